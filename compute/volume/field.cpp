@@ -1,0 +1,41 @@
+#include "compute/volume/field.h"
+
+#include <cassert>
+
+#include "compute/volume/resample.h"
+
+namespace palpate {
+namespace {
+
+static_assert(sizeof(glm::vec3) == 3 * sizeof(float), "vectors are read as interleaved floats");
+
+const float* interleaved(const std::vector<glm::vec3>& vectors) {
+  return vectors.empty() ? nullptr : &vectors.front().x;
+}
+
+}  // namespace
+
+glm::dvec3 sample(const Field& field, glm::dvec3 index) {
+  glm::dvec3 u_mm(0.0);
+  interpolation::sample_at<3>(interleaved(field.u_mm), field.grid, index, &u_mm.x);
+  return u_mm;
+}
+
+glm::dvec3 sample_at_lps(const Field& field, glm::dvec3 lps_mm) {
+  return sample(field, field.grid.index_from_lps(lps_mm));
+}
+
+Field resampled(const Field& field, const Grid& onto) {
+  assert(field.u_mm.size() == field.grid.count());
+  if (same_geometry(field.grid, onto)) return {onto, field.u_mm};
+  Field result = still_field(onto);
+  if (result.u_mm.empty()) return result;
+  interpolation::resample<3>(interleaved(field.u_mm), field.grid, onto, &result.u_mm.front().x);
+  return result;
+}
+
+Field still_field(const Grid& grid) {
+  return {grid, std::vector<glm::vec3>(grid.count(), glm::vec3(0.0F))};
+}
+
+}  // namespace palpate

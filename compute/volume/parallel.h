@@ -1,0 +1,30 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <thread>
+#include <vector>
+
+namespace palpate {
+
+/// Calls work(begin, end) on disjoint ranges that cover [0, count), on as many threads as the
+/// machine has, and returns when all are done. `cost` is the work of one item in elementary steps
+/// (an addition or so): small jobs stay on the calling thread, because starting a thread costs tens
+/// of microseconds. work must not throw. Any thread.
+template <class Work>
+void parallel_ranges(int count, double cost, const Work& work) {
+  constexpr double kWorthAThread = 2e5;
+  const int cores = std::max(1, int(std::thread::hardware_concurrency()));
+  const int wanted = int(std::min(double(cores), double(count) * cost / kWorthAThread));
+  const int threads = std::clamp(wanted, 1, std::max(1, count));
+  const auto start = [&](int part) { return int(static_cast<long long>(count) * part / threads); };
+  std::vector<std::thread> others;
+  others.reserve(size_t(threads - 1));
+  for (int part = 1; part < threads; ++part) {
+    others.emplace_back([&work, begin = start(part), end = start(part + 1)] { work(begin, end); });
+  }
+  work(0, start(1));
+  for (std::thread& other : others) other.join();
+}
+
+}  // namespace palpate
