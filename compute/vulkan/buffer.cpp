@@ -1,0 +1,46 @@
+#include "compute/vulkan/buffer.h"
+
+#include <utility>
+
+namespace palpate::vulkan {
+
+Buffer::Buffer(std::shared_ptr<Context> context, uint64_t bytes, Kind kind)
+    : context_(std::move(context)), bytes_(bytes) {
+  VkBufferCreateInfo create{VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO};
+  create.size = bytes;
+  create.usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT |
+                 VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+  const VkDevice device = context_->device();
+  check(vkCreateBuffer(device, &create, nullptr, &buffer_), "creating a buffer");
+  VkMemoryRequirements needed;
+  vkGetBufferMemoryRequirements(device, buffer_, &needed);
+  try {
+    memory_ = context_->allocate(needed, kind == Kind::kHostVisible);
+    reserved_ = needed.size;
+    check(vkBindBufferMemory(device, buffer_, memory_, 0), "binding a buffer to memory");
+    if (kind == Kind::kHostVisible) {
+      check(vkMapMemory(device, memory_, 0, VK_WHOLE_SIZE, 0, &mapped_), "mapping a buffer");
+    }
+  } catch (...) {
+    vkDestroyBuffer(device, buffer_, nullptr);
+    if (memory_) context_->release(memory_, reserved_);
+    throw;
+  }
+}
+
+Buffer::~Buffer() {
+  if (!buffer_) return;
+  vkDestroyBuffer(context_->device(), buffer_, nullptr);
+  context_->release(memory_, reserved_);
+}
+
+void Buffer::swap(Buffer& other) noexcept {
+  std::swap(context_, other.context_);
+  std::swap(buffer_, other.buffer_);
+  std::swap(memory_, other.memory_);
+  std::swap(bytes_, other.bytes_);
+  std::swap(reserved_, other.reserved_);
+  std::swap(mapped_, other.mapped_);
+}
+
+}  // namespace palpate::vulkan

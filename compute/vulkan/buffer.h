@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cassert>
+#include <memory>
+#include <span>
+
+#include "compute/vulkan/context.h"
+
+namespace palpate::vulkan {
+
+/// A storage buffer with its own memory. Host-visible ones stay mapped. Move-only; freed with the
+/// object, which must not be in use by the device then. Creation throws Failure.
+class Buffer {
+ public:
+  enum class Kind { kDevice, kHostVisible };
+
+  Buffer() = default;
+  Buffer(std::shared_ptr<Context> context, uint64_t bytes, Kind kind = Kind::kDevice);
+  Buffer(Buffer&& other) noexcept { swap(other); }
+  Buffer& operator=(Buffer&& other) noexcept {
+    swap(other);
+    return *this;
+  }
+  ~Buffer();
+
+  VkBuffer handle() const { return buffer_; }
+  uint64_t bytes() const { return bytes_; }
+  explicit operator bool() const { return buffer_ != VK_NULL_HANDLE; }
+
+  /// The mapped memory of a host-visible buffer as values of T.
+  template <class T>
+  std::span<T> as() {
+    assert(mapped_ && "only a host-visible buffer is mapped");
+    return {static_cast<T*>(mapped_), bytes_ / sizeof(T)};
+  }
+
+ private:
+  void swap(Buffer& other) noexcept;
+
+  std::shared_ptr<Context> context_;
+  VkBuffer buffer_ = VK_NULL_HANDLE;
+  VkDeviceMemory memory_ = VK_NULL_HANDLE;
+  uint64_t bytes_ = 0;
+  uint64_t reserved_ = 0;
+  void* mapped_ = nullptr;
+};
+
+}  // namespace palpate::vulkan

@@ -1,0 +1,315 @@
+#include "compute/vulkan/context.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstring>
+
+namespace palpate::vulkan {
+namespace {
+
+std::string name_of(VkResult result) {
+  switch (result) {
+    case VK_ERROR_OUT_OF_HOST_MEMORY:
+      return "the host is out of memory";
+    case VK_ERROR_OUT_OF_DEVICE_MEMORY:
+      return "the device is out of memory";
+    case VK_ERROR_DEVICE_LOST:
+      return "the device was lost";
+    case VK_ERROR_INITIALIZATION_FAILED:
+      return "the driver failed to start";
+    case VK_ERROR_INCOMPATIBLE_DRIVER:
+      return "no compatible driver";
+    default:
+      return "VkResult " + std::to_string(int(result));
+  }
+}
+
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return char(std::tolower(c)); });
+  return text;
+}
+
+bool has_layer(const char* wanted) {
+  uint32_t count = 0;
+  vkEnumerateInstanceLayerProperties(&count, nullptr);
+  std::vector<VkLayerProperties> layers(count);
+  vkEnumerateInstanceLayerProperties(&count, layers.data());
+  return std::any_of(layers.begin(), layers.end(),
+                     [&](const auto& layer) { return std::strcmp(layer.layerName, wanted) == 0; });
+}
+
+constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
+
+VkResult create_instance(bool validation, VkInstance* instance) {
+  VkApplicationInfo application{VK_STRUCTURE_TYPE_APPLICATION_INFO};
+  application.pApplicationName = "palpate";
+  application.apiVersion = VK_API_VERSION_1_2;
+  const std::array enabled{VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT};
+  VkValidationFeaturesEXT features{VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT};
+  features.enabledValidationFeatureCount = uint32_t(enabled.size());
+  features.pEnabledValidationFeatures = enabled.data();
+  const char* extension = VK_EXT_DEBUG_UTILS_EXTENSION_NAME;
+  VkInstanceCreateInfo create{VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO};
+  create.pApplicationInfo = &application;
+  if (validation) {
+    create.pNext = &features;
+    create.enabledLayerCount = 1;
+    create.ppEnabledLayerNames = &kValidationLayer;
+    create.enabledExtensionCount = 1;
+    create.ppEnabledExtensionNames = &extension;
+  }
+  return vkCreateInstance(&create, nullptr, instance);
+}
+
+std::vector<VkPhysicalDevice> physical_devices(VkInstance instance) {
+  uint32_t count = 0;
+  vkEnumeratePhysicalDevices(instance, &count, nullptr);
+  std::vector<VkPhysicalDevice> devices(count);
+  vkEnumeratePhysicalDevices(instance, &count, devices.data());
+  return devices;
+}
+
+/// The first family with compute; UINT32_MAX if none.
+uint32_t compute_family(VkPhysicalDevice device) {
+  uint32_t count = 0;
+  vkGetPhysicalDeviceQueueFamilyProperties(device, &count, nullptr);
+  std::vector<VkQueueFamilyProperties> families(count);
+  vkGetPhysicalDeviceQueueFamilyProperties(device, &count, families.data());
+  for (uint32_t i = 0; i < count; ++i) {
+    if (families[i].queueFlags & VK_QUEUE_COMPUTE_BIT) return i;
+  }
+  return UINT32_MAX;
+}
+
+const char* kind_of(VkPhysicalDeviceType type) {
+  switch (type) {
+    case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU:
+      return "discrete GPU";
+    case VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU:
+      return "integrated GPU";
+    case VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU:
+      return "virtual GPU";
+    case VK_PHYSICAL_DEVICE_TYPE_CPU:
+      return "CPU";
+    default:
+      return "other";
+  }
+}
+
+DeviceInfo describe(VkPhysicalDevice device, int index) {
+  VkPhysicalDeviceDriverProperties driver{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES};
+  VkPhysicalDeviceProperties2 properties{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2};
+  VkPhysicalDeviceProperties first;
+  vkGetPhysicalDeviceProperties(device, &first);
+  if (first.apiVersion >= VK_API_VERSION_1_2) properties.pNext = &driver;
+  vkGetPhysicalDeviceProperties2(device, &properties);
+  VkPhysicalDeviceMemoryProperties memory;
+  vkGetPhysicalDeviceMemoryProperties(device, &memory);
+
+  DeviceInfo info;
+  info.index = index;
+  info.name = first.deviceName;
+  info.driver = std::string(driver.driverName) + " " + driver.driverInfo;
+  info.kind = kind_of(first.deviceType);
+  info.api_major = VK_API_VERSION_MAJOR(first.apiVersion);
+  info.api_minor = VK_API_VERSION_MINOR(first.apiVersion);
+  for (uint32_t i = 0; i < memory.memoryHeapCount; ++i) {
+    if (memory.memoryHeaps[i].flags & VK_MEMORY_HEAP_DEVICE_LOCAL_BIT) {
+      info.memory_bytes = std::max(info.memory_bytes, memory.memoryHeaps[i].size);
+    }
+  }
+  info.binding_bytes = first.limits.maxStorageBufferRange;
+  if (first.apiVersion < VK_API_VERSION_1_2) {
+    info.missing = "Vulkan 1.2";
+  } else if (compute_family(device) == UINT32_MAX) {
+    info.missing = "a compute queue";
+  }
+  info.usable = info.missing.empty();
+  return info;
+}
+
+/// The user's choice by index or part of the name; without one the first usable GPU, else the first
+/// usable device.
+Result<int> choose(const std::vector<DeviceInfo>& devices, const std::string& wanted) {
+  std::string known;
+  int best = -1;
+  for (const DeviceInfo& device : devices) {
+    known += (known.empty() ? "" : ", ") + std::to_string(device.index) + " " + device.name;
+    const bool match = wanted == std::to_string(device.index) ||
+                       lower(device.name).find(lower(wanted)) != std::string::npos;
+    if (!match || !device.usable) continue;
+    if (!wanted.empty()) return device.index;
+    if (best < 0 || (devices[size_t(best)].kind == "CPU" && device.kind != "CPU"))
+      best = device.index;
+  }
+  if (best >= 0) return best;
+  if (devices.empty()) {
+    return Error{ErrorKind::kNoDevice,
+                 "No Vulkan driver was found: install one (Debian: mesa-vulkan-drivers has "
+                 "lavapipe for any CPU)."};
+  }
+  return Error{
+      ErrorKind::kNoDevice,
+      wanted.empty()
+          ? "No Vulkan device here has Vulkan 1.2 with a compute queue: found " + known + "."
+          : "No usable Vulkan device matches '" + wanted + "': found " + known + "."};
+}
+
+}  // namespace
+
+Failure::Failure(VkResult result, const std::string& doing)
+    : std::runtime_error(name_of(result) + " while " + doing), result_(result) {}
+
+Error Failure::error() const {
+  if (result_ == VK_ERROR_OUT_OF_DEVICE_MEMORY || result_ == VK_ERROR_OUT_OF_HOST_MEMORY) {
+    return {ErrorKind::kOutOfMemory,
+            std::string("Vulkan: ") + what() +
+                ": crop or mask the volume, or choose a device with more memory (--device)."};
+  }
+  return {ErrorKind::kDeviceFailed,
+          std::string("Vulkan: ") + what() + ": try again, or choose another device (--device)."};
+}
+
+void check(VkResult result, const char* doing) {
+  if (result != VK_SUCCESS) throw Failure(result, doing);
+}
+
+std::vector<DeviceInfo> list_devices() {
+  VkInstance instance = VK_NULL_HANDLE;
+  if (create_instance(false, &instance) != VK_SUCCESS) return {};
+  std::vector<DeviceInfo> found;
+  for (VkPhysicalDevice device : physical_devices(instance))
+    found.push_back(describe(device, int(found.size())));
+  vkDestroyInstance(instance, nullptr);
+  return found;
+}
+
+VkBool32 VKAPI_PTR Context::on_message(VkDebugUtilsMessageSeverityFlagBitsEXT,
+                                       VkDebugUtilsMessageTypeFlagsEXT,
+                                       const VkDebugUtilsMessengerCallbackDataEXT* data,
+                                       void* context) {
+  auto* self = static_cast<Context*>(context);
+  const std::lock_guard lock(self->message_mutex_);
+  self->messages_.emplace_back(data->pMessage);
+  return VK_FALSE;
+}
+
+Result<std::shared_ptr<Context>> Context::open(const ContextOptions& options) {
+  std::shared_ptr<Context> self(new Context);
+  self->memory_cap_ = options.memory_cap_bytes;
+  const bool validation = options.validation && has_layer(kValidationLayer);
+  if (create_instance(validation, &self->instance_) != VK_SUCCESS)
+    return choose({}, options.device).error();
+
+  if (validation) {
+    VkDebugUtilsMessengerCreateInfoEXT create{
+        VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT};
+    create.messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT |
+                             VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
+    create.messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT |
+                         VK_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT;
+    create.pfnUserCallback = &Context::on_message;
+    create.pUserData = self.get();
+    auto create_messenger = reinterpret_cast<PFN_vkCreateDebugUtilsMessengerEXT>(
+        vkGetInstanceProcAddr(self->instance_, "vkCreateDebugUtilsMessengerEXT"));
+    if (create_messenger) create_messenger(self->instance_, &create, nullptr, &self->messenger_);
+  }
+
+  const std::vector<VkPhysicalDevice> devices = physical_devices(self->instance_);
+  std::vector<DeviceInfo> infos;
+  for (VkPhysicalDevice device : devices) infos.push_back(describe(device, int(infos.size())));
+  const Result<int> index = choose(infos, options.device);
+  if (!index) return index.error();
+  self->info_ = infos[size_t(*index)];
+  self->physical_device_ = devices[size_t(*index)];
+  self->queue_family_ = compute_family(self->physical_device_);
+  VkPhysicalDeviceProperties properties;
+  vkGetPhysicalDeviceProperties(self->physical_device_, &properties);
+  self->limits_ = properties.limits;
+  self->is_cpu_ = properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU;
+  vkGetPhysicalDeviceMemoryProperties(self->physical_device_, &self->memory_);
+
+  const float priority = 0.5F;
+  VkDeviceQueueCreateInfo queue{VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO};
+  queue.queueFamilyIndex = self->queue_family_;
+  queue.queueCount = 1;
+  queue.pQueuePriorities = &priority;
+  VkDeviceCreateInfo create{VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO};
+  create.queueCreateInfoCount = 1;
+  create.pQueueCreateInfos = &queue;
+  const VkResult created = vkCreateDevice(self->physical_device_, &create, nullptr, &self->device_);
+  if (created != VK_SUCCESS) return Failure(created, "opening " + self->info_.name).error();
+  vkGetDeviceQueue(self->device_, self->queue_family_, 0, &self->queue_);
+  return self;
+}
+
+Context::~Context() {
+  if (device_) {
+    vkDeviceWaitIdle(device_);
+    vkDestroyDevice(device_, nullptr);
+  }
+  if (messenger_) {
+    auto destroy = reinterpret_cast<PFN_vkDestroyDebugUtilsMessengerEXT>(
+        vkGetInstanceProcAddr(instance_, "vkDestroyDebugUtilsMessengerEXT"));
+    if (destroy) destroy(instance_, messenger_, nullptr);
+  }
+  if (instance_) vkDestroyInstance(instance_, nullptr);
+}
+
+uint64_t Context::memory_budget_bytes() const {
+  // Nine tenths: drivers and other programs live there too.
+  const uint64_t whole = info_.memory_bytes / 10 * 9;
+  return memory_cap_ ? std::min(whole, memory_cap_) : whole;
+}
+
+VkDeviceMemory Context::allocate(const VkMemoryRequirements& needed, bool host_visible) {
+  if (memory_cap_ && memory_used_ + needed.size > memory_cap_) {
+    throw Failure(VK_ERROR_OUT_OF_DEVICE_MEMORY, "reserving device memory under the given cap");
+  }
+  const VkMemoryPropertyFlags wanted =
+      host_visible ? VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT
+                   : VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
+  // Reading back through uncached memory is an order of magnitude slower: prefer cached where it is
+  // offered.
+  const VkMemoryPropertyFlags preferred =
+      host_visible ? wanted | VK_MEMORY_PROPERTY_HOST_CACHED_BIT : wanted;
+  for (const VkMemoryPropertyFlags flags : {preferred, wanted}) {
+    for (uint32_t type = 0; type < memory_.memoryTypeCount; ++type) {
+      if (!(needed.memoryTypeBits >> type & 1U)) continue;
+      if ((memory_.memoryTypes[type].propertyFlags & flags) != flags) continue;
+      VkMemoryAllocateInfo allocate{VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO};
+      allocate.allocationSize = needed.size;
+      allocate.memoryTypeIndex = type;
+      VkDeviceMemory memory = VK_NULL_HANDLE;
+      check(vkAllocateMemory(device_, &allocate, nullptr, &memory), "reserving device memory");
+      const uint64_t used = memory_used_ += needed.size;
+      uint64_t peak = memory_peak_;
+      while (used > peak && !memory_peak_.compare_exchange_weak(peak, used)) {
+      }
+      return memory;
+    }
+  }
+  throw Failure(VK_ERROR_OUT_OF_DEVICE_MEMORY, "looking for a fitting kind of memory");
+}
+
+void Context::release(VkDeviceMemory memory, uint64_t bytes) {
+  vkFreeMemory(device_, memory, nullptr);
+  memory_used_ -= bytes;
+}
+
+void Context::submit(VkCommandBuffer commands, VkFence fence) {
+  VkSubmitInfo submit{VK_STRUCTURE_TYPE_SUBMIT_INFO};
+  submit.commandBufferCount = 1;
+  submit.pCommandBuffers = &commands;
+  const std::lock_guard lock(queue_mutex_);
+  check(vkQueueSubmit(queue_, 1, &submit, fence), "submitting work");
+}
+
+std::vector<std::string> Context::validation_messages() const {
+  const std::lock_guard lock(message_mutex_);
+  return messages_;
+}
+
+}  // namespace palpate::vulkan

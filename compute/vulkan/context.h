@@ -1,0 +1,112 @@
+#pragma once
+
+#include <vulkan/vulkan.h>
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "compute/volume/result.h"
+
+namespace palpate::vulkan {
+
+/// Thrown inside the compute library when a Vulkan call fails; the public functions of
+/// compute/motion turn it into a Result. Never crosses a public border.
+class Failure : public std::runtime_error {
+ public:
+  Failure(VkResult result, const std::string& doing);
+  VkResult result() const { return result_; }
+  Error error() const;
+
+ private:
+  VkResult result_;
+};
+
+/// Throws Failure unless `result` is VK_SUCCESS; `doing` completes the sentence "while ...".
+void check(VkResult result, const char* doing);
+
+/// What a person wants to know of a device before choosing it.
+struct DeviceInfo {
+  int index = 0;  ///< as `--device` takes it
+  std::string name;
+  std::string driver;  ///< name and version
+  std::string kind;    ///< "discrete GPU", "integrated GPU", "CPU", ...
+  uint32_t api_major = 1, api_minor = 0;
+  uint64_t memory_bytes = 0;   ///< largest device-local heap
+  uint64_t binding_bytes = 0;  ///< largest storage buffer binding
+  bool usable = false;         ///< false if something needed is missing
+  std::string missing;         ///< what, in words
+};
+
+/// Every Vulkan device that the loader finds, usable or not, in the loader's order; empty if there
+/// is no driver.
+std::vector<DeviceInfo> list_devices();
+
+struct ContextOptions {
+  std::string device;       ///< index or part of the name; empty: the first GPU, else the CPU
+  bool validation = false;  ///< Khronos validation with synchronisation validation, if installed
+  uint64_t memory_cap_bytes = 0;  ///< pretend that the device has no more than this; 0: no cap
+};
+
+/// An opened device with one compute queue: owner of everything below it, so it must outlive
+/// buffers, images, kernels and recorders. Creating resources is allowed from any thread; submit()
+/// serialises on the one queue.
+class Context {
+ public:
+  static Result<std::shared_ptr<Context>> open(const ContextOptions& options);
+  ~Context();
+  Context(const Context&) = delete;
+  Context& operator=(const Context&) = delete;
+
+  VkDevice device() const { return device_; }
+  VkPhysicalDevice physical_device() const { return physical_device_; }
+  uint32_t queue_family() const { return queue_family_; }
+  const DeviceInfo& info() const { return info_; }
+  const VkPhysicalDeviceLimits& limits() const { return limits_; }
+  bool is_cpu() const { return is_cpu_; }
+
+  /// Device memory that one estimation may use, with the cap.
+  uint64_t memory_budget_bytes() const;
+  uint64_t memory_used_bytes() const { return memory_used_; }
+  uint64_t memory_peak_bytes() const { return memory_peak_; }
+  void reset_memory_peak() { memory_peak_ = memory_used_.load(); }
+
+  /// Allocates and counts. Host-visible memory is coherent. Throws Failure.
+  VkDeviceMemory allocate(const VkMemoryRequirements& needed, bool host_visible);
+  void release(VkDeviceMemory memory, uint64_t bytes);
+
+  void submit(VkCommandBuffer commands, VkFence fence);
+
+  /// Messages of the validation layers so far (tests demand none). Any thread.
+  std::vector<std::string> validation_messages() const;
+  bool validation_active() const { return messenger_ != VK_NULL_HANDLE; }
+
+ private:
+  Context() = default;
+  static VkBool32 VKAPI_PTR on_message(VkDebugUtilsMessageSeverityFlagBitsEXT,
+                                       VkDebugUtilsMessageTypeFlagsEXT,
+                                       const VkDebugUtilsMessengerCallbackDataEXT*, void* context);
+
+  VkInstance instance_ = VK_NULL_HANDLE;
+  VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;
+  VkPhysicalDevice physical_device_ = VK_NULL_HANDLE;
+  VkDevice device_ = VK_NULL_HANDLE;
+  VkQueue queue_ = VK_NULL_HANDLE;
+  uint32_t queue_family_ = 0;
+  VkPhysicalDeviceLimits limits_{};
+  VkPhysicalDeviceMemoryProperties memory_{};
+  DeviceInfo info_;
+  bool is_cpu_ = false;
+  uint64_t memory_cap_ = 0;
+  std::atomic<uint64_t> memory_used_{0};
+  std::atomic<uint64_t> memory_peak_{0};
+  std::mutex queue_mutex_;
+  mutable std::mutex message_mutex_;
+  std::vector<std::string> messages_;
+};
+
+}  // namespace palpate::vulkan

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <glm/glm.hpp>
+#include <memory>
+
+#include "compute/vulkan/context.h"
+
+namespace palpate::vulkan {
+
+/// A 3D image, readable through a sampler and writable from kernels, always in layout GENERAL once
+/// its first recorder has run (Recorder::prepare). Move-only. Creation throws Failure.
+class Image {
+ public:
+  Image() = default;
+  Image(std::shared_ptr<Context> context, glm::ivec3 size, VkFormat format);
+  Image(Image&& other) noexcept { swap(other); }
+  Image& operator=(Image&& other) noexcept {
+    swap(other);
+    return *this;
+  }
+  ~Image();
+
+  VkImage handle() const { return image_; }
+  VkImageView view() const { return view_; }
+  glm::ivec3 size() const { return size_; }
+  explicit operator bool() const { return image_ != VK_NULL_HANDLE; }
+
+ private:
+  void swap(Image& other) noexcept;
+
+  std::shared_ptr<Context> context_;
+  VkImage image_ = VK_NULL_HANDLE;
+  VkImageView view_ = VK_NULL_HANDLE;
+  VkDeviceMemory memory_ = VK_NULL_HANDLE;
+  uint64_t reserved_ = 0;
+  glm::ivec3 size_{0};
+};
+
+/// The sampler kernels read images through: unnormalised-free, border held, nearest or linear.
+class Sampler {
+ public:
+  Sampler() = default;
+  Sampler(std::shared_ptr<Context> context, VkFilter filter);
+  Sampler(Sampler&& other) noexcept { swap(other); }
+  Sampler& operator=(Sampler&& other) noexcept {
+    swap(other);
+    return *this;
+  }
+  ~Sampler();
+  VkSampler handle() const { return sampler_; }
+
+ private:
+  void swap(Sampler& other) noexcept;
+
+  std::shared_ptr<Context> context_;
+  VkSampler sampler_ = VK_NULL_HANDLE;
+};
+
+}  // namespace palpate::vulkan

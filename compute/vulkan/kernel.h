@@ -1,0 +1,50 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "compute/vulkan/context.h"
+
+namespace palpate::vulkan {
+
+/// What a kernel's binding takes; binding i of set 0 is kinds[i].
+enum class BindingKind { kBuffer, kStorageImage, kSampledImage };
+
+struct KernelOptions {
+  std::span<const uint32_t> spirv;
+  std::vector<BindingKind> bindings;
+  uint32_t push_bytes = 0;               ///< at most 128, the limit that every device has
+  std::vector<uint32_t> specialisation;  ///< value of specialisation constant 0, 1, 2, ...
+};
+
+/// A compute pipeline with its layouts. Move-only. Creation compiles and throws Failure.
+class Kernel {
+ public:
+  Kernel() = default;
+  Kernel(std::shared_ptr<Context> context, const KernelOptions& options);
+  Kernel(Kernel&& other) noexcept { swap(other); }
+  Kernel& operator=(Kernel&& other) noexcept {
+    swap(other);
+    return *this;
+  }
+  ~Kernel();
+
+  VkPipeline pipeline() const { return pipeline_; }
+  VkPipelineLayout layout() const { return layout_; }
+  VkDescriptorSetLayout set_layout() const { return set_layout_; }
+  const std::vector<BindingKind>& bindings() const { return bindings_; }
+  uint32_t push_bytes() const { return push_bytes_; }
+
+ private:
+  void swap(Kernel& other) noexcept;
+
+  std::shared_ptr<Context> context_;
+  VkPipeline pipeline_ = VK_NULL_HANDLE;
+  VkPipelineLayout layout_ = VK_NULL_HANDLE;
+  VkDescriptorSetLayout set_layout_ = VK_NULL_HANDLE;
+  std::vector<BindingKind> bindings_;
+  uint32_t push_bytes_ = 0;
+};
+
+}  // namespace palpate::vulkan

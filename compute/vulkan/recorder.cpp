@@ -1,0 +1,239 @@
+#include "compute/vulkan/recorder.h"
+
+#include <cassert>
+
+namespace palpate::vulkan {
+namespace {
+
+constexpr uint32_t kMaxStamps = 256;
+constexpr uint32_t kMaxBindingsPerDispatch = 10;
+
+}  // namespace
+
+Recorder::Recorder(std::shared_ptr<Context> context, uint32_t max_dispatches)
+    : context_(std::move(context)), dispatches_left_(max_dispatches) {
+  const VkDevice device = context_->device();
+  VkCommandPoolCreateInfo pool{VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO};
+  pool.queueFamilyIndex = context_->queue_family();
+  check(vkCreateCommandPool(device, &pool, nullptr, &pool_), "creating a command pool");
+  VkCommandBufferAllocateInfo allocate{VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO};
+  allocate.commandPool = pool_;
+  allocate.commandBufferCount = 1;
+  check(vkAllocateCommandBuffers(device, &allocate, &commands_), "creating a command list");
+  const uint32_t each = max_dispatches * kMaxBindingsPerDispatch;
+  const VkDescriptorPoolSize sizes[] = {{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, each},
+                                        {VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, each},
+                                        {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, each}};
+  VkDescriptorPoolCreateInfo descriptors{VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO};
+  descriptors.maxSets = max_dispatches;
+  descriptors.poolSizeCount = 3;
+  descriptors.pPoolSizes = sizes;
+  check(vkCreateDescriptorPool(device, &descriptors, nullptr, &descriptors_),
+        "creating descriptors");
+  const VkFenceCreateInfo fence{VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
+  check(vkCreateFence(device, &fence, nullptr, &fence_), "creating a fence");
+  VkCommandBufferBeginInfo begin{VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
+  check(vkBeginCommandBuffer(commands_, &begin), "recording");
+}
+
+Recorder::~Recorder() {
+  const VkDevice device = context_->device();
+  if (pending_) vkWaitForFences(device, 1, &fence_, VK_TRUE, UINT64_MAX);
+  vkDestroyQueryPool(device, queries_, nullptr);
+  vkDestroyFence(device, fence_, nullptr);
+  vkDestroyDescriptorPool(device, descriptors_, nullptr);
+  vkDestroyCommandPool(device, pool_, nullptr);
+}
+
+void Recorder::barrier() {
+  if (concurrent_) return;
+  VkMemoryBarrier all{VK_STRUCTURE_TYPE_MEMORY_BARRIER};
+  all.srcAccessMask = VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT;
+  all.dstAccessMask = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT |
+                      VK_ACCESS_TRANSFER_READ_BIT | VK_ACCESS_TRANSFER_WRITE_BIT;
+  const VkPipelineStageFlags stages =
+      VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
+  vkCmdPipelineBarrier(commands_, stages, stages, 0, 1, &all, 0, nullptr, 0, nullptr);
+}
+
+void Recorder::begin_concurrent() {
+  barrier();
+  concurrent_ = true;
+}
+
+void Recorder::end_concurrent() {
+  concurrent_ = false;
+}
+
+void Recorder::prepare(const Image& image) {
+  VkImageMemoryBarrier fresh{VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER};
+  fresh.dstAccessMask = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT |
+                        VK_ACCESS_TRANSFER_READ_BIT | VK_ACCESS_TRANSFER_WRITE_BIT;
+  fresh.oldLayout = VK_IMAGE_LAYOUT_UNDEFINED;
+  fresh.newLayout = VK_IMAGE_LAYOUT_GENERAL;
+  fresh.srcQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
+  fresh.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
+  fresh.image = image.handle();
+  fresh.subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
+  const VkPipelineStageFlags stages =
+      VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
+  vkCmdPipelineBarrier(commands_, stages, stages, 0, 0, nullptr, 0, nullptr, 1, &fresh);
+}
+
+void Recorder::dispatch(const Kernel& kernel, const std::vector<Binding>& bindings,
+                        const void* push, glm::ivec3 groups) {
+  assert(recording_ && "recording ended with the first run()");
+  assert(bindings.size() == kernel.bindings().size() && bindings.size() <= kMaxBindingsPerDispatch);
+  if (dispatches_left_-- == 0)
+    throw Failure(VK_ERROR_OUT_OF_POOL_MEMORY, "recording more dispatches than announced");
+  barrier();
+  VkDescriptorSetAllocateInfo allocate{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO};
+  const VkDescriptorSetLayout layout = kernel.set_layout();
+  allocate.descriptorPool = descriptors_;
+  allocate.descriptorSetCount = 1;
+  allocate.pSetLayouts = &layout;
+  VkDescriptorSet set = VK_NULL_HANDLE;
+  check(vkAllocateDescriptorSets(context_->device(), &allocate, &set), "binding a kernel's data");
+
+  std::vector<VkDescriptorBufferInfo> buffers(bindings.size());
+  std::vector<VkDescriptorImageInfo> images(bindings.size());
+  std::vector<VkWriteDescriptorSet> writes(bindings.size());
+  for (size_t i = 0; i < bindings.size(); ++i) {
+    VkWriteDescriptorSet& write = writes[i];
+    write = {VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET};
+    write.dstSet = set;
+    write.dstBinding = uint32_t(i);
+    write.descriptorCount = 1;
+    const Binding& bound = bindings[i];
+    switch (kernel.bindings()[i]) {
+      case BindingKind::kBuffer:
+        assert(bound.buffer && "this binding takes a buffer");
+        buffers[i] = {bound.buffer->handle(), 0, VK_WHOLE_SIZE};
+        write.descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
+        write.pBufferInfo = &buffers[i];
+        break;
+      case BindingKind::kStorageImage:
+        assert(bound.image && "this binding takes an image");
+        images[i] = {VK_NULL_HANDLE, bound.image->view(), VK_IMAGE_LAYOUT_GENERAL};
+        write.descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_IMAGE;
+        write.pImageInfo = &images[i];
+        break;
+      case BindingKind::kSampledImage:
+        assert(bound.image && bound.sampler && "this binding takes an image with a sampler");
+        images[i] = {bound.sampler->handle(), bound.image->view(), VK_IMAGE_LAYOUT_GENERAL};
+        write.descriptorType = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
+        write.pImageInfo = &images[i];
+        break;
+    }
+  }
+  vkUpdateDescriptorSets(context_->device(), uint32_t(writes.size()), writes.data(), 0, nullptr);
+  vkCmdBindPipeline(commands_, VK_PIPELINE_BIND_POINT_COMPUTE, kernel.pipeline());
+  vkCmdBindDescriptorSets(commands_, VK_PIPELINE_BIND_POINT_COMPUTE, kernel.layout(), 0, 1, &set, 0,
+                          nullptr);
+  if (kernel.push_bytes()) {
+    vkCmdPushConstants(commands_, kernel.layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0,
+                       kernel.push_bytes(), push);
+  }
+  vkCmdDispatch(commands_, uint32_t(groups.x), uint32_t(groups.y), uint32_t(groups.z));
+}
+
+void Recorder::copy(const Buffer& from, const Image& to) {
+  barrier();
+  VkBufferImageCopy region{};
+  region.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
+  region.imageExtent = {uint32_t(to.size().x), uint32_t(to.size().y), uint32_t(to.size().z)};
+  vkCmdCopyBufferToImage(commands_, from.handle(), to.handle(), VK_IMAGE_LAYOUT_GENERAL, 1,
+                         &region);
+}
+
+void Recorder::copy(const Image& from, const Buffer& to) {
+  barrier();
+  VkBufferImageCopy region{};
+  region.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
+  region.imageExtent = {uint32_t(from.size().x), uint32_t(from.size().y), uint32_t(from.size().z)};
+  vkCmdCopyImageToBuffer(commands_, from.handle(), VK_IMAGE_LAYOUT_GENERAL, to.handle(), 1,
+                         &region);
+}
+
+void Recorder::copy(const Buffer& from, const Buffer& to, uint64_t bytes) {
+  barrier();
+  const VkBufferCopy region{0, 0, bytes};
+  vkCmdCopyBuffer(commands_, from.handle(), to.handle(), 1, &region);
+}
+
+void Recorder::fill(const Buffer& buffer, uint32_t word) {
+  barrier();
+  vkCmdFillBuffer(commands_, buffer.handle(), 0, VK_WHOLE_SIZE, word);
+}
+
+void Recorder::clear(const Image& image) {
+  barrier();
+  const VkClearColorValue zero{};
+  const VkImageSubresourceRange all{VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
+  vkCmdClearColorImage(commands_, image.handle(), VK_IMAGE_LAYOUT_GENERAL, &zero, 1, &all);
+}
+
+void Recorder::stamp(const std::string& name) {
+  if (!queries_) {
+    VkQueryPoolCreateInfo create{VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO};
+    create.queryType = VK_QUERY_TYPE_TIMESTAMP;
+    create.queryCount = kMaxStamps;
+    check(vkCreateQueryPool(context_->device(), &create, nullptr, &queries_),
+          "creating time stamps");
+    vkCmdResetQueryPool(commands_, queries_, 0, kMaxStamps);
+  }
+  if (stamp_names_.size() == kMaxStamps) return;
+  vkCmdWriteTimestamp(commands_, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, queries_,
+                      uint32_t(stamp_names_.size()));
+  stamp_names_.push_back(name);
+}
+
+void Recorder::finish() {
+  if (!recording_) return;
+  // Host reads of host-visible buffers after the fence need the writes made available to the host.
+  VkMemoryBarrier host{VK_STRUCTURE_TYPE_MEMORY_BARRIER};
+  host.srcAccessMask = VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT;
+  host.dstAccessMask = VK_ACCESS_HOST_READ_BIT;
+  vkCmdPipelineBarrier(commands_,
+                       VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT,
+                       VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &host, 0, nullptr, 0, nullptr);
+  check(vkEndCommandBuffer(commands_), "recording");
+  recording_ = false;
+}
+
+void Recorder::start() {
+  finish();
+  assert(!pending_ && "wait() before the next start()");
+  check(vkResetFences(context_->device(), 1, &fence_), "resetting a fence");
+  context_->submit(commands_, fence_);
+  pending_ = true;
+}
+
+void Recorder::wait() {
+  if (!pending_) return;
+  check(vkWaitForFences(context_->device(), 1, &fence_, VK_TRUE, UINT64_MAX),
+        "waiting for the device");
+  pending_ = false;
+}
+
+void Recorder::run() {
+  start();
+  wait();
+}
+
+std::vector<Recorder::Stamp> Recorder::timestamps() {
+  std::vector<Stamp> stamps;
+  if (stamp_names_.empty()) return stamps;
+  std::vector<uint64_t> ticks(stamp_names_.size());
+  check(vkGetQueryPoolResults(context_->device(), queries_, 0, uint32_t(ticks.size()),
+                              ticks.size() * 8, ticks.data(), 8,
+                              VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT),
+        "reading time stamps");
+  for (size_t i = 0; i < ticks.size(); ++i) {
+    stamps.push_back({stamp_names_[i], double(ticks[i] - ticks[0]) *
+                                           double(context_->limits().timestampPeriod) * 1e-9});
+  }
+  return stamps;
+}
+
+}  // namespace palpate::vulkan

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <glm/glm.hpp>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "compute/vulkan/buffer.h"
+#include "compute/vulkan/image.h"
+#include "compute/vulkan/kernel.h"
+
+namespace palpate::vulkan {
+
+/// One argument of a dispatch: what to bind.
+struct Binding {
+  Binding(const Buffer& bound) : buffer(&bound) {}
+  Binding(const Image& bound) : image(&bound) {}
+  Binding(const Image& bound, const Sampler& through) : image(&bound), sampler(&through) {}
+  const Buffer* buffer = nullptr;
+  const Image* image = nullptr;
+  const Sampler* sampler = nullptr;
+};
+
+/// A list of device work that is recorded once and can be run many times. Every dispatch and copy
+/// waits for the one before it, unless the two were put between begin_concurrent() and
+/// end_concurrent(). What it names must outlive it. One thread at a time. Throws Failure.
+class Recorder {
+ public:
+  explicit Recorder(std::shared_ptr<Context> context, uint32_t max_dispatches = 64);
+  Recorder(const Recorder&) = delete;
+  Recorder& operator=(const Recorder&) = delete;
+  ~Recorder();
+
+  /// Brings a fresh image into the layout in which it stays; its contents are undefined.
+  void prepare(const Image& image);
+  /// `push` must be as large as the kernel says; groups of the kernel's own workgroup size.
+  void dispatch(const Kernel& kernel, const std::vector<Binding>& bindings, const void* push,
+                glm::ivec3 groups);
+  template <class Push>
+  void dispatch(const Kernel& kernel, const std::vector<Binding>& bindings, const Push& push,
+                glm::ivec3 groups) {
+    dispatch(kernel, bindings, static_cast<const void*>(&push), groups);
+  }
+  void copy(const Buffer& from, const Image& to);
+  void copy(const Image& from, const Buffer& to);
+  void copy(const Buffer& from, const Buffer& to, uint64_t bytes);
+  void fill(const Buffer& buffer, uint32_t word);
+  void clear(const Image& image);
+  void begin_concurrent();
+  void end_concurrent();
+  /// Writes a device time stamp under a name; read with timestamps() after run().
+  void stamp(const std::string& name);
+
+  /// Runs all that was recorded and waits for its end. May be called again.
+  void run();
+  /// Starts without waiting; wait() must follow before the next start().
+  void start();
+  void wait();
+
+  struct Stamp {
+    std::string name;
+    double seconds;  ///< since the first stamp
+  };
+  std::vector<Stamp> timestamps();
+
+ private:
+  void barrier();
+  void finish();
+
+  std::shared_ptr<Context> context_;
+  VkCommandPool pool_ = VK_NULL_HANDLE;
+  VkCommandBuffer commands_ = VK_NULL_HANDLE;
+  VkDescriptorPool descriptors_ = VK_NULL_HANDLE;
+  VkFence fence_ = VK_NULL_HANDLE;
+  VkQueryPool queries_ = VK_NULL_HANDLE;
+  std::vector<std::string> stamp_names_;
+  uint32_t dispatches_left_ = 0;
+  bool recording_ = true;
+  bool concurrent_ = false;
+  bool pending_ = false;
+};
+
+}  // namespace palpate::vulkan

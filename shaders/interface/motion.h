@@ -1,0 +1,116 @@
+// Push constants of the motion kernels, read by GLSL and by C++ alike. Only 16-byte members, so that both languages
+// lay them out the same way; C++ asserts the sizes.
+#ifndef PALPATE_SHADERS_INTERFACE_MOTION_H
+#define PALPATE_SHADERS_INTERFACE_MOTION_H
+
+#ifdef __cplusplus
+#include <glm/glm.hpp>
+namespace palpate::shaders {
+using glm::ivec4;
+using glm::vec4;
+#define PALPATE_SIZE(type, bytes) static_assert(sizeof(type) == (bytes))
+// Cells along each edge of a brick, the unit in which work is left out. A work group is one slice of a brick.
+constexpr int kBrick = 8;
+// Taps of a smoothing kernel on one side of its centre, at most.
+constexpr int kMaxRadius = 11;
+// Written for a voxel that must not count (outside a mask): far beyond any normalised intensity, but finite in fp16.
+constexpr float kNoValue = 60000.0F;
+#else
+#define PALPATE_SIZE(type, bytes)
+const int kBrick = 8;
+const int kMaxRadius = 11;
+const float kNoValue = 60000.0;
+#endif
+
+struct DownsamplePush {
+  ivec4 fine_size;
+  ivec4 coarse_size;
+  ivec4 ratio;  // fine voxels per coarse voxel along each axis, 1 or 2
+};
+PALPATE_SIZE(DownsamplePush, 48);
+
+struct MomentsPush {
+  ivec4 size;    // of the image
+  ivec4 cells;   // of the moments
+  ivec4 cell;    // voxels per cell
+};
+PALPATE_SIZE(MomentsPush, 48);
+
+struct GaussPush {
+  ivec4 size;                // of the image smoothed; w: axis 0, 1, 2
+  ivec4 radius;              // x: taps on one side
+  vec4 weights[3];           // weight of tap 0, 1, ... kMaxRadius
+};
+PALPATE_SIZE(GaussPush, 80);
+
+struct NormalisePush {
+  ivec4 size;
+  ivec4 cells;   // of the moments
+  ivec4 cell;    // voxels per moments cell
+  vec4 noise;    // x: f^2, the noise variance; y: 1 = normalise locally, 0 = keep the intensity
+};
+PALPATE_SIZE(NormalisePush, 64);
+
+struct PackPush {
+  ivec4 size;
+  vec4 spacing_mm;
+};
+PALPATE_SIZE(PackPush, 32);
+
+struct NormalEquationsPush {
+  ivec4 cells;          // of the field
+  ivec4 fixed_size;     // of the fixed image; w: z of the first slice that the bound slab holds
+  ivec4 moving_size;    // of the moving image; w: z of the first slice that the bound slab holds
+  ivec4 moving_slab;    // x: slices in the bound slab; y, z: first and last + 1 sample floor(z) this slab answers for
+                        // w: 1 = add to what is there, 0 = write
+  ivec4 fixed_slab;     // x: slices in the bound slab; y, z: first and last + 1 slice of it that count
+  vec4 spacing_mm;      // of the images
+};
+PALPATE_SIZE(NormalEquationsPush, 96);
+
+struct UpdatePush {
+  ivec4 cells;
+  vec4 cell_mm;
+  vec4 step;   // x: alpha^2 / h^2 in 1/mm^2; y: largest |d| in mm
+};
+PALPATE_SIZE(UpdatePush, 48);
+
+struct TotalVariationPush {
+  ivec4 cells;
+  vec4 slope;    // per axis: weight of the difference of neighbours
+  vec4 weight;   // x: lambda h in mm; y: dual step; z: Huber threshold in mm; w: momentum
+};
+PALPATE_SIZE(TotalVariationPush, 48);
+
+struct UpsamplePush {
+  ivec4 to_cells;
+  ivec4 from_cells;
+  vec4 scale;    // index in `from` = scale * index in `to` + offset
+  vec4 offset;
+};
+PALPATE_SIZE(UpsamplePush, 64);
+
+struct MeasurePush {
+  ivec4 cells;
+  vec4 unit;     // x: 1 / (length in mm that counts as one unit)
+};
+PALPATE_SIZE(MeasurePush, 32);
+
+struct FoldsPush {
+  ivec4 cells;
+  ivec4 cell;          // image voxels per cell
+  ivec4 image_size;
+  vec4 spacing_mm;     // of the image; w: smallest determinant allowed
+};
+PALPATE_SIZE(FoldsPush, 64);
+
+struct BlendPush {
+  ivec4 cells;
+};
+PALPATE_SIZE(BlendPush, 16);
+
+#ifdef __cplusplus
+#undef PALPATE_SIZE
+}  // namespace palpate::shaders
+#endif
+#endif

@@ -1,0 +1,41 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "interface/motion.h"
+#include "include/bricks.glsl"
+// Repair of folds: cells that touch a folded one are replaced by a smoothed field, all others are kept.
+//   u(i) <- G u(i) where any cell within 1 of i is flagged;  G = (1 2 1)/4 along each axis
+// Smoothing takes energy out of the gradient only where it must, and repeated it always ends: a constant does not fold.
+//
+// binding  direction  format               shape            unit
+// 0        in         uint                 bricks listed    packed brick coordinates
+// 1        in         any: flags           cells (z, y, x)
+// 2        in         rgba32f: u           cells            mm
+// 3        out        rgba32f: u           cells            mm
+//
+// One invocation: one cell. Border: held. Precision: fp32. Race: each output written once, not in place.
+// CPU oracle: oracle::blend.
+layout(set = 0, binding = 1) uniform sampler3D flags;
+layout(set = 0, binding = 2) uniform sampler3D field;
+layout(set = 0, binding = 3) uniform writeonly image3D repaired;
+layout(push_constant) uniform Push { BlendPush push; };
+
+void main() {
+  const ivec3 cell = brick_cell();
+  const ivec3 last = push.cells.xyz - 1;
+  if (beyond(cell, push.cells.xyz)) return;
+  float flagged = 0.0;
+  for (int k = 0; k < 27; ++k) {
+    const ivec3 at = cell + ivec3(k % 3, k / 3 % 3, k / 9) - 1;
+    flagged = max(flagged, texelFetch(flags, clamp(at, ivec3(0), last), 0).r);
+  }
+  vec3 u = texelFetch(field, cell, 0).xyz;
+  if (flagged > 0.0) {
+    u = vec3(0.0);
+    for (int k = 0; k < 27; ++k) {
+      const ivec3 step = ivec3(k % 3, k / 3 % 3, k / 9) - 1;
+      const float weight = float((2 - abs(step.x)) * (2 - abs(step.y)) * (2 - abs(step.z))) / 64.0;
+      u += weight * texelFetch(field, clamp(cell + step, ivec3(0), last), 0).xyz;
+    }
+  }
+  imageStore(repaired, cell, vec4(u, 0.0));
+}

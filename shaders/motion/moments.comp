@@ -1,0 +1,35 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "interface/motion.h"
+// First and second moment of the intensity in cells of a few voxels, the raw material of local normalisation
+// (normalise.comp): m1 = mean(I), m2 = mean(I^2). On a coarser grid than the image because what follows is a wide
+// low-pass: the same result for an eighth of the work.
+//
+// binding  direction  format                shape             unit
+// 0        in         any, one channel      image (z, y, x)   scaled intensity
+// 1        out        rgba32f: m1 m2 0 0    cells             scaled intensity, its square
+//
+// One invocation: one cell. Border: a cell that reaches beyond the image averages what is inside.
+// Precision: fp32 and stored so: m2 - m1^2 cancels. Race: each output written once. CPU oracle: oracle::moments.
+layout(local_size_x = 64) in;
+layout(set = 0, binding = 0) uniform sampler3D image;
+layout(set = 0, binding = 1) uniform writeonly image3D moments;
+layout(push_constant) uniform Push { MomentsPush push; };
+
+void main() {
+  const ivec3 i = ivec3(gl_GlobalInvocationID);
+  if (any(greaterThanEqual(i, push.cells.xyz))) return;
+  const ivec3 begin = i * push.cell.xyz;
+  const ivec3 end = min(begin + push.cell.xyz, push.size.xyz);
+  vec2 sum = vec2(0.0);
+  for (int z = begin.z; z < end.z; ++z) {
+    for (int y = begin.y; y < end.y; ++y) {
+      for (int x = begin.x; x < end.x; ++x) {
+        const float value = texelFetch(image, ivec3(x, y, z), 0).r;
+        sum += vec2(value, value * value);
+      }
+    }
+  }
+  const ivec3 n = end - begin;
+  imageStore(moments, i, vec4(sum / float(n.x * n.y * n.z), 0.0, 0.0));
+}

@@ -1,0 +1,35 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "interface/motion.h"
+// Local normalisation: what is left of an image when gain, offset and slow bias are taken out.
+//   N = (I - m) / sqrt(v + f^2), m and v = m2 - m^2 local mean and variance, f the noise SD
+// m1 and m2 come smoothed on a coarser grid and are read trilinearly.
+//
+// binding  direction  format                shape             unit
+// 0        in         any, one channel      image (z, y, x)   scaled intensity
+// 1        in         rgba32f: m1 m2 . .    cells             smoothed moments
+// 2        in         any, one channel      image             mask: 0 = must not count
+// 3        out        any, one channel      image             1 (local SDs), kNoValue where masked out
+//
+// One invocation: one voxel. Border: held. Precision: fp32. Race: each output written once.
+// CPU oracle: oracle::normalise.
+layout(local_size_x = 64) in;
+layout(set = 0, binding = 0) uniform sampler3D image;
+layout(set = 0, binding = 1) uniform sampler3D moments;
+layout(set = 0, binding = 2) uniform sampler3D mask;
+layout(set = 0, binding = 3) uniform writeonly image3D normalised;
+layout(push_constant) uniform Push { NormalisePush push; };
+layout(constant_id = 0) const int kMasked = 0;
+
+void main() {
+  const ivec3 i = ivec3(gl_GlobalInvocationID);
+  if (any(greaterThanEqual(i, push.size.xyz))) return;
+  float value = texelFetch(image, i, 0).r;
+  if (push.noise.y != 0.0) {
+    const vec3 at = (vec3(i) + 0.5) / vec3(push.cell.xyz * push.cells.xyz);
+    const vec2 m = textureLod(moments, at, 0.0).rg;
+    value = (value - m.x) * inversesqrt(max(m.y - m.x * m.x, 0.0) + push.noise.x);
+  }
+  if (kMasked != 0 && texelFetch(mask, i, 0).r == 0.0) value = kNoValue;
+  imageStore(normalised, i, vec4(value));
+}

@@ -1,0 +1,43 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "interface/motion.h"
+#include "include/bricks.glsl"
+// Dual step of the vectorial Huber total variation filter: gradient ascent, then projection onto the ball. All nine
+// differences share one ball, so that an edge of one component is an edge of all.
+//   p <- P( (p + t D u) / (1 + t e / c) ),  P(p) = p / max(1, |p| / c),  (D u)_a(i) = s_a (u(i + e_a) - u(i))
+// c = lambda h in mm, e the Huber threshold in mm, t the step, s_a the slope weight   (Chambolle & Pock 2011, sec. 6.2)
+//
+// binding  direction  format               shape            unit
+// 0        in         uint                 bricks listed    packed brick coordinates
+// 1        in         rgba32f: u           cells (z, y, x)  mm along the image axes
+// 2-4      in         rgba: p of x, y, z   cells            mm
+// 5-7      out        the same, new        cells            mm
+//
+// One invocation: one cell. Border: no difference beyond the last cell. Precision: fp32, stored as the images are.
+// Race: p is read only at the own cell, so 2-4 and 5-7 may be the same images. CPU oracle: oracle::tv_dual.
+layout(set = 0, binding = 1) uniform sampler3D field;
+layout(set = 0, binding = 2) uniform sampler3D dual_x;
+layout(set = 0, binding = 3) uniform sampler3D dual_y;
+layout(set = 0, binding = 4) uniform sampler3D dual_z;
+layout(set = 0, binding = 5) uniform writeonly image3D new_x;
+layout(set = 0, binding = 6) uniform writeonly image3D new_y;
+layout(set = 0, binding = 7) uniform writeonly image3D new_z;
+layout(push_constant) uniform Push { TotalVariationPush push; };
+
+void main() {
+  const ivec3 i = brick_cell();
+  if (beyond(i, push.cells.xyz)) return;
+  const ivec3 last = push.cells.xyz - 1;
+  const vec3 u = texelFetch(field, i, 0).xyz;
+  const vec3 step = push.weight.y * push.slope.xyz;
+  vec3 px = texelFetch(dual_x, i, 0).xyz + step.x * (texelFetch(field, ivec3(min(i.x + 1, last.x), i.yz), 0).xyz - u);
+  vec3 py = texelFetch(dual_y, i, 0).xyz + step.y * (texelFetch(field, ivec3(i.x, min(i.y + 1, last.y), i.z), 0).xyz - u);
+  vec3 pz = texelFetch(dual_z, i, 0).xyz + step.z * (texelFetch(field, ivec3(i.xy, min(i.z + 1, last.z)), 0).xyz - u);
+  const float c = push.weight.x;
+  const float shrink = 1.0 / (1.0 + push.weight.y * push.weight.z / c);
+  const float norm = shrink * sqrt(dot(px, px) + dot(py, py) + dot(pz, pz));
+  const float scale = shrink / max(1.0, norm / c);
+  imageStore(new_x, i, vec4(scale * px, 0.0));
+  imageStore(new_y, i, vec4(scale * py, 0.0));
+  imageStore(new_z, i, vec4(scale * pz, 0.0));
+}

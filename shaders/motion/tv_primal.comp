@@ -1,0 +1,44 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "interface/motion.h"
+#include "include/bricks.glsl"
+// Primal step of the vectorial Huber total variation filter: the field that belongs to the dual p, and, in the last
+// step of an iteration, the momentum ahead of it.
+//   u = w + div p,  (div p)(i) = sum_a s_a (p_a(i) - p_a(i - e_a))        (Chambolle 2004, sec. 3)
+//   v = u + m (u - u_before)                                               (Polyak's momentum)
+//
+// binding  direction  format                 shape            unit
+// 0        in         uint                   bricks listed    packed brick coordinates
+// 1        in         rgba32f: w             cells (z, y, x)  mm along the image axes
+// 2-4      in         rgba: p of x, y, z     cells            mm
+// 5        in         rgba32f: u_before      cells            mm
+// 6        out        rgba32f: u             cells            mm
+// 7        out        rgba32f: v             cells            mm (kLast only)
+//
+// One invocation: one cell. Border: p is 0 before the first cell and on the last. Precision: fp32.
+// Race: each output written once. CPU oracle: oracle::tv_primal.
+layout(constant_id = 0) const int kLast = 0;
+layout(set = 0, binding = 1) uniform sampler3D composed;
+layout(set = 0, binding = 2) uniform sampler3D dual_x;
+layout(set = 0, binding = 3) uniform sampler3D dual_y;
+layout(set = 0, binding = 4) uniform sampler3D dual_z;
+layout(set = 0, binding = 5) uniform sampler3D before;
+layout(set = 0, binding = 6) uniform writeonly image3D field;
+layout(set = 0, binding = 7) uniform writeonly image3D ahead;
+layout(push_constant) uniform Push { TotalVariationPush push; };
+
+void main() {
+  const ivec3 i = brick_cell();
+  if (beyond(i, push.cells.xyz)) return;
+  vec3 u = texelFetch(composed, i, 0).xyz;
+  u += push.slope.x * texelFetch(dual_x, i, 0).xyz;
+  u += push.slope.y * texelFetch(dual_y, i, 0).xyz;
+  u += push.slope.z * texelFetch(dual_z, i, 0).xyz;
+  if (i.x > 0) u -= push.slope.x * texelFetch(dual_x, i - ivec3(1, 0, 0), 0).xyz;
+  if (i.y > 0) u -= push.slope.y * texelFetch(dual_y, i - ivec3(0, 1, 0), 0).xyz;
+  if (i.z > 0) u -= push.slope.z * texelFetch(dual_z, i - ivec3(0, 0, 1), 0).xyz;
+  imageStore(field, i, vec4(u, 0.0));
+  if (kLast != 0) {
+    imageStore(ahead, i, vec4(u + push.weight.w * (u - texelFetch(before, i, 0).xyz), 0.0));
+  }
+}
