@@ -1,0 +1,93 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "compute/volume/field.h"
+#include "compute/volume/result.h"
+#include "compute/volume/volume.h"
+
+/// Pictures of frames, motion fields and their errors, as PNG.
+///
+/// All pictures cut the patient along axial, coronal and sagittal planes in LPS, whatever the
+/// direction and spacing of the grid, on one scale in mm, hung as radiologists do: patient's left
+/// on the right, front at the top or left, head up. Views on which the volume is only a sliver (one
+/// slice) are left out. Fields and confidence may lie on a coarser grid than the frame.
+///
+/// Every function writes its file whole or not at all (temporary file beside it, then rename) and
+/// replaces an older one. Errors: kBadOutput if it can not be written, kBadInput if a volume or
+/// field holds no samples or not as many as its grid says, kOutOfMemory. Any thread; the values are
+/// only read.
+namespace palpate::charts {
+
+/// The words of a picture, and where to cut.
+struct Caption {
+  std::string title;     ///< one line, said large
+  std::string subtitle;  ///< one line of numbers or explanation, may be empty
+  /// Where the three planes meet, LPS mm; where most moves, or in the middle, if not given.
+  std::optional<glm::dvec3> focus_lps_mm = std::nullopt;
+};
+
+/// Where most moves: the mean position (LPS mm) of the field's samples, weighed by |u|^2, inside
+/// the mask if there is one; the middle of the grid if nothing moves.
+glm::dvec3 focus_of(const Field& field, const Mask* mask = nullptr);
+
+/// A frame in greys, window from its percentiles; with a field: arrows from each point to where it
+/// goes, coloured by length.
+Status write_frame(const std::string& path, const Volume& frame, const Field* field,
+                   const Caption& caption, const Mask* mask = nullptr);
+
+/// |u| in mm as a map, drawn where the frame's grid has voxels.
+Status write_motion_map(const std::string& path, const Field& field, const Grid& frame_grid,
+                        const Caption& caption);
+
+/// A square lattice carried along by the field, over the frame: parts that are turned over are red.
+Status write_carried_lattice(const std::string& path, const Field& field, const Volume& frame,
+                             const Caption& caption);
+
+/// |u - truth| in mm as a map, inside the mask if there is one, drawn where the truth has samples.
+Status write_error_map(const std::string& path, const Field& field, const Field& truth,
+                       const Mask* mask, const Caption& caption);
+
+/// Confidence from 0 (a guess) to 1 (sure) as a map, drawn where the frame's grid has voxels.
+Status write_confidence_map(const std::string& path, const Confidence& confidence,
+                            const Grid& frame_grid, const Caption& caption);
+
+/// Two rows: moving minus fixed, and moving carried back by the field minus fixed, on the same
+/// colours.
+Status write_difference(const std::string& path, const Volume& fixed, const Volume& moving,
+                        const Field& field, const Caption& caption);
+
+/// What there is to show of a pair. Nothing is copied: all must outlive the call.
+struct PairPicture {
+  const Volume* fixed = nullptr;           ///< needed
+  const Volume* moving = nullptr;          ///< needed
+  const Field* field = nullptr;            ///< needed
+  const Field* truth = nullptr;            ///< if known: a column with the error
+  const Confidence* confidence = nullptr;  ///< if known: a column with the confidence
+  const Mask* mask = nullptr;              ///< where arrows are drawn, and numbers are taken
+};
+
+/// A pair on one page: three views by fixed frame with arrows, difference before and after, motion
+/// with the lattice it carries, and error and confidence as far as they are given; with the numbers
+/// of each.
+Status write_pair_overview(const std::string& path, const PairPicture& pair,
+                           const Caption& caption);
+
+/// One moment of a sequence: a frame and the field that leads from it to the next.
+struct Moment {
+  const Volume* frame = nullptr;
+  const Field* field = nullptr;  ///< none after the last frame of a sequence that is not cyclic
+  std::string label;             ///< "frame 0 \u2192 1"
+  std::string sublabel;          ///< "t = 0.5 s"
+};
+
+/// A sequence on one page: one row per moment, three views with arrows, one key and one window for
+/// all. Longer ones than 12 moments are thinned out evenly, and the picture says so.
+Status write_sequence_strip(const std::string& path, const std::vector<Moment>& moments,
+                            const Caption& caption);
+
+}  // namespace palpate::charts

@@ -1,0 +1,115 @@
+#include "integration/charts/figures.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate::charts {
+
+Status checked(const std::string& path, const Grid& grid, size_t samples, const char* what) {
+  const bool sized = glm::all(glm::greaterThan(grid.size, glm::ivec3(0)));
+  const bool spaced = glm::all(glm::greaterThan(grid.spacing_mm, glm::dvec3(0.0)));
+  if (sized && spaced && grid.count() == samples) return Nothing{};
+  return Error{
+      ErrorKind::kBadInput,
+      fmt::format("The picture {} can not be drawn: {} has {} samples on a grid of {} x {} "
+                  "x {}; give one that is filled.",
+                  path, what, samples, grid.size.x, grid.size.y, grid.size.z)};
+}
+
+namespace {
+
+Page page_with(const Caption& caption, const Box& box, glm::dvec3 focus_lps_mm) {
+  Page page;
+  page.heading = {caption.title, caption.subtitle};
+  page.box = box;
+  page.focus_lps_mm =
+      glm::clamp(caption.focus_lps_mm.value_or(focus_lps_mm), box.low_mm, box.high_mm);
+  page.footnote = hanging_note();
+  return page;
+}
+
+std::string place(View view, glm::dvec3 focus_lps_mm) {
+  Panel panel;
+  panel.view = view;
+  panel.middle_lps_mm = focus_lps_mm;
+  return place_of(panel);
+}
+
+}  // namespace
+
+Page views_page(const Caption& caption, const Box& box, glm::dvec3 focus_lps_mm,
+                const std::vector<const Content*>& rows) {
+  Page page = page_with(caption, box, focus_lps_mm);
+  const std::vector<View> views = views_of(box);
+  for (const View view : views) {
+    page.columns.push_back({{axes_of(view).name, place(view, page.focus_lps_mm)}, {}});
+  }
+  for (const Content* content : rows) {
+    std::vector<Cell> cells;
+    for (const View view : views) cells.push_back({view, content});
+    page.cells.push_back(std::move(cells));
+  }
+  page.wanted_width_px = 400.0 * double(views.size());
+  return page;
+}
+
+Page table_page(const Caption& caption, const Box& box, glm::dvec3 focus_lps_mm,
+                const std::vector<const Content*>& columns) {
+  Page page = page_with(caption, box, focus_lps_mm);
+  for (const View view : views_of(box)) {
+    std::vector<Cell> cells;
+    for (const Content* content : columns) cells.push_back({view, content});
+    page.cells.push_back(std::move(cells));
+    page.rows.push_back({place(view, page.focus_lps_mm), ""});
+  }
+  page.columns.resize(columns.size());
+  page.wanted_width_px = 330.0 * double(columns.size());
+  return page;
+}
+
+std::string length_numbers(const std::vector<double>& lengths_mm) {
+  if (lengths_mm.empty()) return "no samples";
+  double sum = 0.0;
+  for (const double length : lengths_mm) sum += length;
+  return fmt::format("mean {}, p95 {}, max {} mm", number(sum / double(lengths_mm.size())),
+                     number(quantile(lengths_mm, 0.95)), number(quantile(lengths_mm, 1.0)));
+}
+
+std::string stretch_note(double stretch) {
+  if (stretch == 1.0) return "Arrows have their true length.";
+  return fmt::format("Arrows are drawn {} \u00d7 their length.", number(stretch));
+}
+
+std::string hanging_note() {
+  return "LPS, mm. The patient\u2019s left is on the right of axial and coronal views.";
+}
+
+std::vector<double> spread_values(const Grid& grid, const Mask* mask,
+                                  const std::function<double(glm::dvec3)>& value_at) {
+  constexpr size_t kSamples = 300'000;
+  std::vector<double> values;
+  visit_samples(grid, kSamples, [&](glm::dvec3 lps_mm) {
+    if (!inside(mask, lps_mm)) return;
+    const double value = value_at(lps_mm);
+    if (std::isfinite(value)) values.push_back(value);
+  });
+  return values;
+}
+
+Range symmetric_range(const std::vector<double>& values) {
+  std::vector<double> sizes(values);
+  for (double& size : sizes) size = std::abs(size);
+  const double top = round_range({quantile(sizes, 0.99)}).high;
+  return {-top, top};
+}
+
+double root_mean_square(const std::vector<double>& values) {
+  if (values.empty()) return 0.0;
+  double sum = 0.0;
+  for (const double value : values) sum += value * value;
+  return std::sqrt(sum / double(values.size()));
+}
+
+}  // namespace palpate::charts
