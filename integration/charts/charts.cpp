@@ -37,9 +37,10 @@ glm::dvec3 focus_of(const Field& field, const Mask* mask) {
 Status write_frame(const std::string& path, const Volume& frame, const Field* field,
                    const Caption& caption, const Mask* mask) {
   if (auto ok = checked(path, frame.grid, frame.values.size(), "the frame"); !ok) return ok;
-  Content content = frame_content(frame, window_of(frame));
   const Box box = box_of(frame.grid);
+  const Range window = window_of(frame);
   if (!field) {
+    Content content = frame_content(frame, window);
     add_letters(&content, true);
     const Page page = views_page(caption, box, box.centre_mm(), {&content});
     return write_page(path, page, laid_out(page));
@@ -47,6 +48,7 @@ Status write_frame(const std::string& path, const Volume& frame, const Field* fi
   if (auto ok = checked(path, field->grid, field->u_mm.size(), "the field"); !ok) return ok;
   const std::vector<double> lengths = lengths_mm(*field);
   const Range range = round_range(lengths);
+  Content content = frame_content(frame, dimmed(window));
   Page page = views_page(caption, box, focus_of(*field, mask), {&content});
   set_key(&page, {ColorMap::kMotion, range, "length of the motion, mm"});
   const Layout layout = laid_out(page);
@@ -72,14 +74,11 @@ Status write_carried_lattice(const std::string& path, const Field& field, const 
                              const Caption& caption) {
   if (auto ok = checked(path, field.grid, field.u_mm.size(), "the field"); !ok) return ok;
   if (auto ok = checked(path, frame.grid, frame.values.size(), "the frame"); !ok) return ok;
-  // A frame dimmed to the lower greys leaves the lattice as the thing that is seen.
-  const Range window = window_of(frame);
-  Content content =
-      frame_content(frame, {window.low, window.low + 1.8 * (window.high - window.low)});
+  Content content = frame_content(frame, dimmed(window_of(frame)));
   content.overlays.push_back(carried_lattice(field, frame.grid, {0.55, 0.86, 0.95}));
   add_letters(&content, true);
   Page page = views_page(caption, box_of(frame.grid), focus_of(field), {&content});
-  page.footnote = "Squares carried by the field; red where it turns them over.  " + page.footnote;
+  page.footnote = "Squares carried by the field; red where it folds.  " + page.footnote;
   return write_page(path, page, laid_out(page));
 }
 
@@ -105,7 +104,7 @@ Status write_confidence_map(const std::string& path, const Confidence& confidenc
     return ok;
   }
   Content content = confidence_content(confidence, frame_grid);
-  add_letters(&content, false);
+  add_letters(&content, true);
   const Box box = box_of(frame_grid);
   Page page = views_page(caption, box, box.centre_mm(), {&content});
   set_key(&page, {ColorMap::kConfidence, {0.0, 1.0}, "confidence, 0 is a guess"});
@@ -131,7 +130,7 @@ Status write_difference(const std::string& path, const Volume& fixed, const Volu
   Page page = views_page(caption, box_of(fixed.grid), focus_of(field), {&first, &second});
   page.rows = {{"before, RMS " + number(root_mean_square(before)), ""},
                {"after, RMS " + number(root_mean_square(after)), ""}};
-  set_key(&page, {ColorMap::kDifference, range, "moving minus fixed, units of the file"});
+  set_key(&page, {ColorMap::kDifference, range, "moving minus fixed"});
   return write_page(path, page, laid_out(page));
 }
 

@@ -44,7 +44,7 @@ Status write_frame(const std::string& path, const Volume& frame, const Field* fi
 Status write_motion_map(const std::string& path, const Field& field, const Grid& frame_grid,
                         const Caption& caption);
 
-/// A square lattice carried along by the field, over the frame: parts that are turned over are red.
+/// A square lattice carried along by the field, over the frame; red where det(1 + du/dx) <= 0.
 Status write_carried_lattice(const std::string& path, const Field& field, const Volume& frame,
                              const Caption& caption);
 

@@ -33,23 +33,27 @@ bool on_screen(const std::array<double, 3>& linear) {
 }
 
 // One arm of the signed map: from paper white to a full colour.
-Color arm(double t, double hue_deg) {
-  return color_from_lch(97.0 - 57.0 * t, 62.0 * std::pow(t, 0.8), hue_deg);
+Color arm(double t, double chroma, double hue_deg) {
+  return color_from_lch(97.0 - 57.0 * t, chroma * std::pow(t, 0.8), hue_deg);
 }
 
 Color exact_color(ColorMap map, double t) {
   switch (map) {
     case ColorMap::kGray:
       return {t, t, t};
-    case ColorMap::kMotion:
-      return color_from_lch(18.0 + 73.0 * t, 42.0 + 30.0 * t * t, 308.0 - 212.0 * t);
+    case ColorMap::kMotion: {
+      // The screen has least chroma in the middle, among the blue-greens: a bow keeps clear of that
+      // edge.
+      const double bow = (2.0 * t - 1.0) * (2.0 * t - 1.0);
+      return color_from_lch(24.0 + 68.0 * t, 27.0 + 28.0 * bow, 308.0 - 212.0 * t);
+    }
     case ColorMap::kError:
       return color_from_lch(97.0 - 73.0 * t, 6.0 + 210.0 * t * (1.0 - t) + 30.0 * t * t,
                             86.0 - 106.0 * t);
     case ColorMap::kDifference:
-      return t < 0.5 ? arm(1.0 - 2.0 * t, 265.0) : arm(2.0 * t - 1.0, 35.0);
+      return t < 0.5 ? arm(1.0 - 2.0 * t, 36.0, 265.0) : arm(2.0 * t - 1.0, 56.0, 35.0);
     case ColorMap::kConfidence:
-      return color_from_lch(94.0 - 52.0 * t, 22.0 + 14.0 * t, 85.0 + 120.0 * t);
+      return color_from_lch(94.0 - 52.0 * t, 18.0 + 8.0 * t, 85.0 + 120.0 * t);
   }
   return {};
 }

@@ -30,13 +30,6 @@ Page page_with(const Caption& caption, const Box& box, glm::dvec3 focus_lps_mm) 
   return page;
 }
 
-std::string place(View view, glm::dvec3 focus_lps_mm) {
-  Panel panel;
-  panel.view = view;
-  panel.middle_lps_mm = focus_lps_mm;
-  return place_of(panel);
-}
-
 }  // namespace
 
 Page views_page(const Caption& caption, const Box& box, glm::dvec3 focus_lps_mm,
@@ -44,7 +37,7 @@ Page views_page(const Caption& caption, const Box& box, glm::dvec3 focus_lps_mm,
   Page page = page_with(caption, box, focus_lps_mm);
   const std::vector<View> views = views_of(box);
   for (const View view : views) {
-    page.columns.push_back({{axes_of(view).name, place(view, page.focus_lps_mm)}, {}});
+    page.columns.push_back({{axes_of(view).name, place_of(view, page.focus_lps_mm)}, {}});
   }
   for (const Content* content : rows) {
     std::vector<Cell> cells;
@@ -62,7 +55,8 @@ Page table_page(const Caption& caption, const Box& box, glm::dvec3 focus_lps_mm,
     std::vector<Cell> cells;
     for (const Content* content : columns) cells.push_back({view, content});
     page.cells.push_back(std::move(cells));
-    page.rows.push_back({place(view, page.focus_lps_mm), ""});
+    page.rows.push_back(
+        {fmt::format("{}, {}", axes_of(view).name, place_of(view, page.focus_lps_mm)), ""});
   }
   page.columns.resize(columns.size());
   page.wanted_width_px = 330.0 * double(columns.size());
@@ -77,13 +71,18 @@ std::string length_numbers(const std::vector<double>& lengths_mm) {
                      number(quantile(lengths_mm, 0.95)), number(quantile(lengths_mm, 1.0)));
 }
 
+Range dimmed(Range window) {
+  return {window.low, window.low + 1.35 * (window.high - window.low)};
+}
+
 std::string stretch_note(double stretch) {
-  if (stretch == 1.0) return "Arrows have their true length.";
-  return fmt::format("Arrows are drawn {} \u00d7 their length.", number(stretch));
+  if (stretch == 1.0) return "Arrows have their true length; dots move through the plane.";
+  return fmt::format("Arrows are drawn {} \u00d7 their length; dots move through the plane.",
+                     number(stretch));
 }
 
 std::string hanging_note() {
-  return "LPS, mm. The patient\u2019s left is on the right of axial and coronal views.";
+  return "Coordinates are LPS; the patient\u2019s left is on the right of axial and coronal views.";
 }
 
 std::vector<double> spread_values(const Grid& grid, const Mask* mask,

@@ -25,6 +25,9 @@ Page table_page(const Caption& caption, const Box& box, glm::dvec3 focus_lps_mm,
 /// "mean 3.9, p95 12, max 15 mm"
 std::string length_numbers(const std::vector<double>& lengths_mm);
 
+/// A window in which the brightest tissue stays grey, so that what is drawn over it stands out.
+Range dimmed(Range window);
+
 /// "Arrows are drawn 5 x their length."; empty if they are true.
 std::string stretch_note(double stretch);
 

@@ -8,7 +8,8 @@ namespace {
 
 constexpr double kArrowSpacingPx = 19.0;
 constexpr double kLatticeSpacingPx = 15.0;
-constexpr double kShortestArrowPx = 1.6;
+constexpr double kShortestArrowPx = 3.0;  // less motion is not drawn, less in the plane is a dot
+constexpr double kFoldStepPx = 3.0;
 constexpr Color kFoldColor{0.86, 0.10, 0.12};
 
 // Points of a square lattice on the page, symmetric about the middle of the panel.
@@ -41,6 +42,30 @@ void draw_arrow(Canvas& canvas, glm::dvec2 from, glm::dvec2 step, Color color) {
   canvas.fill_polygon(head_shape, color);
 }
 
+// det(1 + du/dx) at a point, from steps so short that they stay in one cell of the trilinear field.
+double determinant_at(const Field& field, glm::dvec3 lps_mm) {
+  const double step_mm = 1e-3 * field.grid.finest_mm();
+  glm::dmat3 jacobian(1.0);
+  for (int axis = 0; axis < 3; ++axis) {
+    glm::dvec3 step(0.0);
+    step[axis] = step_mm;
+    jacobian[axis] += (sample_at_lps(field, lps_mm + step) - sample_at_lps(field, lps_mm - step)) /
+                      (2.0 * step_mm);
+  }
+  return glm::determinant(jacobian);
+}
+
+void draw_folds(Canvas& canvas, const Panel& panel, const Field& field, const Grid& where) {
+  for (double y = 0.5 * kFoldStepPx; y < panel.size_px.y; y += kFoldStepPx) {
+    for (double x = 0.5 * kFoldStepPx; x < panel.size_px.x; x += kFoldStepPx) {
+      const glm::dvec2 px = panel.corner_px + glm::dvec2(x, y);
+      const glm::dvec3 lps_mm = panel.lps_at(px);
+      if (!covers(where, lps_mm) || determinant_at(field, lps_mm) > 0.0) continue;
+      canvas.fill_dot(px + panel.px_step(sample_at_lps(field, lps_mm)), 2.4, kFoldColor);
+    }
+  }
+}
+
 }  // namespace
 
 double arrow_stretch(double long_motion_mm, double px_per_mm) {
@@ -61,12 +86,12 @@ Overlay arrows(const Field& field, ArrowLook look) {
         const double whole_px = glm::length(u_mm) * panel.px_per_mm * look.stretch;
         if (!(whole_px >= kShortestArrowPx) || !std::isfinite(whole_px)) continue;
         const double t = look.range_mm.fraction(glm::length(u_mm));
-        // The darkest third of the map would vanish on a dark frame.
         const Color color = color_at(ColorMap::kMotion, t);
         const glm::dvec2 step = look.stretch * panel.px_step(u_mm);
         if (glm::length(step) >= kShortestArrowPx) {
           draw_arrow(canvas, {x, y}, step, color);
         } else {
+          canvas.fill_dot({x, y}, 2.2, {0, 0, 0}, 0.3);
           canvas.fill_dot({x, y}, 1.6, color);
         }
       }
@@ -82,20 +107,7 @@ Overlay carried_lattice(const Field& field, const Grid& where, Color color) {
       return glm::dvec2(x, y) + panel.px_step(sample_at_lps(field, panel.lps_at({x, y})));
     };
     const auto shown = [&](double x, double y) { return covers(where, panel.lps_at({x, y})); };
-    for (size_t row = 0; row + 1 < ys.size(); ++row) {
-      for (size_t column = 0; column + 1 < xs.size(); ++column) {
-        const glm::dvec2 a = carried(xs[column], ys[row]);
-        const glm::dvec2 b = carried(xs[column + 1], ys[row]);
-        const glm::dvec2 c = carried(xs[column + 1], ys[row + 1]);
-        const glm::dvec2 d = carried(xs[column], ys[row + 1]);
-        const glm::dvec2 down = d - a;
-        const glm::dvec2 right = b - a;
-        const bool turned_over = right.x * down.y - right.y * down.x <= 0.0;
-        if (turned_over && shown(xs[column], ys[row])) {
-          canvas.fill_polygon({a, b, c, d}, kFoldColor, 0.75);
-        }
-      }
-    }
+    draw_folds(canvas, panel, field, where);
     // Lines are followed at a third of the lattice, so that they bend smoothly.
     const auto draw = [&](double fixed_px, double low, double high, bool upright) {
       std::vector<glm::dvec2> line;

@@ -19,8 +19,8 @@ struct ArrowLook {
 /// the motion goes through the plane. The field must outlive the overlay.
 Overlay arrows(const Field& field, ArrowLook look);
 
-/// A square lattice carried by the field, x to x + u(x), in-plane part; cells that are turned over
-/// are filled red.
+/// A square lattice carried by the field, x to x + u(x), in-plane part; red dots where det(1 +
+/// du/dx) <= 0 in 3-D. are filled red.
 Overlay carried_lattice(const Field& field, const Grid& where, Color color);
 
 /// R, L, A, P, S, I at the edges.

@@ -56,11 +56,11 @@ std::vector<Part> difference_parts(const PairPicture& pair) {
   }
   const Range range = symmetric_range(before);
   return {{difference_content(*pair.fixed, *pair.moving, nullptr, range),
-           {"Difference before", "moving \u2212 fixed, RMS " + number(rms_before)},
-           {ColorMap::kDifference, range, "units of the file"}},
+           {"Difference before", "RMS " + number(rms_before)},
+           {ColorMap::kDifference, range, "moving minus fixed"}},
           {difference_content(*pair.fixed, *pair.moving, pair.field, range),
            {"Difference after", "RMS " + number(rms_after) + change},
-           {ColorMap::kDifference, range, "units of the file"}}};
+           {ColorMap::kDifference, range, "moving minus fixed"}}};
 }
 
 Part error_part(const PairPicture& pair) {
@@ -83,7 +83,7 @@ Part confidence_part(const PairPicture& pair) {
 }
 
 Part fixed_part(const PairPicture& pair, Range range_mm) {
-  return {frame_content(*pair.fixed, window_of(*pair.fixed)),
+  return {frame_content(*pair.fixed, dimmed(window_of(*pair.fixed))),
           {"Fixed frame", "and where each point goes"},
           {ColorMap::kMotion, range_mm, "length of the motion, mm"}};
 }
@@ -205,7 +205,7 @@ Status write_sequence_strip(const std::string& path, const std::vector<Moment>& 
   const Range range_mm = round_range(scale.lengths_mm);
   std::vector<Content> contents;
   for (const size_t row : rows) {
-    contents.push_back(frame_content(*moments[row].frame, scale.window));
+    contents.push_back(frame_content(*moments[row].frame, dimmed(scale.window)));
   }
   std::vector<const Content*> shown;
   for (const Content& content : contents) shown.push_back(&content);

@@ -19,9 +19,9 @@ const ViewAxes& axes_of(View view) {
   // LPS: +x to the patient's left, +y to the back, +z to the head. The letters follow from the
   // vectors.
   static const std::array<ViewAxes, 3> axes = {{
-      {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, "axial", "S", "R", "L", "A", "P"},
-      {{1, 0, 0}, {0, 0, -1}, {0, 1, 0}, "coronal", "P", "R", "L", "S", "I"},
-      {{0, 1, 0}, {0, 0, -1}, {1, 0, 0}, "sagittal", "L", "A", "P", "S", "I"},
+      {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, "Axial", "z", "R", "L", "A", "P"},
+      {{1, 0, 0}, {0, 0, -1}, {0, 1, 0}, "Coronal", "y", "R", "L", "S", "I"},
+      {{0, 1, 0}, {0, 0, -1}, {1, 0, 0}, "Sagittal", "x", "A", "P", "S", "I"},
   }};
   return axes[static_cast<size_t>(view)];
 }
@@ -76,11 +76,11 @@ glm::dvec2 Panel::px_step(glm::dvec3 mm) const {
   return px_per_mm * glm::dvec2(glm::dot(axes.right, mm), glm::dot(axes.down, mm));
 }
 
-std::string place_of(const Panel& panel) {
-  const ViewAxes& axes = axes_of(panel.view);
-  const double mm = glm::dot(axes.normal, panel.middle_lps_mm);
-  const std::string sign = mm < -0.05 ? "\u2212" : "";
-  return fmt::format("{}  {} {}{:.1f} mm", axes.name, axes.normal_name, sign, std::abs(mm));
+std::string place_of(View view, glm::dvec3 lps_mm) {
+  const ViewAxes& axes = axes_of(view);
+  const double mm = glm::dot(axes.normal, lps_mm);
+  const char* sign = mm < -0.05 ? "\u2212" : "";
+  return fmt::format("{} = {}{:.1f} mm", axes.normal_name, sign, std::abs(mm));
 }
 
 }  // namespace palpate::charts

@@ -22,8 +22,8 @@ struct ViewAxes {
   glm::dvec3 right;
   glm::dvec3 down;
   glm::dvec3 normal;
-  const char* name;         ///< "axial"
-  const char* normal_name;  ///< the LPS axis along which the plane was cut, "S"
+  const char* name;         ///< "Axial"
+  const char* normal_name;  ///< the LPS coordinate that is constant on the plane, "z"
   const char* left_letter;
   const char* right_letter;
   const char* top_letter;
@@ -64,7 +64,7 @@ struct Panel {
   glm::dvec2 px_step(glm::dvec3 mm) const;
 };
 
-/// "coronal, P 12 mm": where the plane of a panel lies.
-std::string place_of(const Panel& panel);
+/// "y = 12.0 mm": where the plane of a view through this point lies.
+std::string place_of(View view, glm::dvec3 lps_mm);
 
 }  // namespace palpate::charts

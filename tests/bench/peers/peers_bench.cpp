@@ -39,6 +39,13 @@ void print_row(const std::string& name, const palpate::peers::EndpointError& err
   std::fflush(stdout);
 }
 
+// A time means nothing if the answer is wrong.
+palpate::Error worse_than_nothing(const PeerOptions& options) {
+  return {palpate::ErrorKind::kBadInput, palpate::peers::described(options) +
+                                             " is worse than no motion: give a pair that it can "
+                                             "register."};
+}
+
 int fail(const palpate::Error& error) {
   fmt::print(stderr, "peers_bench: {}\n", error.message);
   return 2;
@@ -57,12 +64,14 @@ int main(int argc, char** argv) {
   fmt::print("{:<58} {:>8} {:>6} {:>10} {:>6}\n", "endpoint error inside the body", "mean", "p95",
              "mean", "p95");
   const palpate::Field still{pair->fixed.grid, std::vector<glm::vec3>(pair->fixed.grid.count())};
-  print_row("doing nothing", peers::endpoint_error(still, *pair), 0.0);
+  const auto nothing = peers::endpoint_error(still, *pair);
+  print_row("doing nothing", nothing, 0.0);
   for (const PeerOptions& options : rows()) {
     const auto result = peers::run_itk(pair->fixed, pair->moving, options);
     if (!result) return fail(result.error());
-    print_row(peers::described(options), peers::endpoint_error(result->field, *pair),
-              result->seconds);
+    const auto error = peers::endpoint_error(result->field, *pair);
+    print_row(peers::described(options), error, result->seconds);
+    if (error.mean_voxels >= nothing.mean_voxels) return fail(worse_than_nothing(options));
   }
 
   for (const double sigma_voxels : {1.0, 2.0}) {
