@@ -1,0 +1,199 @@
+#include "integration/files/atomic_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+
+#include "integration/files/sentences.h"
+
+namespace palpate::files {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Some file systems refuse a single write of more than 2 GiB.
+constexpr size_t kMaxWriteBytes = size_t(1) << 30;
+
+fs::path folder_of(const fs::path& path) {
+  return path.has_parent_path() ? path.parent_path() : fs::path(".");
+}
+
+/// Follows a link, so that the file behind it is replaced and the link stays.
+fs::path behind_links(const fs::path& path) {
+  std::error_code error;
+  if (!fs::is_symlink(path, error)) return path;
+  const fs::path target = fs::weakly_canonical(path, error);
+  return error ? path : target;
+}
+
+/// Unique within the process by the counter and among processes by the id.
+fs::path temporary_beside(const fs::path& target) {
+  static std::atomic<unsigned> counter{0};
+  return folder_of(target) /
+         fmt::format(".{}.{}-{}.part", target.filename().string(), ::getpid(), counter++);
+}
+
+Error explain(const fs::path& path, int error_number) {
+  switch (error_number) {
+    case ENOSPC:
+    case EDQUOT:
+    case EFBIG:
+      return bad_output(
+          path,
+          "could not be written because the disk is full: free some space, or write elsewhere");
+    case EACCES:
+    case EPERM:
+    case EROFS:
+      return bad_output(path,
+                        "can not be written because its folder is protected: change the "
+                        "permissions, or write elsewhere");
+    case ENOENT:
+    case ENOTDIR:
+      return bad_output(
+          path,
+          "can not be written because there is no folder '{}': create it, or correct the name",
+          folder_of(path).string());
+    case ENAMETOOLONG:
+      return bad_output(path,
+                        "can not be written because the name is too long: choose a shorter one");
+    default:
+      return bad_output(path, "could not be written ({}): check the disk, or write elsewhere",
+                        std::strerror(error_number));
+  }
+}
+
+Status check_target(const fs::path& path, const fs::path& target) {
+  std::error_code error;
+  if (path.filename().empty() || fs::is_directory(target, error)) {
+    return bad_output(path, "is a folder: add a file name");
+  }
+  // Renaming over a device would replace it.
+  if (fs::exists(target, error) && !fs::is_regular_file(target, error)) {
+    return bad_output(path, "is no ordinary file: choose another name");
+  }
+  return Nothing{};
+}
+
+Status check_room(const fs::path& path, const fs::path& folder, double bytes) {
+  std::error_code error;
+  const auto space = fs::space(folder, error);
+  if (error || bytes <= 0.0 || double(space.available) >= bytes) return Nothing{};
+  return bad_output(path,
+                    "needs {} but the disk has only {} free: free some space, or write elsewhere",
+                    bytes_for_people(bytes), bytes_for_people(double(space.available)));
+}
+
+}  // namespace
+
+Result<AtomicFile> AtomicFile::create(const fs::path& path) {
+  AtomicFile file;
+  file.path_ = path;
+  file.target_ = behind_links(path);
+  if (const Status sound = check_target(path, file.target_); !sound) return sound.error();
+  const fs::path temporary = temporary_beside(file.target_);
+  file.fd_ = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  if (file.fd_ < 0) return explain(path, errno);
+  file.temporary_ = temporary;
+  // A file that is replaced keeps its permissions.
+  struct stat old {};
+  if (::stat(file.target_.c_str(), &old) == 0 && ::fchmod(file.fd_, old.st_mode & 07777) != 0) {
+    return file.fail(errno);
+  }
+  return file;
+}
+
+AtomicFile::AtomicFile(AtomicFile&& other) noexcept {
+  *this = std::move(other);
+}
+
+AtomicFile& AtomicFile::operator=(AtomicFile&& other) noexcept {
+  std::swap(path_, other.path_);
+  std::swap(target_, other.target_);
+  std::swap(temporary_, other.temporary_);
+  std::swap(fd_, other.fd_);
+  return *this;
+}
+
+AtomicFile::~AtomicFile() {
+  discard();
+}
+
+void AtomicFile::discard() {
+  if (fd_ >= 0) ::close(fd_);
+  fd_ = -1;
+  if (!temporary_.empty()) ::unlink(temporary_.c_str());
+  temporary_.clear();
+}
+
+Error AtomicFile::fail(int error_number) {
+  discard();
+  return explain(path_, error_number);
+}
+
+Status AtomicFile::write(const void* bytes, size_t n) {
+  const char* from = static_cast<const char*>(bytes);
+  while (n > 0) {
+    const ssize_t done = ::write(fd_, from, std::min(n, kMaxWriteBytes));
+    if (done < 0 && errno == EINTR) continue;
+    if (done < 0) return fail(errno);
+    from += done;
+    n -= size_t(done);
+  }
+  return Nothing{};
+}
+
+Status AtomicFile::commit() {
+  if (::fsync(fd_) != 0) return fail(errno);
+  const int fd = std::exchange(fd_, -1);
+  if (::close(fd) != 0) return fail(errno);
+  if (::rename(temporary_.c_str(), target_.c_str()) != 0) return fail(errno);
+  temporary_.clear();
+  // The new name is in the folder; without this it may be lost with the power. The data are safe
+  // either way, and not every file system can do it, so the outcome does not matter.
+  const int folder = ::open(folder_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (folder >= 0) {
+    ::fsync(folder);
+    ::close(folder);
+  }
+  return Nothing{};
+}
+
+Status write_text(const fs::path& path, std::string_view text) {
+  auto file = AtomicFile::create(path);
+  if (!file) return file.error();
+  if (const Status written = file->write(text.data(), text.size()); !written) return written;
+  return file->commit();
+}
+
+Status check_can_write_file(const fs::path& path, double bytes) {
+  const auto probe = AtomicFile::create(path);
+  if (!probe) return probe.error();
+  return check_room(path, folder_of(behind_links(path)), bytes);
+}
+
+Status check_can_write_folder(const fs::path& folder, double bytes) {
+  std::error_code error;
+  fs::path nearest = fs::absolute(folder, error);
+  while (!fs::exists(nearest, error) && nearest.has_relative_path())
+    nearest = nearest.parent_path();
+  if (!fs::is_directory(nearest, error)) {
+    return bad_output(folder, "can not be a folder because '{}' is a file: choose another name",
+                      nearest.string());
+  }
+  const fs::path probe_path = nearest / "palpate-probe";
+  const auto probe = AtomicFile::create(probe_path);
+  if (!probe) {
+    return bad_output(folder,
+                      "can not be written because '{}' is protected or full: change the "
+                      "permissions, or write elsewhere",
+                      nearest.string());
+  }
+  return check_room(folder, nearest, bytes);
+}
+
+}  // namespace palpate::files

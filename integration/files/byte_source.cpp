@@ -1,0 +1,177 @@
+#include "integration/files/byte_source.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+
+#include "integration/files/sentences.h"
+
+namespace palpate::files {
+namespace {
+
+/// Large enough that system calls do not count, small enough to stay in the second-level cache.
+constexpr size_t kPackedBytes = 256 * 1024;
+
+/// zlib's code for "zlib or gzip header, whichever is there".
+constexpr int kAnyDeflateHeader = 15 + 32;
+
+class FileDescriptor {
+ public:
+  FileDescriptor() = default;
+  FileDescriptor(const FileDescriptor&) = delete;
+  FileDescriptor& operator=(const FileDescriptor&) = delete;
+  ~FileDescriptor() { reset(-1); }
+  void reset(int fd) {
+    if (fd_ >= 0) ::close(fd_);
+    fd_ = fd;
+  }
+  int get() const { return fd_; }
+
+ private:
+  int fd_ = -1;
+};
+
+}  // namespace
+
+struct ByteSource::State {
+  std::vector<std::filesystem::path> paths;
+  Options options;
+  size_t next_path = 0;
+  FileDescriptor fd;
+  bool inflating = false;
+  bool stream_ended = false;
+  z_stream stream{};
+  std::vector<Bytef> packed;
+
+  ~State() {
+    if (inflating) inflateEnd(&stream);
+  }
+
+  const std::filesystem::path& path() const { return paths[next_path - 1]; }
+
+  Error cannot_read() const {
+    return bad_input(path(), "can not be read ({}): check the disk and the permissions",
+                     std::strerror(errno));
+  }
+
+  Status skip_lines() {
+    uint64_t left = options.line_skip;
+    char c = 0;
+    while (left > 0) {
+      const ssize_t got = ::read(fd.get(), &c, 1);
+      if (got < 0) return cannot_read();
+      if (got == 0)
+        return bad_input(path(), "ends before its samples start: copy or export it again");
+      if (c == '\n') --left;
+    }
+    return Nothing{};
+  }
+
+  Status open_next() {
+    const std::filesystem::path& next = paths[next_path++];
+    fd.reset(::open(next.c_str(), O_RDONLY | O_CLOEXEC));
+    if (fd.get() < 0)
+      return bad_input(next, "can not be opened ({}): check its name and the permissions",
+                       std::strerror(errno));
+    ::posix_fadvise(fd.get(), 0, 0, POSIX_FADV_SEQUENTIAL);
+    const bool from_end = options.last_bytes > 0;
+    const off_t step = from_end ? -off_t(options.last_bytes) : off_t(options.file_skip);
+    if (::lseek(fd.get(), step, from_end ? SEEK_END : SEEK_SET) < 0) return cannot_read();
+    if (const Status lines = skip_lines(); !lines) return lines;
+    return Nothing{};
+  }
+
+  /// Packed or plain bytes as they lie in the files; 0 only at the very end.
+  Result<size_t> read_plain(void* to, size_t n) {
+    size_t done = 0;
+    while (done < n) {
+      const ssize_t got = ::read(fd.get(), static_cast<char*>(to) + done, n - done);
+      if (got < 0 && errno == EINTR) continue;
+      if (got < 0) return cannot_read();
+      done += size_t(got);
+      if (got == 0) {
+        if (next_path == paths.size()) break;
+        if (const Status opened = open_next(); !opened) return opened.error();
+      }
+    }
+    return done;
+  }
+
+  Result<size_t> read_inflated(void* to, size_t n) {
+    stream.next_out = static_cast<Bytef*>(to);
+    size_t done = 0;
+    while (done < n && !stream_ended) {
+      if (stream.avail_in == 0) {
+        const auto got = read_plain(packed.data(), packed.size());
+        if (!got) return got.error();
+        stream.next_in = packed.data();
+        stream.avail_in = uInt(*got);
+        if (*got == 0) break;
+      }
+      const uInt room = uInt(std::min<size_t>(n - done, 1u << 30));
+      stream.avail_out = room;
+      const int code = inflate(&stream, Z_NO_FLUSH);
+      done += room - stream.avail_out;
+      if (code == Z_STREAM_END) {
+        // Members of a gzip file may follow each other; anything else behind the stream is not
+        // ours.
+        if (stream.avail_in < 2 || stream.next_in[0] != 0x1f || inflateReset(&stream) != Z_OK)
+          stream_ended = true;
+      } else if (code != Z_OK && code != Z_BUF_ERROR) {
+        return bad_input(
+            path(),
+            "is damaged: its compressed samples can not be unpacked; copy or export it again");
+      }
+    }
+    return done;
+  }
+};
+
+ByteSource::ByteSource(std::unique_ptr<State> state) : state_(std::move(state)) {}
+ByteSource::ByteSource(ByteSource&&) noexcept = default;
+ByteSource& ByteSource::operator=(ByteSource&&) noexcept = default;
+ByteSource::~ByteSource() = default;
+
+Result<ByteSource> ByteSource::open(std::vector<std::filesystem::path> paths, Options options) {
+  auto state = std::make_unique<State>();
+  state->paths = std::move(paths);
+  state->options = options;
+  if (const Status opened = state->open_next(); !opened) return opened.error();
+  if (options.deflate) {
+    state->packed.resize(kPackedBytes);
+    if (inflateInit2(&state->stream, kAnyDeflateHeader) != Z_OK) {
+      return Error{ErrorKind::kOutOfMemory,
+                   "There is not enough memory to unpack a file: close other programs"};
+    }
+    state->inflating = true;
+  }
+  return ByteSource(std::move(state));
+}
+
+Result<size_t> ByteSource::read(void* to, size_t n) {
+  return state_->inflating ? state_->read_inflated(to, n) : state_->read_plain(to, n);
+}
+
+Result<uint64_t> ByteSource::skip(uint64_t n) {
+  // One plain file: the position is all there is to change, and reading beyond the end says how
+  // much is missing.
+  if (!state_->inflating && state_->paths.size() == 1) {
+    if (::lseek(state_->fd.get(), off_t(n), SEEK_CUR) < 0) return state_->cannot_read();
+    return n;
+  }
+  std::vector<char> bin(size_t(std::min<uint64_t>(n, kPackedBytes)));
+  uint64_t done = 0;
+  while (done < n) {
+    const auto got = read(bin.data(), size_t(std::min<uint64_t>(n - done, bin.size())));
+    if (!got) return got.error();
+    if (*got == 0) break;
+    done += *got;
+  }
+  return done;
+}
+
+}  // namespace palpate::files

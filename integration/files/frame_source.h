@@ -1,0 +1,41 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "compute/volume/volume.h"
+#include "integration/files/raster.h"
+
+namespace palpate::files {
+
+/// Frames of one grid that can be had one by one. What is known before any sample is read stands in
+/// the base.
+class FrameSource {
+ public:
+  FrameSource() = default;
+  FrameSource(const FrameSource&) = delete;
+  FrameSource& operator=(const FrameSource&) = delete;
+  virtual ~FrameSource() = default;
+
+  /// Frame k; cheapest in rising order. One thread at a time.
+  virtual Result<Volume> frame(size_t k) = 0;
+
+  Grid grid;
+  size_t frame_count = 0;
+  std::vector<double> times_s;
+  bool times_known = false;
+};
+
+/// The frames of one file. kBadInput if it holds vectors.
+Result<std::unique_ptr<FrameSource>> open_raster_frames(const Raster& raster);
+
+/// One frame per file, in the order given. All headers are read and compared at once.
+Result<std::unique_ptr<FrameSource>> open_frame_files(
+    const std::vector<std::filesystem::path>& files);
+
+/// What differs first between two grids, for a person ("a spacing of 1 x 1 x 2 mm where frame 0 has
+/// ...").
+std::string difference(const Grid& grid, const Grid& first);
+
+}  // namespace palpate::files

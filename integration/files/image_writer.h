@@ -1,0 +1,31 @@
+#pragma once
+
+#include <vector>
+
+#include "integration/files/raster.h"
+
+namespace palpate::files {
+
+/// An image in memory, ready for any format. Frames follow each other; the components of a voxel
+/// lie together.
+struct Picture {
+  Grid grid;
+  SampleType type = SampleType::kFloat;  ///< kFloat or kUint8
+  size_t components = 1;
+  std::vector<const void*> frames;  ///< grid.count() * components samples each
+  std::vector<double> times_s;      ///< one per frame, or empty if not known
+};
+
+/// Which format a name asks for. kBadOutput if it is none that is written.
+enum class ImageFormat { kMeta, kNrrd, kNifti, kPackedNifti };
+Result<ImageFormat> format_of(const std::filesystem::path& path);
+
+/// Writes the picture atomically.
+Status write_picture(const Picture& picture, const std::filesystem::path& path);
+
+/// Headers as bytes, up to the first sample. Pure.
+std::string meta_header_of(const Picture& picture);
+std::string nrrd_header_of(const Picture& picture);
+std::string nifti_header_of(const Picture& picture);
+
+}  // namespace palpate::files

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "integration/files/raster.h"
+
+namespace palpate::files {
+
+/// The lines of a NRRD header, sorted by what they are; nothing is interpreted yet.
+struct NrrdFields {
+  std::map<std::string, std::string>
+      fields;  ///< "space directions: x", name in lower case without blanks
+  std::map<std::string, std::string> keys;  ///< "name:=value"
+  std::vector<std::string> data_files;      ///< the lines after "data file: LIST"
+
+  /// The field's text, or empty.
+  std::string_view field(const std::string& name) const;
+  std::string_view key(const std::string& name) const;
+};
+
+/// kBadInput if the magic is missing.
+Result<NrrdFields> split_nrrd_header(const std::filesystem::path& file, std::string_view text);
+
+/// What one axis of the array is.
+enum class NrrdRole { kSpace, kFrames, kComponents };
+
+/// One axis with everything the header says of it.
+struct NrrdAxis {
+  double size = 0.0;
+  NrrdRole role = NrrdRole::kSpace;
+  std::vector<double>
+      direction;  ///< in the header's own space; empty for "none" or where there are no directions
+  double spacing = 0.0;  ///< 0 where not given
+  double least = 0.0;    ///< position of the first sample, where given
+  std::string unit;      ///< lower case; empty where not given
+};
+
+/// Reads sizes, kinds, space directions, spacings and units, and decides the role of every axis.
+Result<std::vector<NrrdAxis>> nrrd_axes(const std::filesystem::path& file,
+                                        const NrrdFields& header);
+
+/// "(1,0,0)" -> 1 0 0; "none" -> empty. Nothing if it is neither.
+std::optional<std::vector<double>> parse_nrrd_vector(std::string_view text);
+
+}  // namespace palpate::files

@@ -1,0 +1,94 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "compute/volume/grid.h"
+#include "compute/volume/result.h"
+
+namespace palpate::files {
+
+enum class SampleType {
+  kInt8,
+  kUint8,
+  kInt16,
+  kUint16,
+  kInt32,
+  kUint32,
+  kInt64,
+  kUint64,
+  kFloat,
+  kDouble
+};
+
+size_t bytes_of(SampleType type);
+
+enum class Encoding {
+  kRaw,
+  kDeflate,  ///< zlib or gzip stream
+  kText      ///< numbers in ASCII
+};
+
+/// What one value of the axis beside i, j, k is.
+enum class LaneKind { kFrames, kComponents };
+
+/// More frames or components than this are a damaged header: a minute at 1 kHz has 60,000 frames.
+inline constexpr double kMaxLanes = 1e6;
+
+/// What a header promises: where the samples of one file lie, in memory and in space. Every header
+/// parser of ours ends in this, and one decoder reads it, so that each rule (sizes, units, scaling,
+/// byte order) is there once.
+///
+/// Beside i, j, k there is at most one more axis, the lanes: frames of a sequence or components of
+/// a vector. It may stand anywhere among the axes of the file: sample (voxel v, lane l) is sample
+/// number (v / inner * lanes + l) * inner + v % inner of the stream, so inner = 1 means lanes
+/// fastest and inner = grid.count() lanes slowest.
+struct Raster {
+  std::filesystem::path file;               ///< the header, for messages
+  std::vector<std::filesystem::path> data;  ///< files that hold the samples, one after the other
+  uint64_t file_skip = 0;                   ///< bytes of each data file before its samples
+  uint64_t line_skip = 0;                   ///< lines of each data file to leave out after that
+  uint64_t stream_skip = 0;     ///< bytes to leave out after that and after decompression
+  bool samples_at_end = false;  ///< the samples are the last bytes of the data file
+  Encoding encoding = Encoding::kRaw;
+  SampleType type = SampleType::kInt16;
+  bool big_endian = false;
+  double slope = 1.0;  ///< value = slope * sample + intercept
+  double intercept = 0.0;
+  Grid grid;
+  LaneKind lane_kind = LaneKind::kFrames;
+  size_t lanes = 1;
+  size_t inner = 1;
+  bool vectors_are_ras = false;  ///< components are along R, A, S: x and y change sign
+  std::vector<double> times_s;   ///< one per frame if times_known, else empty
+  bool times_known = false;
+
+  size_t frame_count() const { return lane_kind == LaneKind::kFrames ? lanes : 1; }
+  size_t component_count() const { return lane_kind == LaneKind::kComponents ? lanes : 1; }
+  uint64_t sample_count() const { return uint64_t(grid.count()) * lanes; }
+  uint64_t byte_count() const { return sample_count() * bytes_of(type); }
+};
+
+/// Space as a file states it, before it is known to be sound. The axes need not be of unit length.
+struct Placement {
+  glm::dvec3 size{0.0};  ///< samples along i, j, k; double, so that absurd claims survive until
+                         ///< they are refused
+  glm::dvec3 spacing_mm{1.0};
+  glm::dvec3 origin_mm{0.0};  ///< LPS
+  glm::dmat3 axes{1.0};       ///< columns: directions of i, j, k in LPS
+};
+
+/// The grid, or the sentence why no grid can be like that: empty or absurd size, spacing that is
+/// not positive, axes that are not perpendicular, mirrored axes (negative determinant).
+Result<Grid> make_grid(const std::filesystem::path& file, const Placement& placement);
+
+/// Compares what the header claims with the bytes that are there, before anything of that size is
+/// allocated.
+Status check_claims(const Raster& raster);
+
+/// Refuses an allocation that this machine can not hold. `what` is the subject of the sentence.
+Status check_fits_memory(const std::string& what, double bytes);
+
+}  // namespace palpate::files

@@ -1,0 +1,20 @@
+#pragma once
+
+#include "integration/files/raster.h"
+
+namespace palpate::files {
+
+enum class FileKind { kNrrd, kMeta, kNifti, kPackedNifti, kDicom, kUnknown };
+
+/// What a file is by its first bytes; its name is not asked. kBadInput if it can not be read or is
+/// empty.
+Result<FileKind> sniff(const std::filesystem::path& file);
+
+/// The header of a NRRD, MetaImage or NIfTI file. kBadInput with a sentence for anything else. Any
+/// thread.
+Result<Raster> read_raster_header(const std::filesystem::path& file);
+
+/// True if the name is one under which such files go (.nrrd .nhdr .mha .mhd .nii .nii.gz .hdr).
+bool has_raster_name(const std::filesystem::path& file);
+
+}  // namespace palpate::files

@@ -1,0 +1,120 @@
+#include "integration/files/read_sequence.h"
+
+#include <algorithm>
+
+#include "integration/files/dicom_frames.h"
+#include "integration/files/frame_source.h"
+#include "integration/files/raster_file.h"
+#include "integration/files/sentences.h"
+#include "integration/files/text.h"
+
+namespace palpate::files {
+namespace {
+
+namespace fs = std::filesystem;
+using Source = Result<std::unique_ptr<FrameSource>>;
+
+/// Image files directly in a folder, "frame2" before "frame10".
+std::vector<fs::path> images_in(const fs::path& folder) {
+  std::vector<fs::path> files;
+  std::error_code error;
+  for (fs::directory_iterator walk(folder, error), end; !error && walk != end;
+       walk.increment(error)) {
+    const bool hidden = walk->path().filename().string().starts_with('.');
+    if (!hidden && walk->is_regular_file(error) && has_raster_name(walk->path()))
+      files.push_back(walk->path());
+  }
+  std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
+    return natural_less(a.filename().string(), b.filename().string());
+  });
+  return files;
+}
+
+Source open_file(const fs::path& file) {
+  const auto raster = read_raster_header(file);
+  if (!raster) return raster.error();
+  return open_raster_frames(*raster);
+}
+
+Source open_one(const fs::path& input) {
+  std::error_code error;
+  if (!fs::is_directory(input, error)) return open_file(input);
+  const auto images = images_in(input);
+  if (images.empty()) return open_dicom({input});
+  return images.size() == 1 ? open_file(images.front()) : open_frame_files(images);
+}
+
+Source open_several(const std::vector<fs::path>& inputs) {
+  size_t dicom = 0;
+  size_t folders = 0;
+  for (const fs::path& input : inputs) {
+    std::error_code error;
+    if (fs::is_directory(input, error)) {
+      ++folders;
+      continue;
+    }
+    const auto kind = sniff(input);
+    if (!kind) return kind.error();
+    dicom += *kind == FileKind::kDicom;
+  }
+  if (folders == inputs.size() || dicom == inputs.size()) return open_dicom(inputs);
+  if (folders + dicom == 0) return open_frame_files(inputs);
+  return bad_input(
+      inputs.front(),
+      "and the other inputs are of different kinds: name image files only, or DICOM folders only");
+}
+
+}  // namespace
+
+SequenceReader::SequenceReader(std::string name, std::unique_ptr<FrameSource> source)
+    : name_(std::move(name)), source_(std::move(source)) {}
+SequenceReader::SequenceReader(SequenceReader&&) noexcept = default;
+SequenceReader& SequenceReader::operator=(SequenceReader&&) noexcept = default;
+SequenceReader::~SequenceReader() = default;
+
+Result<SequenceReader> SequenceReader::open(const std::vector<fs::path>& inputs) {
+  if (inputs.empty())
+    return Error{ErrorKind::kBadInput, "There is no input: name a file or folder"};
+  auto source = inputs.size() == 1 ? open_one(inputs.front()) : open_several(inputs);
+  if (!source) return source.error();
+  return SequenceReader(inputs.front().string(), std::move(*source));
+}
+
+size_t SequenceReader::frame_count() const {
+  return source_->frame_count;
+}
+const Grid& SequenceReader::grid() const {
+  return source_->grid;
+}
+const std::vector<double>& SequenceReader::times_s() const {
+  return source_->times_s;
+}
+bool SequenceReader::times_known() const {
+  return source_->times_known;
+}
+Result<Volume> SequenceReader::frame(size_t k) {
+  return source_->frame(k);
+}
+
+Result<Sequence> read_sequence(const std::vector<fs::path>& inputs) {
+  auto reader = SequenceReader::open(inputs);
+  if (!reader) return reader.error();
+  if (reader->frame_count() < 2) {
+    return bad_input(
+        reader->name(),
+        "holds one frame only, but motion needs at least two: name a sequence, or two files");
+  }
+  const Status fits = check_fits_memory(
+      fmt::format("'{}'", reader->name()),
+      double(reader->frame_count()) * double(reader->grid().count()) * sizeof(float));
+  if (!fits) return fits.error();
+  Sequence sequence{reader->name(), {}, reader->times_s(), reader->times_known()};
+  for (size_t k = 0; k < reader->frame_count(); ++k) {
+    auto frame = reader->frame(k);
+    if (!frame) return frame.error();
+    sequence.frames.push_back(std::move(*frame));
+  }
+  return sequence;
+}
+
+}  // namespace palpate::files

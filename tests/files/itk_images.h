@@ -1,0 +1,41 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "compute/volume/field.h"
+#include "compute/volume/volume.h"
+#include "integration/files/raster.h"
+
+/// ITK as the oracle of file formats: it writes what we must read, and reads what we wrote.
+namespace palpate::files::itk_oracle {
+
+struct WriteOptions {
+  SampleType type = SampleType::kInt16;
+  bool compressed = false;
+  bool four_d = false;        ///< a 4D image even if there is one frame
+  double time_step_s = 1.0;   ///< the fourth spacing
+  double time_start_s = 0.0;  ///< the fourth origin
+};
+
+/// Frames on one grid, written by ITK's reader/writer for the ending of the name.
+void write(const std::filesystem::path& path, const std::vector<Volume>& frames,
+           const WriteOptions& options);
+
+/// A vector image as ITK's own filters write displacement fields.
+void write_field(const std::filesystem::path& path, const Field& field);
+
+/// What ITK finds in a file: grid and float values, three per voxel for fields. Times are not asked
+/// for.
+struct Read {
+  Grid grid;
+  size_t components = 1;
+  std::vector<float> values;
+};
+Read read(const std::filesystem::path& path);
+
+/// `moving` warped onto its own grid by ITK's displacement-field transform with the field in the
+/// file, linear interpolation; NaN where ITK finds no image.
+std::vector<float> warp(const Volume& moving, const std::filesystem::path& field_file);
+
+}  // namespace palpate::files::itk_oracle
