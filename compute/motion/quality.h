@@ -1,0 +1,80 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "compute/motion/quality_folds.h"
+#include "compute/motion/quality_inverse.h"
+#include "compute/motion/quality_match.h"
+#include "compute/volume/field.h"
+#include "compute/volume/result.h"
+#include "compute/volume/volume.h"
+
+/// How good a motion field is: distances to a truth, to landmarks, to its own inverse, and around a
+/// cycle. Folds, the inverse, and what the frames say are in the headers included above; verdict.h
+/// makes one word of them. All functions may be called from any thread, use all cores, allocate,
+/// and are not real-time safe.
+namespace palpate {
+
+/// Statistics of a set of distances >= 0, in the unit of what was put in. All zero if count is.
+struct Spread {
+  size_t count = 0;
+  double mean = 0.0;
+  double median = 0.0;
+  double p95 = 0.0;
+  double p99 = 0.0;
+  double max = 0.0;
+};
+
+/// The statistics of the values, which are reordered. A percentile p is the smallest value that at
+/// least p of all do not exceed (nearest rank); a NaN among the values makes max NaN, so that it
+/// can not pass unseen.
+Spread spread_of(std::vector<float>& values);
+
+/// The same distances in mm and in voxels. "Voxel" is the finest axis of the grid they were
+/// measured on.
+struct Distances {
+  Spread mm;
+  Spread voxels;
+};
+
+/// Endpoint error |u(x) - truth(x)| at the sample centres x of truth's grid, which is meant to be
+/// the image's: u may be coarser and is interpolated. mask: null, or on truth's grid; only its
+/// voxels count. Errors: kBadInput if the mask is on another grid or empty.
+Result<Distances> endpoint_error(const Field& u, const Field& truth, const Mask* mask = nullptr);
+
+/// Target registration error |x_n + u(x_n) - y_n| of landmark pairs, LPS mm: x_n in fixed, y_n the
+/// same spot in moving. Errors: kBadInput if the lists are empty or of different length.
+Result<Spread> target_registration_error_mm(const Field& u,
+                                            std::span<const glm::dvec3> fixed_lps_mm,
+                                            std::span<const glm::dvec3> moving_lps_mm);
+
+/// Inverse consistency |u(x) + w(x + u(x))| of a forward field u (fixed to moving) and a backward
+/// field w (moving to fixed), at the sample centres of `image`. mask: null, or on that grid. Points
+/// that u takes out of w's grid are not counted: w says nothing there. Errors: kBadInput if the
+/// mask is on another grid, or nothing is left to compare.
+Result<Distances> inverse_consistency(const Field& u, const Field& w, const Grid& image,
+                                      const Mask* mask = nullptr);
+
+/// Where a point of frame 0 is after following fields[0], fields[1], ... one after the other, LPS
+/// mm.
+glm::dvec3 followed(std::span<const Field> fields, glm::dvec3 lps_mm);
+
+/// Drift |followed(x) - x| of the fields of one cycle (the last one leads back to frame 0), from
+/// the given points. Zero would be perfect. Errors: kBadInput if there are no points or no fields.
+Result<Spread> cycle_drift_mm(std::span<const Field> fields,
+                              std::span<const glm::dvec3> points_lps_mm);
+
+/// The same from the sample centres of frame 0's grid, inside the mask if there is one; of very
+/// many voxels every n-th is followed, so that about a quarter of a million remain. Errors: as
+/// above, or a mask on another grid.
+Result<Distances> cycle_drift(std::span<const Field> fields, const Grid& image,
+                              const Mask* mask = nullptr);
+
+/// The share of a mask's voxels (of all, without a mask) at which the confidence is below `low`, 0
+/// to 1. Errors: kBadInput if the mask is empty.
+Result<double> low_confidence_share(const Confidence& confidence, const Mask* mask = nullptr,
+                                    double low = 0.3);
+
+}  // namespace palpate

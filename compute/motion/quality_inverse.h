@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "compute/volume/field.h"
+
+namespace palpate {
+
+/// The inverse of a field: w with w(y) = -u(y + w(y)), so that x -> x + u(x) is undone by y -> y +
+/// w(y).
+struct Inverse {
+  Field w;
+  /// |w(y) + u(y + w(y))| per sample, mm: how well the equation holds. Where u folds there may be
+  /// no solution.
+  std::vector<float> residual_mm;
+  size_t unconverged = 0;  ///< samples whose residual is above the tolerance
+};
+
+/// Solves for w on the given grid: fixed-point steps w <- -u(y + w), started from the previous
+/// sample's solution, and where these do not at least halve the residual, Newton steps with the
+/// Jacobian of the trilinear field, shortened until the residual falls. tolerance_mm: 0 means a
+/// thousandth of the finest edge of `onto`. Where nothing converges w is the best found and
+/// residual_mm says so. Any thread; uses all cores.
+Inverse inverse_of(const Field& u, const Grid& onto, double tolerance_mm = 0.0);
+
+}  // namespace palpate

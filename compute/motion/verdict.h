@@ -1,0 +1,100 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "compute/motion/quality.h"
+
+namespace palpate {
+
+enum class Trust {
+  kOk,       ///< nothing speaks against the field
+  kSuspect,  ///< a person should look before using it
+  kFailed,   ///< do not use it
+};
+
+/// One word about a field, and why.
+struct Verdict {
+  Trust trust = Trust::kOk;
+  /// What speaks against the field, one sentence each with the measured number and its limit; worst
+  /// first. Empty if ok.
+  std::vector<std::string> reasons;
+  /// What was checked and found good, in the same form.
+  std::vector<std::string> passed;
+};
+
+/// "ok", "suspect" or "failed".
+const char* word(Trust trust);
+
+/// Two limits: above the first a measure makes a field suspect, above the second failed. Where the
+/// name says `least`, below.
+struct Limit {
+  double suspect;
+  double failed;
+};
+
+/// All thresholds of the verdict, in one place, with their reasons. "Measured" refers to the table
+/// in the comment of verdict.cpp.
+struct Limits {
+  /// Share of voxels that fold. palpate's own fields have none, so one is worth a look; above a
+  /// thousandth whole regions are turned inside out.
+  Limit folded_share{0.0, 1e-3};
+  /// SD of log det. Breathing lungs have 0.1 to 0.2 and the heart phantom 0.25; a factor 1.6 up and
+  /// down everywhere is not how one body moves between two frames.
+  Limit sd_log_det{0.5, 1.0};
+  /// Share of blocks with structure, of fixed or moving. An empty frame, or one of noise, has none;
+  /// a heart in the middle of a large field of view still fills some per cent.
+  Limit textured_share_least{0.01, 0.002};
+  /// How many times more structure one frame shows than the other. The same body shows the same,
+  /// but a gain of 0.7 to 1.4 beside unchanged noise can hide or show as much as twice.
+  Limit texture_ratio{4.0, 10.0};
+  /// Mean local correlation after motion correction.
+  Limit correlation_least{0.75, 0.5};
+  /// Share of the compared blocks that do not match after motion correction (correlation below
+  /// 0.5).
+  Limit mismatched{0.15, 0.4};
+  /// By how much the field makes the mean local correlation worse than no motion at all. A good
+  /// field can not; noise of the mean is about 0.005.
+  Limit correlation_lost{0.02, 0.1};
+  /// Share of the structure that the field carries out of the moving frame. At the ends of a scan a
+  /// slice or two leave; a tenth is more than breathing does to a chest.
+  Limit leaving{0.1, 0.3};
+  /// Inverse consistency, mean, voxels: below half a voxel interpolation explains it.
+  Limit inverse_mean_voxels{0.5, 2.0};
+  /// Inverse consistency, 99th percentile, voxels. Sliding borders, where no field is sure, cost
+  /// some.
+  Limit inverse_p99_voxels{3.0, 10.0};
+  /// Drift after one cycle, mean, voxels. 0.3 is what palpate demands of itself, one is what plain
+  /// chaining reaches.
+  Limit drift_mean_voxels{1.0, 4.0};
+  /// Share of the voxels with structure at which confidence is low.
+  Limit low_confidence{0.5, 0.9};
+};
+
+/// What was measured about one field (or, for drift, about one cycle). What is absent is not
+/// judged.
+struct Evidence {
+  std::optional<Folds> folds;
+  std::optional<Match> match;
+  std::optional<Distances> inverse;      ///< inverse_consistency()
+  std::optional<Distances> drift;        ///< cycle_drift()
+  std::optional<double> low_confidence;  ///< low_confidence_share(), best of textured voxels
+};
+
+/// The verdict on what was measured. A field that was never compared with its frames (no `match`)
+/// is at best suspect.
+Verdict judged(const Evidence& evidence, const Limits& limits = {});
+
+/// Measures what can be measured about a pair and its field; judged() makes a verdict of it.
+/// backward, confidence and mask may be null; the mask is on fixed's grid. Folds are counted on u's
+/// own grid, consistency on fixed's. Errors: kBadInput as from match(). Any thread; uses all cores.
+Result<Evidence> examined(const Volume& fixed, const Volume& moving, const Field& u,
+                          const Field* backward = nullptr, const Confidence* confidence = nullptr,
+                          const Mask* mask = nullptr);
+
+/// Adds a verdict to that of a larger whole, which is as bad as its worst part. `where` starts each
+/// of its reasons, for example "Frames 3 to 4"; of what passed nothing is taken over.
+void add(Verdict& whole, const Verdict& part, const std::string& where);
+
+}  // namespace palpate

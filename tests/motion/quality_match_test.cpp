@@ -1,0 +1,170 @@
+#include "compute/motion/quality_match.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "compute/volume/phantom.h"
+#include "tests/motion/quality_fields.h"
+
+namespace palpate {
+namespace {
+
+using test::cube_grid;
+using test::field_of;
+using test::tissue_at;
+using test::volume_of;
+
+Volume with_noise(Volume volume, double sd, uint32_t seed) {
+  for (size_t n = 0; n < volume.values.size(); ++n) {
+    volume.values[n] += float(sd * texture::gaussian_like(seed, n));
+  }
+  return volume;
+}
+
+TEST(NoiseSd, OfPureNoiseIsItsSd) {
+  const Volume flat = volume_of(cube_grid(40), [](glm::dvec3) { return 100.0; });
+  // 54,872 correlated draws: the MAD is good to about 1 %; four draws are not quite Gaussian,
+  // another 2 %.
+  EXPECT_NEAR(noise_sd(with_noise(flat, 7.0, 3)), 7.0, 0.35);
+}
+
+TEST(NoiseSd, SeesThroughSmoothStructure) {
+  const Volume frame = heart_phantom(64, 1, 4, 0.02).frames[0];
+  EXPECT_NEAR(noise_sd(frame), 18.0, 1.8);
+}
+
+TEST(NoiseSd, OfAConstantOrPaddedVolumeIgnoresThePadding) {
+  Volume flat = volume_of(cube_grid(20), [](glm::dvec3) { return -1024.0; });
+  EXPECT_EQ(noise_sd(flat), 0.0);
+  const Volume noisy = with_noise(flat, 10.0, 5);
+  for (int k = 0; k < 6; ++k)
+    for (int j = 0; j < 20; ++j)
+      for (int i = 0; i < 20; ++i) {
+        flat.values[flat.grid.offset(i, j, k)] = noisy.at(i, j, k);
+      }
+  EXPECT_NEAR(noise_sd(flat), 10.0, 1.5);  // 2,400 samples, and those at the edge of the padding
+}
+
+TEST(NoiseSd, WorksOnASingleSlice) {
+  Grid slice = cube_grid(100);
+  slice.size.z = 1;
+  const Volume flat = volume_of(slice, [](glm::dvec3) { return 0.0; });
+  EXPECT_NEAR(noise_sd(with_noise(flat, 3.0, 6)), 3.0, 0.2);
+}
+
+TEST(Warped, ByAShiftOfWholeVoxelsPicksTheNeighbour) {
+  const Volume moving = volume_of(cube_grid(12), [](glm::dvec3 p) { return tissue_at(1, p); });
+  const Field u =
+      field_of(cube_grid(3, 4.0), [](glm::dvec3) { return glm::dvec3(0.0, 2.0, -1.0); });
+  const Volume found = warped(moving, u, moving.grid);
+  EXPECT_FLOAT_EQ(found.at(4, 5, 6), moving.at(4, 7, 5));
+}
+
+/// A textured pair in which everything has moved by 4 mm.
+struct Pair {
+  Grid grid = cube_grid(56);
+  glm::dvec3 shift{0.0, 0.0, 4.0};
+  Volume fixed = with_noise(volume_of(grid, [](glm::dvec3 p) { return tissue_at(1, p); }), 8.0, 11);
+  Volume moving = with_noise(
+      volume_of(grid, [this](glm::dvec3 p) { return tissue_at(1, p - shift); }), 8.0, 12);
+  Field truth = field_of(grid, [this](glm::dvec3) { return shift; });
+};
+
+TEST(Match, OfTheTrueFieldIsHighAndOfNoneIsLow) {
+  const Pair pair;
+  const auto found = match(pair.fixed, pair.moving, pair.truth);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->blocks, 512u);
+  EXPECT_GT(found->textured_share(), 0.9);
+  EXPECT_GT(found->correlation_after, 0.9);
+  EXPECT_LT(found->correlation_before, 0.5);
+  EXPECT_GT(found->correlation_before, -0.5);
+  EXPECT_LT(found->mismatched, 0.01);
+  // The last of eight layers of blocks loses 4 of its 7 voxels.
+  EXPECT_EQ(found->compared, found->textured - 64u);
+  EXPECT_NEAR(found->leaving, 4.0 / 56.0, 0.01);
+  // What is left is the noise of both frames: 8 sqrt(2).
+  EXPECT_NEAR(found->difference_sd_after, 8.0 * std::sqrt(2.0), 0.4);
+  EXPECT_GT(found->difference_sd_before, 50.0);
+}
+
+TEST(Match, DoesNotFallWithGainOrBias) {
+  const Pair pair;
+  Volume changed = pair.moving;
+  for (int k = 0; k < 56; ++k)
+    for (int j = 0; j < 56; ++j)
+      for (int i = 0; i < 56; ++i) {
+        const size_t n = changed.grid.offset(i, j, k);
+        changed.values[n] = (0.7F + 0.01F * float(i)) * changed.values[n] + 200.0F;
+      }
+  const auto plain = match(pair.fixed, pair.moving, pair.truth);
+  const auto gained = match(pair.fixed, changed, pair.truth);
+  // The bias field of 1 % per voxel tilts a block of 7 by a few per cent of the mean, beside a
+  // texture of 20 %.
+  EXPECT_NEAR(gained->correlation_after, plain->correlation_after, 0.05);
+  EXPECT_GT(gained->difference_sd_after, 5.0 * plain->difference_sd_after);
+}
+
+TEST(Match, OfAnotherBodyIsNearZero) {
+  const Pair pair;
+  const Volume other = volume_of(pair.grid, [](glm::dvec3 p) { return tissue_at(77, p); });
+  const auto found = match(pair.fixed, other, still_field(pair.grid));
+  EXPECT_NEAR(found->correlation_after, 0.0, 0.1);
+  EXPECT_GT(found->mismatched, 0.8);
+}
+
+TEST(Match, OfAnEmptyOrNoiseFrameFindsNoStructure) {
+  const Pair pair;
+  const Volume empty = volume_of(pair.grid, [](glm::dvec3) { return 0.0; });
+  const Volume noise = with_noise(empty, 50.0, 4);
+  EXPECT_EQ(match(pair.fixed, empty, still_field(pair.grid))->textured_moving, 0u);
+  EXPECT_EQ(match(pair.fixed, empty, still_field(pair.grid))->correlation_after, 0.0);
+  EXPECT_EQ(match(pair.fixed, noise, still_field(pair.grid))->textured_moving, 0u);
+  EXPECT_EQ(match(empty, pair.moving, still_field(pair.grid))->textured, 0u);
+}
+
+TEST(Match, CountsWhatLeavesAsLost) {
+  const Pair pair;
+  const Field away = field_of(pair.grid, [](glm::dvec3) { return glm::dvec3(200.0, 0.0, 0.0); });
+  const auto found = match(pair.fixed, pair.moving, away);
+  EXPECT_DOUBLE_EQ(found->leaving, 1.0);
+  EXPECT_DOUBLE_EQ(found->correlation_after, 0.0);
+  EXPECT_DOUBLE_EQ(found->mismatched, 1.0);
+}
+
+TEST(Match, HonoursPhysicalSpaceOfTwoDifferentGrids) {
+  const Pair pair;
+  Grid oblique = cube_grid(70, 1.2);
+  oblique.direction = test::some_rotation(2);
+  oblique.origin_mm = glm::dvec3(28.0) - oblique.direction * glm::dvec3(0.5 * 69 * 1.2);
+  const Volume moving =
+      volume_of(oblique, [&](glm::dvec3 p) { return tissue_at(1, p - pair.shift); });
+  EXPECT_GT(match(pair.fixed, moving, pair.truth)->correlation_after, 0.9);
+}
+
+TEST(Match, RefusesAMaskThatIsEmptyOrElsewhere) {
+  const Pair pair;
+  const Mask empty{pair.grid, std::vector<uint8_t>(pair.grid.count())};
+  const Mask other = test::whole(cube_grid(10));
+  EXPECT_FALSE(match(pair.fixed, pair.moving, pair.truth, &empty));
+  EXPECT_FALSE(match(pair.fixed, pair.moving, pair.truth, &other));
+}
+
+TEST(TexturedVoxels, AreTheBodyAndNotTheAir) {
+  const Volume body =
+      volume_of(cube_grid(42), [](glm::dvec3 p) { return p.x < 21.0 ? tissue_at(3, p) : 0.0; });
+  const Mask mask = textured_voxels(with_noise(body, 8.0, 9));
+  size_t left = 0;
+  size_t right = 0;
+  for (int k = 0; k < 42; ++k)
+    for (int j = 0; j < 42; ++j)
+      for (int i = 0; i < 42; ++i) {
+        (i < 21 ? left : right) += mask.values[mask.grid.offset(i, j, k)] != 0;
+      }
+  EXPECT_GT(left, size_t(0.9 * 21 * 42 * 42));
+  EXPECT_EQ(right, 0u);
+}
+
+}  // namespace
+}  // namespace palpate
