@@ -168,10 +168,12 @@ Status find_lanes(const HeaderBytes& header, Raster& raster) {
   raster.vectors_are_ras = components == 3 && header.short_at(68) == kIntentDisplacement;
   const double step = header.pixdim(4);
   const int time_unit = int(header.get<uint8_t>(123)) & 0x38;
-  const double seconds = time_unit == 8    ? 1.0
-                         : time_unit == 16 ? 1e-3
-                         : time_unit == 24 ? 1e-6
-                                           : 0.0;
+  // Writers like ITK leave the unit out and mean seconds; a step of 1 is what they put where they
+  // know none.
+  double seconds = time_unit == 0 && step != 1.0 ? 1.0 : 0.0;
+  if (time_unit == 8) seconds = 1.0;
+  if (time_unit == 16) seconds = 1e-3;
+  if (time_unit == 24) seconds = 1e-6;
   if (frames == 1 || seconds == 0.0 || !(step > 0.0) || !std::isfinite(step)) return Nothing{};
   const double start = std::isfinite(header.float_at(136)) ? header.float_at(136) : 0.0;
   raster.times_s = counted_times(raster.lanes);
