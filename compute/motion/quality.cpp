@@ -21,12 +21,7 @@ bool counts(const Mask* mask, size_t offset) {
 }
 
 Distances distances(std::vector<float>& mm, const Grid& grid) {
-  Distances result;
-  result.mm = spread_of(mm);
-  const double scale = 1.0 / grid.finest_mm();
-  result.voxels = {result.mm.count,       result.mm.mean * scale, result.mm.median * scale,
-                   result.mm.p95 * scale, result.mm.p99 * scale,  result.mm.max * scale};
-  return result;
+  return in_voxels(spread_of(mm), grid);
 }
 
 /// Calls value(i, j, k, offset) for every sample that counts, on all cores, and collects what is
@@ -76,6 +71,13 @@ Spread spread_of(std::vector<float>& values) {
   spread.p99 = rank(0.99);
   spread.max = rank(1.0);
   return spread;
+}
+
+Distances in_voxels(const Spread& mm, const Grid& grid) {
+  const double scale = 1.0 / grid.finest_mm();
+  return {mm,
+          {mm.count, mm.mean * scale, mm.median * scale, mm.p95 * scale, mm.p99 * scale,
+           mm.max * scale}};
 }
 
 Result<Distances> endpoint_error(const Field& u, const Field& truth, const Mask* mask) {
@@ -172,10 +174,7 @@ Result<Distances> cycle_drift(std::span<const Field> fields, const Grid& image, 
   }
   const Result<Spread> drift = cycle_drift_mm(fields, points);
   if (!drift) return drift.error();
-  const double scale = 1.0 / image.finest_mm();
-  return Distances{*drift,
-                   {drift->count, drift->mean * scale, drift->median * scale, drift->p95 * scale,
-                    drift->p99 * scale, drift->max * scale}};
+  return in_voxels(*drift, image);
 }
 
 Result<double> low_confidence_share(const Confidence& confidence, const Mask* mask, double low) {

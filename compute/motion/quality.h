@@ -39,6 +39,9 @@ struct Distances {
   Spread voxels;
 };
 
+/// Both units of a spread in mm that was measured on a grid.
+Distances in_voxels(const Spread& mm, const Grid& grid);
+
 /// Endpoint error |u(x) - truth(x)| at the sample centres x of truth's grid, which is meant to be
 /// the image's: u may be coarser and is interpolated. mask: null, or on truth's grid; only its
 /// voxels count. Errors: kBadInput if the mask is on another grid or empty.

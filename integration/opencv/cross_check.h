@@ -1,0 +1,75 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "compute/motion/quality.h"
+#include "compute/volume/field.h"
+#include "compute/volume/result.h"
+#include "compute/volume/volume.h"
+
+/// A second opinion on a motion field from a method that shares nothing with it: OpenCV's dense
+/// optical flow, which is two-dimensional, on slices of the three orientations.
+namespace palpate::opencv {
+
+enum class FlowMethod { kDis, kFarneback };
+
+/// "DIS" or "Farneback".
+const char* name(FlowMethod method);
+
+/// Where the two models can agree at all, and when they do. "Voxel" is the finest axis of the fixed
+/// grid.
+struct CrossCheckOptions {
+  int slices = 12;  ///< at most so many per orientation, evenly spaced
+  /// A slice shows in-plane motion only while the material stays in it: |u_through| at most this.
+  double through_voxels = 0.5;
+  /// Enough structure: the weaker direction of the fixed slice's gradient is at least so many times
+  /// its noise.
+  double structure_noises = 4.0;
+  /// The flow itself must be sure: flow there and back returns to within this.
+  double return_voxels = 0.5;
+  /// They agree if the median difference is at most this, for the better method of each
+  /// orientation. Flow reaches 0.05 to 0.3 pixel on clean slices (docs of both say no more than
+  /// that); noise and half a voxel of through-plane motion cost another 0.1 to 0.2.
+  double agree_voxels = 0.5;
+  /// Fewer compared pixels than this in an orientation say nothing about it.
+  size_t least_pixels = 500;
+};
+
+/// What one method says about the slices of one orientation.
+struct FlowComparison {
+  int normal_axis = 0;  ///< the index axis (0 i, 1 j, 2 k) that the slices are normal to
+  FlowMethod method = FlowMethod::kDis;
+  size_t slices = 0;
+  size_t pixels = 0;     ///< of all slices, inside the mask
+  size_t compared = 0;   ///< of these, where the two can agree
+  Distances difference;  ///< |flow - in-plane part of u| over the compared pixels
+  double motion_voxels =
+      0.0;  ///< median in-plane |u| there: what the difference is to be held against
+
+  double share() const { return pixels ? double(compared) / double(pixels) : 0.0; }
+};
+
+enum class Agreement {
+  kAgree,
+  kDisagree,
+  kCanNotTell,  ///< nowhere enough pixels to compare
+};
+
+struct CrossCheck {
+  std::vector<FlowComparison> comparisons;  ///< up to three orientations x two methods
+  Agreement agreement = Agreement::kCanNotTell;
+  double share_compared = 0.0;  ///< of all pixels of all slices, the better-informed method
+  std::string summary;          ///< one sentence for a person, with the numbers
+};
+
+/// Compares u (fixed x -> x + u(x) in moving, mm, LPS) with optical flow from fixed to moving
+/// slices. Slices are resampled to square pixels of their finer edge, so anisotropic spacing and
+/// oblique directions are honoured; both frames are windowed to 8 bit by their own 1st and 99th
+/// percentile, so a gain change does not matter. Orientations whose slices are under 32 pixels in
+/// one direction are left out. mask: null, or on fixed's grid. Errors: kBadInput if the mask is on
+/// another grid. Any thread; uses OpenCV's threads; allocates.
+Result<CrossCheck> cross_check(const Volume& fixed, const Volume& moving, const Field& u,
+                               const CrossCheckOptions& options = {}, const Mask* mask = nullptr);
+
+}  // namespace palpate::opencv
