@@ -37,8 +37,10 @@ void main() {
   if (i.x > 0) u -= push.slope.x * texelFetch(dual_x, i - ivec3(1, 0, 0), 0).xyz;
   if (i.y > 0) u -= push.slope.y * texelFetch(dual_y, i - ivec3(0, 1, 0), 0).xyz;
   if (i.z > 0) u -= push.slope.z * texelFetch(dual_z, i - ivec3(0, 0, 1), 0).xyz;
-  imageStore(field, i, vec4(u, 0.0));
   if (kLast != 0) {
-    imageStore(ahead, i, vec4(u + push.weight.w * (u - texelFetch(before, i, 0).xyz), 0.0));
+    // Read before the write below: in the last step both are the same image.
+    const vec3 u_before = texelFetch(before, i, 0).xyz;
+    imageStore(ahead, i, vec4(u + push.weight.w * (u - u_before), 0.0));
   }
+  imageStore(field, i, vec4(u, 0.0));
 }

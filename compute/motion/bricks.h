@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "compute/vulkan/buffer.h"
+#include "shaders/interface/motion.h"
+
+namespace palpate {
+
+/// Bricks of 8^3 cells, packed as the kernels read them (x | y << 10 | z << 20).
+using BrickList = std::vector<uint32_t>;
+
+inline glm::ivec3 brick_count(glm::ivec3 cells) {
+  return (cells + shaders::kBrick - 1) / shaders::kBrick;
+}
+
+/// Every brick of a grid of cells.
+BrickList all_bricks(glm::ivec3 cells);
+
+/// A device buffer with the list; never empty, so that it can always be bound.
+vulkan::Buffer upload_bricks(const std::shared_ptr<vulkan::Context>& context,
+                             const BrickList& bricks);
+
+/// Groups of a kernel that works on a list of bricks: one slice of one brick each.
+inline glm::ivec3 slice_groups(const BrickList& bricks) {
+  return {int(bricks.size()), shaders::kBrick, 1};
+}
+/// Groups of a kernel whose group covers a whole brick.
+inline glm::ivec3 brick_groups(const BrickList& bricks) {
+  return {int(bricks.size()), 1, 1};
+}
+
+}  // namespace palpate

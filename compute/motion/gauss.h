@@ -1,0 +1,22 @@
+#pragma once
+
+#include <vector>
+
+#include "compute/motion/bricks.h"
+#include "compute/motion/kernels.h"
+#include "compute/vulkan/recorder.h"
+
+namespace palpate {
+
+/// Push constants of one axis of a Gaussian of `sigma` samples; radius 0 (weights 1) if it would
+/// change nothing. Weights are cut at 3 sigma and sum to 1.
+shaders::GaussPush gauss_push(glm::ivec3 size, int axis, double sigma);
+
+/// Records the separable Gaussian of `sigma` (samples per axis) over several images at once,
+/// ping-ponging between `a` (where the data are) and `b`; returns true if the result is in `b`.
+/// Axes that need no smoothing are left out.
+bool record_gauss(vulkan::Recorder& recorder, MotionKernels& kernels, const vulkan::Buffer& bricks,
+                  glm::ivec3 groups, glm::dvec3 sigma, const std::vector<const vulkan::Image*>& a,
+                  const std::vector<const vulkan::Image*>& b);
+
+}  // namespace palpate
