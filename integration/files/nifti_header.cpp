@@ -122,7 +122,10 @@ RasFrame choose_frame(const HeaderBytes& header) {
     if (is_straight(sform) || qform_code <= 0) return sform;
   }
   if (qform_code > 0) return from_qform(header);
-  RasFrame plain;  // method 1: spacing is all that is known
+  // Method 1: spacing is all that is known. ITK takes the axes as L, P, S then, and fields must fit
+  // its reading.
+  RasFrame plain;
+  plain.axes = glm::dmat3(-1, 0, 0, 0, -1, 0, 0, 0, 1);
   plain.spacing = {header.pixdim(1), header.pixdim(2), header.pixdim(3)};
   return plain;
 }

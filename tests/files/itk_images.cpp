@@ -1,8 +1,12 @@
 #include "tests/files/itk_images.h"
 
+#include <fmt/format.h>
+#include <gdcmTrace.h>
 #include <itkDisplacementFieldTransform.h>
+#include <itkGDCMImageIO.h>
 #include <itkImage.h>
 #include <itkImageFileReader.h>
+#include <itkMetaDataObject.h>
 #include <itkMetaImageIO.h>
 #include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
@@ -166,6 +170,45 @@ void write_field(const std::filesystem::path& path, const Field& field) {
   io->SetNumberOfComponents(3);
   io->SetComponentType(itk::IOComponentEnum::FLOAT);
   io->Write(field.u_mm.data());
+}
+
+void write_dicom_series(const std::filesystem::path& folder, const Volume& volume, bool packed) {
+  gdcm::Trace::WarningOff();  // it misses a tag that it then adds itself
+  const Grid& grid = volume.grid;
+  const size_t n = size_t(grid.size.x) * size_t(grid.size.y);
+  for (int s = 0; s < grid.size.z; ++s) {
+    auto io = itk::GDCMImageIO::New();
+    io->SetFileName((folder / fmt::format("{}.dcm", s)).string());
+    Grid one = grid;
+    one.size.z = 1;
+    one.origin_mm = grid.lps_from_index({0, 0, s});
+    set_geometry(*io, one, 1, {});
+    io->SetPixelType(itk::IOPixelEnum::SCALAR);
+    io->SetNumberOfComponents(1);
+    io->SetComponentType(itk::IOComponentEnum::SHORT);
+    io->KeepOriginalUIDOn();
+    io->SetUseCompression(packed);
+    io->SetCompressionType(itk::GDCMImageIO::CompressionEnum::JPEG);
+    auto& tags = io->GetMetaDataDictionary();
+    itk::EncapsulateMetaData<std::string>(tags, "0008|0016", "1.2.840.10008.5.1.4.1.1.2");
+    itk::EncapsulateMetaData<std::string>(tags, "0008|0060", "CT");
+    itk::EncapsulateMetaData<std::string>(tags, "0020|000d", "1.2.3");
+    itk::EncapsulateMetaData<std::string>(tags, "0020|000e", "1.2.3.4");
+    itk::EncapsulateMetaData<std::string>(tags, "0008|0018", fmt::format("1.2.3.4.{}", s + 1));
+    const std::vector<float> values(volume.values.begin() + long(n) * s,
+                                    volume.values.begin() + long(n) * (s + 1));
+    io->Write(bytes_of_values<int16_t>(values).data());
+  }
+}
+
+std::vector<double> read_dicom(const std::filesystem::path& path) {
+  auto reader = itk::ImageFileReader<itk::Image<double, 2>>::New();
+  reader->SetImageIO(itk::GDCMImageIO::New());
+  reader->SetFileName(path.string());
+  reader->Update();
+  const auto* image = reader->GetOutput();
+  const size_t n = image->GetLargestPossibleRegion().GetNumberOfPixels();
+  return {image->GetBufferPointer(), image->GetBufferPointer() + n};
 }
 
 Read read(const std::filesystem::path& path) {

@@ -25,6 +25,13 @@ void write(const std::filesystem::path& path, const std::vector<Volume>& frames,
 /// A vector image as ITK's own filters write displacement fields.
 void write_field(const std::filesystem::path& path, const Field& field);
 
+/// One DICOM file per slice of a straight volume of whole numbers, written by ITK's GDCM; packed as
+/// lossless JPEG.
+void write_dicom_series(const std::filesystem::path& folder, const Volume& volume, bool packed);
+
+/// The values that ITK finds in one DICOM file, slope and intercept applied.
+std::vector<double> read_dicom(const std::filesystem::path& path);
+
 /// What ITK finds in a file: grid and float values, three per voxel for fields. Times are not asked
 /// for.
 struct Read {

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <filesystem>
+#include <string_view>
+
+#include "compute/volume/result.h"
+
+namespace palpate::files {
+
+/// The bytes of a file without reading more of it than is looked at. Move-only; any thread.
+class MappedFile {
+ public:
+  /// kBadInput if the file is missing, empty or can not be read.
+  static Result<MappedFile> open(const std::filesystem::path& path);
+
+  MappedFile(MappedFile&& other) noexcept;
+  MappedFile& operator=(MappedFile&& other) noexcept;
+  ~MappedFile();
+
+  std::string_view bytes() const { return bytes_; }
+
+ private:
+  MappedFile() = default;
+  std::string_view bytes_;
+};
+
+}  // namespace palpate::files

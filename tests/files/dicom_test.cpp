@@ -1,0 +1,327 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+#include "integration/files/dicom_layout.h"
+#include "integration/files/read_sequence.h"
+#include "integration/files/read_volume.h"
+#include "tests/files/dicom_files.h"
+#include "tests/files/expect_grid.h"
+#include "tests/files/itk_images.h"
+#include "tests/files/temporary_folder.h"
+#include "tests/files/test_images.h"
+
+namespace palpate::files {
+namespace {
+
+using ::testing::DoubleNear;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::Pointwise;
+
+/// Positions and cosines are written with nine digits: of 170 mm that is 1e-7.
+constexpr double kDicomToleranceMm = 1e-6;
+
+constexpr size_t kFrames = 3;
+
+class DicomFolder : public ::testing::Test {
+ protected:
+  using Edit = std::function<void(DicomFile&, size_t frame)>;
+
+  /// Slices of all frames in names that say nothing of their order.
+  void write_frames(const Edit& edit, const Grid& grid = oblique_grid(),
+                    const std::string& below = "") {
+    std::filesystem::create_directories(folder_.path() / below);
+    for (size_t k = 0; k < kFrames; ++k) {
+      for (int s = 0; s < grid.size.z; ++s) {
+        DicomFile file = slice(grid, k, s);
+        edit(file, k);
+        write_dicom(
+            folder_.path() / below /
+                (std::to_string((k * 7 + size_t(s) * 5) % 11) + "_" + std::to_string(count_++)),
+            file);
+      }
+    }
+  }
+
+  static DicomFile slice(const Grid& grid, size_t frame, int s) {
+    DicomFile file;
+    file.grid = grid;
+    file.slice = s;
+    file.instance = int(frame) + 1;
+    const size_t n = size_t(grid.size.x) * size_t(grid.size.y);
+    for (size_t v = 0; v < n; ++v)
+      file.stored.push_back(int(known_value(size_t(s) * n + v, frame)));
+    return file;
+  }
+
+  Sequence read_known(double slope = 1.0, double intercept = 0.0,
+                      const Grid& grid = oblique_grid()) {
+    auto found = read_sequence({folder_.path()});
+    EXPECT_TRUE(found) << found.error().message;
+    if (!found) return {};
+    EXPECT_EQ(found->frames.size(), kFrames);
+    for (size_t k = 0; k < found->frames.size(); ++k) {
+      expect_grid(found->frames[k].grid, grid, kDicomToleranceMm);
+      for (size_t v = 0; v < grid.count(); ++v) {
+        EXPECT_EQ(found->frames[k].values[v], float(slope * known_value(v, k) + intercept))
+            << k << ' ' << v;
+      }
+    }
+    return *found;
+  }
+
+  std::string refusal() {
+    const auto found = read_sequence({folder_.path()});
+    EXPECT_FALSE(found);
+    return found ? std::string{} : found.error().message;
+  }
+
+  TemporaryFolder folder_;
+  int count_ = 0;
+};
+
+TEST_F(DicomFolder, IsGroupedByTemporalPosition) {
+  write_frames([](DicomFile& file, size_t k) {
+    file.more[kTagTemporalPosition] = "IS" + std::to_string(k + 1);
+    file.more[kTagTemporalResolution] = "DS40";
+  });
+  const auto found = read_known();
+  EXPECT_TRUE(found.times_known);
+  EXPECT_THAT(found.times_s, Pointwise(DoubleNear(1e-12), {0.0, 0.04, 0.08}));
+}
+
+TEST_F(DicomFolder, IsGroupedByTriggerTimeEvenIfItDriftsFromSliceToSlice) {
+  write_frames([](DicomFile& file, size_t k) {
+    file.more[kTagTriggerTime] = "DS" + std::to_string(100.0 * double(k) + 60.0 * file.slice);
+  });
+  const auto found = read_known();
+  EXPECT_TRUE(found.times_known);
+  EXPECT_THAT(found.times_s, Pointwise(DoubleNear(1e-12), {0.06, 0.16, 0.26}));
+}
+
+TEST_F(DicomFolder, IsGroupedByCardiacPhase) {
+  write_frames([](DicomFile& file, size_t k) {
+    file.more[kTagCardiacPhase] = "FD" + std::to_string(30.0 * double(k));
+  });
+  EXPECT_FALSE(read_known().times_known);
+}
+
+TEST_F(DicomFolder, IsGroupedByAcquisition) {
+  write_frames([](DicomFile& file, size_t k) {
+    file.more[kTagAcquisitionNumber] = "IS" + std::to_string(k + 4);
+  });
+  EXPECT_FALSE(read_known().times_known);
+}
+
+TEST_F(DicomFolder, TakesOneSeriesPerPhaseInFoldersBelow) {
+  for (size_t k = 0; k < kFrames; ++k) {
+    std::filesystem::create_directories(folder_ / ("phase" + std::to_string(k)));
+    for (int s = 0; s < 3; ++s) {
+      DicomFile file = slice(oblique_grid(), k, s);
+      file.series = "1.2.3." + std::to_string(9 - k);
+      file.series_number = int(k) + 5;
+      write_dicom(folder_ / ("phase" + std::to_string(k) + "/" + std::to_string(s)), file);
+    }
+  }
+  read_known();
+}
+
+TEST_F(DicomFolder, OrdersSeriesByThePercentageInTheirDescription) {
+  write_frames([](DicomFile& file, size_t k) {
+    file.series = "1.2.3." + std::to_string(k + 1);
+    file.series_number = 9 - int(k);
+    file.more[kTagSeriesDescription] = "LOGated, " + std::to_string(5 + 45 * k) + ".0%";
+  });
+  read_known();
+}
+
+TEST_F(DicomFolder, MayBeOneOfSeveralWithAFrameEach) {
+  std::vector<std::filesystem::path> folders;
+  for (size_t k = 0; k < kFrames; ++k) {
+    folders.push_back(folder_ / ("f" + std::to_string(k)));
+    std::filesystem::create_directories(folders.back());
+    for (int s = 0; s < 3; ++s)
+      write_dicom(folders.back() / std::to_string(s), slice(oblique_grid(), k, s));
+  }
+  const auto found = read_sequence({folders[2], folders[0], folders[1]});
+  ASSERT_TRUE(found) << found.error().message;
+  const size_t order[] = {2, 0, 1};
+  for (size_t n = 0; n < kFrames; ++n)
+    EXPECT_EQ(found->frames[n].values, known_volume(oblique_grid(), order[n]).values);
+  const auto one = read_volume(folders[1]);
+  ASSERT_TRUE(one) << one.error().message;
+  EXPECT_EQ(one->values, known_volume(oblique_grid(), 1).values);
+}
+
+TEST_F(DicomFolder, AppliesSlopeAndInterceptOnce) {
+  write_frames([](DicomFile& file, size_t k) {
+    file.more[kTagTemporalPosition] = "IS" + std::to_string(k + 1);
+    file.slope = 2.5;
+    file.intercept = -1024;
+  });
+  read_known(2.5, -1024.0);
+}
+
+TEST_F(DicomFolder, PassesOverALocaliserAndOtherFiles) {
+  write_frames([](DicomFile& file, size_t k) {
+    file.more[kTagTemporalPosition] = "IS" + std::to_string(k + 1);
+  });
+  DicomFile localiser = slice(straight_grid(), 0, 0);
+  localiser.series = "1.2.3.77";
+  write_dicom(folder_ / "localiser", localiser);
+  write_bytes(folder_ / "readme.txt", "not DICOM");
+  DicomFile report = slice(straight_grid(), 0, 0);
+  report.series = "1.2.3.78";
+  report.more = {{0x00280010, ""}, {0x00280011, ""}, {0x00200032, ""}};
+  write_dicom(folder_ / "report", report);
+  read_known();
+}
+
+TEST_F(DicomFolder, SaysWhereSlicesAreUnevenlySpaced) {
+  Grid grid = straight_grid({5, 4, 6});
+  for (size_t k = 0; k < kFrames; ++k) {
+    for (int s = 0; s < 6; ++s) {
+      if (s == 3) continue;
+      DicomFile file = slice(grid, k, s);
+      file.more[kTagTemporalPosition] = "IS" + std::to_string(k + 1);
+      write_dicom(folder_ / std::to_string(count_++), file);
+    }
+  }
+  EXPECT_THAT(refusal(),
+              HasSubstr("unevenly spaced slices (5 mm between slice 2 and 3, 2.5 mm elsewhere)"));
+}
+
+TEST_F(DicomFolder, SaysWhichSliceIsMissingInOneFrame) {
+  write_frames([](DicomFile& file, size_t k) {
+    file.more[kTagTemporalPosition] = "IS" + std::to_string(k + 1);
+  });
+  for (const auto& entry : std::filesystem::directory_iterator(folder_.path())) {
+    std::filesystem::remove(entry.path());
+    break;
+  }
+  EXPECT_THAT(refusal(), HasSubstr("holds 2 images of slice"));
+}
+
+TEST_F(DicomFolder, RefusesATiltedGantry) {
+  write_frames([](DicomFile& file, size_t k) {
+    file.more[kTagTemporalPosition] = "IS" + std::to_string(k + 1);
+    file.grid.origin_mm += file.grid.direction[1] * (0.5 * file.slice);
+  });
+  EXPECT_THAT(refusal(), HasSubstr("tilted gantry"));
+}
+
+TEST_F(DicomFolder, SaysWhenNothingTellsFramesApart) {
+  write_frames([](DicomFile&, size_t) {});
+  EXPECT_THAT(refusal(), HasSubstr("tells them apart"));
+}
+
+TEST_F(DicomFolder, SaysWhenThereAreTwoSequences) {
+  write_frames([](DicomFile& file, size_t k) {
+    file.more[kTagTemporalPosition] = "IS" + std::to_string(k + 1);
+  });
+  write_frames([](DicomFile& file, size_t k) {
+    file.more[kTagTemporalPosition] = "IS" + std::to_string(k + 1);
+    file.series = "1.2.3.9";
+  });
+  EXPECT_THAT(refusal(), HasSubstr("holds 2 sequences"));
+}
+
+TEST_F(DicomFolder, RefusesMultiFrameFilesAndSlicesWithoutAPlace) {
+  DicomFile file = slice(straight_grid(), 0, 0);
+  file.more[kTagNumberOfFrames] = "IS4";
+  write_dicom(folder_ / "a", file);
+  EXPECT_THAT(refusal(), HasSubstr("multi-frame"));
+  file.more = {{0x00200032, ""}};
+  write_dicom(folder_ / "a", file);
+  EXPECT_THAT(refusal(), HasSubstr("where its slice lies"));
+}
+
+TEST_F(DicomFolder, RefusesDamagedFilesWithoutASound) {
+  write_frames([](DicomFile& file, size_t k) {
+    file.more[kTagTemporalPosition] = "IS" + std::to_string(k + 1);
+  });
+  const auto victim = std::filesystem::directory_iterator(folder_.path())->path();
+  const std::string whole = read_bytes(victim);
+  for (const size_t n :
+       {whole.size() - 5, whole.size() - 60, whole.size() / 2, size_t(200), size_t(140)}) {
+    write_bytes(victim, whole.substr(0, n));
+    ::testing::internal::CaptureStderr();
+    ::testing::internal::CaptureStdout();
+    const auto found = read_sequence({folder_.path()});
+    EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+    EXPECT_EQ(::testing::internal::GetCapturedStdout(), "");
+    EXPECT_FALSE(found) << n;
+  }
+}
+
+TEST_F(DicomFolder, ReadsWhatItkWritesPlainAndPacked) {
+  const Volume volume = known_volume(straight_grid({8, 6, 4}));
+  for (const bool packed : {false, true}) {
+    itk_oracle::write_dicom_series(folder_.path(), volume, packed);
+    // The name of the JPEG syntaxes begins like this.
+    const bool is_jpeg =
+        read_bytes(folder_ / "0.dcm").find("1.2.840.10008.1.2.4.") != std::string::npos;
+    EXPECT_EQ(is_jpeg, packed);
+    const auto found = read_volume(folder_.path());
+    ASSERT_TRUE(found) << found.error().message;
+    expect_grid(found->grid, volume.grid, kDicomToleranceMm);
+    EXPECT_EQ(found->values, volume.values) << packed;
+  }
+}
+
+TEST_F(DicomFolder, HasTheValuesThatItkFindsWhateverTheBits) {
+  struct Bits {
+    int stored;
+    int is_signed;
+  };
+  for (const Bits bits : {Bits{16, 1}, Bits{16, 0}, Bits{12, 1}, Bits{12, 0}}) {
+    DicomFile file = slice(straight_grid({5, 4, 1}), 0, 0);
+    for (size_t v = 0; v < file.stored.size(); ++v)
+      file.stored[v] = int(v * 331) - (bits.is_signed ? 2000 : 0);
+    for (int& value : file.stored) value = bits.stored == 12 ? value & 0xfff : value;
+    file.slope = 0.5;
+    file.intercept = -100.25;
+    file.more = {{0x00280101, "US" + std::to_string(bits.stored)},
+                 {0x00280102, "US" + std::to_string(bits.stored - 1)},
+                 {0x00280103, "US" + std::to_string(bits.is_signed)}};
+    write_dicom(folder_ / "a", file);
+    const auto found = read_volume(folder_.path());
+    ASSERT_TRUE(found) << found.error().message;
+    const auto by_itk = itk_oracle::read_dicom(folder_ / "a");
+    for (size_t v = 0; v < by_itk.size(); ++v) {
+      EXPECT_EQ(found->values[v], float(by_itk[v]))
+          << bits.stored << ' ' << bits.is_signed << ' ' << v;
+    }
+  }
+}
+
+TEST_F(DicomFolder, WalksThroughSequencesOfKnownAndOpenLength) {
+  // A sequence with an item of open length that holds a sequence with an item of known length.
+  const std::string open("\xff\xff\xff\xff", 4);
+  const std::string inner =
+      std::string("\xfe\xff\x00\xe0\x0a\x00\x00\x00", 8) + std::string(
+                                                               "\x08\x00\x00\x01SH\x02\x00"
+                                                               "ab",
+                                                               10);
+  const std::string nested = std::string("\x08\x00\x15\x11SQ\x00\x00\x12\x00\x00\x00", 12) + inner;
+  const std::string items = std::string("\xfe\xff\x00\xe0", 4) + open + nested +
+                            std::string("\xfe\xff\x0d\xe0\0\0\0\0", 8);
+  const std::string sequence = std::string("\x08\x00\x40\x11SQ\x00\x00", 8) + open + items +
+                               std::string("\xfe\xff\xdd\xe0\0\0\0\0", 8);
+  DicomFile file = slice(straight_grid({5, 4, 1}), 0, 0);
+  write_dicom(folder_ / "a", file);
+  std::string bytes = read_bytes(folder_ / "a");
+  const size_t at = bytes.find(std::string("\x10\x00\x10\x00PN", 6));
+  ASSERT_NE(at, std::string::npos);
+  bytes.insert(at, sequence);
+  write_bytes(folder_ / "a", bytes);
+  const auto found = read_volume(folder_.path());
+  ASSERT_TRUE(found) << found.error().message;
+  EXPECT_EQ(found->values, known_volume(straight_grid({5, 4, 1})).values);
+}
+
+}  // namespace
+}  // namespace palpate::files

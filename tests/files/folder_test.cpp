@@ -1,0 +1,79 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "integration/files/read_sequence.h"
+#include "integration/files/text.h"
+#include "integration/files/write_volume.h"
+#include "tests/files/temporary_folder.h"
+#include "tests/files/test_images.h"
+
+namespace palpate::files {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+TEST(FolderOfFiles, IsReadInTheNaturalOrderOfNames) {
+  const TemporaryFolder folder;
+  for (const size_t k : {0u, 2u, 9u, 10u, 100u}) {
+    const std::string name = "frame" + std::to_string(k) + (k == 9 ? ".nrrd" : ".mha");
+    ASSERT_TRUE(write_volume(known_volume(oblique_grid(), k), folder / name));
+  }
+  write_bytes(folder / "notes.txt", "not a frame");
+  write_bytes(folder / ".hidden.mha", "not a frame");
+  const auto found = read_sequence({folder.path()});
+  ASSERT_TRUE(found) << found.error().message;
+  ASSERT_EQ(found->frames.size(), 5u);
+  const size_t order[] = {0, 2, 9, 10, 100};
+  for (size_t n = 0; n < 5; ++n)
+    EXPECT_EQ(found->frames[n].values, known_volume(oblique_grid(), order[n]).values) << n;
+  EXPECT_FALSE(found->times_known);
+  EXPECT_THAT(found->times_s, ElementsAre(0, 1, 2, 3, 4));
+}
+
+TEST(FolderOfFiles, MayHoldOneFileWithAllFrames) {
+  const TemporaryFolder folder;
+  const Sequence sequence{
+      "s", {known_volume(oblique_grid(), 0), known_volume(oblique_grid(), 1)}, {0.0, 0.4}, true};
+  ASSERT_TRUE(write_sequence(sequence, folder / "s.seq.nrrd"));
+  const auto found = read_sequence({folder.path()});
+  ASSERT_TRUE(found) << found.error().message;
+  EXPECT_THAT(found->times_s, ElementsAre(0.0, 0.4));
+}
+
+TEST(ListOfFiles, IsReadInTheOrderGiven) {
+  const TemporaryFolder folder;
+  ASSERT_TRUE(write_volume(known_volume(oblique_grid(), 1), folder / "b.nii.gz"));
+  ASSERT_TRUE(write_volume(known_volume(oblique_grid(), 2), folder / "a.nii.gz"));
+  const auto found = read_sequence({folder / "b.nii.gz", folder / "a.nii.gz"});
+  ASSERT_TRUE(found) << found.error().message;
+  EXPECT_EQ(found->frames[0].values, known_volume(oblique_grid(), 1).values);
+  EXPECT_EQ(found->frames[1].values, known_volume(oblique_grid(), 2).values);
+}
+
+TEST(ListOfFiles, MayNotMixSequencesAndFrames) {
+  const TemporaryFolder folder;
+  const Sequence sequence{
+      "s", {known_volume(oblique_grid(), 0), known_volume(oblique_grid(), 1)}, {0.0, 0.4}, true};
+  ASSERT_TRUE(write_sequence(sequence, folder / "s.seq.nrrd"));
+  ASSERT_TRUE(write_volume(known_volume(oblique_grid(), 1), folder / "b.mha"));
+  const auto found = read_sequence({folder / "b.mha", folder / "s.seq.nrrd"});
+  ASSERT_FALSE(found);
+  EXPECT_THAT(found.error().message, HasSubstr("holds 2 frames itself"));
+  const auto mixed = read_sequence({folder.path(), folder / "b.mha"});
+  ASSERT_FALSE(mixed);
+  EXPECT_THAT(mixed.error().message, HasSubstr("different kinds"));
+}
+
+TEST(NaturalOrder, ComparesRunsOfDigitsAsNumbers) {
+  EXPECT_TRUE(natural_less("a2", "a10"));
+  EXPECT_TRUE(natural_less("a02", "a10b"));
+  EXPECT_TRUE(natural_less("a2b3", "a2b20"));
+  EXPECT_FALSE(natural_less("a10", "a2"));
+  EXPECT_FALSE(natural_less("a10", "a10"));
+  EXPECT_TRUE(natural_less("a", "a0"));
+  EXPECT_TRUE(natural_less("99999999999999999999998", "99999999999999999999999"));
+}
+
+}  // namespace
+}  // namespace palpate::files

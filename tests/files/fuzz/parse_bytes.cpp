@@ -1,0 +1,96 @@
+#include "tests/files/fuzz/parse_bytes.h"
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+
+#include "integration/files/dicom_elements.h"
+#include "integration/files/frame_times.h"
+#include "integration/files/landmarks.h"
+#include "integration/files/meta_header.h"
+#include "integration/files/nifti_header.h"
+#include "integration/files/nrrd_header.h"
+
+namespace palpate::files::fuzz {
+namespace {
+
+void require(bool holds, const char* what) {
+  if (holds) return;
+  std::fprintf(stderr, "broken promise of a parser: %s\n", what);
+  std::abort();
+}
+
+void check_sentence(const Error& error) {
+  require(error.message.size() > 10, "an error is a sentence");
+  require(error.message.find(": ") != std::string::npos, "an error says what to do");
+}
+
+void check_raster(const Result<Raster>& found) {
+  if (!found) return check_sentence(found.error());
+  const Grid& grid = found->grid;
+  for (int axis = 0; axis < 3; ++axis) {
+    require(grid.size[axis] >= 1, "sizes are positive");
+    require(grid.spacing_mm[axis] > 0.0 && std::isfinite(grid.spacing_mm[axis]),
+            "spacings are positive");
+    require(std::isfinite(grid.origin_mm[axis]), "the origin is finite");
+  }
+  require(std::abs(glm::determinant(grid.direction) - 1.0) < 0.01, "the direction is a rotation");
+  require(found->lanes >= 1 && double(found->lanes) <= kMaxLanes,
+          "there are not absurdly many lanes");
+  require(found->inner >= 1 && grid.count() % found->inner == 0, "lanes lie between whole axes");
+  require(!found->data.empty(), "there is a file with the samples");
+  require(std::isfinite(found->slope) && std::isfinite(found->intercept), "the scaling is finite");
+  require(found->times_known == !found->times_s.empty(), "known times are there");
+  if (found->times_known) {
+    require(found->times_s.size() == found->frame_count() && is_rising(found->times_s),
+            "times rise, one per frame");
+  }
+}
+
+}  // namespace
+
+void parse_nrrd(std::string_view bytes) {
+  check_raster(parse_nrrd_header("folder/fuzz.nrrd", bytes));
+}
+
+void parse_meta(std::string_view bytes) {
+  check_raster(parse_meta_header("folder/fuzz.mha", bytes));
+}
+
+void parse_nifti(std::string_view bytes) {
+  const bool packed = !bytes.empty() && (bytes.back() & 1) != 0;
+  check_raster(parse_nifti_header("folder/fuzz.nii", bytes, packed));
+}
+
+void parse_dicom_file(std::string_view bytes) {
+  const auto found = parse_dicom("folder/fuzz.dcm", bytes);
+  if (!found) return check_sentence(found.error());
+  const auto is_inside = [&](std::string_view part) {
+    return part.empty() || (part.data() >= bytes.data() &&
+                            part.data() + part.size() <= bytes.data() + bytes.size());
+  };
+  require(is_inside(found->pixels), "pixels lie in the file");
+  for (const auto& [tag, value] : found->values) {
+    require(is_inside(value), "values lie in the file");
+    // Every way to look at a value must hold for any bytes.
+    found->text(tag);
+    found->whole(tag);
+    require(std::isfinite(found->number(tag).value_or(0.0)) &&
+                std::isfinite(found->real(tag).value_or(0.0)),
+            "numbers are finite");
+    require(found->numbers(tag, 3).size() % 3 == 0,
+            "there are as many numbers as asked for, or none");
+  }
+}
+
+void parse_points(std::string_view bytes) {
+  const bool slicer = !bytes.empty() && (bytes.back() & 1) != 0;
+  const auto found = parse_landmarks(slicer ? "fuzz.fcsv" : "fuzz.csv", bytes);
+  if (!found) return check_sentence(found.error());
+  require(!found->points_lps_mm.empty(), "there is a point");
+  for (const glm::dvec3& p : found->points_lps_mm) {
+    require(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z), "points are finite");
+  }
+}
+
+}  // namespace palpate::files::fuzz

@@ -1,0 +1,213 @@
+// What ITK does not write into NIfTI and MetaImage: scaling, units, swapped bytes, pairs, lists,
+// lone qforms.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "integration/files/image_writer.h"
+#include "integration/files/read_sequence.h"
+#include "integration/files/read_volume.h"
+#include "integration/files/write_volume.h"
+#include "tests/files/expect_grid.h"
+#include "tests/files/itk_images.h"
+#include "tests/files/packed.h"
+#include "tests/files/temporary_folder.h"
+#include "tests/files/test_images.h"
+
+namespace palpate::files {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+template <class T>
+void put(std::string& bytes, size_t offset, T value) {
+  std::memcpy(bytes.data() + offset, &value, sizeof(T));
+}
+
+/// Header of a straight or oblique float volume, as NIfTI-1 lays it out.
+std::string nifti_header(const Grid& grid) {
+  Picture picture;
+  picture.grid = grid;
+  picture.frames = {nullptr};
+  return nifti_header_of(picture);
+}
+
+/// Reverses every field of a NIfTI-1 header, as a machine of the other byte order writes it.
+std::string swapped_header(std::string bytes) {
+  const auto swap_all = [&](size_t begin, size_t count, size_t width) {
+    for (size_t n = 0; n < count; ++n)
+      std::reverse(bytes.begin() + begin + n * width, bytes.begin() + begin + (n + 1) * width);
+  };
+  swap_all(0, 1, 4);     // sizeof_hdr
+  swap_all(40, 8, 2);    // dim
+  swap_all(56, 3, 4);    // intent_p
+  swap_all(68, 4, 2);    // intent_code, datatype, bitpix, slice_start
+  swap_all(76, 11, 4);   // pixdim, vox_offset, scl
+  swap_all(120, 1, 2);   // slice_end
+  swap_all(124, 4, 4);   // cal, duration, toffset
+  swap_all(252, 2, 2);   // form codes
+  swap_all(256, 18, 4);  // quatern, offsets, srows
+  return bytes;
+}
+
+TEST(NiftiReader, AppliesSlopeAndInterceptOnceAsItkDoes) {
+  const TemporaryFolder folder;
+  std::string header = nifti_header(oblique_grid());
+  put<int16_t>(header, 70, 4);
+  put<int16_t>(header, 72, 16);
+  put<float>(header, 112, 2.5f);
+  put<float>(header, 116, -1024.0f);
+  const Volume raw = known_volume(oblique_grid());
+  write_bytes(folder / "v.nii", header + bytes_of_values<int16_t>(raw.values));
+  write_bytes(folder / "v.nii.gz", gzip(header + bytes_of_values<int16_t>(raw.values)));
+  const auto by_itk = itk_oracle::read(folder / "v.nii");
+  for (const char* name : {"v.nii", "v.nii.gz"}) {
+    const auto found = read_volume(folder / name);
+    ASSERT_TRUE(found) << found.error().message;
+    for (size_t v = 0; v < raw.values.size(); ++v)
+      EXPECT_EQ(found->values[v], 2.5f * raw.values[v] - 1024.0f) << v;
+    EXPECT_EQ(found->values, by_itk.values);
+  }
+}
+
+TEST(NiftiReader, LeavesValuesAloneWhereTheSlopeIsZero) {
+  const TemporaryFolder folder;
+  std::string header = nifti_header(straight_grid());
+  put<float>(header, 112, 0.0f);
+  put<float>(header, 116, 7.0f);
+  write_bytes(folder / "v.nii",
+              header + bytes_of_values<float>(known_volume(straight_grid()).values));
+  const auto found = read_volume(folder / "v.nii");
+  ASSERT_TRUE(found) << found.error().message;
+  EXPECT_EQ(found->values, known_volume(straight_grid()).values);
+}
+
+TEST(NiftiReader, ReadsTheOtherByteOrder) {
+  const TemporaryFolder folder;
+  std::string data = bytes_of_values<float>(known_volume(oblique_grid()).values);
+  for (size_t b = 0; b < data.size(); b += 4) std::reverse(data.begin() + b, data.begin() + b + 4);
+  write_bytes(folder / "v.nii", swapped_header(nifti_header(oblique_grid())) + data);
+  const auto found = read_volume(folder / "v.nii");
+  ASSERT_TRUE(found) << found.error().message;
+  expect_grid(found->grid, oblique_grid(), kNiftiToleranceMm);
+  EXPECT_EQ(found->values, known_volume(oblique_grid()).values);
+}
+
+TEST(NiftiReader, TakesTheQformWhereThereIsNoSformAndTheReverse) {
+  const TemporaryFolder folder;
+  const std::string data = bytes_of_values<float>(known_volume(oblique_grid()).values);
+  for (const size_t code_to_clear : {252u, 254u}) {
+    std::string header = nifti_header(oblique_grid());
+    put<int16_t>(header, code_to_clear, 0);
+    write_bytes(folder / "v.nii", header + data);
+    const auto found = read_volume(folder / "v.nii");
+    ASSERT_TRUE(found) << found.error().message;
+    expect_grid(found->grid, oblique_grid(), kNiftiToleranceMm);
+  }
+}
+
+TEST(NiftiReader, PlacesAFileWithoutFormsWhereItkDoes) {
+  const TemporaryFolder folder;
+  std::string header = nifti_header(oblique_grid());
+  put<int16_t>(header, 252, 0);
+  put<int16_t>(header, 254, 0);
+  write_bytes(folder / "v.nii",
+              header + bytes_of_values<float>(known_volume(oblique_grid()).values));
+  const auto found = read_volume(folder / "v.nii");
+  ASSERT_TRUE(found) << found.error().message;
+  expect_grid(found->grid, itk_oracle::read(folder / "v.nii").grid, kNiftiToleranceMm);
+}
+
+TEST(NiftiReader, HonoursUnitsOfSpaceAndTime) {
+  const TemporaryFolder folder;
+  const std::string data = bytes_of_values<float>(known_volume(straight_grid(), 0).values) +
+                           bytes_of_values<float>(known_volume(straight_grid(), 1).values);
+  struct Units {
+    int code;
+    double mm, s;
+  };
+  for (const Units unit : {Units{2 + 8, 1.0, 1.0}, Units{2 + 16, 1.0, 1e-3}, Units{1 + 8, 1e3, 1.0},
+                           Units{3 + 24, 1e-3, 1e-6}}) {
+    std::string header = nifti_header(straight_grid());
+    put<int16_t>(header, 40, 4);
+    put<int16_t>(header, 48, 2);
+    put<float>(header, 92, 20.0f);
+    put<float>(header, 136, 5.0f);
+    put<uint8_t>(header, 123, uint8_t(unit.code));
+    write_bytes(folder / "v.nii", header + data);
+    const auto found = read_sequence({folder / "v.nii"});
+    ASSERT_TRUE(found) << found.error().message;
+    EXPECT_TRUE(found->times_known);
+    EXPECT_THAT(found->times_s, ElementsAre(5.0 * unit.s, 25.0 * unit.s));
+    // 0.75 and -31.5 are exact in single precision.
+    EXPECT_DOUBLE_EQ(found->frames[0].grid.spacing_mm.x, 0.75 * unit.mm);
+    EXPECT_DOUBLE_EQ(found->frames[0].grid.origin_mm.x, -31.5 * unit.mm);
+  }
+}
+
+TEST(NiftiReader, ReadsAPairOfHeaderAndImage) {
+  const TemporaryFolder folder;
+  std::string header = nifti_header(straight_grid()).substr(0, 348);
+  header.replace(344, 3, "ni1");
+  put<float>(header, 108, 0.0f);
+  write_bytes(folder / "v.hdr", header);
+  write_bytes(folder / "v.img", bytes_of_values<float>(known_volume(straight_grid()).values));
+  const auto found = read_volume(folder / "v.hdr");
+  ASSERT_TRUE(found) << found.error().message;
+  EXPECT_EQ(found->values, known_volume(straight_grid()).values);
+  std::filesystem::remove(folder / "v.img");
+  const auto lost = read_volume(folder / "v.hdr");
+  ASSERT_FALSE(lost);
+  EXPECT_THAT(lost.error().message, HasSubstr("v.img"));
+}
+
+const char* const kMetaHeader =
+    "ObjectType = Image\nNDims = 3\nDimSize = 5 4 3\nElementSpacing = 0.75 1.25 2.5\nPosition = "
+    "-31.5 12.25 170.125\n";
+
+class MetaReader : public ::testing::Test {
+ protected:
+  void expect_known(const std::string& lines, const std::string& data, float slope = 1.0f,
+                    float intercept = 0.0f) {
+    write_bytes(folder_ / "v.mha", kMetaHeader + lines + data);
+    const auto found = read_volume(folder_ / "v.mha");
+    ASSERT_TRUE(found) << found.error().message;
+    expect_grid(found->grid, straight_grid(), kTextToleranceMm);
+    for (size_t v = 0; v < 60; ++v)
+      EXPECT_EQ(found->values[v], slope * known_value(v, 0) + intercept) << v;
+  }
+  const std::string bytes_ = bytes_of_values<int16_t>(known_volume(straight_grid()).values);
+  TemporaryFolder folder_;
+};
+
+TEST_F(MetaReader, AppliesTheIntensityFunction) {
+  expect_known(
+      "ElementToIntensityFunctionSlope = 0.5\nElementToIntensityFunctionOffset = -3\nElementType = "
+      "MET_SHORT\n"
+      "ElementDataFile = LOCAL\n",
+      bytes_, 0.5f, -3.0f);
+}
+
+TEST_F(MetaReader, ReadsTextAndTheOtherByteOrder) {
+  std::string text;
+  for (const float value : known_volume(straight_grid()).values)
+    text += std::to_string(int(value)) + " ";
+  expect_known("BinaryData = False\nElementType = MET_SHORT\nElementDataFile = LOCAL\n", text);
+  std::string swapped = bytes_;
+  for (size_t b = 0; b < swapped.size(); b += 2) std::swap(swapped[b], swapped[b + 1]);
+  expect_known("ElementByteOrderMSB = True\nElementType = MET_SHORT\nElementDataFile = LOCAL\n",
+               swapped);
+}
+
+TEST_F(MetaReader, ReadsListsOfSliceFilesAndSkipsTheirHeaders) {
+  for (size_t k = 0; k < 3; ++k)
+    write_bytes(folder_ / ("s" + std::to_string(k)), "head" + bytes_.substr(k * 40, 40));
+  expect_known("HeaderSize = 4\nElementType = MET_SHORT\nElementDataFile = LIST\ns0\ns1\ns2\n", "");
+  expect_known("HeaderSize = -1\nElementType = MET_SHORT\nElementDataFile = LIST 2D\ns0\ns1\ns2\n",
+               "");
+}
+
+}  // namespace
+}  // namespace palpate::files
