@@ -34,8 +34,8 @@ struct Limit {
   double failed;
 };
 
-/// All thresholds of the verdict, in one place, with their reasons. "Measured" refers to the table
-/// in the comment of verdict.cpp.
+/// All thresholds of the verdict, in one place, with their reasons. What was measured is at the top
+/// of verdict.cpp.
 struct Limits {
   /// Share of voxels that fold. palpate's own fields have none, so one is worth a look; above a
   /// thousandth whole regions are turned inside out.
@@ -49,11 +49,13 @@ struct Limits {
   /// How many times more structure one frame shows than the other. The same body shows the same,
   /// but a gain of 0.7 to 1.4 beside unchanged noise can hide or show as much as twice.
   Limit texture_ratio{4.0, 10.0};
-  /// Mean local correlation after motion correction.
-  Limit correlation_least{0.75, 0.5};
+  /// /// Mean local correlation after motion correction: true fields have 0.93 and more, another
+  /// body's at most 0.49.
+  Limit correlation_least{0.8, 0.6};
   /// Share of the compared blocks that do not match after motion correction (correlation below
-  /// 0.5).
-  Limit mismatched{0.15, 0.4};
+  /// 0.5). True fields have 0.01, no field at all on a chest that breathes 15 mm 0.10, another
+  /// body's 0.47 and more.
+  Limit mismatched{0.08, 0.3};
   /// By how much the field makes the mean local correlation worse than no motion at all. A good
   /// field can not; noise of the mean is about 0.005.
   Limit correlation_lost{0.02, 0.1};

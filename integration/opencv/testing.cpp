@@ -69,6 +69,7 @@ FieldMatcher AgreesWithOpticalFlow(Volume fixed, Volume moving, double voxels) {
           const Field& field, MatchResultListener& listener) {
         opencv::CrossCheckOptions options;
         options.agree_voxels = voxels;
+        options.agree_p95_voxels = 4.0 * voxels;
         const Result<opencv::CrossCheck> check = opencv::cross_check(fixed, moving, field, options);
         if (!check) {
           listener << "which can not be compared: " << check.error().message;

@@ -80,6 +80,24 @@ TEST(CrossCheck, AWrongFieldDisagrees) {
   EXPECT_EQ(cross_check(pair.fixed, pair.moving, mirrored)->agreement, Agreement::kDisagree);
 }
 
+TEST(CrossCheck, AFieldThatIsWrongInOnePlaceOnlyDisagrees) {
+  const Shifted pair{cube_grid(56), {0.0, 0.0, 3.0}};
+  Field field = field_of(pair.grid, [](glm::dvec3) { return glm::dvec3(0.0, 0.0, 3.0); });
+  for (int k = 16; k < 40; ++k)
+    for (int j = 16; j < 40; ++j)
+      for (int i = 0; i < 56; ++i) field.u_mm[pair.grid.offset(i, j, k)].z = -1.0F;
+  const auto check = cross_check(pair.fixed, pair.moving, field);
+  EXPECT_LT(worst_median(*check), 0.5);
+  EXPECT_EQ(check->agreement, Agreement::kDisagree) << check->summary;
+}
+
+TEST(CrossCheck, AnEmptyMovingFrameCanNotTell) {
+  const Shifted pair{cube_grid(56), {0.0, 0.0, 0.0}};
+  const Volume empty = volume_of(pair.grid, [](glm::dvec3) { return 0.0; });
+  const auto check = cross_check(pair.fixed, empty, pair.truth);
+  EXPECT_EQ(check->agreement, Agreement::kCanNotTell) << check->summary;
+}
+
 TEST(CrossCheck, HonoursSpacingAndDirection) {
   Grid grid;
   grid.size = {60, 52, 24};
