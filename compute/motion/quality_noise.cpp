@@ -1,0 +1,71 @@
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "compute/motion/quality_match.h"
+
+namespace palpate {
+namespace {
+
+/// Enough for a median that is good to half a per cent.
+constexpr size_t kNoiseSamples = 200000;
+
+/// The product of second differences at one sample; flat says that all neighbours along the axes
+/// are equal to it.
+struct Filtered {
+  double value;
+  bool flat;
+};
+
+Filtered second_differences(const Volume& volume, glm::ivec3 at, glm::ivec3 reach) {
+  const float centre = volume.at(at.x, at.y, at.z);
+  Filtered result{0.0, true};
+  for (int k = -reach.z; k <= reach.z; ++k) {
+    for (int j = -reach.y; j <= reach.y; ++j) {
+      for (int i = -reach.x; i <= reach.x; ++i) {
+        const float value = volume.at(at.x + i, at.y + j, at.z + k);
+        double weight = 1.0;
+        if (reach.x) weight *= i == 0 ? -2.0 : 1.0;
+        if (reach.y) weight *= j == 0 ? -2.0 : 1.0;
+        if (reach.z) weight *= k == 0 ? -2.0 : 1.0;
+        result.value += weight * double(value);
+        result.flat = result.flat && value == centre;
+      }
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
+double noise_sd(const Volume& volume) {
+  const glm::ivec3 size = volume.grid.size;
+  glm::ivec3 reach(0);
+  double gain = 1.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (size[axis] < 3) continue;
+    reach[axis] = 1;
+    gain *= std::sqrt(6.0);
+  }
+  const glm::ivec3 inner = size - 2 * reach;
+  const size_t count = size_t(inner.x) * size_t(inner.y) * size_t(inner.z);
+  if (gain == 1.0 || count == 0) return 0.0;
+  // An odd stride, so that it does not fall into step with rows of even length.
+  const size_t every = (count / kNoiseSamples) | 1U;
+  std::vector<float> magnitudes;
+  magnitudes.reserve(count / every + 1);
+  for (size_t n = 0; n < count; n += every) {
+    const glm::ivec3 at(int(n % size_t(inner.x)), int(n / size_t(inner.x) % size_t(inner.y)),
+                        int(n / size_t(inner.x) / size_t(inner.y)));
+    const Filtered filtered = second_differences(volume, at + reach, reach);
+    if (!filtered.flat && std::isfinite(filtered.value)) {
+      magnitudes.push_back(float(std::abs(filtered.value)));
+    }
+  }
+  if (magnitudes.empty()) return 0.0;
+  const auto middle = magnitudes.begin() + std::ptrdiff_t(magnitudes.size() / 2);
+  std::nth_element(magnitudes.begin(), middle, magnitudes.end());
+  return 1.4826 * double(*middle) / gain;
+}
+
+}  // namespace palpate
