@@ -28,6 +28,12 @@ shaders::GaussPush gauss_push(glm::ivec3 size, int axis, double sigma) {
   return push;
 }
 
+bool gauss_swaps(glm::ivec3 size, glm::dvec3 sigma) {
+  bool swaps = false;
+  for (int axis = 0; axis < 3; ++axis) swaps ^= gauss_push(size, axis, sigma[axis]).radius.x > 0;
+  return swaps;
+}
+
 bool record_gauss(vulkan::Recorder& recorder, MotionKernels& kernels, const vulkan::Buffer& bricks,
                   glm::ivec3 groups, glm::dvec3 sigma, const std::vector<const vulkan::Image*>& a,
                   const std::vector<const vulkan::Image*>& b) {

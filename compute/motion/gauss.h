@@ -12,6 +12,9 @@ namespace palpate {
 /// change nothing. Weights are cut at 3 sigma and sum to 1.
 shaders::GaussPush gauss_push(glm::ivec3 size, int axis, double sigma);
 
+/// True if record_gauss leaves its result in `b`.
+bool gauss_swaps(glm::ivec3 size, glm::dvec3 sigma);
+
 /// Records the separable Gaussian of `sigma` (samples per axis) over several images at once,
 /// ping-ponging between `a` (where the data are) and `b`; returns true if the result is in `b`.
 /// Axes that need no smoothing are left out.

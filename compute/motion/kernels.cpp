@@ -2,14 +2,19 @@
 
 #include "shaders/interface/motion.h"
 #include "spirv/motion/blend.h"
+#include "spirv/motion/classic_force.h"
+#include "spirv/motion/confidence.h"
+#include "spirv/motion/coupled_choice.h"
 #include "spirv/motion/downsample.h"
 #include "spirv/motion/folds.h"
 #include "spirv/motion/gauss.h"
+#include "spirv/motion/matching_cost.h"
 #include "spirv/motion/measure.h"
 #include "spirv/motion/moments.h"
 #include "spirv/motion/normal_equations.h"
 #include "spirv/motion/normalise.h"
 #include "spirv/motion/pack.h"
+#include "spirv/motion/smooth_cost.h"
 #include "spirv/motion/tv_dual.h"
 #include "spirv/motion/tv_primal.h"
 #include "spirv/motion/update.h"
@@ -78,13 +83,29 @@ const vulkan::Kernel& MotionKernels::upsample() {
   return get(k_motion_upsample, "sii", sizeof(UpsamplePush));
 }
 const vulkan::Kernel& MotionKernels::measure() {
-  return get(k_motion_measure, "bssib", sizeof(MeasurePush));
+  return get(k_motion_measure, "bssisb", sizeof(MeasurePush));
 }
 const vulkan::Kernel& MotionKernels::folds() {
   return get(k_motion_folds, "bsib", sizeof(FoldsPush));
 }
 const vulkan::Kernel& MotionKernels::blend() {
   return get(k_motion_blend, "bssi", sizeof(BlendPush));
+}
+
+const vulkan::Kernel& MotionKernels::confidence() {
+  return get(k_motion_confidence, "bssssi", sizeof(ConfidencePush));
+}
+const vulkan::Kernel& MotionKernels::matching_cost() {
+  return get(k_motion_matching_cost, "ssb", sizeof(MatchingPush));
+}
+const vulkan::Kernel& MotionKernels::smooth_cost() {
+  return get(k_motion_smooth_cost, "bb", sizeof(SmoothCostPush));
+}
+const vulkan::Kernel& MotionKernels::coupled_choice() {
+  return get(k_motion_coupled_choice, "bsi", sizeof(CoupledChoicePush));
+}
+const vulkan::Kernel& MotionKernels::classic_force() {
+  return get(k_motion_classic_force, "bsssi", sizeof(ClassicPush));
 }
 
 }  // namespace palpate

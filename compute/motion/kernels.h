@@ -27,6 +27,11 @@ class MotionKernels {
   const vulkan::Kernel& measure();
   const vulkan::Kernel& folds();
   const vulkan::Kernel& blend();
+  const vulkan::Kernel& confidence();
+  const vulkan::Kernel& matching_cost();
+  const vulkan::Kernel& smooth_cost();
+  const vulkan::Kernel& coupled_choice();
+  const vulkan::Kernel& classic_force();
 
   const vulkan::Sampler& nearest() const { return nearest_; }
   const vulkan::Sampler& linear() const { return linear_; }

@@ -19,33 +19,46 @@ struct LevelOptions {
   double smoothness = 0.3;  ///< weight of the total variation, in h
 };
 
+/// The paper's Demons or palpate's own method.
+enum class MotionMethod { kPalpate, kClassic };
+
 /// How the field is estimated. The presets are good defaults for everything here; a number is only
 /// for experiments.
 struct MotionOptions {
   std::string preset = "balanced";
+  MotionMethod method = MotionMethod::kPalpate;
   /// From the finest level (h = the image's finest voxel edge) to the coarsest; the last entry
   /// serves all coarser ones.
   std::vector<LevelOptions> levels;
   int finest_level = 0;   ///< 1 stops at twice the voxel edge, 2 at four times
-  int coarse_levels = 0;  ///< number of levels; 0: until the coarsest image is about 16 voxels wide
-  double damping = 0.2;   ///< alpha of the normal equations, per h; dimensionless
-  double momentum = 0.5;  ///< share of the last change that is added before the next
+  int coarse_levels = 0;  ///< number of levels; 0: until the coarsest image is about 24 voxels wide
+  double damping = 0.1;   ///< alpha of the normal equations, per h; dimensionless
+  double momentum = 0.54;     ///< share of the last change that is added before the next
   double largest_step = 1.0;  ///< of one update, in h
   double huber_mm =
-      0.05;              ///< differences of neighbours below this are smoothed, above kept as edges
+      0.03;              ///< differences of neighbours below this are smoothed, above kept as edges
   int filter_steps = 3;  ///< dual steps of the total variation filter per iteration, warm-started
   bool normalise = true;  ///< local normalisation of intensities; off for images of equal contrast
-  double noise = 0.02;    ///< noise SD in units of the fixed image's p99 - p1
+  double normalise_window = 3.7;  ///< SD of the window of local normalisation, in h
+  double noise =
+      0.0;  ///< floor f of local normalisation, in units of p99 - p1; 0: from the image's noise
   double converged =
-      0.0;  ///< a level stops when the field moves less than this (in h) per iteration; 0: never
+      0.02;  ///< bricks that move less than this (in h) per iteration rest; 0: none do
+  double structure =
+      0.25;  ///< bricks with a smaller mean squared normalised intensity that stay in place rest
+  double search_mm = 24.0;  ///< reach of the discrete start for large motion; 0: none
+  double search_work =
+      6e7;  ///< voxels times labels that it may take: decides the level it works on
   double min_determinant = 0.01;  ///< no voxel corner of the result has a smaller det(I + grad u)
-  bool skip_still = true;         ///< leave out bricks in which nothing moves
+  double classic_sigma_mm =
+      0.0;  ///< classic only: SD of the Gaussian over the field; 0: one voxel of the level
 };
 
-/// "fast", "balanced" or "best"; nothing for another name.
+/// "fast", "balanced", "best" or "classic"; nothing for another name.
 std::optional<MotionOptions> motion_preset(std::string_view name);
 
 /// Names of the presets, for messages.
-inline constexpr std::array<std::string_view, 3> kMotionPresets = {"fast", "balanced", "best"};
+inline constexpr std::array<std::string_view, 4> kMotionPresets = {"fast", "balanced", "best",
+                                                                   "classic"};
 
 }  // namespace palpate

@@ -1,9 +1,7 @@
 #include "compute/motion/pyramid.h"
 
 #include <algorithm>
-#include <bit>
 #include <cassert>
-#include <cmath>
 
 #include "compute/motion/bricks.h"
 #include "compute/motion/gauss.h"
@@ -16,17 +14,6 @@ constexpr size_t kScaleSamples = 300000;
 constexpr double kMomentsSigma = 2.0;
 constexpr float kLargestScaled =
     60.0F;  // beyond: a metal artefact or a broken file; keeps fp16 sums finite
-
-/// Nearest fp16, values beyond the normal range held or flushed; written so that compilers
-/// vectorise it.
-inline uint16_t half_bits(float value) {
-  const auto bits = std::bit_cast<uint32_t>(value);
-  const uint32_t sign = bits >> 16 & 0x8000U;
-  const uint32_t magnitude = bits & 0x7fffffffU;
-  const uint32_t rounded = (magnitude + 0xfffU + (magnitude >> 13 & 1U)) >> 13;
-  const uint32_t half = rounded - (112U << 10);
-  return uint16_t(sign | (magnitude < 0x38800000U ? 0U : half));
-}
 
 glm::ivec3 groups_of(glm::ivec3 size, int local_x = 64) {
   return {(size.x + local_x - 1) / local_x, size.y, size.z};
@@ -58,22 +45,6 @@ std::vector<uint8_t> shrunk_mask(const std::vector<uint8_t>& fine, glm::ivec3 fi
 }
 
 }  // namespace
-
-IntensityScale intensity_scale(const Volume& volume) {
-  const size_t step = std::max<size_t>(1, volume.values.size() / kScaleSamples);
-  std::vector<float> sampled;
-  for (size_t i = 0; i < volume.values.size(); i += step) sampled.push_back(volume.values[i]);
-  const auto quantile = [&](double q) {
-    auto at = sampled.begin() + std::ptrdiff_t(q * double(sampled.size() - 1));
-    std::nth_element(sampled.begin(), at, sampled.end());
-    return *at;
-  };
-  const float low = quantile(0.01), high = quantile(0.99);
-  const auto [smallest, largest] = std::minmax_element(sampled.begin(), sampled.end());
-  // A small bright object in an empty frame: the percentiles coincide, the extremes do not.
-  const float range = high > low ? high - low : *largest - *smallest;
-  return {low, range > 0.0F ? 1.0F / range : 1.0F};
-}
 
 FramePyramid::FramePyramid(const std::shared_ptr<vulkan::Context>& context,
                            const MotionPlan& plan) {
@@ -111,18 +82,7 @@ PyramidBuilder::PyramidBuilder(std::shared_ptr<vulkan::Context> context,
   recorder.run();
 }
 
-void PyramidBuilder::upload(const Volume& volume, const IntensityScale& scale) {
-  assert(volume.grid.size == plan_.image.size && "the frame must have the plan's size");
-  const std::span<uint16_t> to = staging_.as<uint16_t>();
-  const float* from = volume.values.data();
-  const size_t n = volume.values.size();
-  for (size_t i = 0; i < n; ++i) {
-    to[i] = half_bits(
-        std::clamp((from[i] - scale.offset) * scale.scale, -kLargestScaled, kLargestScaled));
-  }
-}
-
-void PyramidBuilder::upload_mask(const Mask& mask) {
+void PyramidBuilder::set_mask(const Mask& mask) {
   assert(mask.grid.size == plan_.image.size && "the mask must have the plan's size");
   std::vector<uint8_t> values = mask.values;
   for (uint8_t& value : values) value = value ? 255 : 0;
@@ -140,7 +100,7 @@ void PyramidBuilder::upload_mask(const Mask& mask) {
   }
 }
 
-void PyramidBuilder::record_level(vulkan::Recorder& recorder, size_t l, bool masked,
+void PyramidBuilder::record_level(vulkan::Recorder& recorder, size_t l, double noise, bool masked,
                                   const vulkan::Image& packed) {
   const LevelPlan& level = plan_.levels[l];
   const glm::ivec4 size(level.image_size, 0);
@@ -150,32 +110,33 @@ void PyramidBuilder::record_level(vulkan::Recorder& recorder, size_t l, bool mas
   if (plan_.options.normalise) {
     recorder.dispatch(kernels_->moments(), {{raw_[l], kernels_->nearest()}, moments_[0][l]},
                       shaders::MomentsPush{size, cells, cell}, groups_of(level.moment_cells));
-    const glm::dvec3 sigma =
-        kMomentsSigma * level.h_mm / (level.spacing_mm * glm::dvec3(level.moment_cell));
+    const glm::dvec3 sigma = plan_.options.normalise_window * level.h_mm /
+                             (level.spacing_mm * glm::dvec3(level.moment_cell));
     const glm::ivec3 groups = brick_groups(all_bricks(level.moment_cells));
     if (record_gauss(recorder, *kernels_, moment_bricks_[l], groups, sigma, {&moments_[0][l]},
                      {&moments_[1][l]})) {
       moments = &moments_[1][l];
     }
   }
-  const float noise = float(plan_.options.noise * plan_.options.noise);
-  recorder.dispatch(kernels_->normalise(masked),
-                    {{raw_[l], kernels_->nearest()},
-                     {*moments, kernels_->linear()},
-                     {masked ? masks_[l] : no_mask_, kernels_->nearest()},
-                     normalised_[l]},
-                    shaders::NormalisePush{
-                        size, cells, cell, {noise, plan_.options.normalise ? 1.0F : 0.0F, 0, 0}},
-                    groups_of(level.image_size));
+  recorder.dispatch(
+      kernels_->normalise(masked),
+      {{raw_[l], kernels_->nearest()},
+       {*moments, kernels_->linear()},
+       {masked ? masks_[l] : no_mask_, kernels_->nearest()},
+       normalised_[l]},
+      shaders::NormalisePush{
+          size, cells, cell, {float(noise * noise), plan_.options.normalise ? 1.0F : 0.0F, 0, 0}},
+      groups_of(level.image_size));
   recorder.dispatch(kernels_->pack(), {{normalised_[l], kernels_->nearest()}, packed},
                     shaders::PackPush{size, glm::vec4(level.spacing_mm, 0)},
                     groups_of(level.image_size));
 }
 
-void PyramidBuilder::build(const Volume& volume, const IntensityScale& scale, const Mask* mask,
+void PyramidBuilder::build(const HalfVolume& volume, double noise, bool masked,
                            FramePyramid& target) {
-  upload(volume, scale);
-  if (mask) upload_mask(*mask);
+  assert(volume.bits.size() == plan_.image.count() && "the frame must have the plan's size");
+  assert((!masked || !masks_.empty()) && "set_mask() first");
+  std::copy(volume.bits.begin(), volume.bits.end(), staging_.as<uint16_t>().begin());
   vulkan::Recorder recorder(context_, uint32_t(16 * plan_.levels.size()));
   recorder.copy(staging_, raw_[0]);
   for (size_t l = 0; l < plan_.levels.size(); ++l) {
@@ -188,7 +149,7 @@ void PyramidBuilder::build(const Volume& volume, const IntensityScale& scale, co
           groups_of(level.image_size));
     }
     if (int(l) >= plan_.options.finest_level)
-      record_level(recorder, l, mask != nullptr, target.level(l));
+      record_level(recorder, l, noise, masked, target.level(l));
   }
   recorder.run();
 }

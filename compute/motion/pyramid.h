@@ -3,21 +3,12 @@
 #include <memory>
 #include <vector>
 
+#include "compute/motion/intensity.h"
 #include "compute/motion/kernels.h"
 #include "compute/motion/plan.h"
 #include "compute/vulkan/recorder.h"
 
 namespace palpate {
-
-/// How raw intensities become numbers of order one: (I - offset) * scale. One for all frames of a
-/// sequence, so that a difference between frames stays one.
-struct IntensityScale {
-  float offset = 0.0F;
-  float scale = 1.0F;
-};
-
-/// Scales the range from the 1st to the 99th percentile to 1. Samples at most a few 100,000 voxels.
-IntensityScale intensity_scale(const Volume& volume);
 
 /// One frame on the device: on every level the image and its gradient in one texel (gx gy gz I),
 /// locally normalised if the plan says so.
@@ -37,16 +28,18 @@ class PyramidBuilder {
   PyramidBuilder(std::shared_ptr<vulkan::Context> context, std::shared_ptr<MotionKernels> kernels,
                  const MotionPlan& plan);
 
-  /// Uploads and computes all levels; waits for the end. `mask` (of the fixed frame, same grid) may
-  /// be null: voxels outside get no value on the finest level and on a coarser one if most of what
-  /// they cover is outside. Throws vulkan::Failure.
-  void build(const Volume& volume, const IntensityScale& scale, const Mask* mask,
-             FramePyramid& target);
+  /// Uploads and computes all levels; waits for the end. `noise` is the floor of local
+  /// normalisation, in scaled units. With `masked`, voxels outside the mask get no value on the
+  /// finest level, and on a coarser one if most of what they cover is outside. Throws
+  /// vulkan::Failure.
+  void build(const HalfVolume& volume, double noise, bool masked, FramePyramid& target);
+
+  /// The mask for build(): on the frames' grid.
+  void set_mask(const Mask& mask);
 
  private:
-  void upload(const Volume& volume, const IntensityScale& scale);
-  void upload_mask(const Mask& mask);
-  void record_level(vulkan::Recorder& recorder, size_t l, bool masked, const vulkan::Image& packed);
+  void record_level(vulkan::Recorder& recorder, size_t l, double noise, bool masked,
+                    const vulkan::Image& packed);
 
   std::shared_ptr<vulkan::Context> context_;
   std::shared_ptr<MotionKernels> kernels_;
@@ -55,7 +48,6 @@ class PyramidBuilder {
   std::vector<vulkan::Image> raw_;         // r16f per level
   std::vector<vulkan::Image> normalised_;  // r16f per level
   std::vector<vulkan::Image> masks_;       // r8 per level, only once a mask was given
-  vulkan::Buffer mask_staging_;
   std::vector<vulkan::Image> moments_[2];  // rgba32f per level
   std::vector<vulkan::Buffer> moment_bricks_;
   vulkan::Image no_mask_;

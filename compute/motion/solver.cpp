@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <numbers>
 
+#include "compute/motion/activity.h"
 #include "compute/motion/gauss.h"
 
 namespace palpate {
@@ -10,7 +13,8 @@ namespace {
 
 constexpr int kBatch =
     5;  // iterations per submission: also how often convergence and stop are looked at
-constexpr int kMaxRepairs = 200;  // smoothing rounds; a few are enough on any data seen
+constexpr double kHalfTrust = 0.5;  // h: expected error at which trust is a half
+constexpr int kMaxRepairs = 200;    // smoothing rounds; a few are enough on any data seen
 constexpr int kDispatchesPerIteration = 32;
 // Step of the projected dual ascent: 1 / (largest eigenvalue of D D^T), which is 4 per axis with
 // unit slopes.
@@ -25,6 +29,11 @@ glm::dvec3 slopes(const LevelPlan& level) {
   return reference / level.cell_mm;
 }
 
+/// SD of the window over the normal equations, in cells.
+glm::dvec3 window_sigma(const LevelPlan& level) {
+  return level.options.window * level.h_mm / level.cell_mm;
+}
+
 glm::ivec4 wide(glm::ivec3 v, int w = 0) {
   return {v, w};
 }
@@ -36,9 +45,12 @@ PairSolver::PairSolver(std::shared_ptr<vulkan::Context> context,
     : context_(std::move(context)),
       kernels_(std::move(kernels)),
       plan_(plan),
-      counter_(context_, 4 * sizeof(uint32_t), vulkan::Buffer::Kind::kHostVisible),
+      counter_(context_, sizeof(uint32_t), vulkan::Buffer::Kind::kHostVisible),
       download_(context_, plan.field.count() * sizeof(glm::vec4),
                 vulkan::Buffer::Kind::kHostVisible) {
+  if (const auto search = plan_search(plan_)) {
+    start_ = std::make_unique<DiscreteStart>(context_, kernels_, plan_, *search);
+  }
   constexpr VkFormat kFloat = VK_FORMAT_R32G32B32A32_SFLOAT;
   constexpr VkFormat kHalf = VK_FORMAT_R16G16B16A16_SFLOAT;
   vulkan::Recorder recorder(context_);
@@ -61,28 +73,49 @@ PairSolver::PairSolver(std::shared_ptr<vulkan::Context> context,
   recorder.run();
 }
 
-/// The field of the level above (or zero) becomes the start of this one; the filter's memory is
-/// cleared.
-void PairSolver::begin_level(size_t l) {
+/// Where the smoothed equations are: each axis that needs smoothing swaps the two sets of images.
+const vulkan::Image* PairSolver::windowed(size_t l) const {
+  const LevelPlan& level = plan_.levels[l];
+  return gauss_swaps(level.cells, window_sigma(level)) ? levels_[l].smoothed : levels_[l].equations;
+}
+
+PairSolver::Active PairSolver::activate(BrickList bricks) {
+  Active active;
+  active.list = upload_bricks(context_, bricks);
+  active.looks = vulkan::Buffer(context_, std::max<size_t>(1, bricks.size()) * sizeof(BrickLook),
+                                vulkan::Buffer::Kind::kHostVisible);
+  active.bricks = std::move(bricks);
+  return active;
+}
+
+/// The field of the level above, of the discrete start, or zero becomes the start of this one; the
+/// filter's memory is cleared.
+void PairSolver::begin_level(size_t l, bool searched) {
   LevelImages& images = levels_[l];
   vulkan::Recorder recorder(context_);
   for (const vulkan::Image& dual : images.dual) recorder.clear(dual);
-  recorder.clear(images.seen);
-  if (l + 1 == plan_.levels.size()) {
+  for (const vulkan::Image& equations : images.equations) recorder.clear(equations);
+  for (const vulkan::Image& smoothed : images.smoothed) recorder.clear(smoothed);
+  if (!searched && l + 1 == plan_.levels.size()) {
     recorder.clear(images.field);
     recorder.clear(images.ahead);
+    recorder.clear(images.seen);
   } else {
     const LevelPlan& to = plan_.levels[l];
-    const LevelPlan& from = plan_.levels[l + 1];
-    // Cell centre in fine voxels, in coarse voxels, in coarse cells: all are affine per axis.
-    const glm::dvec3 to_cell(to.cell), from_cell(from.cell), ratio(from.ratio);
-    const glm::dvec3 scale = to_cell / ratio / from_cell;
-    const glm::dvec3 at_zero = (0.5 * to_cell / ratio) / from_cell - 0.5;
+    // Cell centre in voxels of this level, in voxels of the other, in its cells: all are affine per
+    // axis.
+    const glm::dvec3 ratio = searched ? glm::dvec3(1.0) : glm::dvec3(plan_.levels[l + 1].ratio);
+    const glm::dvec3 from_cell(searched ? start_->search().cell : plan_.levels[l + 1].cell);
+    const glm::ivec3 from_cells = searched ? start_->search().nodes : plan_.levels[l + 1].cells;
+    const glm::dvec3 scale = glm::dvec3(to.cell) / ratio / from_cell;
+    const shaders::UpsamplePush push{wide(to.cells), wide(from_cells), glm::vec4(scale, 0),
+                                     glm::vec4(0.5 * scale - 0.5, 0)};
+    const vulkan::Image& from = searched ? start_->field() : levels_[l + 1].field;
+    const glm::ivec3 groups{(to.cells.x + 63) / 64, to.cells.y, to.cells.z};
     recorder.dispatch(kernels_->upsample(),
-                      {{levels_[l + 1].field, kernels_->linear()}, images.field, images.ahead},
-                      shaders::UpsamplePush{wide(to.cells), wide(from.cells), glm::vec4(scale, 0),
-                                            glm::vec4(at_zero, 0)},
-                      {(to.cells.x + 63) / 64, to.cells.y, to.cells.z});
+                      {{from, kernels_->linear()}, images.field, images.ahead}, push, groups);
+    recorder.dispatch(kernels_->upsample(),
+                      {{from, kernels_->linear()}, images.seen, images.primal}, push, groups);
   }
   recorder.run();
 }
@@ -175,46 +208,65 @@ void PairSolver::record_iteration(vulkan::Recorder& recorder, size_t l, const Fr
   record_filter(recorder, l, active);
 }
 
+void PairSolver::record_look(vulkan::Recorder& recorder, size_t l, const Active& active) {
+  const LevelPlan& level = plan_.levels[l];
+  LevelImages& i = levels_[l];
+  recorder.fill(active.looks, 0);
+  recorder.dispatch(kernels_->measure(),
+                    {active.list,
+                     {i.field, kernels_->nearest()},
+                     {i.seen, kernels_->nearest()},
+                     i.seen,
+                     {windowed(l)[2], kernels_->nearest()},
+                     active.looks},
+                    shaders::MeasurePush{wide(level.cells), {float(1.0 / level.h_mm), 0, 0, 0}},
+                    brick_groups(active.bricks));
+}
+
+/// The first iteration is done everywhere and looked at alone: it finds what does not move or shows
+/// nothing. After that every batch drops the bricks that have come to rest; the level ends when
+/// none is left.
 void PairSolver::iterate(size_t l, const FramePyramid& fixed, const FramePyramid& moving,
-                         const Active& active, const std::stop_token& stop, LevelReport& report,
+                         const std::stop_token& stop, LevelReport& report,
                          const std::function<void(int)>& done) {
   const LevelPlan& level = plan_.levels[l];
   const int wanted = level.options.iterations;
-  const int batch = std::min(kBatch, wanted);
-  if (batch == 0 || active.bricks.empty()) return;
-  LevelImages& images = levels_[l];
-
-  vulkan::Recorder some(context_, uint32_t(batch * kDispatchesPerIteration + 2));
-  for (int k = 0; k < batch; ++k) record_iteration(some, l, fixed, moving, active);
-  some.fill(counter_, 0);
-  some.dispatch(kernels_->measure(),
-                {active.list,
-                 {images.field, kernels_->nearest()},
-                 {images.seen, kernels_->nearest()},
-                 images.seen,
-                 counter_},
-                shaders::MeasurePush{wide(level.cells), {float(1.0 / level.h_mm), 0, 0, 0}},
-                brick_groups(active.bricks));
-  const double cells = double(level.cells.x) * level.cells.y * level.cells.z *
-                       double(active.bricks.size()) / double(all_bricks(level.cells).size());
-  while (report.iterations < wanted && !stop.stop_requested()) {
-    some.run();
-    report.iterations += batch;
-    done(report.iterations);
-    const double moved = double(counter_.as<uint32_t>()[0]) / 4096.0 / cells / batch;
-    // The first look compares with nothing, so it can not end a level.
-    if (report.iterations > batch && moved < plan_.options.converged) {
-      report.converged = true;
-      break;
+  const bool prunes = plan_.options.converged > 0.0;
+  Active active = activate(all_bricks(level.cells));
+  const auto all = double(active.bricks.size());
+  std::optional<vulkan::Recorder> batch;
+  int batch_size = 0;
+  while (report.iterations < wanted && !stop.stop_requested() && !active.bricks.empty()) {
+    const int size =
+        std::min(prunes && report.iterations == 0 ? 1 : kBatch, wanted - report.iterations);
+    if (!batch || size != batch_size) {
+      batch.emplace(context_, uint32_t(size * kDispatchesPerIteration + 2));
+      for (int k = 0; k < size; ++k) record_iteration(*batch, l, fixed, moving, active);
+      if (prunes) record_look(*batch, l, active);
+      batch_size = size;
     }
+    batch->run();
+    report.iterations += size;
+    report.brick_iterations += size * double(active.bricks.size());
+    report.all_brick_iterations += size * all;
+    done(report.iterations);
+    if (!prunes || report.iterations == wanted) continue;
+    const std::span<BrickLook> looks = active.looks.as<BrickLook>();
+    const RestRule rule{plan_.options.converged * size,
+                        plan_.options.normalise ? plan_.options.structure : 0.0};
+    BrickList left = active_bricks(active.bricks, looks, level.cells, rule);
+    if (left.size() == active.bricks.size()) continue;
+    batch.reset();
+    active = activate(std::move(left));
   }
+  report.converged = active.bricks.empty();
+  report.all_brick_iterations += (wanted - report.iterations) * all;
 }
 
 void PairSolver::repair(size_t l, SolveReport& report) {
   const LevelPlan& level = plan_.levels[l];
   LevelImages& images = levels_[l];
-  Active all{all_bricks(level.cells), {}};
-  all.list = upload_bricks(context_, all.bricks);
+  const Active all = activate(all_bricks(level.cells));
   const glm::ivec3 groups = slice_groups(all.bricks);
   for (int round = 0; round < kMaxRepairs; ++round) {
     vulkan::Recorder look(context_);
@@ -240,51 +292,95 @@ void PairSolver::repair(size_t l, SolveReport& report) {
   }
 }
 
+/// Writes the confidence beside the field.
+void PairSolver::judge(size_t l) {
+  const LevelPlan& level = plan_.levels[l];
+  LevelImages& i = levels_[l];
+  const Active all = activate(all_bricks(level.cells));
+  // Effective number of voxels under the window: a Gaussian of SD s averages 2 sqrt(pi) s samples
+  // of white noise.
+  double voxels = 1.0;
+  for (int a = 0; a < 3; ++a) {
+    const double cell_sd = level.cell_mm[a] / std::sqrt(12.0);
+    const double sd = std::hypot(level.options.window * level.h_mm, cell_sd);
+    voxels *= std::max(1.0, 2.0 * std::sqrt(std::numbers::pi) * sd / level.spacing_mm[a]);
+  }
+  const double half_trust_mm = kHalfTrust * level.h_mm;
+  vulkan::Recorder recorder(context_);
+  const vulkan::Image* equations = windowed(l);
+  const vulkan::Sampler& nearest = kernels_->nearest();
+  recorder.dispatch(
+      kernels_->confidence(),
+      {all.list,
+       {equations[0], nearest},
+       {equations[1], nearest},
+       {equations[2], nearest},
+       {i.field, nearest},
+       i.field},
+      shaders::ConfidencePush{wide(level.cells),
+                              {float(1.0 / voxels), float(1.0 / (half_trust_mm * half_trust_mm)),
+                               plan_.options.normalise ? 1.0F : 0.0F, 0}},
+      slice_groups(all.bricks));
+  recorder.copy(i.field, download_);
+  recorder.run();
+}
+
 std::optional<SolveReport> PairSolver::solve(const FramePyramid& fixed, const FramePyramid& moving,
                                              const std::stop_token& stop,
                                              const SolveProgress& progress) {
+  using Clock = std::chrono::steady_clock;
+  const auto since = [](Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+  };
+  const auto begin = Clock::now();
   SolveReport report;
-  // Work is counted in image voxels visited.
-  const auto voxels = [&](size_t l) { return glm::dvec3(plan_.levels[l].image_size); };
-  const auto work = [&](size_t l) { return voxels(l).x * voxels(l).y * voxels(l).z; };
-  double all_work = 0.0, done_work = 0.0;
   const auto finest = size_t(plan_.options.finest_level);
-  for (size_t l = finest; l < plan_.levels.size(); ++l)
-    all_work += work(l) * plan_.levels[l].options.iterations;
+  const size_t levels = start_ ? start_->search().level + 1 : plan_.levels.size();
+  // Work is counted in image voxels visited.
+  const auto work = [&](size_t l) {
+    const glm::dvec3 n(plan_.levels[l].image_size);
+    return n.x * n.y * n.z * std::max(1, plan_.levels[l].options.iterations);
+  };
+  double all_work = 0.0, done_work = 0.0;
+  for (size_t l = finest; l < levels; ++l) all_work += work(l);
 
-  for (size_t l = plan_.levels.size(); l-- > finest;) {
+  if (start_) start_->solve(fixed, moving);
+  for (size_t l = levels; l-- > finest;) {
     if (stop.stop_requested()) return std::nullopt;
-    const auto start = std::chrono::steady_clock::now();
+    const auto level_begin = Clock::now();
     LevelReport& level = report.levels.emplace_back();
     level.h_mm = plan_.levels[l].h_mm;
-    begin_level(l);
-    Active active{all_bricks(plan_.levels[l].cells), {}};
-    level.all_bricks = active.bricks.size();
-    level.bricks = active.bricks.size();
-    active.list = upload_bricks(context_, active.bricks);
-    iterate(l, fixed, moving, active, stop, level, [&](int iterations) {
-      if (progress) progress(std::min(1.0, (done_work + work(l) * iterations) / all_work));
+    begin_level(l, start_ && l + 1 == levels);
+    iterate(l, fixed, moving, stop, level, [&](int iterations) {
+      const double share = double(iterations) / std::max(1, plan_.levels[l].options.iterations);
+      if (progress) progress((done_work + work(l) * share) / all_work);
     });
-    done_work += work(l) * plan_.levels[l].options.iterations;
-    level.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    done_work += work(l);
+    level.seconds = since(level_begin);
   }
   if (stop.stop_requested()) return std::nullopt;
   repair(finest, report);
+  judge(finest);
+  report.seconds = since(begin);
   if (progress) progress(1.0);
   return report;
 }
 
-Field PairSolver::download() {
-  vulkan::Recorder recorder(context_);
-  recorder.copy(levels_[size_t(plan_.options.finest_level)].field, download_);
-  recorder.run();
-  Field field;
-  field.grid = plan_.field;
+void PairSolver::download(Field& field, Confidence& confidence) {
+  unpack_field(download_.as<glm::vec4>(), plan_, field, confidence);
+}
+
+void unpack_field(std::span<const glm::vec4> device, const MotionPlan& plan, Field& field,
+                  Confidence& confidence) {
+  field.grid = plan.field;
+  confidence.grid = plan.field;
   field.u_mm.resize(field.grid.count());
-  const glm::mat3 lps_from_axes(plan_.image.direction);
-  const std::span<glm::vec4> axes = download_.as<glm::vec4>();
-  for (size_t i = 0; i < field.u_mm.size(); ++i) field.u_mm[i] = lps_from_axes * glm::vec3(axes[i]);
-  return field;
+  confidence.values.resize(field.grid.count());
+  const glm::mat3 lps_from_axes(plan.image.direction);
+  for (size_t i = 0; i < field.u_mm.size(); ++i) {
+    field.u_mm[i] = lps_from_axes * glm::vec3(device[i]);
+    confidence.values[i] = device[i].w;
+  }
 }
 
 }  // namespace palpate

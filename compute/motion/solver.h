@@ -7,44 +7,43 @@
 #include <vector>
 
 #include "compute/motion/bricks.h"
+#include "compute/motion/discrete_start.h"
 #include "compute/motion/pyramid.h"
+#include "compute/motion/report.h"
 
 namespace palpate {
-
-/// What one level cost and why it ended.
-struct LevelReport {
-  double h_mm = 0.0;
-  int iterations = 0;
-  bool converged = false;
-  double seconds = 0.0;
-  size_t bricks = 0;  ///< of the field that were computed
-  size_t all_bricks = 0;
-};
-
-struct SolveReport {
-  std::vector<LevelReport> levels;  ///< coarsest first
-  int repaired = 0;                 ///< rounds of fold repair
-  size_t folded_cells = 0;          ///< left after repair: 0 unless the repair failed
-};
 
 /// Called between submissions with the share of the work that is done, 0 to 1.
 using SolveProgress = std::function<void(double)>;
 
-/// Estimates the field of one pair on the device: coarse to fine, each level an iteration of
+/// Estimates fields on the device. Plan once, solve many pairs. One thread at a time. Throws
+/// vulkan::Failure.
+class FieldSolver {
+ public:
+  virtual ~FieldSolver() = default;
+
+  /// Solves; the field then waits on the device for download(). Returns nothing if stopped.
+  virtual std::optional<SolveReport> solve(const FramePyramid& fixed, const FramePyramid& moving,
+                                           const std::stop_token& stop,
+                                           const SolveProgress& progress) = 0;
+
+  /// The field of the last solve, on plan.field, in LPS mm, and how far to trust it.
+  virtual void download(Field& field, Confidence& confidence) = 0;
+};
+
+/// palpate's own method: a discrete start, then coarse to fine, each level an iteration of
 ///   data term (normal_equations) - Gaussian window - Gauss-Newton step, composed (update) - total
-///   variation (tv_*).
-/// Plan once, solve many pairs. One thread at a time. Throws vulkan::Failure.
-class PairSolver {
+///   variation (tv_*),
+/// on the bricks that still need it, and a repair after which nothing folds.
+class PairSolver : public FieldSolver {
  public:
   PairSolver(std::shared_ptr<vulkan::Context> context, std::shared_ptr<MotionKernels> kernels,
              const MotionPlan& plan);
 
-  /// Solves; the field then waits on the device for download(). Returns nothing if stopped.
   std::optional<SolveReport> solve(const FramePyramid& fixed, const FramePyramid& moving,
-                                   const std::stop_token& stop, const SolveProgress& progress);
-
-  /// The field of the last solve, on plan.field, in LPS mm.
-  Field download();
+                                   const std::stop_token& stop,
+                                   const SolveProgress& progress) override;
+  void download(Field& field, Confidence& confidence) override;
 
  private:
   /// Images of one level, all of the size of its field.
@@ -52,26 +51,37 @@ class PairSolver {
     vulkan::Image field, ahead, composed, primal, seen, flags;
     vulkan::Image equations[3], smoothed[3], dual[3];
   };
+  /// The bricks in work, here and on the device.
   struct Active {
     BrickList bricks;
     vulkan::Buffer list;
+    vulkan::Buffer looks;
   };
 
-  void begin_level(size_t l);
+  Active activate(BrickList bricks);
+  const vulkan::Image* windowed(size_t l) const;
+  void begin_level(size_t l, bool searched);
   void record_iteration(vulkan::Recorder& recorder, size_t l, const FramePyramid& fixed,
                         const FramePyramid& moving, const Active& active);
   void record_filter(vulkan::Recorder& recorder, size_t l, const Active& active);
+  void record_look(vulkan::Recorder& recorder, size_t l, const Active& active);
   void iterate(size_t l, const FramePyramid& fixed, const FramePyramid& moving,
-               const Active& active, const std::stop_token& stop, LevelReport& report,
+               const std::stop_token& stop, LevelReport& report,
                const std::function<void(int)>& done);
   void repair(size_t l, SolveReport& report);
+  void judge(size_t l);
 
   std::shared_ptr<vulkan::Context> context_;
   std::shared_ptr<MotionKernels> kernels_;
   const MotionPlan plan_;
   std::vector<LevelImages> levels_;
+  std::unique_ptr<DiscreteStart> start_;
   vulkan::Buffer counter_;
   vulkan::Buffer download_;
 };
+
+/// The field that a device image holds (u in mm along the image axes, w the confidence) in LPS.
+void unpack_field(std::span<const glm::vec4> device, const MotionPlan& plan, Field& field,
+                  Confidence& confidence);
 
 }  // namespace palpate

@@ -96,6 +96,40 @@ struct MeasurePush {
 };
 PALPATE_SIZE(MeasurePush, 32);
 
+struct ConfidencePush {
+  ivec4 cells;
+  vec4 scale;    // x: 1 / (voxels averaged by the window); y: 1 / (SD in mm at which trust is a half)^2
+                 // z: 1 = intensities are locally normalised
+};
+PALPATE_SIZE(ConfidencePush, 32);
+
+struct MatchingPush {
+  ivec4 size;      // of the images
+  ivec4 nodes;
+  ivec4 cell;      // voxels per node
+  ivec4 reach;     // labels go from -reach to +reach voxels along each axis
+  vec4 cut;        // x: differences above this count as this
+};
+PALPATE_SIZE(MatchingPush, 80);
+
+struct SmoothCostPush {
+  ivec4 nodes;   // w: axis
+};
+PALPATE_SIZE(SmoothCostPush, 16);
+
+struct CoupledChoicePush {
+  ivec4 nodes;
+  ivec4 reach;       // w: 1 = first round, nothing to stay near to
+  vec4 spacing_mm;   // of the images; w: price of one squared voxel of distance from the smooth field
+};
+PALPATE_SIZE(CoupledChoicePush, 48);
+
+struct ClassicPush {
+  ivec4 size;
+  vec4 spacing_mm;
+};
+PALPATE_SIZE(ClassicPush, 32);
+
 struct FoldsPush {
   ivec4 cells;
   ivec4 cell;          // image voxels per cell

@@ -2,34 +2,46 @@
 #extension GL_GOOGLE_include_directive : require
 #include "interface/motion.h"
 #include "include/bricks.glsl"
-// How far the field moved since the last look, for the stop by convergence.
-//   total[0] += |u - seen| in 1/4096 unit, summed over cells;  seen <- u
+// What happened in each brick since the last look: the grounds for leaving it out of the next iterations.
+//   moved = max |u - seen|,  structure = max (q / w),  reach = max |u|,  seen <- u
+// q / w is the mean squared normalised intensity, near 1 where the images have structure and near
+// noise^2 / (noise^2 + f^2) where they have none.
 //
-// binding  direction  format         shape            unit
-// 0        in         uint           bricks listed    packed brick coordinates
-// 1        in         rgba32f: u     cells (z, y, x)  mm
-// 2        in         rgba: seen     cells            mm
-// 3        out        rgba: seen     cells            mm
-// 4        in/out     uint           1                1/4096 unit
+// binding  direction  format                  shape            unit
+// 0        in         uint                    bricks listed    packed brick coordinates
+// 1        in         rgba32f: u              cells (z, y, x)  mm
+// 2        in         rgba: seen              cells            mm
+// 3        out        rgba: seen              cells            mm
+// 4        in         rgba: Azz r^2 w q       cells            smoothed normal equations
+// 5        in/out     uint triples            bricks listed    bits of the floats moved (units), structure, reach (units)
 //
-// One invocation: a column of 8 cells, so that atomics stay rare. Border: none. Precision: fixed point, each column
-// rounded to 1/4096 and bounded, so the sum does not depend on the order. Race: atomics; seen only at the own cell.
+// One invocation: a column of 8 cells, so that atomics stay rare. Border: none. Precision: fp32. Race: atomic maxima
+// of the bits, which order like the numbers since none is negative; seen only at the own cell. `seen` may be one image.
 // CPU oracle: oracle::measure.
 layout(set = 0, binding = 1) uniform sampler3D field;
 layout(set = 0, binding = 2) uniform sampler3D seen;
 layout(set = 0, binding = 3) uniform writeonly image3D now_seen;
-layout(set = 0, binding = 4) buffer Total { uint total[]; };
+layout(set = 0, binding = 4) uniform sampler3D equations2;
+layout(set = 0, binding = 5) buffer Looks { uint looks[]; };
 layout(push_constant) uniform Push { MeasurePush push; };
 
 void main() {
   const ivec3 first = brick_origin() + ivec3(gl_LocalInvocationID.xy, 0);
   float moved = 0.0;
+  float structure = 0.0;
+  float reach = 0.0;
   for (int z = 0; z < kBrick; ++z) {
     const ivec3 cell = first + ivec3(0, 0, z);
     if (beyond(cell, push.cells.xyz)) continue;
     const vec3 u = texelFetch(field, cell, 0).xyz;
-    moved += min(length(u - texelFetch(seen, cell, 0).xyz) * push.unit.x, 8.0);
+    moved = max(moved, length(u - texelFetch(seen, cell, 0).xyz) * push.unit.x);
+    reach = max(reach, length(u) * push.unit.x);
     imageStore(now_seen, cell, vec4(u, 0.0));
+    const vec4 e = texelFetch(equations2, cell, 0);
+    structure = max(structure, e.z > 0.01 ? e.w / e.z : 0.0);
   }
-  atomicAdd(total[0], uint(moved * 4096.0 + 0.5));
+  if (beyond(first, push.cells.xyz)) return;
+  atomicMax(looks[3u * gl_WorkGroupID.x], floatBitsToUint(moved));
+  atomicMax(looks[3u * gl_WorkGroupID.x + 1u], floatBitsToUint(structure));
+  atomicMax(looks[3u * gl_WorkGroupID.x + 2u], floatBitsToUint(reach));
 }

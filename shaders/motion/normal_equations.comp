@@ -13,7 +13,8 @@
 // 3        in         rgba: ux uy uz .             cells (z, y, x)    mm along the image axes
 // 4        out        rgba: bx by bz Axx           cells              1/mm, 1/mm^2
 // 5        out        rgba: Axy Axz Ayy Ayz        cells              1/mm^2
-// 6        out        rgba: Azz r^2 w .            cells              1/mm^2, 1, 1 (share of voxels that counted)
+// 6        out        rgba: Azz r^2 w q            cells              1/mm^2, 1, 1 (share of voxels that counted),
+//                                                                    1: q = (F^2 + M^2) / 2, the structure there is
 // 7-9      in         the images of 4-6, for adding
 //
 // One invocation: one cell. It keeps the 27 (9 where a cell is one voxel deep) field values around it in registers and
@@ -63,6 +64,7 @@ void main() {
   vec3 mixed = vec3(0.0);     // Axy Axz Ayz
   float residual = 0.0;
   float counted = 0.0;
+  float structure = 0.0;
   const vec3 per_mm = 1.0 / push.spacing_mm.xyz;
   const vec3 moving_size = vec3(push.moving_size.xyz);
   const ivec3 begin = cell * size;
@@ -97,13 +99,14 @@ void main() {
         mixed += g.xxy * g.yzz;
         residual += r * r;
         counted += w;
+        structure += counts ? 0.5 * (f.w * f.w + m.w * m.w) : 0.0;
       }
     }
   }
   const float per_voxel = 1.0 / float(kCellX * kCellY * kCellZ);
   vec4 e0 = per_voxel * vec4(b, diagonal.x);
   vec4 e1 = per_voxel * vec4(mixed.xy, diagonal.y, mixed.z);
-  vec4 e2 = per_voxel * vec4(diagonal.z, residual, counted, 0.0);
+  vec4 e2 = per_voxel * vec4(diagonal.z, residual, counted, structure);
   if (push.moving_slab.w != 0) {
     e0 += texelFetch(so_far0, cell, 0);
     e1 += texelFetch(so_far1, cell, 0);

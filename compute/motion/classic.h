@@ -1,0 +1,38 @@
+#pragma once
+
+#include "compute/motion/solver.h"
+
+namespace palpate {
+
+/// The paper's registration, exactly as its equation (34) has it: one vector per voxel, Thirion's
+/// force on the fixed image's gradient, a Gaussian over the field after every iteration, coarse to
+/// fine in steps of two. Every voxel is computed in every iteration and nothing is repaired: the
+/// yardstick, not the recommendation. Confidence is 1 everywhere, since the method says nothing of
+/// it. One thread at a time. Throws vulkan::Failure.
+class ClassicSolver : public FieldSolver {
+ public:
+  ClassicSolver(std::shared_ptr<vulkan::Context> context, std::shared_ptr<MotionKernels> kernels,
+                const MotionPlan& plan);
+
+  std::optional<SolveReport> solve(const FramePyramid& fixed, const FramePyramid& moving,
+                                   const std::stop_token& stop,
+                                   const SolveProgress& progress) override;
+  void download(Field& field, Confidence& confidence) override;
+
+ private:
+  struct LevelImages {
+    vulkan::Image field, other;
+  };
+  void begin_level(size_t l);
+  void record_iteration(vulkan::Recorder& recorder, size_t l, const FramePyramid& fixed,
+                        const FramePyramid& moving, const BrickList& bricks,
+                        const vulkan::Buffer& list);
+
+  std::shared_ptr<vulkan::Context> context_;
+  std::shared_ptr<MotionKernels> kernels_;
+  const MotionPlan plan_;
+  std::vector<LevelImages> levels_;
+  vulkan::Buffer download_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,332 @@
+#include "compute/motion/estimator.h"
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <thread>
+
+#include "compute/motion/classic.h"
+#include "compute/motion/solver.h"
+
+namespace palpate {
+namespace {
+
+constexpr size_t kWaiting = 2;  // frames that wait for the worker before push() blocks
+constexpr double kNoiseFloor =
+    2.2;  // f of local normalisation in noise SDs; 1 and 4 gave 5 to 10 % more error
+constexpr double kSmallestFloor = 0.02;
+constexpr double kLargestFloor = 0.25;
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+std::string text(glm::ivec3 size) {
+  return std::to_string(size.x) + " x " + std::to_string(size.y) + " x " + std::to_string(size.z);
+}
+
+struct WaitingFrame {
+  size_t index = 0;
+  HalfVolume values;
+};
+
+struct DeviceFrame {
+  size_t index = 0;
+  double prepare_seconds = 0.0;
+  std::unique_ptr<FramePyramid> pyramid;
+};
+
+class Worker final : public SequenceEstimator {
+ public:
+  Worker(std::shared_ptr<vulkan::Context> context, const Grid& grid, EstimatorOptions options,
+         OnMotion on_motion, OnProgress on_progress)
+      : context_(std::move(context)),
+        options_(std::move(options)),
+        plan_(plan_motion(grid, options_.motion)),
+        on_motion_(std::move(on_motion)),
+        on_progress_(std::move(on_progress)) {}
+
+  /// Allocates everything and starts the worker. Throws vulkan::Failure.
+  void start() {
+    auto kernels = std::make_shared<MotionKernels>(context_);
+    builder_ = std::make_unique<PyramidBuilder>(context_, kernels, plan_);
+    if (options_.mask) builder_->set_mask(*options_.mask);
+    if (options_.motion.method == MotionMethod::kClassic) {
+      solver_ = std::make_unique<ClassicSolver>(context_, kernels, plan_);
+    } else {
+      solver_ = std::make_unique<PairSolver>(context_, kernels, plan_);
+    }
+    thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
+  }
+
+  ~Worker() override {
+    cancel();
+    if (thread_.joinable()) thread_.join();
+  }
+
+  const MotionPlan& plan() const override { return plan_; }
+  MemoryEstimate memory() const override {
+    return {plan_.device_bytes, context_->memory_budget_bytes(), 1};
+  }
+
+  Status push(size_t frame_index, const Volume& frame) override {
+    if (frame.grid.size != plan_.image.size || !same_geometry(frame.grid, plan_.image)) {
+      return Error{ErrorKind::kBadInput,
+                   "Frame " + std::to_string(frame_index) + " (" + text(frame.grid.size) +
+                       " voxels) is not on the grid of the sequence (" + text(plan_.image.size) +
+                       "): resample it, so that all frames share size, spacing and direction."};
+    }
+    // One scale and one noise floor for all frames, from the first: a difference between frames
+    // must stay one.
+    std::call_once(scale_once_, [&] {
+      scale_ = intensity_scale(frame);
+      const double measured = kNoiseFloor * noise_sd(frame) * double(scale_.scale);
+      noise_ = plan_.options.noise > 0.0 ? plan_.options.noise
+                                         : std::clamp(measured, kSmallestFloor, kLargestFloor);
+    });
+    HalfVolume values = scaled_halves(frame, scale_);
+
+    std::unique_lock lock(mutex_);
+    if (last_pushed_ && frame_index <= *last_pushed_) {
+      return Error{ErrorKind::kBadInput, "Frame " + std::to_string(frame_index) +
+                                             " came after frame " + std::to_string(*last_pushed_) +
+                                             ": frames must be pushed in rising order."};
+    }
+    if (options_.backlog == 0) {
+      changed_.wait(lock, [&] { return waiting_.size() < kWaiting || ended_ || stopped_; });
+    }
+    if (error_) return *error_;
+    if (ended_ || stopped_) {
+      return Error{ErrorKind::kCancelled, "The estimation has ended and takes no more frames."};
+    }
+    last_pushed_ = frame_index;
+    waiting_.push_back({frame_index, std::move(values)});
+    if (options_.backlog > 0 && waiting_.size() > options_.backlog) {
+      waiting_.pop_front();
+      ++dropped_;
+    }
+    changed_.notify_all();
+    return Nothing{};
+  }
+
+  Status finish() override {
+    {
+      const std::lock_guard lock(mutex_);
+      ended_ = true;
+      changed_.notify_all();
+    }
+    {
+      // Two threads may finish: the second waits for the first.
+      const std::lock_guard joining(join_mutex_);
+      if (thread_.joinable()) thread_.join();
+    }
+    const std::lock_guard lock(mutex_);
+    if (error_) return *error_;
+    if (stopped_) return Error{ErrorKind::kCancelled, "The estimation was cancelled."};
+    return Nothing{};
+  }
+
+  void cancel() override {
+    {
+      const std::lock_guard lock(mutex_);
+      if (!done_) stopped_ = true;
+      changed_.notify_all();
+    }
+    stop_.request_stop();
+  }
+
+  size_t dropped() const override {
+    const std::lock_guard lock(mutex_);
+    return dropped_;
+  }
+
+ private:
+  void run(const std::stop_token&) {
+    try {
+      work();
+    } catch (const vulkan::Failure& failure) {
+      fail(failure.error());
+    } catch (const std::bad_alloc&) {
+      fail({ErrorKind::kOutOfMemory,
+            "The host ran out of memory: crop the volume or close other programs."});
+    }
+    const std::lock_guard lock(mutex_);
+    done_ = true;
+    ended_ = true;
+    waiting_.clear();
+    changed_.notify_all();
+  }
+
+  void fail(Error error) {
+    const std::lock_guard lock(mutex_);
+    error_ = std::move(error);
+  }
+
+  std::optional<WaitingFrame> next() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return !waiting_.empty() || ended_ || stopped_; });
+    if (stopped_ || waiting_.empty()) return std::nullopt;
+    WaitingFrame frame = std::move(waiting_.front());
+    waiting_.pop_front();
+    changed_.notify_all();
+    return frame;
+  }
+
+  DeviceFrame prepare(const WaitingFrame& frame, std::unique_ptr<FramePyramid> reuse) {
+    const auto start = Clock::now();
+    DeviceFrame result;
+    result.index = frame.index;
+    result.pyramid = reuse ? std::move(reuse) : std::make_unique<FramePyramid>(context_, plan_);
+    builder_->build(frame.values, noise_, options_.mask.has_value(), *result.pyramid);
+    result.prepare_seconds = seconds_since(start);
+    return result;
+  }
+
+  void work() {
+    std::optional<DeviceFrame> first, before;
+    std::unique_ptr<FramePyramid> spare;
+    while (auto frame = next()) {
+      DeviceFrame now = prepare(*frame, std::move(spare));
+      frame.reset();
+      // A cycle needs its first frame again at the end; otherwise a frame is done once it has been
+      // fixed.
+      if (before) {
+        if (!solve(*before, now)) return;
+        if (first || !options_.cyclic) {
+          spare = std::move(before->pyramid);
+        } else {
+          first = std::move(before);
+        }
+      }
+      before = std::move(now);
+    }
+    if (options_.cyclic && first && before && !stop_.stop_requested()) solve(*before, *first);
+  }
+
+  /// False if stopped.
+  bool solve(const DeviceFrame& fixed, const DeviceFrame& moving) {
+    const auto report =
+        solver_->solve(*fixed.pyramid, *moving.pyramid, stop_.get_token(), [&](double share) {
+          if (on_progress_) on_progress_(fixed.index, moving.index, share);
+        });
+    if (!report) return false;
+    Motion motion;
+    motion.fixed_frame = fixed.index;
+    motion.moving_frame = moving.index;
+    motion.report = *report;
+    motion.report.prepare_seconds = moving.prepare_seconds;
+    solver_->download(motion.field, motion.confidence);
+    if (stop_.stop_requested()) return false;
+    on_motion_(std::move(motion));
+    return true;
+  }
+
+  const std::shared_ptr<vulkan::Context> context_;
+  const EstimatorOptions options_;
+  const MotionPlan plan_;
+  const OnMotion on_motion_;
+  const OnProgress on_progress_;
+  std::unique_ptr<PyramidBuilder> builder_;
+  std::unique_ptr<FieldSolver> solver_;
+
+  std::once_flag scale_once_;
+  IntensityScale scale_;
+  double noise_ = 0.0;
+
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<WaitingFrame> waiting_;
+  std::optional<size_t> last_pushed_;
+  std::optional<Error> error_;
+  bool ended_ = false;    // no more frames will come
+  bool stopped_ = false;  // cancelled
+  bool done_ = false;     // the worker has returned
+  size_t dropped_ = 0;
+
+  std::stop_source stop_;
+  std::mutex join_mutex_;
+  std::jthread thread_;  // last: joined before what it uses goes
+};
+
+std::string check_options(const EstimatorOptions& options, const Grid& grid) {
+  const MotionOptions& o = options.motion;
+  if (grid.size.x < 4 || grid.size.y < 4 || grid.size.z < 1) {
+    return "A volume of " + text(grid.size) +
+           " voxels is too small to follow motion in: at least 4 x 4 x 1 are needed.";
+  }
+  if (o.levels.empty())
+    return "The motion options name no level: take a preset (fast, balanced, best, classic).";
+  for (const LevelOptions& level : o.levels) {
+    if (level.iterations < 0 || level.cell < 1 || level.cell > 8 || level.window < 0.0 ||
+        level.smoothness <= 0.0) {
+      return "A level of the motion options is out of range: iterations >= 0, cell 1 to 8, window "
+             ">= 0, smoothness > 0.";
+    }
+  }
+  if (options.mask && !same_geometry(options.mask->grid, grid)) {
+    return "The mask (" + text(options.mask->grid.size) +
+           " voxels) is not on the grid of the frames (" + text(grid.size) +
+           " voxels): draw it on one of the frames.";
+  }
+  return {};
+}
+
+std::string megabytes(uint64_t bytes) {
+  return std::to_string((bytes + (1U << 20) - 1) >> 20) + " MiB";
+}
+
+}  // namespace
+
+Result<std::unique_ptr<SequenceEstimator>> SequenceEstimator::open(
+    std::shared_ptr<vulkan::Context> context, const Grid& grid, EstimatorOptions options,
+    OnMotion on_motion, OnProgress on_progress) {
+  if (const std::string wrong = check_options(options, grid); !wrong.empty()) {
+    return Error{ErrorKind::kBadInput, wrong};
+  }
+  const uint64_t budget = context->memory_budget_bytes();
+  auto worker = std::make_unique<Worker>(std::move(context), grid, std::move(options),
+                                         std::move(on_motion), std::move(on_progress));
+  if (worker->plan().device_bytes > budget) {
+    return Error{ErrorKind::kOutOfMemory,
+                 "The motion of frames of " + text(grid.size) + " voxels takes " +
+                     megabytes(worker->plan().device_bytes) + " of device memory and there are " +
+                     megabytes(budget) +
+                     ": crop or mask the volume, or choose another device (--device)."};
+  }
+  try {
+    worker->start();
+  } catch (const vulkan::Failure& failure) {
+    return failure.error();
+  }
+  return std::unique_ptr<SequenceEstimator>(std::move(worker));
+}
+
+Result<Motion> estimate_motion(const std::shared_ptr<vulkan::Context>& context, const Volume& fixed,
+                               const Volume& moving, const EstimatorOptions& options,
+                               std::stop_token stop, const std::function<void(double)>& progress) {
+  std::optional<Motion> found;
+  EstimatorOptions pair = options;
+  pair.cyclic = false;
+  pair.backlog = 0;
+  auto estimator = SequenceEstimator::open(
+      context, fixed.grid, pair, [&](Motion motion) { found = std::move(motion); },
+      [&](size_t, size_t, double share) {
+        if (progress) progress(share);
+      });
+  if (!estimator) return estimator.error();
+  const std::stop_callback cancel(stop, [&] { (*estimator)->cancel(); });
+  if (Status pushed = (*estimator)->push(0, fixed); !pushed) return pushed.error();
+  const bool same = same_geometry(fixed.grid, moving.grid);
+  if (Status pushed = (*estimator)->push(1, same ? moving : resampled(moving, fixed.grid));
+      !pushed) {
+    return pushed.error();
+  }
+  if (Status done = (*estimator)->finish(); !done) return done.error();
+  return std::move(*found);
+}
+
+}  // namespace palpate

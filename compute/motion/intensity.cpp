@@ -1,0 +1,73 @@
+#include "compute/motion/intensity.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+constexpr size_t kSamples = 300000;
+constexpr float kLargestScaled =
+    60.0F;  // beyond: a metal artefact or a broken file; keeps fp16 sums finite
+
+/// Nearest fp16, values beyond the normal range held or flushed; written so that compilers
+/// vectorise it.
+inline uint16_t half_bits(float value) {
+  const auto bits = std::bit_cast<uint32_t>(value);
+  const uint32_t sign = bits >> 16 & 0x8000U;
+  const uint32_t magnitude = bits & 0x7fffffffU;
+  const uint32_t rounded = (magnitude + 0xfffU + (magnitude >> 13 & 1U)) >> 13;
+  const uint32_t half = rounded - (112U << 10);
+  return uint16_t(sign | (magnitude < 0x38800000U ? 0U : half));
+}
+
+float quantile(std::vector<float>& values, double q) {
+  const auto at = values.begin() + std::ptrdiff_t(q * double(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+}  // namespace
+
+IntensityScale intensity_scale(const Volume& volume) {
+  const size_t step = std::max<size_t>(1, volume.values.size() / kSamples);
+  std::vector<float> sampled;
+  for (size_t i = 0; i < volume.values.size(); i += step) sampled.push_back(volume.values[i]);
+  const float low = quantile(sampled, 0.01), high = quantile(sampled, 0.99);
+  const auto [smallest, largest] = std::minmax_element(sampled.begin(), sampled.end());
+  // A small bright object in an empty frame: the percentiles coincide, the extremes do not.
+  const float range = high > low ? high - low : *largest - *smallest;
+  return {low, range > 0.0F ? 1.0F / range : 1.0F};
+}
+
+double noise_sd(const Volume& volume) {
+  const auto nx = size_t(volume.grid.size.x);
+  if (nx < 3) return 0.0;
+  const std::vector<float>& v = volume.values;
+  // An odd stride wanders over all columns.
+  const size_t step = std::max<size_t>(1, v.size() / kSamples) | 1U;
+  std::vector<float> curvature;
+  for (size_t i = 1; i + 1 < v.size(); i += step) {
+    const size_t x = i % nx;
+    if (x == 0 || x + 1 == nx || (v[i - 1] == v[i] && v[i] == v[i + 1])) continue;
+    curvature.push_back(std::abs(v[i - 1] - 2.0F * v[i] + v[i + 1]));
+  }
+  if (curvature.empty()) return 0.0;
+  return 1.4826 * double(quantile(curvature, 0.5)) / std::sqrt(6.0);
+}
+
+HalfVolume scaled_halves(const Volume& volume, const IntensityScale& scale) {
+  HalfVolume result;
+  result.bits.resize(volume.values.size());
+  const float* from = volume.values.data();
+  uint16_t* to = result.bits.data();
+  const size_t n = volume.values.size();
+  for (size_t i = 0; i < n; ++i) {
+    to[i] = half_bits(
+        std::clamp((from[i] - scale.offset) * scale.scale, -kLargestScaled, kLargestScaled));
+  }
+  return result;
+}
+
+}  // namespace palpate

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace palpate {
+
+/// What one level cost and why it ended.
+struct LevelReport {
+  double h_mm = 0.0;
+  int iterations = 0;
+  bool converged = false;  ///< ended because nothing moved any more, not because of the limit
+  double seconds = 0.0;
+  double brick_iterations = 0.0;      ///< bricks of the field computed, summed over iterations
+  double all_brick_iterations = 0.0;  ///< the same if nothing had been left out
+};
+
+struct SolveReport {
+  std::vector<LevelReport> levels;  ///< coarsest first
+  int repaired = 0;                 ///< rounds of fold repair
+  size_t folded_cells = 0;          ///< left after repair: 0 unless the repair failed
+  double seconds = 0.0;             ///< from images on the device to the field on the device
+  double prepare_seconds = 0.0;     ///< upload, pyramid and normalisation of frames that were new
+};
+
+}  // namespace palpate

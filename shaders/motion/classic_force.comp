@@ -1,0 +1,36 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "interface/motion.h"
+#include "include/bricks.glsl"
+// The paper's iteration (34), as it stands there, in units of the voxel; the Gaussian that follows is gauss.comp.
+//   d = L1(x + M) - L0(x),   M <- M - d grad L0 / (|grad L0|^2 + d^2)          (Thirion 1998, eq. 4)
+// Where both gradient and difference vanish the quotient is 0 / 0: nothing is known there and M stays.
+//
+// binding  direction  format                       shape            unit
+// 0        in         uint                         bricks listed    packed brick coordinates, a cell is a voxel
+// 1        in         rgba: gx gy gz L0            image (z, y, x)  1/mm, scaled intensity
+// 2        in         rgba: . . . L1               image            scaled intensity
+// 3        in         rgba32f: M                   image            mm along the image axes
+// 4        out        rgba32f: M                   image            mm
+//
+// One invocation: one voxel. Border: L1 held. Precision: fp32. Race: each output written once.
+// CPU oracle: oracle::classic_force.
+layout(set = 0, binding = 1) uniform sampler3D fixed_image;
+layout(set = 0, binding = 2) uniform sampler3D moving_image;
+layout(set = 0, binding = 3) uniform sampler3D field;
+layout(set = 0, binding = 4) uniform writeonly image3D updated;
+layout(push_constant) uniform Push { ClassicPush push; };
+
+void main() {
+  const ivec3 i = brick_cell();
+  if (beyond(i, push.size.xyz)) return;
+  const vec3 spacing = push.spacing_mm.xyz;
+  vec3 u = texelFetch(field, i, 0).xyz;
+  const vec4 f = texelFetch(fixed_image, i, 0);
+  const vec3 at = (vec3(i) + 0.5 + u / spacing) / vec3(push.size.xyz);
+  const float d = textureLod(moving_image, at, 0.0).w - f.w;
+  const vec3 g = f.xyz * spacing;  // per voxel
+  const float scale = dot(g, g) + d * d;
+  if (abs(f.w) < 0.5 * kNoValue && abs(d) < 0.01 * kNoValue && scale > 1e-12) u -= spacing * (d / scale) * g;
+  imageStore(updated, i, vec4(u, 0.0));
+}
