@@ -1,0 +1,304 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "integration/app/commands.h"
+#include "integration/app/exit_code.h"
+#include "integration/app/frames.h"
+#include "integration/app/measures.h"
+#include "integration/app/progress.h"
+#include "integration/app/summary.h"
+#include "integration/files/landmarks.h"
+#include "integration/files/read_volume.h"
+#include "integration/files/sentences.h"
+#include "integration/opencv/cross_check.h"
+
+namespace palpate::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct CheckCommand {
+  fs::path field, fixed, moving, truth, against, mask, points;
+  std::vector<fs::path> landmarks;  ///< fixed, moving
+  std::vector<fs::path> cycle;      ///< the fields that follow `field` and lead back
+  std::vector<int> frames = {0, 1};
+  bool opencv = false;
+  bool json = false;
+};
+
+/// Measures one after the other, as lines for a person and as JSON. Each step returns what went
+/// wrong; steps whose inputs were not named do nothing.
+class Checker {
+ public:
+  Checker(const CheckCommand& command, Console& console) : command_(command), console_(console) {}
+
+  Status run() {
+    for (const auto step :
+         {&Checker::read, &Checker::describe, &Checker::compare_with_truth,
+          &Checker::compare_landmarks, &Checker::compare_points, &Checker::go_there_and_back,
+          &Checker::go_around, &Checker::compare_frames, &Checker::cross_check, &Checker::judge}) {
+      if (const Status done = (this->*step)(); !done) return done;
+    }
+    return Nothing{};
+  }
+
+  const nlohmann::json& json() const { return json_; }
+  const std::optional<Verdict>& verdict() const { return verdict_; }
+
+ private:
+  Status read() {
+    auto field = files::read_field(command_.field);
+    if (!field) return field.error();
+    field_ = std::move(*field);
+    image_ = field_.grid;
+    if (!command_.truth.empty()) {
+      auto truth = files::read_field(command_.truth);
+      if (!truth) return truth.error();
+      truth_ = std::move(*truth);
+      image_ = truth_->grid;
+    }
+    if (!command_.fixed.empty()) {
+      auto fixed = files::read_volume(command_.fixed);
+      if (!fixed) return fixed.error();
+      auto moving = files::read_volume(command_.moving);
+      if (!moving) return moving.error();
+      fixed_ = std::move(*fixed);
+      moving_ = std::move(*moving);
+      image_ = fixed_->grid;
+    }
+    if (command_.mask.empty()) return Nothing{};
+    auto mask = files::read_mask(command_.mask);
+    if (!mask) return mask.error();
+    mask_ = mask_on(*mask, image_);
+    if (std::find(mask_->values.begin(), mask_->values.end(), 1) == mask_->values.end())
+      return files::bad_input(command_.mask, "marks no voxel of the image: name another mask");
+    return Nothing{};
+  }
+
+  Status describe() {
+    console_.say(fmt::format("{}: {}", command_.field.string(), grid_text(field_.grid)));
+    if (mask_) console_.say("Distances are taken inside the mask.");
+    console_.say(fmt::format("{:44} {:>8} {:>8} {:>8} {:>8} {:>8}", "", "mean", "median", "p95",
+                             "p99", "max"));
+    row("Length of the motion, mm", lengths_mm(field_));
+    json_["field"] = command_.field.string();
+    json_["grid"] = json_of(field_.grid);
+    json_["motion_mm"] = json_of(lengths_mm(field_));
+    const Folds all = folds(field_);
+    evidence_.folds = all;
+    json_["folds"] = json_of(all);
+    notes_.push_back(
+        fmt::format("Folds: {} (8 corners of {} voxels), smallest determinant {:.3f}, "
+                    "SD of log det {:.3f}",
+                    all.folded == 0 ? "none" : fmt::format("{}", all.folded), all.voxels,
+                    all.min_det, all.sd_log_det));
+    return Nothing{};
+  }
+
+  Status compare_with_truth() {
+    if (!truth_) return Nothing{};
+    const std::optional<Mask> mask = mask_for(truth_->grid);
+    const auto error = endpoint_error(field_, *truth_, pointer(mask));
+    if (!error) return error.error();
+    const auto own = endpoint_error_own_voxels(field_, *truth_, pointer(mask));
+    if (!own) return own.error();
+    rows("Endpoint error", *error);
+    row("Endpoint error, voxels (each axis its own)", *own);
+    json_["endpoint_error"] = json_of(*error);
+    json_["endpoint_error"]["voxels_of_each_axis"] = json_of(*own);
+    return Nothing{};
+  }
+
+  Status compare_landmarks() {
+    if (command_.landmarks.empty()) return Nothing{};
+    const auto fixed = files::read_landmarks(command_.landmarks[0]);
+    if (!fixed) return fixed.error();
+    const auto moving = files::read_landmarks(command_.landmarks[1]);
+    if (!moving) return moving.error();
+    if (fixed->points_lps_mm.size() != moving->points_lps_mm.size()) {
+      return files::bad_input(command_.landmarks[1],
+                              "has {} points, but '{}' has {}: they must go in pairs",
+                              moving->points_lps_mm.size(), command_.landmarks[0].string(),
+                              fixed->points_lps_mm.size());
+    }
+    return registration_error(fixed->points_lps_mm, moving->points_lps_mm);
+  }
+
+  Status compare_points() {
+    if (command_.points.empty()) return Nothing{};
+    const auto fixed = read_followed_points(command_.points, command_.frames[0]);
+    if (!fixed) return fixed.error();
+    const auto moving = read_followed_points(command_.points, command_.frames[1]);
+    if (!moving) return moving.error();
+    points_ = *fixed;
+    return registration_error(*fixed, *moving);
+  }
+
+  Status registration_error(const std::vector<glm::dvec3>& fixed,
+                            const std::vector<glm::dvec3>& moving) {
+    const auto error = target_registration_error_mm(field_, fixed, moving);
+    if (!error) return error.error();
+    const auto before = target_registration_error_mm(still_field(field_.grid), fixed, moving);
+    if (!before) return before.error();
+    row(fmt::format("Target registration error, mm ({} points)", fixed.size()), *error);
+    row("  the same without motion correction, mm", *before);
+    json_["target_registration_error_mm"] = json_of(*error);
+    json_["target_registration_error_without_correction_mm"] = json_of(*before);
+    return Nothing{};
+  }
+
+  Status go_there_and_back() {
+    if (command_.against.empty()) return Nothing{};
+    auto against = files::read_field(command_.against);
+    if (!against) return against.error();
+    const auto consistency = inverse_consistency(field_, *against, image_, pointer(mask_));
+    if (!consistency) return consistency.error();
+    rows("There and back", *consistency);
+    json_["inverse_consistency"] = json_of(*consistency);
+    against_ = std::move(*against);
+    return Nothing{};
+  }
+
+  Status go_around() {
+    if (command_.cycle.empty()) return Nothing{};
+    std::vector<Field> fields = {field_};
+    for (const fs::path& file : command_.cycle) {
+      auto next = files::read_field(file);
+      if (!next) return next.error();
+      fields.push_back(std::move(*next));
+    }
+    const auto drift = cycle_drift(fields, image_, pointer(mask_));
+    if (!drift) return drift.error();
+    evidence_.drift = *drift;
+    rows("Drift after the cycle", *drift);
+    json_["cycle_drift"] = json_of(*drift);
+    if (points_.empty()) return Nothing{};
+    const auto of_points = cycle_drift_mm(fields, points_);
+    if (!of_points) return of_points.error();
+    row("Drift of the points, mm", *of_points);
+    json_["cycle_drift_of_points_mm"] = json_of(*of_points);
+    return Nothing{};
+  }
+
+  Status compare_frames() {
+    if (!fixed_) return Nothing{};
+    auto evidence = examined(*fixed_, *moving_, field_, against_ ? &*against_ : nullptr, nullptr,
+                             pointer(mask_));
+    if (!evidence) return evidence.error();
+    evidence->drift = evidence_.drift;
+    evidence_ = std::move(*evidence);
+    const Match& match = *evidence_.match;
+    notes_.push_back(
+        fmt::format("Frames: mean local correlation {:.3f} -> {:.3f}, {:.1f} % of the "
+                    "structure without a match",
+                    match.correlation_before, match.correlation_after, 100.0 * match.mismatched));
+    notes_.push_back(
+        fmt::format("        SD of the difference {:.4g} -> {:.4g}, of the noise {:.4g} "
+                    "and {:.4g}",
+                    match.difference_sd_before, match.difference_sd_after, match.noise_sd_fixed,
+                    match.noise_sd_moving));
+    json_["match"] = json_of(match);
+    return Nothing{};
+  }
+
+  Status cross_check() {
+    if (!command_.opencv) return Nothing{};
+    const auto cross = opencv::cross_check(*fixed_, *moving_, field_, {}, pointer(mask_));
+    if (!cross) return cross.error();
+    auto list = nlohmann::json::array();
+    for (const opencv::FlowComparison& one : cross->comparisons) {
+      row(fmt::format("OpenCV {} across axis {}, voxels ({:.0f} % compared)", name(one.method),
+                      one.normal_axis, 100.0 * one.share()),
+          one.difference.voxels);
+      list.push_back({{"method", name(one.method)},
+                      {"normal_axis", one.normal_axis},
+                      {"slices", one.slices},
+                      {"compared_share", one.share()},
+                      {"median_motion_voxels", one.motion_voxels},
+                      {"difference", json_of(one.difference)}});
+    }
+    notes_.push_back("OpenCV: " + cross->summary);
+    const char* words[] = {"agree", "disagree", "can not tell"};
+    json_["opencv"] = {{"agreement", words[int(cross->agreement)]},
+                       {"compared_share", cross->share_compared},
+                       {"summary", cross->summary},
+                       {"comparisons", list}};
+    return Nothing{};
+  }
+
+  Status judge() {
+    for (const std::string& note : notes_) console_.say(note);
+    if (!fixed_) return Nothing{};
+    verdict_ = judged(evidence_);
+    json_["verdict"] = json_of(*verdict_);
+    console_.say(verdict_text(*verdict_));
+    return Nothing{};
+  }
+
+  void row(const std::string& title, const Spread& spread) {
+    console_.say(fmt::format("{:44} {:8.3f} {:8.3f} {:8.3f} {:8.3f} {:8.3f}", title, spread.mean,
+                             spread.median, spread.p95, spread.p99, spread.max));
+  }
+  void rows(const std::string& title, const Distances& distances) {
+    row(title + ", mm", distances.mm);
+    row(title + ", voxels (finest axis)", distances.voxels);
+  }
+
+  std::optional<Mask> mask_for(const Grid& grid) const {
+    return mask_ ? std::optional(mask_on(*mask_, grid)) : std::nullopt;
+  }
+  static const Mask* pointer(const std::optional<Mask>& mask) { return mask ? &*mask : nullptr; }
+
+  const CheckCommand& command_;
+  Console& console_;
+  Field field_;
+  Grid image_;  ///< where distances are measured: of fixed, else of truth, else of the field
+  std::optional<Volume> fixed_, moving_;
+  std::optional<Field> truth_, against_;
+  std::optional<Mask> mask_;
+  std::vector<glm::dvec3> points_;
+  std::vector<std::string> notes_;  ///< lines that come after the table
+  Evidence evidence_;
+  std::optional<Verdict> verdict_;
+  nlohmann::json json_;
+};
+
+int run(const CheckCommand& command) {
+  Console console(false, command.json);
+  if (command.fixed.empty() != command.moving.empty() || (command.opencv && command.fixed.empty()))
+    return fail(console, {ErrorKind::kBadInput, "Name both frames, --fixed and --moving"});
+  Checker checker(command, console);
+  if (const Status done = checker.run(); !done) return fail(console, done.error());
+  if (command.json) fmt::print("{}\n", checker.json().dump(2));
+  return checker.verdict() ? exit_code(checker.verdict()->trust) : int(kExitOk);
+}
+
+}  // namespace
+
+Command add_check(CLI::App& program) {
+  auto command = std::make_shared<CheckCommand>();
+  CLI::App* app = program.add_subcommand(
+      "check", "Measure how good a field is; with both frames, say whether to trust it");
+  app->add_option("field", command->field, "Displacement field, mm, LPS (ITK's)")->required();
+  app->add_option("--fixed", command->fixed, "The fixed frame");
+  app->add_option("--moving", command->moving, "The moving frame");
+  app->add_option("--truth", command->truth, "The true field: endpoint error");
+  app->add_option("--landmarks", command->landmarks,
+                  "Points in the fixed and in the moving frame (.csv, .fcsv): target error")
+      ->expected(2);
+  app->add_option("--points", command->points,
+                  "Points followed through all frames, columns x0,y0,z0,x1,...: target error");
+  app->add_option("--frames", command->frames, "Which frames of --points are fixed and moving")
+      ->expected(2)
+      ->capture_default_str();
+  app->add_option("--against", command->against,
+                  "The inverse, or a field from moving to fixed: inverse consistency");
+  app->add_option("--cycle", command->cycle, "The fields that follow and lead back: cycle drift");
+  app->add_option("--mask", command->mask, "Where distances are taken");
+  app->add_flag("--opencv", command->opencv, "Ask OpenCV's optical flow for a second opinion");
+  app->add_flag("--json", command->json, "Print JSON on stdout, lines on stderr");
+  return {app, [command] { return run(*command); }};
+}
+
+}  // namespace palpate::app

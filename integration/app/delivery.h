@@ -1,0 +1,80 @@
+#pragma once
+
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "compute/motion/verdict.h"
+#include "integration/app/estimation.h"
+#include "integration/app/outputs.h"
+
+namespace palpate::app {
+
+/// File names of one pair; an empty one is not written.
+struct PairNames {
+  std::string field;
+  std::string inverse;
+  std::string confidence;
+  std::string picture;
+};
+
+struct DeliveryOptions {
+  std::function<PairNames(size_t fixed, size_t moving)> names;
+  bool coarse = false;  ///< write on the solved grid instead of the image's
+  bool judge = true;
+  bool cyclic = false;
+  const Mask* mask = nullptr;  ///< on the frames' grid
+};
+
+/// What happens to each pair once its field is there: it is written, judged, drawn, and a line
+/// tells of it. One thread at a time.
+class Delivery {
+ public:
+  Delivery(DeliveryOptions options, Outputs& outputs, Console& console);
+
+  /// kBadOutput if a file can not be written.
+  Status take(const EstimatedPair& pair);
+
+  /// Of all pairs so far; with a cycle also of its drift.
+  Verdict verdict() const;
+  const std::optional<Distances>& drift() const { return drift_; }
+
+  /// One object per pair: frames, files, motion, cost, evidence, verdict.
+  nlohmann::json pairs() const;
+
+  /// On the solved grid, in order.
+  const std::vector<Field>& fields() const { return fields_; }
+
+  /// To be called after the last pair, before verdict(): measures the drift of a cycle.
+  Status close_cycle();
+
+ private:
+  struct Delivered {
+    size_t fixed = 0;
+    size_t moving = 0;
+    PairNames names;
+    Spread motion_mm;
+    SolveReport report;
+    Evidence evidence;
+  };
+
+  Status write(const EstimatedPair& pair, const Field& field, const PairNames& names);
+  Status draw(const EstimatedPair& pair, const Field& field, const std::string& name);
+  void tell(const Delivered& pair);
+
+  /// Stages a file, writes it by `write`, and names the final place if that fails.
+  template <class Write>
+  Status put(const std::string& name, const Write& write);
+
+  const DeliveryOptions options_;
+  Outputs& outputs_;
+  Console& console_;
+  std::vector<Delivered> delivered_;
+  std::vector<Field> fields_;
+  std::optional<Mask> structure_;  ///< of frame 0, where drift can be seen
+  std::optional<Distances> drift_;
+};
+
+}  // namespace palpate::app

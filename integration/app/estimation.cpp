@@ -1,0 +1,211 @@
+#include "integration/app/estimation.h"
+
+#include <fmt/format.h>
+
+#include <atomic>
+#include <condition_variable>
+#include <deque>
+#include <map>
+#include <mutex>
+#include <thread>
+
+namespace palpate::app {
+namespace {
+
+/// Pairs that may wait to be judged and written before the estimator has to wait for them.
+constexpr size_t kWaitingPairs = 2;
+
+/// Twice the voxel edge is exact enough to see whether a field leads back to where it came from.
+constexpr int kBackwardLevel = 1;
+constexpr int kSmallestForBackwardLevel = 48;
+
+Error stopped() {
+  return {ErrorKind::kCancelled, "Stopped as asked: no output was written or changed"};
+}
+
+EstimatorOptions backward_options(const Grid& grid) {
+  EstimatorOptions options;
+  options.motion = *motion_preset("fast");
+  const int longest = std::max(grid.size.x, std::max(grid.size.y, grid.size.z));
+  options.motion.finest_level = longest >= kSmallestForBackwardLevel ? kBackwardLevel : 0;
+  return options;
+}
+
+/// Three threads: the caller reads and pushes, the estimator's worker hands its fields to a queue,
+/// and one more takes them from there.
+class Estimation {
+ public:
+  Estimation(const std::shared_ptr<vulkan::Context>& context, const EstimationJob& job,
+             const OnPair& on_pair, Console& console, std::stop_token stop)
+      : context_(context),
+        job_(job),
+        on_pair_(on_pair),
+        console_(console),
+        stop_(std::move(stop)) {}
+
+  Status run() {
+    auto estimator = SequenceEstimator::open(
+        context_, job_.grid, job_.options, [this](Motion motion) { take(std::move(motion)); },
+        [this](size_t fixed, size_t moving, double share) { report(fixed, moving, share); });
+    if (!estimator) return estimator.error();
+    announce(**estimator);
+    // A single pair is judged after the estimator has given its memory back.
+    const bool overlap = job_.pair_count() > 1;
+    if (overlap) start_delivery(estimator->get());
+    Status done = Nothing{};
+    {
+      const std::stop_callback on_stop(stop_, [&] { (*estimator)->cancel(); });
+      done = feed(**estimator);
+      if (!done) (*estimator)->cancel();
+      const Status finished = (*estimator)->finish();
+      if (done && !finished) done = finished;
+    }
+    if (!overlap) {
+      estimator->reset();
+      start_delivery(nullptr);
+    }
+    finish_delivery();
+    console_.end_progress();
+    if (stop_.stop_requested()) return stopped();
+    if (!delivered_) return delivered_;
+    return done;
+  }
+
+ private:
+  void announce(const SequenceEstimator& estimator) {
+    const MemoryEstimate memory = estimator.memory();
+    // Two estimations side by side must not take each other's memory.
+    backward_ =
+        job_.backward && (job_.pair_count() == 1 || 2 * memory.device_bytes <= memory.budget_bytes);
+    console_.say(fmt::format("Memory    {} of {} on the device{}",
+                             bytes_text(double(memory.device_bytes)),
+                             bytes_text(double(memory.budget_bytes)),
+                             memory.slabs > 1 ? fmt::format(", in {} slabs", memory.slabs) : ""));
+    if (job_.backward && !backward_)
+      console_.say("Too little of it to check each field by a second one from moving to fixed.");
+  }
+
+  /// Reads and pushes every frame. A failed push is not the cause: finish() knows that.
+  Status feed(SequenceEstimator& estimator) {
+    for (size_t k = 0; k < job_.frame_count && !stop_.stop_requested(); ++k) {
+      auto read = job_.read_frame(k);
+      if (!read) return read.error();
+      auto frame = std::make_shared<const Volume>(std::move(*read));
+      {
+        const std::lock_guard lock(frames_mutex_);
+        frames_[k] = frame;
+      }
+      const Status pushed = same_geometry(frame->grid, job_.grid)
+                                ? estimator.push(k, *frame)
+                                : estimator.push(k, resampled(*frame, job_.grid));
+      if (!pushed && pushed.error().kind == ErrorKind::kBadInput) return pushed;
+      if (!pushed) break;
+    }
+    return Nothing{};
+  }
+
+  void report(size_t fixed, size_t moving, double share) {
+    const double units = double(estimated_) + share + double(handed_over_);
+    console_.progress(units / double(2 * job_.pair_count()),
+                      fmt::format("frame {} to {}", fixed, moving));
+  }
+
+  /// On the estimator's worker.
+  void take(Motion motion) {
+    ++estimated_;
+    EstimatedPair pair{std::move(motion), {}, {}, {}};
+    {
+      const std::lock_guard lock(frames_mutex_);
+      pair.fixed = frames_.at(pair.motion.fixed_frame);
+      pair.moving = frames_.at(pair.motion.moving_frame);
+      std::erase_if(frames_, [&](const auto& frame) {
+        return frame.first < pair.motion.moving_frame && !(job_.options.cyclic && frame.first == 0);
+      });
+    }
+    std::unique_lock lock(queue_mutex_);
+    queue_changed_.wait(lock, [&] { return queue_.size() < kWaitingPairs || failed_; });
+    if (!failed_) queue_.push_back(std::move(pair));
+    queue_changed_.notify_all();
+  }
+
+  void start_delivery(SequenceEstimator* estimator) {
+    delivery_ = std::thread([this, estimator] { deliver(estimator); });
+  }
+
+  void finish_delivery() {
+    {
+      const std::lock_guard lock(queue_mutex_);
+      closed_ = true;
+    }
+    queue_changed_.notify_all();
+    delivery_.join();
+  }
+
+  /// On the delivery thread. After a failure or a stop the rest is thrown away, so that nobody
+  /// waits for room in the queue.
+  void deliver(SequenceEstimator* estimator) {
+    for (;;) {
+      std::unique_lock lock(queue_mutex_);
+      queue_changed_.wait(lock, [&] { return !queue_.empty() || closed_; });
+      if (queue_.empty()) return;
+      EstimatedPair pair = std::move(queue_.front());
+      queue_.pop_front();
+      queue_changed_.notify_all();
+      lock.unlock();
+      const Status status = stop_.stop_requested() ? Status(stopped()) : hand_over(std::move(pair));
+      if (status) {
+        ++handed_over_;
+        continue;
+      }
+      lock.lock();
+      if (delivered_) delivered_ = status;
+      failed_ = true;
+      queue_.clear();
+      queue_changed_.notify_all();
+      lock.unlock();
+      if (estimator) estimator->cancel();
+    }
+  }
+
+  Status hand_over(EstimatedPair pair) {
+    if (backward_) {
+      auto backward = estimate_motion(context_, *pair.moving, *pair.fixed,
+                                      backward_options(pair.moving->grid), stop_);
+      if (backward) {
+        pair.backward = std::move(backward->field);
+      } else if (backward.error().kind != ErrorKind::kOutOfMemory) {
+        return backward.error();
+      }
+    }
+    return on_pair_(std::move(pair));
+  }
+
+  const std::shared_ptr<vulkan::Context>& context_;
+  const EstimationJob& job_;
+  const OnPair& on_pair_;
+  Console& console_;
+  const std::stop_token stop_;
+  bool backward_ = false;
+
+  std::mutex frames_mutex_;
+  std::map<size_t, std::shared_ptr<const Volume>> frames_;  ///< read and still needed
+
+  std::mutex queue_mutex_;
+  std::condition_variable queue_changed_;
+  std::deque<EstimatedPair> queue_;
+  bool closed_ = false;
+  bool failed_ = false;
+  Status delivered_ = Nothing{};
+  std::thread delivery_;
+  std::atomic<size_t> estimated_{0};
+  std::atomic<size_t> handed_over_{0};
+};
+
+}  // namespace
+
+Status estimate(const std::shared_ptr<vulkan::Context>& context, const EstimationJob& job,
+                const OnPair& on_pair, Console& console, std::stop_token stop) {
+  return Estimation(context, job, on_pair, console, std::move(stop)).run();
+}
+
+}  // namespace palpate::app

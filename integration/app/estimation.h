@@ -1,0 +1,42 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <stop_token>
+
+#include "compute/motion/estimator.h"
+#include "compute/vulkan/context.h"
+#include "integration/app/progress.h"
+
+namespace palpate::app {
+
+/// Fields to estimate, wherever the frames come from.
+struct EstimationJob {
+  Grid grid;               ///< of the fields' frames; a frame on another grid is resampled onto it
+  size_t frame_count = 0;  ///< two or more
+  std::function<Result<Volume>(size_t)> read_frame;  ///< called in rising order, once per frame
+  EstimatorOptions options;
+  bool backward = true;  ///< also a quick field from moving to fixed, for the verdict
+
+  size_t pair_count() const { return frame_count - 1 + (options.cyclic ? 1 : 0); }
+};
+
+/// One pair, with all that is needed to judge and draw it.
+struct EstimatedPair {
+  Motion motion;
+  std::shared_ptr<const Volume> fixed;  ///< as read, before any resampling
+  std::shared_ptr<const Volume> moving;
+  std::optional<Field> backward;  ///< moving to fixed; absent if not asked for or no memory
+};
+
+/// Called once per pair, in order, on one thread; may take as long as it likes.
+using OnPair = std::function<Status(EstimatedPair)>;
+
+/// Reads, estimates and hands over, all at the same time; says what memory it takes before it
+/// starts and how far it is. Errors: what read_frame, the estimator or on_pair returned; kCancelled
+/// after a stop request. Returns when all threads have ended.
+Status estimate(const std::shared_ptr<vulkan::Context>& context, const EstimationJob& job,
+                const OnPair& on_pair, Console& console, std::stop_token stop);
+
+}  // namespace palpate::app

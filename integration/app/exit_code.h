@@ -1,0 +1,43 @@
+#pragma once
+
+#include "compute/motion/verdict.h"
+#include "compute/volume/result.h"
+
+namespace palpate::app {
+
+/// What the program tells a script. Documented in README and in --help: never renumber.
+enum ExitCode : int {
+  kExitOk = 0,
+  kExitInternal = 1,  ///< the device or the program itself failed, or the user stopped it
+  kExitBad = 2,       ///< an input or output can not be used, or no device can do the work
+  kExitSuspect = 3,   ///< done, but a person should look at the fields before using them
+  kExitFailed = 4,    ///< done, but the fields must not be used
+};
+
+inline int exit_code(const Error& error) {
+  switch (error.kind) {
+    case ErrorKind::kBadInput:
+    case ErrorKind::kBadOutput:
+    case ErrorKind::kNoDevice:
+    case ErrorKind::kOutOfMemory:
+      return kExitBad;
+    case ErrorKind::kDeviceFailed:
+    case ErrorKind::kCancelled:
+      return kExitInternal;
+  }
+  return kExitInternal;
+}
+
+inline int exit_code(Trust trust) {
+  switch (trust) {
+    case Trust::kOk:
+      return kExitOk;
+    case Trust::kSuspect:
+      return kExitSuspect;
+    case Trust::kFailed:
+      return kExitFailed;
+  }
+  return kExitInternal;
+}
+
+}  // namespace palpate::app

@@ -1,0 +1,86 @@
+#include "integration/app/frames.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "integration/app/summary.h"
+#include "integration/files/frame_source.h"
+#include "integration/files/read_sequence.h"
+#include "integration/files/read_volume.h"
+#include "integration/files/sentences.h"
+
+namespace palpate::app {
+namespace fs = std::filesystem;
+
+Result<Frames> open_pair(const fs::path& fixed, const fs::path& moving) {
+  auto first = files::read_volume(fixed);
+  if (!first) return first.error();
+  auto second = files::read_volume(moving);
+  if (!second) return second.error();
+  auto volumes = std::make_shared<std::vector<Volume>>();
+  volumes->push_back(std::move(*first));
+  volumes->push_back(std::move(*second));
+  Frames frames;
+  frames.name = fixed.string();
+  frames.grid = volumes->front().grid;
+  frames.count = 2;
+  frames.read = [volumes](size_t k) -> Result<Volume> { return std::move((*volumes)[k]); };
+  return frames;
+}
+
+Result<Frames> open_sequence(const std::vector<fs::path>& inputs) {
+  auto opened = files::SequenceReader::open(inputs);
+  if (!opened) return opened.error();
+  auto reader = std::make_shared<files::SequenceReader>(std::move(*opened));
+  if (reader->frame_count() < 2) {
+    return files::bad_input(
+        inputs.front(),
+        "holds one frame only, but motion needs at least two: name a sequence, or two files");
+  }
+  Frames frames;
+  frames.name = reader->name();
+  frames.grid = reader->grid();
+  frames.count = reader->frame_count();
+  if (reader->times_known()) frames.times_s = reader->times_s();
+  frames.read = [reader](size_t k) { return reader->frame(k); };
+  return frames;
+}
+
+Result<std::optional<Mask>> read_mask_for(const fs::path& file, const Grid& grid) {
+  if (file.empty()) return std::optional<Mask>();
+  auto mask = files::read_mask(file);
+  if (!mask) return mask.error();
+  if (!same_geometry(mask->grid, grid)) {
+    return files::bad_input(file, "does not fit the frames, it has {}: resample it to their grid",
+                            files::difference(mask->grid, grid));
+  }
+  if (std::find(mask->values.begin(), mask->values.end(), 1) == mask->values.end())
+    return files::bad_input(file, "marks no voxel at all: name a mask that is not empty");
+  mask->grid = grid;
+  return std::optional<Mask>(std::move(*mask));
+}
+
+bool has_image_ending(const fs::path& path) {
+  const std::string name = path.filename().string();
+  for (const char* ending : {".mha", ".nrrd", ".nii", ".nii.gz"}) {
+    if (name.ends_with(ending)) return true;
+  }
+  return false;
+}
+
+std::string frames_text(const Frames& frames) {
+  std::string text = fmt::format("{} of {}", frames.count, grid_text(frames.grid));
+  if (frames.times_s.size() < 2) return text;
+  const double step = frames.times_s[1] - frames.times_s[0];
+  double uneven = 0.0;
+  for (size_t k = 1; k < frames.times_s.size(); ++k)
+    uneven = std::max(uneven, std::abs(frames.times_s[k] - frames.times_s[k - 1] - step));
+  if (uneven > 0.01 * std::abs(step))
+    return text + fmt::format(", over {:.4g} s", frames.times_s.back() - frames.times_s.front());
+  return text + fmt::format(", {:.4g} s apart", step);
+}
+
+}  // namespace palpate::app

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "compute/volume/result.h"
+#include "compute/volume/volume.h"
+
+namespace palpate::app {
+
+/// The frames that a command works on, wherever they come from: geometry now, samples when asked.
+struct Frames {
+  std::string name;  ///< for people
+  Grid grid;
+  size_t count = 0;
+  std::vector<double> times_s;                 ///< one per frame; empty if not known
+  std::function<Result<Volume>(size_t)> read;  ///< in rising order, once per frame
+};
+
+/// Two files as fixed and moving, read at once; their grids may differ.
+Result<Frames> open_pair(const std::filesystem::path& fixed, const std::filesystem::path& moving);
+
+/// A file with several frames, a folder, or a list of files; kBadInput for a single frame.
+Result<Frames> open_sequence(const std::vector<std::filesystem::path>& inputs);
+
+/// The mask of a file, or none for an empty path. kBadInput if it is on another grid or marks
+/// nothing.
+Result<std::optional<Mask>> read_mask_for(const std::filesystem::path& file, const Grid& grid);
+
+/// The name of an image file that palpate can write; folders have none of these endings.
+bool has_image_ending(const std::filesystem::path& path);
+
+/// "8 of 115 x 157 x 129 voxels of 1.37 x 1.37 x 2.5 mm, 0.5 s apart".
+std::string frames_text(const Frames& frames);
+
+}  // namespace palpate::app

@@ -1,0 +1,245 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "integration/app/cancel.h"
+#include "integration/app/commands.h"
+#include "integration/app/delivery.h"
+#include "integration/app/exit_code.h"
+#include "integration/app/frames.h"
+#include "integration/app/session.h"
+#include "integration/app/summary.h"
+#include "integration/files/atomic_file.h"
+#include "integration/files/sentences.h"
+#include "integration/files/write_volume.h"
+
+namespace palpate::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct MotionCommand {
+  std::vector<fs::path> inputs;
+  fs::path output;
+  std::string preset = "balanced";
+  std::string format = "mha";
+  fs::path mask;
+  DeviceOptions device;
+  int iterations = 0;
+  int levels = 0;
+  bool cyclic = false;
+  bool inverse = false;
+  bool confidence = false;
+  bool coarse = false;
+  bool pictures = false;
+  bool no_verdict = false;
+  bool json = false;
+  bool quiet = false;
+
+  /// Two files and the name of an image: one field. Everything else fills a folder.
+  bool is_pair() const {
+    std::error_code error;
+    return inputs.size() == 2 && !fs::is_directory(output, error) && output.has_extension();
+  }
+};
+
+std::string joined_presets() {
+  std::string names;
+  for (const std::string_view preset : kMotionPresets)
+    names += (names.empty() ? "" : ", ") + std::string(preset);
+  return names;
+}
+
+Result<MotionOptions> motion_options(const MotionCommand& command) {
+  auto options = motion_preset(command.preset);
+  if (!options) {
+    return Error{ErrorKind::kBadInput, fmt::format("There is no preset '{}': choose one of {}",
+                                                   command.preset, joined_presets())};
+  }
+  if (command.levels > 0) options->coarse_levels = command.levels;
+  for (LevelOptions& level : options->levels) {
+    if (command.iterations > 0) level.iterations = command.iterations;
+  }
+  return *options;
+}
+
+/// "u.nii.gz" -> "u" and ".nii.gz".
+std::pair<std::string, std::string> stem_and_ending(const fs::path& file) {
+  const std::string name = file.filename().string();
+  const size_t length = name.ends_with(".nii.gz") ? 7 : file.extension().string().size();
+  return {name.substr(0, name.size() - length), name.substr(name.size() - length)};
+}
+
+PairNames names_of_pair(const MotionCommand& command) {
+  const auto [stem, ending] = stem_and_ending(command.output);
+  PairNames names;
+  names.field = stem + ending;
+  if (command.inverse) names.inverse = stem + "_inverse" + ending;
+  if (command.confidence) names.confidence = stem + "_confidence" + ending;
+  if (command.pictures) names.picture = stem + ".png";
+  return names;
+}
+
+PairNames names_in_sequence(const MotionCommand& command, size_t count, size_t fixed,
+                            size_t moving) {
+  const size_t width = std::to_string(count - 1).size();
+  const std::string there = fmt::format("{:0{}}_to_{:0{}}", fixed, width, moving, width);
+  const std::string back = fmt::format("{:0{}}_to_{:0{}}", moving, width, fixed, width);
+  PairNames names;
+  names.field = "motion_" + there + "." + command.format;
+  if (command.inverse) names.inverse = "inverse_" + back + "." + command.format;
+  if (command.confidence) names.confidence = "confidence_" + there + "." + command.format;
+  if (command.pictures) names.picture = "motion_" + there + ".png";
+  return names;
+}
+
+/// What can be known to be wrong before anything is read.
+Status check_output_name(const MotionCommand& command) {
+  if (command.is_pair()) return files::check_can_write_image(command.output);
+  if (has_image_ending(command.output)) {
+    return files::bad_output(command.output,
+                             "names one file, but a sequence gives a field per pair of frames: "
+                             "name a folder");
+  }
+  return files::check_can_write_folder(command.output);
+}
+
+double bytes_to_write(const MotionCommand& command, const Frames& frames) {
+  const double fields = double(frames.count - (command.cyclic ? 0 : 1));
+  const double per_voxel = 12.0 + (command.inverse ? 12.0 : 0.0) + (command.confidence ? 4.0 : 0.0);
+  // A cell of the solved grid is two voxels wide or more.
+  return fields * per_voxel * double(frames.grid.count()) / (command.coarse ? 8.0 : 1.0);
+}
+
+nlohmann::json summary_of(const MotionCommand& command, const Frames& frames,
+                          const vulkan::Context& context, const Delivery& delivery) {
+  nlohmann::json summary = {{"program", "palpate " PALPATE_VERSION},
+                            {"input", frames.name},
+                            {"preset", command.preset},
+                            {"cyclic", command.cyclic},
+                            {"device", context.info().name},
+                            {"peak_device_memory_bytes", context.memory_peak_bytes()},
+                            {"frame_count", frames.count},
+                            {"grid", json_of(frames.grid)},
+                            {"convention",
+                             "displacement fields in mm, LPS: the material at x of the fixed frame "
+                             "is at x + u(x) in the moving frame"},
+                            {"pairs", delivery.pairs()}};
+  if (!frames.times_s.empty()) summary["times_s"] = frames.times_s;
+  if (delivery.drift()) summary["cycle_drift"] = json_of(*delivery.drift());
+  if (!command.no_verdict) summary["verdict"] = json_of(delivery.verdict());
+  return summary;
+}
+
+Status write_summary(Outputs& outputs, const nlohmann::json& summary) {
+  const auto path = outputs.stage("summary.json");
+  if (!path) return path.error();
+  const Status written = files::write_text(*path, summary.dump(2) + "\n");
+  return written ? written : Status(outputs.in_place(written.error()));
+}
+
+/// The last lines: where the result is, and the verdict. Not-ok verdicts are told even when quiet.
+int conclude(const MotionCommand& command, const Delivery& delivery, const nlohmann::json& summary,
+             Console& console) {
+  console.say(fmt::format("Wrote     {}", command.output.string()));
+  if (command.json) fmt::print("{}\n", summary.dump(2));
+  if (command.no_verdict) return kExitOk;
+  const Verdict verdict = delivery.verdict();
+  const std::string text = verdict_text(verdict);
+  if (command.quiet && verdict.trust != Trust::kOk) {
+    console.complain(text);
+  } else {
+    console.say(text);
+  }
+  return exit_code(verdict.trust);
+}
+
+int run(const MotionCommand& command) {
+  Console console(command.quiet, command.json);
+  const CancelOnSignal cancel;
+  const auto motion = motion_options(command);
+  if (!motion) return fail(console, motion.error());
+  if (const Status name = check_output_name(command); !name) return fail(console, name.error());
+  auto frames = command.is_pair() ? open_pair(command.inputs[0], command.inputs[1])
+                                  : open_sequence(command.inputs);
+  if (!frames) return fail(console, frames.error());
+  const auto mask = read_mask_for(command.mask, frames->grid);
+  if (!mask) return fail(console, mask.error());
+  auto outputs = Outputs::into(command.is_pair() ? command.output.parent_path() : command.output,
+                               bytes_to_write(command, *frames));
+  if (!outputs) return fail(console, outputs.error());
+  console.say(fmt::format("Frames    {}", frames_text(*frames)));
+  const auto context = open_device(command.device, console);
+  if (!context) return fail(console, context.error());
+
+  EstimationJob job{frames->grid, frames->count, frames->read, {}, !command.no_verdict};
+  job.options.motion = *motion;
+  job.options.cyclic = command.cyclic;
+  job.options.mask = *mask;
+  DeliveryOptions options;
+  options.names = [&](size_t fixed, size_t moving) {
+    return command.is_pair() ? names_of_pair(command)
+                             : names_in_sequence(command, frames->count, fixed, moving);
+  };
+  options.coarse = command.coarse;
+  options.judge = !command.no_verdict;
+  options.cyclic = command.cyclic;
+  options.mask = *mask ? &**mask : nullptr;
+  Delivery delivery(options, *outputs, console);
+  Status done = estimate(
+      *context, job, [&](EstimatedPair pair) { return delivery.take(pair); }, console,
+      cancel.token());
+  if (done) done = delivery.close_cycle();
+  if (!done) return fail(console, done.error());
+
+  const auto summary = summary_of(command, *frames, **context, delivery);
+  if (!command.is_pair()) done = write_summary(*outputs, summary);
+  if (done) done = outputs->publish();
+  if (!done) return fail(console, done.error());
+  return conclude(command, delivery, summary, console);
+}
+
+void add_expert_options(CLI::App& app, MotionCommand& command) {
+  add_device_options(app, command.device);
+  app.add_option("--iterations", command.iterations, "At most so many iterations on every level")
+      ->check(CLI::Range(1, 10000))
+      ->group("Experiments");
+  app.add_option("--levels", command.levels, "So many levels of the pyramid")
+      ->check(CLI::Range(1, 12))
+      ->group("Experiments");
+}
+
+}  // namespace
+
+Command add_motion(CLI::App& program) {
+  auto command = std::make_shared<MotionCommand>();
+  CLI::App* app = program.add_subcommand(
+      "motion",
+      "Estimate motion fields: of a pair (FIXED MOVING -o u.mha) or of a sequence (SEQUENCE -o "
+      "DIR)");
+  app->add_option("inputs", command->inputs,
+                  "Two volumes; or a 4D file, a folder (DICOM or 3D files), or a list of 3D files")
+      ->required();
+  app->add_option("-o,--output", command->output,
+                  "Pair: the field, .mha, .nrrd, .nii or .nii.gz. Sequence: a folder")
+      ->required();
+  app->add_option("--preset", command->preset, "Effort: " + joined_presets())
+      ->capture_default_str();
+  app->add_option("--format", command->format, "Format of a sequence's fields")
+      ->check(CLI::IsMember({"mha", "nrrd", "nii", "nii.gz"}))
+      ->capture_default_str();
+  app->add_option("--mask", command->mask, "Volume on the frames' grid: zero counts for nothing");
+  app->add_flag("--cyclic", command->cyclic, "The last frame leads back to the first");
+  app->add_flag("--inverse", command->inverse, "Also write the inverse of each field");
+  app->add_flag("--confidence", command->confidence,
+                "Also write how far to trust each voxel, 0..1");
+  app->add_flag("--coarse", command->coarse, "Write on the solved grid instead of the image's");
+  app->add_flag("--pictures", command->pictures, "Also draw each pair (PNG)");
+  app->add_flag("--no-verdict", command->no_verdict, "Do not check the fields (faster)");
+  app->add_flag("--json", command->json, "Print the summary as JSON on stdout, lines on stderr");
+  app->add_flag("--quiet", command->quiet, "Print errors and bad verdicts only");
+  add_expert_options(*app, *command);
+  return {app, [command] { return run(*command); }};
+}
+
+}  // namespace palpate::app

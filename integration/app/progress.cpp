@@ -1,0 +1,105 @@
+#include "integration/app/progress.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+
+#include "integration/app/exit_code.h"
+
+namespace palpate::app {
+namespace {
+
+constexpr int kBarWidth = 24;
+constexpr auto kRedraw = std::chrono::milliseconds(100);
+
+// Before this nothing can be said about the time left.
+constexpr double kEarlyShare = 0.02;
+constexpr double kEarlySeconds = 0.5;
+
+}  // namespace
+
+std::string duration_text(double seconds) {
+  if (seconds < 9.95) return fmt::format("{:.1f} s", seconds);
+  const long whole = std::lround(seconds);
+  if (whole < 60) return fmt::format("{} s", whole);
+  if (whole < 3600) return fmt::format("{} min {} s", whole / 60, whole % 60);
+  return fmt::format("{} h {} min", whole / 3600, whole % 3600 / 60);
+}
+
+std::string bytes_text(double bytes) {
+  if (bytes < 1e3) return fmt::format("{:.0f} bytes", bytes);
+  if (bytes < 1e6) return fmt::format("{:.3g} kB", bytes / 1e3);
+  if (bytes < 1e9) return fmt::format("{:.0f} MB", bytes / 1e6);
+  return fmt::format("{:.1f} GB", bytes / 1e9);
+}
+
+Console::Console(bool quiet, bool json)
+    : lines_(json ? stderr : stdout), quiet_(quiet), has_bar_(!quiet && ::isatty(STDERR_FILENO)) {}
+
+Console::~Console() {
+  end_progress();
+}
+
+void Console::say(std::string_view line) {
+  if (quiet_) return;
+  const std::lock_guard lock(mutex_);
+  erase_bar();
+  fmt::print(lines_, "{}\n", line);
+  std::fflush(lines_);
+  if (running_) draw_bar();
+}
+
+void Console::progress(double share, std::string_view doing) {
+  if (!has_bar_) return;
+  const std::lock_guard lock(mutex_);
+  const auto now = Clock::now();
+  if (!running_) start_ = now;
+  if (running_ && now - last_draw_ < kRedraw) return;
+  running_ = true;
+  last_draw_ = now;
+  share_ = std::clamp(share, 0.0, 1.0);
+  doing_ = doing;
+  draw_bar();
+}
+
+void Console::end_progress() {
+  const std::lock_guard lock(mutex_);
+  erase_bar();
+  running_ = false;
+}
+
+void Console::complain(std::string_view sentence) {
+  const std::lock_guard lock(mutex_);
+  erase_bar();
+  fmt::print(stderr, "{}\n", sentence);
+}
+
+void Console::erase_bar() {
+  if (!drawn_) return;
+  std::fputs("\r\033[K", stderr);
+  std::fflush(stderr);
+  drawn_ = false;
+}
+
+void Console::draw_bar() {
+  const double elapsed_s = std::chrono::duration<double>(Clock::now() - start_).count();
+  std::string left = "";
+  if (share_ > kEarlyShare && elapsed_s > kEarlySeconds)
+    left = duration_text(elapsed_s * (1.0 - share_) / share_) + " left";
+  const int full = int(share_ * kBarWidth);
+  fmt::print(stderr, "\r\033[K[{:#<{}}{:.<{}}] {:3.0f} %  {}  {}", "", full, "", kBarWidth - full,
+             100.0 * share_, doing_, left);
+  std::fflush(stderr);
+  drawn_ = true;
+}
+
+int fail(Console& console, const Error& error) {
+  console.end_progress();
+  std::string sentence = "palpate: " + error.message;
+  if (!sentence.ends_with('.')) sentence += '.';
+  console.complain(sentence);
+  return exit_code(error);
+}
+
+}  // namespace palpate::app

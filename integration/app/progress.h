@@ -1,0 +1,63 @@
+#pragma once
+
+#include <chrono>
+#include <cstdio>
+#include <mutex>
+#include <string>
+#include <string_view>
+
+#include "compute/volume/result.h"
+
+namespace palpate::app {
+
+/// "12 s", "3 min 5 s", "1 h 20 min"; under ten seconds with one decimal.
+std::string duration_text(double seconds);
+
+/// "190 MB", "7.5 GB": decimal units, as disks and memory are sold.
+std::string bytes_text(double bytes);
+
+/// What a person sees while the program works: lines, and on a terminal a bar with the time left
+/// that stays below them. With JSON on stdout, lines go to stderr. Quiet: errors only. Any thread.
+class Console {
+ public:
+  Console(bool quiet, bool json);
+  ~Console();
+  Console(const Console&) = delete;
+  Console& operator=(const Console&) = delete;
+
+  bool quiet() const { return quiet_; }
+
+  /// A line for the person, unless quiet.
+  void say(std::string_view line);
+
+  /// The share done, 0 to 1, and of what. On a terminal redraws the bar at most ten times a second;
+  /// elsewhere silent: the lines say how far it is.
+  void progress(double share, std::string_view doing);
+
+  /// Removes the bar; the next progress() starts the clock anew.
+  void end_progress();
+
+  /// A sentence on stderr, also when quiet.
+  void complain(std::string_view sentence);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  void erase_bar();
+  void draw_bar();
+
+  std::mutex mutex_;
+  std::FILE* const lines_;
+  const bool quiet_;
+  const bool has_bar_;
+  bool running_ = false;
+  bool drawn_ = false;
+  double share_ = 0.0;
+  std::string doing_;
+  Clock::time_point start_;
+  Clock::time_point last_draw_;
+};
+
+/// Prints the error as the program's last word and returns its exit code.
+int fail(Console& console, const Error& error);
+
+}  // namespace palpate::app

@@ -1,0 +1,102 @@
+#include "integration/app/summary.h"
+
+#include <fmt/format.h>
+
+namespace palpate::app {
+
+using nlohmann::json;
+
+json json_of(const Spread& spread) {
+  return {{"count", spread.count}, {"mean", spread.mean}, {"median", spread.median},
+          {"p95", spread.p95},     {"p99", spread.p99},   {"max", spread.max}};
+}
+
+json json_of(const Distances& distances) {
+  return {{"mm", json_of(distances.mm)}, {"voxels", json_of(distances.voxels)}};
+}
+
+json json_of(const Folds& folds) {
+  return {{"voxels", folds.voxels},
+          {"folded", folds.folded},
+          {"min_determinant", folds.min_det},
+          {"sd_log_determinant", folds.sd_log_det}};
+}
+
+json json_of(const Match& match) {
+  return {{"noise_sd_fixed", match.noise_sd_fixed},
+          {"noise_sd_moving", match.noise_sd_moving},
+          {"difference_sd_before", match.difference_sd_before},
+          {"difference_sd_after", match.difference_sd_after},
+          {"textured_share_fixed", match.textured_share()},
+          {"textured_share_moving", match.textured_share_moving()},
+          {"correlation_before", match.correlation_before},
+          {"correlation_after", match.correlation_after},
+          {"mismatched_share", match.mismatched},
+          {"leaving_share", match.leaving}};
+}
+
+json json_of(const Evidence& evidence) {
+  json result = json::object();
+  if (evidence.folds) result["folds"] = json_of(*evidence.folds);
+  if (evidence.match) result["match"] = json_of(*evidence.match);
+  if (evidence.inverse) result["inverse_consistency"] = json_of(*evidence.inverse);
+  if (evidence.drift) result["cycle_drift"] = json_of(*evidence.drift);
+  if (evidence.low_confidence) result["low_confidence_share"] = *evidence.low_confidence;
+  return result;
+}
+
+json json_of(const Verdict& verdict) {
+  return {{"word", word(verdict.trust)}, {"reasons", verdict.reasons}, {"passed", verdict.passed}};
+}
+
+json json_of(const Grid& grid) {
+  json direction = json::array();
+  for (int row = 0; row < 3; ++row) {
+    direction.push_back({grid.direction[0][row], grid.direction[1][row], grid.direction[2][row]});
+  }
+  return {{"size", {grid.size.x, grid.size.y, grid.size.z}},
+          {"spacing_mm", {grid.spacing_mm.x, grid.spacing_mm.y, grid.spacing_mm.z}},
+          {"origin_lps_mm", {grid.origin_mm.x, grid.origin_mm.y, grid.origin_mm.z}},
+          {"direction_rows", direction}};
+}
+
+json json_of(const SolveReport& report) {
+  json levels = json::array();
+  for (const LevelReport& level : report.levels) {
+    levels.push_back({{"voxel_mm", level.h_mm},
+                      {"iterations", level.iterations},
+                      {"converged", level.converged},
+                      {"seconds", level.seconds},
+                      {"brick_iterations", level.brick_iterations},
+                      {"brick_iterations_without_skipping", level.all_brick_iterations}});
+  }
+  return {{"levels", levels},
+          {"solve_seconds", report.seconds},
+          {"prepare_seconds", report.prepare_seconds},
+          {"repair_rounds", report.repaired},
+          {"folded_cells", report.folded_cells}};
+}
+
+Spread lengths_mm(const Field& field) {
+  std::vector<float> lengths(field.u_mm.size());
+  for (size_t n = 0; n < lengths.size(); ++n) lengths[n] = glm::length(field.u_mm[n]);
+  return spread_of(lengths);
+}
+
+std::string grid_text(const Grid& grid) {
+  return fmt::format("{} x {} x {} voxels of {:.4g} x {:.4g} x {:.4g} mm", grid.size.x, grid.size.y,
+                     grid.size.z, grid.spacing_mm.x, grid.spacing_mm.y, grid.spacing_mm.z);
+}
+
+std::string folds_text(const Folds& folds) {
+  if (folds.folded == 0) return "no folds";
+  return fmt::format("{} of {} voxels fold", folds.folded, folds.voxels);
+}
+
+std::string verdict_text(const Verdict& verdict) {
+  std::string text = fmt::format("Verdict   {}", word(verdict.trust));
+  for (const std::string& reason : verdict.reasons) text += "\n          - " + reason;
+  return text;
+}
+
+}  // namespace palpate::app

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "compute/motion/estimator.h"
+#include "compute/motion/verdict.h"
+
+namespace palpate::app {
+
+/// The measures as JSON, with units in the names; numbers that are not finite become null.
+nlohmann::json json_of(const Spread& spread);
+nlohmann::json json_of(const Distances& distances);
+nlohmann::json json_of(const Folds& folds);
+nlohmann::json json_of(const Match& match);
+nlohmann::json json_of(const Evidence& evidence);
+nlohmann::json json_of(const Verdict& verdict);
+nlohmann::json json_of(const Grid& grid);
+nlohmann::json json_of(const SolveReport& report);
+
+/// Lengths |u| of a field's samples, mm.
+Spread lengths_mm(const Field& field);
+
+/// "115 x 157 x 129 voxels of 1.37 x 1.37 x 2.5 mm".
+std::string grid_text(const Grid& grid);
+
+/// "no folds" or "12 of 2000 voxels fold".
+std::string folds_text(const Folds& folds);
+
+/// The verdict in lines for a person: the word, then its reasons.
+std::string verdict_text(const Verdict& verdict);
+
+}  // namespace palpate::app
