@@ -1,0 +1,185 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <glm/glm.hpp>
+#include <vector>
+
+/// The steps of the motion engine once more, on the CPU, in double precision and as plainly as
+/// their equations read: each function is named like the kernel that it judges
+/// (shaders/motion/*.comp). Slow on purpose. Vectors are along the image axes, in mm; x fastest,
+/// shape (z, y, x). All functions are pure: any thread, allocate, not real-time safe.
+namespace palpate::oracle {
+
+/// Samples on a grid, any type of value; integer indices are sample centres.
+template <class T>
+struct Samples {
+  glm::ivec3 size{0};
+  std::vector<T> values;
+
+  Samples() = default;
+  explicit Samples(glm::ivec3 samples, T value = T(0.0))
+      : size(samples), values(size_t(samples.x) * size_t(samples.y) * size_t(samples.z), value) {}
+
+  size_t offset(glm::ivec3 i) const {
+    return size_t(i.x) + size_t(size.x) * (size_t(i.y) + size_t(size.y) * size_t(i.z));
+  }
+  T& at(glm::ivec3 i) { return values[offset(i)]; }
+  const T& at(glm::ivec3 i) const { return values[offset(i)]; }
+  /// The border value is held outside.
+  const T& held(glm::ivec3 i) const { return at(glm::clamp(i, glm::ivec3(0), size - 1)); }
+};
+
+using Scalars = Samples<double>;
+using Vectors = Samples<glm::dvec3>;
+using Texels = Samples<glm::dvec4>;
+
+/// Calls visit(index) for every sample of a grid, x fastest.
+template <class Visit>
+void for_each(glm::ivec3 size, const Visit& visit) {
+  for (int z = 0; z < size.z; ++z)
+    for (int y = 0; y < size.y; ++y)
+      for (int x = 0; x < size.x; ++x) visit(glm::ivec3(x, y, z));
+}
+
+/// The eight samples around a continuous index and their trilinear weights.
+struct Tap {
+  glm::ivec3 index;
+  double weight;
+};
+std::array<Tap, 8> trilinear_taps(glm::dvec3 index);
+
+/// The trilinear value at a continuous index, border held.
+template <class T>
+T sample(const Samples<T>& from, glm::dvec3 index) {
+  T sum(0.0);
+  for (const Tap& tap : trilinear_taps(index)) sum += tap.weight * from.held(tap.index);
+  return sum;
+}
+
+/// Number of cells of `cell` samples that cover `size` samples, per axis.
+glm::ivec3 cells_of(glm::ivec3 size, glm::ivec3 cell);
+
+/// The index in a grid of cells of the centre of sample `i` of the grid that the cells cover.
+glm::dvec3 cell_index(glm::dvec3 i, glm::ivec3 cell);
+
+// Images.
+
+/// coarse(i) = sum_k w_k fine(2 i + k), k = -1 .. 2, w = (1 3 3 1) / 8 along axes of ratio 2; axes
+/// of ratio 1 are kept.
+Scalars downsample(const Scalars& fine, glm::ivec3 ratio);
+
+/// Mean of I and of I^2 over the samples of each cell that lie inside the image.
+Texels moments(const Scalars& image, glm::ivec3 cell);
+
+/// The Gaussian of `sigma` samples along one axis: weights exp(-k^2 / 2 sigma^2) for |k| <= 3 sigma
+/// (and at most shaders::kMaxRadius), normalised to 1; nothing below 0.3 samples. Border held.
+Texels gauss(const Texels& image, int axis, double sigma);
+/// The same along all three axes.
+Texels gauss(const Texels& image, glm::dvec3 sigma);
+
+/// (I - m) / sqrt(v + f^2) with the local mean m and variance v >= 0 from smoothed moments, read
+/// trilinearly; shaders::kNoValue where the mask (may be null) is 0.
+Scalars normalise(const Scalars& image, const Texels& moments, glm::ivec3 cell, double noise_sd,
+                  const Scalars* mask);
+
+/// (gx gy gz I): central differences in 1/mm, border held; a difference that touches a voxel
+/// without value is 0.
+Texels pack(const Scalars& image, glm::dvec3 spacing_mm);
+
+/// True for a voxel that counts: not marked by shaders::kNoValue.
+bool has_value(double intensity);
+
+// One iteration.
+
+/// The normal equations of one cell; means over all voxels of the cell, those that do not count
+/// being 0.
+struct NormalEquations {
+  glm::dvec3 b{0.0};      ///< mean of r g, 1/mm
+  glm::dmat3 a{0.0};      ///< mean of g g^T, 1/mm^2
+  double residual{0.0};   ///< mean of r^2
+  double counted{0.0};    ///< share of the cell's voxels that counted
+  double structure{0.0};  ///< mean of (F^2 + M^2) / 2
+
+  explicit NormalEquations(double = 0.0) {}
+};
+
+/// r = F(x) - M(x + u), g = (grad F(x) + grad M(x + u)) / 2 for every voxel x of the cell, u and M
+/// trilinear. fixed and moving are packed (see pack). A voxel counts if it lies in the image, has a
+/// value, and its partner x + u lies at most half a voxel outside the moving image with a value at
+/// all samples that it touches.
+Samples<NormalEquations> normal_equations(const Texels& fixed, const Texels& moving,
+                                          const Vectors& field, glm::ivec3 cell,
+                                          glm::dvec3 spacing_mm);
+
+/// w(x) = v(x + d) + d, d = (A + damping I)^-1 b shortened to `largest_mm`.
+Vectors update(const Samples<NormalEquations>& equations, const Vectors& v, glm::dvec3 cell_mm,
+               double damping_per_mm2, double largest_mm);
+
+/// Dual variable of the total variation: p_x, p_y, p_z. On the last cell of axis a, p_a is 0.
+using Dual = std::array<Vectors, 3>;
+
+/// u = w + div p, (div p)(i) = sum_a s_a (p_a(i) - p_a(i - e_a)).
+Vectors tv_primal(const Vectors& w, const Dual& p, glm::dvec3 slope);
+
+/// v = u + momentum (u - before).
+Vectors ahead(const Vectors& u, const Vectors& before, double momentum);
+
+/// p <- P((p + t D u) / (1 + t e / c)), P the projection onto the ball of radius c, over the nine
+/// numbers of a cell together; (D u)_a(i) = s_a (u(i + e_a) - u(i)), 0 on the last cell.
+Dual tv_dual(const Vectors& u, const Dual& p, glm::dvec3 slope, double c_mm, double step,
+             double huber_mm);
+
+// Fields.
+
+/// to(i) = from(scale i + offset), trilinear, border held.
+Vectors upsample(const Vectors& from, glm::ivec3 to_cells, glm::dvec3 scale, glm::dvec3 offset);
+
+/// Per brick of shaders::kBrick^3 cells: x = the largest |u - seen| in units of `unit_mm`, y = the
+/// largest structure / counted among cells of which at least a hundredth counted, z = the largest
+/// |u| in units of `unit_mm`.
+Vectors measure(const Vectors& field, const Vectors& seen,
+                const Samples<NormalEquations>& equations, double unit_mm);
+
+/// How far the field may be trusted, 0 to 1, from its smoothed normal equations.
+///   SD^2 = r^2 / (N l), l the smallest eigenvalue of A;  match = 1 - r^2 / (2 structure) in [0, 1]
+///   confidence = match * counted / (1 + SD^2 / half_mm^2)
+/// voxels: N, what the window averages. normalised: false for plain intensities, for which match
+/// is 1. 0 where less than a hundredth of the cell counted.
+Scalars confidence(const Samples<NormalEquations>& equations, double voxels, double half_mm,
+                   bool normalised);
+
+/// Per cell the smallest det(I + grad u) at any of the 8 corners of the unit cubes of voxels whose
+/// lowest voxel lies in the cell, with the cube's three edges at the corner as differences; 1 where
+/// there is no cube. The cell folds if that is at most the limit.
+Scalars folds(const Vectors& field, glm::ivec3 cell, glm::ivec3 image_size, glm::dvec3 spacing_mm);
+
+/// Cells with a flagged cell within 1 get (1 2 1)/4 along each axis of the field, the others keep
+/// it.
+Vectors blend(const Scalars& flags, const Vectors& field);
+
+// The discrete start. Labels are whole-voxel displacements from -reach to +reach, x fastest.
+
+/// The displacement that label number `label` stands for, voxels.
+glm::ivec3 label_of(int label, glm::ivec3 reach);
+
+/// cost[label](node) = mean over the node's voxels with a value of min(|F(x) - M(x + label)|, cut);
+/// a partner outside the image or without value costs the cut. 0 for a node without any voxel.
+std::vector<Scalars> matching_cost(const Texels& fixed, const Texels& moving, glm::ivec3 cell,
+                                   glm::ivec3 reach, double cut);
+
+/// (1 2 1)/4 along one axis, border held.
+Scalars smooth_cost(const Scalars& cost, int axis);
+
+/// What label `label` costs node `node` when its distance from u (in voxels) has a price.
+double coupled_cost(const std::vector<Scalars>& cost, int label, glm::ivec3 node, glm::ivec3 reach,
+                    glm::dvec3 u_voxels, double price);
+
+// The paper's iteration.
+
+/// M - d g / (|g|^2 + d^2) per voxel, d = L1(x + M) - L0(x), g = grad L0, everything in units of
+/// the voxel. M stays where there is neither gradient nor difference, or no value.
+Vectors classic_force(const Texels& fixed, const Texels& moving, const Vectors& field,
+                      glm::dvec3 spacing_mm);
+
+}  // namespace palpate::oracle

@@ -1,0 +1,110 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "compute/motion/oracle.h"
+#include "shaders/interface/motion.h"
+
+namespace palpate::oracle {
+namespace {
+
+constexpr double kCountsAtAll = 0.01;
+
+/// Jacobi's rotations: each makes one pair of off-diagonal elements zero.
+double smallest_eigenvalue(glm::dmat3 a) {
+  for (int round = 0; round < 30; ++round) {
+    const int p = round % 3 == 2 ? 1 : 0;
+    const int q = round % 3 == 0 ? 1 : 2;
+    const double angle = 0.5 * std::atan2(2.0 * a[p][q], a[q][q] - a[p][p]);
+    glm::dmat3 turn(1.0);
+    turn[p][p] = turn[q][q] = std::cos(angle);
+    turn[q][p] = std::sin(angle);
+    turn[p][q] = -std::sin(angle);
+    a = glm::transpose(turn) * a * turn;
+  }
+  return std::min({a[0][0], a[1][1], a[2][2]});
+}
+
+/// det(I + grad u) at corner `side` (0 or 1 per axis) of the unit cube that begins at voxel x.
+double corner_determinant(const Vectors& u_at_voxels, glm::ivec3 x, glm::ivec3 side,
+                          glm::dvec3 spacing_mm) {
+  glm::dmat3 jacobian(1.0);
+  for (int axis = 0; axis < 3; ++axis) {
+    glm::ivec3 low = x + side;
+    glm::ivec3 high = low;
+    low[axis] = x[axis];
+    high[axis] = x[axis] + 1;
+    jacobian[axis] += (u_at_voxels.at(high) - u_at_voxels.at(low)) / spacing_mm[axis];
+  }
+  return glm::determinant(jacobian);
+}
+
+}  // namespace
+
+Vectors upsample(const Vectors& from, glm::ivec3 to_cells, glm::dvec3 scale, glm::dvec3 offset) {
+  Vectors to(to_cells);
+  for_each(to_cells,
+           [&](glm::ivec3 i) { to.at(i) = sample(from, scale * glm::dvec3(i) + offset); });
+  return to;
+}
+
+Vectors measure(const Vectors& field, const Vectors& seen,
+                const Samples<NormalEquations>& equations, double unit_mm) {
+  Vectors looks(cells_of(field.size, glm::ivec3(shaders::kBrick)));
+  for_each(field.size, [&](glm::ivec3 i) {
+    glm::dvec3& look = looks.at(i / shaders::kBrick);
+    look.x = std::max(look.x, glm::length(field.at(i) - seen.at(i)) / unit_mm);
+    look.z = std::max(look.z, glm::length(field.at(i)) / unit_mm);
+    const NormalEquations& e = equations.at(i);
+    if (e.counted > kCountsAtAll) look.y = std::max(look.y, e.structure / e.counted);
+  });
+  return looks;
+}
+
+Scalars confidence(const Samples<NormalEquations>& equations, double voxels, double half_mm,
+                   bool normalised) {
+  Scalars result(equations.size);
+  for (size_t i = 0; i < equations.values.size(); ++i) {
+    const NormalEquations& e = equations.values[i];
+    if (e.counted <= kCountsAtAll) continue;
+    // Both are means over counted voxels, so that their share cancels.
+    const double variance_mm2 = e.residual / (voxels * std::max(smallest_eigenvalue(e.a), 1e-12));
+    const double unlike = e.structure > 0.0 ? 0.5 * e.residual / e.structure : 1.0;
+    const double match = normalised ? std::clamp(1.0 - unlike, 0.0, 1.0) : 1.0;
+    result.values[i] = match * e.counted / (1.0 + variance_mm2 / (half_mm * half_mm));
+  }
+  return result;
+}
+
+Scalars folds(const Vectors& field, glm::ivec3 cell, glm::ivec3 image_size, glm::dvec3 spacing_mm) {
+  Vectors u(image_size);
+  for_each(image_size,
+           [&](glm::ivec3 x) { u.at(x) = sample(field, cell_index(glm::dvec3(x), cell)); });
+  Scalars smallest(field.size, 1.0);
+  // The last voxel of an axis begins no cube.
+  for_each(image_size - 1, [&](glm::ivec3 x) {
+    double& least = smallest.at(x / cell);
+    for_each(glm::ivec3(2), [&](glm::ivec3 side) {
+      least = std::min(least, corner_determinant(u, x, side, spacing_mm));
+    });
+  });
+  return smallest;
+}
+
+Vectors blend(const Scalars& flags, const Vectors& field) {
+  Vectors result = field;
+  for_each(field.size, [&](glm::ivec3 i) {
+    bool touched = false;
+    glm::dvec3 smooth(0.0);
+    for_each(glm::ivec3(3), [&](glm::ivec3 tap) {
+      const glm::ivec3 k = tap - 1;
+      touched = touched || flags.held(i + k) > 0.0;
+      const double weight = (2 - std::abs(k.x)) * (2 - std::abs(k.y)) * (2 - std::abs(k.z)) / 64.0;
+      smooth += weight * field.held(i + k);
+    });
+    if (touched) result.at(i) = smooth;
+  });
+  return result;
+}
+
+}  // namespace palpate::oracle

@@ -1,0 +1,116 @@
+#include <algorithm>
+#include <cmath>
+
+#include "compute/motion/oracle.h"
+
+namespace palpate::oracle {
+namespace {
+
+/// True if all samples of which the trilinear value at `index` is made have a value.
+bool known_at(const Texels& image, glm::dvec3 index) {
+  for (const Tap& tap : trilinear_taps(index)) {
+    if (tap.weight > 0.0 && !has_value(image.held(tap.index).w)) return false;
+  }
+  return true;
+}
+
+bool nearly_inside(glm::ivec3 size, glm::dvec3 index) {
+  return glm::all(glm::greaterThanEqual(index, glm::dvec3(-0.5))) &&
+         glm::all(glm::lessThanEqual(index, glm::dvec3(size) - 0.5));
+}
+
+}  // namespace
+
+Samples<NormalEquations> normal_equations(const Texels& fixed, const Texels& moving,
+                                          const Vectors& field, glm::ivec3 cell,
+                                          glm::dvec3 spacing_mm) {
+  Samples<NormalEquations> result(cells_of(fixed.size, cell));
+  const double share = 1.0 / (double(cell.x) * cell.y * cell.z);
+  for_each(fixed.size, [&](glm::ivec3 x) {
+    const glm::dvec3 u_mm = sample(field, cell_index(glm::dvec3(x), cell));
+    const glm::dvec3 partner = glm::dvec3(x) + u_mm / spacing_mm;
+    const glm::dvec4& f = fixed.at(x);
+    if (!has_value(f.w) || !nearly_inside(moving.size, partner) || !known_at(moving, partner))
+      return;
+    const glm::dvec4 m = sample(moving, partner);
+    const double r = f.w - m.w;
+    const glm::dvec3 g = 0.5 * (glm::dvec3(f) + glm::dvec3(m));
+    NormalEquations& sums = result.at(x / cell);
+    sums.b += share * r * g;
+    sums.a += share * glm::outerProduct(g, g);
+    sums.residual += share * r * r;
+    sums.counted += share;
+    sums.structure += share * 0.5 * (f.w * f.w + m.w * m.w);
+  });
+  return result;
+}
+
+Vectors update(const Samples<NormalEquations>& equations, const Vectors& v, glm::dvec3 cell_mm,
+               double damping_per_mm2, double largest_mm) {
+  Vectors w(v.size);
+  for_each(v.size, [&](glm::ivec3 i) {
+    const NormalEquations& e = equations.at(i);
+    glm::dvec3 d = glm::inverse(e.a + damping_per_mm2 * glm::dmat3(1.0)) * e.b;
+    if (glm::length(d) > largest_mm) d *= largest_mm / glm::length(d);
+    w.at(i) = sample(v, glm::dvec3(i) + d / cell_mm) + d;
+  });
+  return w;
+}
+
+Vectors tv_primal(const Vectors& w, const Dual& p, glm::dvec3 slope) {
+  Vectors u = w;
+  for_each(w.size, [&](glm::ivec3 i) {
+    for (int axis = 0; axis < 3; ++axis) {
+      glm::ivec3 step(0);
+      step[axis] = 1;
+      const Vectors& along = p[size_t(axis)];
+      if (i[axis] + 1 < w.size[axis]) u.at(i) += slope[axis] * along.at(i);
+      if (i[axis] > 0) u.at(i) -= slope[axis] * along.at(i - step);
+    }
+  });
+  return u;
+}
+
+Vectors ahead(const Vectors& u, const Vectors& before, double momentum) {
+  Vectors v = u;
+  for (size_t i = 0; i < u.values.size(); ++i)
+    v.values[i] += momentum * (u.values[i] - before.values[i]);
+  return v;
+}
+
+Dual tv_dual(const Vectors& u, const Dual& p, glm::dvec3 slope, double c_mm, double step,
+             double huber_mm) {
+  Dual result = p;
+  for_each(u.size, [&](glm::ivec3 i) {
+    double squares = 0.0;
+    for (int axis = 0; axis < 3; ++axis) {
+      glm::ivec3 next(0);
+      next[axis] = 1;
+      glm::dvec3& q = result[size_t(axis)].at(i);
+      q += step * slope[axis] * (u.held(i + next) - u.at(i));
+      q /= 1.0 + step * huber_mm / c_mm;
+      squares += glm::dot(q, q);
+    }
+    const double over = std::sqrt(squares) / c_mm;
+    if (over > 1.0) {
+      for (Vectors& along : result) along.at(i) /= over;
+    }
+  });
+  return result;
+}
+
+Vectors classic_force(const Texels& fixed, const Texels& moving, const Vectors& field,
+                      glm::dvec3 spacing_mm) {
+  Vectors updated = field;
+  for_each(field.size, [&](glm::ivec3 i) {
+    const glm::dvec3 at = glm::dvec3(i) + field.at(i) / spacing_mm;
+    if (!has_value(fixed.at(i).w) || !known_at(moving, at)) return;
+    const double d = sample(moving, at).w - fixed.at(i).w;
+    const glm::dvec3 g = glm::dvec3(fixed.at(i)) * spacing_mm;
+    const double below = glm::dot(g, g) + d * d;
+    if (below > 0.0) updated.at(i) -= spacing_mm * (d / below * g);
+  });
+  return updated;
+}
+
+}  // namespace palpate::oracle

@@ -1,0 +1,96 @@
+#pragma once
+
+#include <array>
+#include <sstream>
+#include <string>
+
+#include "compute/motion/bricks.h"
+#include "shaders/interface/motion.h"
+#include "tests/support/device.h"
+#include "tests/support/images.h"
+#include "tests/support/random.h"
+#include "tests/support/tolerances.h"
+
+namespace palpate::test {
+
+/// Sizes at which kernels stumble: one sample, one less and one more than a brick, odd ones, and a
+/// different one on each axis.
+inline constexpr std::array<glm::ivec3, 5> kSizes = {glm::ivec3(1, 7, 9), glm::ivec3(17, 9, 7),
+                                                     glm::ivec3(9, 17, 1), glm::ivec3(8, 16, 8),
+                                                     glm::ivec3(7, 1, 17)};
+
+inline std::string text(glm::dvec3 v) {
+  std::ostringstream out;
+  out << "(" << v.x << " " << v.y << " " << v.z << ")";
+  return out.str();
+}
+
+/// Runs one kernel on the device, to compare it with its oracle. The kernel is right if it gives
+/// what the oracle gives for the same, already rounded, input.
+class KernelTest : public DeviceTest {
+ protected:
+  DeviceImage put(const oracle::Texels& texels, Format format) {
+    return upload(context(), texels, format);
+  }
+  DeviceImage output(glm::ivec3 size, Format format) {
+    return filled(context(), size, format, kUntouched);
+  }
+  oracle::Texels get(const DeviceImage& image) { return download(context(), image); }
+  vulkan::Binding nearest(const DeviceImage& image) {
+    return {image.image, device().kernels->nearest()};
+  }
+  vulkan::Binding linear(const DeviceImage& image) {
+    return {image.image, device().kernels->linear()};
+  }
+
+  template <class Push>
+  void dispatch(const vulkan::Kernel& kernel, const std::vector<vulkan::Binding>& bindings,
+                const Push& push, glm::ivec3 groups) {
+    vulkan::Recorder recorder(context());
+    recorder.dispatch(kernel, bindings, push, groups);
+    recorder.run();
+  }
+
+  /// Groups of a kernel that takes 64 samples in a row.
+  static glm::ivec3 rows(glm::ivec3 size) { return {(size.x + 63) / 64, size.y, size.z}; }
+
+  /// What a value that comes through the linear sampler may be off by, in shares of the range.
+  double sampling_tolerance() const { return context()->is_cpu() ? kSingle : kTextureUnit; }
+
+  /// Compares channels [0, channels) of all cells in `bricks` with what is expected, and demands
+  /// that all other cells are untouched. scale: the largest number that takes part.
+  void expect_cells(const DeviceImage& image, const oracle::Texels& expected,
+                    const BrickList& bricks, int channels, double scale, double tolerance) {
+    const oracle::Texels actual = get(image);
+    const bool half = image.format == Format::kR16 || image.format == Format::kRgba16;
+    ASSERT_EQ(actual.size, expected.size);
+    size_t wrong = 0;
+    std::string first;
+    oracle::for_each(actual.size, [&](glm::ivec3 i) {
+      const bool listed = in_bricks(bricks, i);
+      for (int c = 0; c < channels; ++c) {
+        const double is = actual.at(i)[c];
+        const double wanted = listed ? expected.at(i)[c] : kUntouched;
+        const double rounding = half ? kHalf * std::abs(wanted) + kHalfSmallest : 0.0;
+        const double allowed = listed ? tolerance * scale + rounding : 0.0;
+        if (std::abs(is - wanted) <= allowed) continue;
+        if (wrong++ == 0) {
+          std::ostringstream out;
+          out << "cell " << text(i) << " channel " << c << " is " << is << ", not " << wanted
+              << " +- " << allowed << (listed ? "" : " (not in the list of bricks)");
+          first = out.str();
+        }
+      }
+    });
+    EXPECT_EQ(wrong, 0U) << first << "; cells are " << text(actual.size);
+  }
+  void expect_all(const DeviceImage& image, const oracle::Texels& expected, int channels,
+                  double scale, double tolerance = kSingle) {
+    expect_cells(image, expected, all_bricks(expected.size), channels, scale, tolerance);
+  }
+
+  /// What outputs are filled with before a kernel runs; exact in every format but R8.
+  static constexpr double kUntouched = -77.0;
+};
+
+}  // namespace palpate::test

@@ -1,0 +1,240 @@
+#include <algorithm>
+#include <cmath>
+
+#include "compute/motion/activity.h"
+#include "tests/motion/equation_images.h"
+#include "tests/motion/kernel_test.h"
+
+/// The kernels that carry, watch and mend a field, against their oracles.
+namespace palpate::test {
+namespace {
+
+using oracle::Scalars;
+using oracle::Texels;
+using oracle::Vectors;
+
+class UpsampleKernel : public KernelTest {};
+class FoldsKernel : public KernelTest {};
+class BlendKernel : public KernelTest {};
+
+Vectors stored_vectors(glm::ivec3 cells, uint32_t seed, double reach) {
+  return vectors_of(as_stored(texels_of(random_vectors(cells, seed, reach)), Format::kRgba32));
+}
+
+TEST_F(UpsampleKernel, ReadsTheCoarseFieldBetweenItsCellsAndHoldsItsBorder) {
+  struct Case {
+    glm::ivec3 from, to;
+    glm::dvec3 scale, offset;
+  };
+  const std::array<Case, 4> cases = {{
+      {{5, 4, 9}, {9, 8, 17}, glm::dvec3(0.5), glm::dvec3(-0.25)},
+      {{9, 5, 4}, {9, 9, 3}, {1.0, 0.5, 2.0}, {0.0, -0.25, 0.5}},
+      {{1, 7, 1}, {1, 7, 2}, {0.5, 1.0, 0.5}, {-0.25, 0.0, -0.25}},
+      {{70, 3, 2}, {140, 3, 3}, {0.5, 1.3, 0.7}, {-0.3, -2.0, 1.1}},
+  }};
+  for (const Case& c : cases) {
+    SCOPED_TRACE(text(c.from) + " to " + text(c.to));
+    const Vectors from = stored_vectors(c.from, 601, 5.0);
+    const Texels expected = texels_of(oracle::upsample(from, c.to, c.scale, c.offset));
+    const DeviceImage image = put(texels_of(from), Format::kRgba32);
+    const DeviceImage to = output(c.to, Format::kRgba32);
+    const DeviceImage as_well = output(c.to, Format::kRgba32);
+    dispatch(kernels()->upsample(), {linear(image), to.image, as_well.image},
+             shaders::UpsamplePush{glm::ivec4(c.to, 0), glm::ivec4(c.from, 0),
+                                   glm::vec4(c.scale, 0), glm::vec4(c.offset, 0)},
+             rows(c.to));
+    // A coordinate of up to 70 cells has 6e-6 cells of fp32 rounding left.
+    expect_all(to, expected, 3, 5.0, 4.0 * sampling_tolerance());
+    EXPECT_EQ(get(to).values, get(as_well).values);
+  }
+}
+
+/// What the kernel says of each listed brick: moved, structure, reach.
+class MeasureKernel : public KernelTest {
+ protected:
+  void expect_oracle(glm::ivec3 cells, const BrickList& bricks, uint32_t seed) {
+    const double unit_mm = 0.7;
+    const Vectors field = stored_vectors(cells, seed, 1.0);
+    const Vectors seen =
+        vectors_of(as_stored(texels_of(random_vectors(cells, seed + 1, 1.0)), Format::kRgba16));
+    EquationImages images = images_of(random_equations(cells, seed + 2));
+    for (Texels& image : images) image = as_stored(image, Format::kRgba16);
+    const auto expected = oracle::measure(field, seen, equations_of(images), unit_mm);
+
+    const DeviceImage now = put(texels_of(field), Format::kRgba32);
+    const DeviceImage before = put(texels_of(seen), Format::kRgba16);
+    const DeviceImage equations2 = put(images[2], Format::kRgba16);
+    const vulkan::Buffer list = upload_bricks(context(), bricks);
+    vulkan::Buffer looks(context(), bricks.size() * sizeof(BrickLook),
+                         vulkan::Buffer::Kind::kHostVisible);
+    for (BrickLook& look : looks.as<BrickLook>()) look = {};
+    dispatch(kernels()->measure(),
+             {list, nearest(now), nearest(before), before.image, nearest(equations2), looks},
+             shaders::MeasurePush{glm::ivec4(cells, 0), glm::vec4(1.0 / unit_mm, 0, 0, 0)},
+             brick_groups(bricks));
+    for (size_t b = 0; b < bricks.size(); ++b) {
+      const glm::ivec3 brick(bricks[b] & 1023U, bricks[b] >> 10 & 1023U, bricks[b] >> 20);
+      const BrickLook& look = looks.as<BrickLook>()[b];
+      EXPECT_NEAR(look.moved, expected.at(brick).x, 4.0 * kSingle) << text(brick);
+      EXPECT_NEAR(look.structure, expected.at(brick).y, kSingle) << text(brick);
+      EXPECT_NEAR(look.reach, expected.at(brick).z, 4.0 * kSingle) << text(brick);
+    }
+    // `seen` now holds the field in the listed bricks and what it held in the others.
+    Vectors remembered = seen;
+    oracle::for_each(cells, [&](glm::ivec3 i) {
+      if (in_bricks(bricks, i)) remembered.at(i) = field.at(i);
+    });
+    expect_all(before, texels_of(remembered), 3, 0.0);
+  }
+};
+
+TEST_F(MeasureKernel, FindsTheLargestMotionAndStructureOfEachBrickAndRemembersTheField) {
+  uint32_t seed = 610;
+  for (const glm::ivec3 cells : kSizes) {
+    SCOPED_TRACE(text(cells));
+    expect_oracle(cells, all_bricks(cells), seed += 3);
+  }
+}
+
+TEST_F(MeasureKernel, LooksAtListedBricksOnlyInTheOrderOfTheList) {
+  const glm::ivec3 cells(17, 19, 9);
+  BrickList bricks = every_second_brick(cells);
+  std::reverse(bricks.begin(), bricks.end());
+  expect_oracle(cells, bricks, 630);
+}
+
+class ConfidenceKernel : public KernelTest {
+ protected:
+  void expect_oracle(glm::ivec3 cells, bool normalised, Format format, uint32_t seed) {
+    const double voxels = 200.0, half_mm = 0.1;
+    EquationImages images = images_of(random_equations(cells, seed));
+    for (Texels& image : images) image = as_stored(image, format);
+    // The smallest eigenvalue comes out with an error in shares of the trace: what is just below
+    // and just above it bounds the confidence.
+    EquationImages lower = images, upper = images;
+    for (size_t i = 0; i < images[0].values.size(); ++i) {
+      const double off =
+          kEigenvalue * (images[0].values[i].w + images[1].values[i].z + images[2].values[i].x);
+      for (auto [bound, by] : {std::pair(&lower, -off), std::pair(&upper, off)}) {
+        (*bound)[0].values[i].w += by;
+        (*bound)[1].values[i].z += by;
+        (*bound)[2].values[i].x += by;
+      }
+    }
+    const Scalars least = oracle::confidence(equations_of(lower), voxels, half_mm, normalised);
+    const Scalars most = oracle::confidence(equations_of(upper), voxels, half_mm, normalised);
+    const Vectors field = stored_vectors(cells, seed + 1, 5.0);
+
+    const DeviceImage e[3] = {put(images[0], format), put(images[1], format),
+                              put(images[2], format)};
+    const DeviceImage u = put(texels_of(field), Format::kRgba32);
+    const BrickList bricks = all_bricks(cells);
+    const vulkan::Buffer list = upload_bricks(context(), bricks);
+    dispatch(kernels()->confidence(),
+             {list, nearest(e[0]), nearest(e[1]), nearest(e[2]), nearest(u), u.image},
+             shaders::ConfidencePush{
+                 glm::ivec4(cells, 0),
+                 glm::vec4(1.0 / voxels, 1.0 / (half_mm * half_mm), normalised ? 1.0 : 0.0, 0.0)},
+             slice_groups(bricks));
+    expect_all(u, texels_of(field), 3, 0.0);
+    const Texels actual = get(u);
+    oracle::for_each(cells, [&](glm::ivec3 i) {
+      EXPECT_GE(actual.at(i).w, least.at(i) - kSingle) << text(i);
+      EXPECT_LE(actual.at(i).w, most.at(i) + kSingle) << text(i);
+    });
+  }
+};
+
+TEST_F(ConfidenceKernel, FollowsFromTheLeastCertainDirectionAndTheMatch) {
+  uint32_t seed = 640;
+  for (const glm::ivec3 cells : kSizes) {
+    SCOPED_TRACE(text(cells));
+    expect_oracle(cells, true, Format::kRgba32, seed += 2);
+  }
+}
+
+TEST_F(ConfidenceKernel, TakesEquationsInHalfPrecisionAndPlainIntensities) {
+  expect_oracle({17, 9, 7}, true, Format::kRgba16, 660);
+  expect_oracle({17, 9, 7}, false, Format::kRgba16, 662);
+}
+
+TEST_F(FoldsKernel, FlagsCellsWhoseVoxelsFoldAtAnyCorner) {
+  const glm::dvec3 spacing_mm(0.7, 1.1, 2.5);
+  const double limit = 0.01;
+  const std::array<glm::ivec3, 4> cell_sizes = {glm::ivec3(1), glm::ivec3(2), glm::ivec3(4),
+                                                glm::ivec3(4, 2, 1)};
+  size_t folded = 0, fine = 0;
+  uint32_t seed = 700;
+  for (const glm::ivec3 size : {glm::ivec3(17, 9, 7), glm::ivec3(9, 7, 18), glm::ivec3(8, 8, 8)}) {
+    for (const glm::ivec3 cell : cell_sizes) {
+      // From fields that never fold, over those at the quick bound, to fields that fold everywhere.
+      for (const double reach : {0.05, 0.2, 0.3, 0.6}) {
+        SCOPED_TRACE(text(size) + " in cells of " + text(cell) + ", reach " +
+                     std::to_string(reach));
+        Vectors field = random_vectors(oracle::cells_of(size, cell), ++seed, reach);
+        for (glm::dvec3& u : field.values) u *= spacing_mm * glm::dvec3(cell);
+        field = vectors_of(as_stored(texels_of(field), Format::kRgba32));
+        const Scalars smallest = oracle::folds(field, cell, size, spacing_mm);
+        const BrickList bricks = all_bricks(field.size);
+        const vulkan::Buffer list = upload_bricks(context(), bricks);
+        const DeviceImage u = put(texels_of(field), Format::kRgba32);
+        const DeviceImage flags = output(field.size, Format::kRgba16);
+        vulkan::Buffer count(context(), sizeof(uint32_t), vulkan::Buffer::Kind::kHostVisible);
+        count.as<uint32_t>()[0] = 0;
+        dispatch(kernels()->folds(), {list, linear(u), flags.image, count},
+                 shaders::FoldsPush{glm::ivec4(field.size, 0), glm::ivec4(cell, 0),
+                                    glm::ivec4(size, 0), glm::vec4(spacing_mm, limit)},
+                 slice_groups(bricks));
+        const Texels actual = get(flags);
+        uint32_t flagged = 0;
+        const double margin = context()->is_cpu() ? kDeterminant : kTextureUnit;
+        oracle::for_each(field.size, [&](glm::ivec3 i) {
+          flagged += actual.at(i).x == 1.0;
+          const double least = smallest.at(i);
+          if (std::abs(least - limit) < margin) return;
+          EXPECT_EQ(actual.at(i).x, least < limit ? 1.0 : 0.0)
+              << "cell " << text(i) << ", smallest determinant " << least;
+          (least < limit ? folded : fine) += 1;
+        });
+        EXPECT_EQ(count.as<uint32_t>()[0], flagged);
+      }
+    }
+  }
+  // The cases must not all lie on one side.
+  EXPECT_GT(folded, 100U);
+  EXPECT_GT(fine, 100U);
+}
+
+TEST_F(BlendKernel, SmoothsAroundFlaggedCellsAndKeepsAllOthers) {
+  uint32_t seed = 800;
+  for (const glm::ivec3 cells : kSizes) {
+    SCOPED_TRACE(text(cells));
+    const Vectors field = stored_vectors(cells, seed += 2, 5.0);
+    const Scalars flags = random_mask(cells, seed + 1, 0.02);
+    const BrickList bricks = all_bricks(cells);
+    const vulkan::Buffer list = upload_bricks(context(), bricks);
+    const DeviceImage f = put(texels_of(flags), Format::kRgba16);
+    const DeviceImage u = put(texels_of(field), Format::kRgba32);
+    const DeviceImage to = output(cells, Format::kRgba32);
+    dispatch(kernels()->blend(), {list, nearest(f), nearest(u), to.image},
+             shaders::BlendPush{glm::ivec4(cells, 0)}, slice_groups(bricks));
+    expect_all(to, texels_of(oracle::blend(flags, field)), 3, 5.0);
+  }
+}
+
+TEST_F(BlendKernel, WorksOnListedBricksOnly) {
+  const glm::ivec3 cells(17, 19, 9);
+  const Vectors field = stored_vectors(cells, 820, 5.0);
+  const Scalars flags = random_mask(cells, 821, 0.2);
+  const BrickList bricks = every_second_brick(cells);
+  const vulkan::Buffer list = upload_bricks(context(), bricks);
+  const DeviceImage f = put(texels_of(flags), Format::kRgba16);
+  const DeviceImage u = put(texels_of(field), Format::kRgba32);
+  const DeviceImage to = output(cells, Format::kRgba32);
+  dispatch(kernels()->blend(), {list, nearest(f), nearest(u), to.image},
+           shaders::BlendPush{glm::ivec4(cells, 0)}, slice_groups(bricks));
+  expect_cells(to, texels_of(oracle::blend(flags, field)), bricks, 3, 5.0, kSingle);
+}
+
+}  // namespace
+}  // namespace palpate::test

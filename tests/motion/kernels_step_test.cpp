@@ -1,0 +1,189 @@
+#include "tests/motion/equation_images.h"
+#include "tests/motion/kernel_test.h"
+
+/// The step from the normal equations and the total variation filter, against their oracles.
+namespace palpate::test {
+namespace {
+
+using oracle::Dual;
+using oracle::Texels;
+using oracle::Vectors;
+
+class UpdateKernel : public KernelTest {
+ protected:
+  void make(glm::ivec3 cells, Format format, uint32_t seed) {
+    images = images_of(random_equations(cells, seed));
+    for (Texels& image : images) image = as_stored(image, format);
+    field = vectors_of(as_stored(texels_of(random_vectors(cells, seed + 1, 5.0)), Format::kRgba32));
+  }
+
+  void expect_oracle(Format format, const BrickList& bricks) {
+    const glm::dvec3 cell_mm(1.4, 2.2, 2.5);
+    const double damping = 0.04, largest_mm = 1.0;
+    const Vectors expected =
+        oracle::update(equations_of(images), field, cell_mm, damping, largest_mm);
+    const DeviceImage e[3] = {put(images[0], format), put(images[1], format),
+                              put(images[2], format)};
+    const DeviceImage v = put(texels_of(field), Format::kRgba32);
+    const DeviceImage w = output(field.size, Format::kRgba32);
+    const vulkan::Buffer list = upload_bricks(context(), bricks);
+    dispatch(kernels()->update(),
+             {list, nearest(e[0]), nearest(e[1]), nearest(e[2]), linear(v), w.image},
+             shaders::UpdatePush{glm::ivec4(field.size, 0), glm::vec4(cell_mm, 0),
+                                 glm::vec4(damping, largest_mm, 0, 0)},
+             slice_groups(bricks));
+    expect_cells(w, texels_of(expected), bricks, 3, 6.0, kUpdate + sampling_tolerance());
+  }
+
+  EquationImages images;
+  Vectors field;
+};
+
+TEST_F(UpdateKernel, SolvesForTheStepAndComposesItWithTheField) {
+  uint32_t seed = 300;
+  for (const glm::ivec3 cells : kSizes) {
+    SCOPED_TRACE(text(cells));
+    make(cells, Format::kRgba32, seed += 2);
+    expect_oracle(Format::kRgba32, all_bricks(cells));
+  }
+}
+
+TEST_F(UpdateKernel, TakesEquationsInHalfPrecisionAndOnlyListedBricks) {
+  make({17, 19, 9}, Format::kRgba16, 320);
+  expect_oracle(Format::kRgba16, every_second_brick(field.size));
+}
+
+TEST_F(UpdateKernel, KeepsTheFieldWhereTheImagesSayNothing) {
+  make({9, 7, 8}, Format::kRgba16, 330);
+  for (Texels& image : images) image = Texels(field.size);
+  expect_oracle(Format::kRgba16, all_bricks(field.size));
+}
+
+class TotalVariationKernel : public KernelTest {
+ protected:
+  /// A field of steps around the Huber threshold and a dual of which some cells lie on the ball;
+  /// zero on the last cells, as the dual step leaves it.
+  void make(glm::ivec3 cells, Format format, uint32_t seed) {
+    u = vectors_of(as_stored(texels_of(random_vectors(cells, seed, 1.0)), Format::kRgba32));
+    before =
+        vectors_of(as_stored(texels_of(random_vectors(cells, seed + 1, 1.0)), Format::kRgba32));
+    for (int axis = 0; axis < 3; ++axis) {
+      Vectors p = random_vectors(cells, seed + 2 + uint32_t(axis), 0.2);
+      oracle::for_each(cells, [&](glm::ivec3 i) {
+        if (i[axis] + 1 == cells[axis]) p.at(i) = glm::dvec3(0.0);
+      });
+      dual[size_t(axis)] = vectors_of(as_stored(texels_of(p), format));
+    }
+  }
+
+  shaders::TotalVariationPush push() const {
+    return {glm::ivec4(u.size, 0), glm::vec4(slope, 0), glm::vec4(c_mm, step, huber_mm, momentum)};
+  }
+
+  void expect_primal(Format format, const BrickList& bricks, bool last) {
+    const Vectors expected = oracle::tv_primal(u, dual, slope);
+    const DeviceImage w = put(texels_of(u), Format::kRgba32);
+    const DeviceImage p[3] = {put(texels_of(dual[0]), format), put(texels_of(dual[1]), format),
+                              put(texels_of(dual[2]), format)};
+    const DeviceImage old = put(texels_of(before), Format::kRgba32);
+    const DeviceImage now = output(u.size, Format::kRgba32);
+    const DeviceImage then = output(u.size, Format::kRgba32);
+    const vulkan::Buffer list = upload_bricks(context(), bricks);
+    dispatch(kernels()->tv_primal(last),
+             {list, nearest(w), nearest(p[0]), nearest(p[1]), nearest(p[2]), nearest(old),
+              now.image, then.image},
+             push(), slice_groups(bricks));
+    expect_cells(now, texels_of(expected), bricks, 3, 2.0, kSingle);
+    const Vectors momentum_ahead = oracle::ahead(expected, before, momentum);
+    expect_cells(then, texels_of(momentum_ahead), last ? bricks : BrickList{}, 3, 3.0, kSingle);
+  }
+
+  void expect_dual(Format format, const BrickList& bricks) {
+    const Dual expected = oracle::tv_dual(u, dual, slope, c_mm, step, huber_mm);
+    const DeviceImage field = put(texels_of(u), Format::kRgba32);
+    const DeviceImage p[3] = {put(texels_of(dual[0]), format), put(texels_of(dual[1]), format),
+                              put(texels_of(dual[2]), format)};
+    const vulkan::Buffer list = upload_bricks(context(), bricks);
+    const DeviceImage q[3] = {output(u.size, format), output(u.size, format),
+                              output(u.size, format)};
+    dispatch(kernels()->tv_dual(),
+             {list, nearest(field), nearest(p[0]), nearest(p[1]), nearest(p[2]), q[0].image,
+              q[1].image, q[2].image},
+             push(), slice_groups(bricks));
+    for (size_t a = 0; a < 3; ++a)
+      expect_cells(q[a], texels_of(expected[a]), bricks, 3, 1.0, kSingle);
+  }
+
+  const glm::dvec3 slope{1.0, 0.8, 0.5};
+  const double c_mm = 0.3, step = 0.13, huber_mm = 0.05, momentum = 0.5;
+  Vectors u, before;
+  Dual dual;
+};
+
+TEST_F(TotalVariationKernel, PrimalStepAddsTheDivergenceOfTheDual) {
+  uint32_t seed = 400;
+  for (const glm::ivec3 cells : kSizes) {
+    SCOPED_TRACE(text(cells));
+    make(cells, Format::kRgba32, seed += 5);
+    expect_primal(Format::kRgba32, all_bricks(cells), false);
+  }
+}
+
+TEST_F(TotalVariationKernel, LastPrimalStepGivesTheMomentumAheadToo) {
+  make({17, 9, 7}, Format::kRgba16, 430);
+  expect_primal(Format::kRgba16, all_bricks(u.size), true);
+  make({17, 19, 9}, Format::kRgba16, 440);
+  expect_primal(Format::kRgba16, every_second_brick(u.size), true);
+}
+
+TEST_F(TotalVariationKernel, LastPrimalStepMayWriteTheFieldThatItReads) {
+  make({17, 9, 7}, Format::kRgba16, 450);
+  const Vectors expected = oracle::tv_primal(u, dual, slope);
+  const DeviceImage w = put(texels_of(u), Format::kRgba32);
+  const DeviceImage p[3] = {put(texels_of(dual[0]), Format::kRgba16),
+                            put(texels_of(dual[1]), Format::kRgba16),
+                            put(texels_of(dual[2]), Format::kRgba16)};
+  const DeviceImage field = put(texels_of(before), Format::kRgba32);
+  const DeviceImage then = output(u.size, Format::kRgba32);
+  const BrickList bricks = all_bricks(u.size);
+  const vulkan::Buffer list = upload_bricks(context(), bricks);
+  dispatch(kernels()->tv_primal(true),
+           {list, nearest(w), nearest(p[0]), nearest(p[1]), nearest(p[2]), nearest(field),
+            field.image, then.image},
+           push(), slice_groups(bricks));
+  expect_all(field, texels_of(expected), 3, 2.0);
+  expect_all(then, texels_of(oracle::ahead(expected, before, momentum)), 3, 3.0);
+}
+
+TEST_F(TotalVariationKernel, DualStepClimbsAndIsProjectedOntoTheBall) {
+  uint32_t seed = 500;
+  for (const glm::ivec3 cells : kSizes) {
+    SCOPED_TRACE(text(cells));
+    make(cells, Format::kRgba32, seed += 5);
+    expect_dual(Format::kRgba32, all_bricks(cells));
+  }
+}
+
+TEST_F(TotalVariationKernel, DualStepInHalfPrecisionLeavesUnlistedBricksAlone) {
+  make({17, 19, 9}, Format::kRgba16, 540);
+  expect_dual(Format::kRgba16, every_second_brick(u.size));
+}
+
+TEST_F(TotalVariationKernel, DualStepMayWriteTheDualThatItReads) {
+  make({9, 17, 7}, Format::kRgba16, 550);
+  const Dual expected = oracle::tv_dual(u, dual, slope, c_mm, step, huber_mm);
+  const DeviceImage field = put(texels_of(u), Format::kRgba32);
+  const DeviceImage p[3] = {put(texels_of(dual[0]), Format::kRgba16),
+                            put(texels_of(dual[1]), Format::kRgba16),
+                            put(texels_of(dual[2]), Format::kRgba16)};
+  const BrickList bricks = all_bricks(u.size);
+  const vulkan::Buffer list = upload_bricks(context(), bricks);
+  dispatch(kernels()->tv_dual(),
+           {list, nearest(field), nearest(p[0]), nearest(p[1]), nearest(p[2]), p[0].image,
+            p[1].image, p[2].image},
+           push(), slice_groups(bricks));
+  for (size_t a = 0; a < 3; ++a) expect_all(p[a], texels_of(expected[a]), 3, 1.0);
+}
+
+}  // namespace
+}  // namespace palpate::test

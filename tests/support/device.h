@@ -1,0 +1,36 @@
+#pragma once
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "compute/motion/kernels.h"
+#include "compute/vulkan/context.h"
+
+namespace palpate::test {
+
+/// One device with validation and one set of kernels for a whole test program, opened by the first
+/// test that asks. `context` is null where no device could be opened, and `why_not` says why.
+struct Device {
+  std::shared_ptr<vulkan::Context> context;
+  std::shared_ptr<MotionKernels> kernels;
+  std::string why_not;
+};
+const Device& device();
+
+/// A test that needs a device: skipped and said where there is none. When it ends, the validation
+/// layers, synchronisation validation included, must have been on and silent.
+class DeviceTest : public ::testing::Test {
+ protected:
+  void SetUp() override;
+  void TearDown() override;
+
+  const std::shared_ptr<vulkan::Context>& context() const { return device().context; }
+  const std::shared_ptr<MotionKernels>& kernels() const { return device().kernels; }
+
+ private:
+  size_t messages_before_ = 0;
+};
+
+}  // namespace palpate::test

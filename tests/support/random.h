@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <random>
+
+#include "compute/motion/oracle.h"
+
+namespace palpate::test {
+
+/// Seeded draws that are the same with every standard library (its distributions are not).
+class Random {
+ public:
+  explicit Random(uint32_t seed) : engine_(seed) {}
+  /// Uniform in [low, high).
+  double draw(double low, double high) { return low + (high - low) * double(engine_()) * 0x1p-32; }
+  glm::dvec3 vector(double reach) {
+    const double x = draw(-reach, reach);
+    const double y = draw(-reach, reach);
+    return {x, y, draw(-reach, reach)};
+  }
+
+ private:
+  std::mt19937 engine_;
+};
+
+/// Independent numbers in [-reach, reach) in all four channels.
+inline oracle::Texels random_texels(glm::ivec3 size, uint32_t seed, double reach = 1.0) {
+  Random random(seed);
+  oracle::Texels texels(size);
+  for (glm::dvec4& texel : texels.values) {
+    texel = glm::dvec4(random.vector(reach), 0.0);
+    texel.w = random.draw(-reach, reach);
+  }
+  return texels;
+}
+
+/// Independent vectors with components in [-reach, reach).
+inline oracle::Vectors random_vectors(glm::ivec3 size, uint32_t seed, double reach) {
+  Random random(seed);
+  oracle::Vectors vectors(size);
+  for (glm::dvec3& vector : vectors.values) vector = random.vector(reach);
+  return vectors;
+}
+
+/// Independent numbers in [low, high).
+inline oracle::Scalars random_scalars(glm::ivec3 size, uint32_t seed, double low, double high) {
+  Random random(seed);
+  oracle::Scalars scalars(size);
+  for (double& value : scalars.values) value = random.draw(low, high);
+  return scalars;
+}
+
+/// 1 with the given chance, else 0.
+inline oracle::Scalars random_mask(glm::ivec3 size, uint32_t seed, double chance) {
+  oracle::Scalars mask = random_scalars(size, seed, 0.0, 1.0);
+  for (double& value : mask.values) value = value < chance ? 1.0 : 0.0;
+  return mask;
+}
+
+}  // namespace palpate::test

@@ -1,0 +1,41 @@
+#pragma once
+
+/// Every tolerance of the tests of the motion engine, by name and with its reason. Relative ones
+/// are shares of the largest number that takes part.
+namespace palpate::test {
+
+/// Stored as fp32, sums of up to about a hundred fp32 products: each rounds by 2^-24, errors of
+/// random sign add up as the root of their number, and a factor of 10 for the unlucky order.
+inline constexpr double kSingle = 6e-6;
+
+/// Stored as fp16: rounded to nearest, 11 bits, or cut by a device that rounds towards zero.
+inline constexpr double kHalf = 1.0 / 1024.0;
+
+/// fp16 has no normal numbers below this; smaller ones may be flushed to zero.
+inline constexpr double kHalfSmallest = 6.2e-5;
+
+/// A GPU's texture unit rounds interpolation weights to 8 bits, so that each of the three axes may
+/// be off by half of 1/256 of the difference of neighbours, which is at most twice the largest
+/// value. A CPU device interpolates in fp32 and gets kSingle.
+inline constexpr double kTextureUnit = 3.0 / 256.0;
+
+/// m2 - m1^2 of the local variance cancels: with intensities below 1 the variance is right to a few
+/// 1e-7, and with the noise variance 4e-4 below the root that is a relative 1e-3 in the worst case;
+/// random images have a variance of about 0.1 and stay far below.
+inline constexpr double kNormalised = 2e-5;
+
+/// The inverse of a 3 x 3 by cofactors in fp32: A has eigenvalues up to 1 and the damping 0.04
+/// below them, so where A has rank one the determinant cancels to 0.04^2 of its terms, and 6e-8
+/// grows to a few 1e-5.
+inline constexpr double kUpdate = 1e-4;
+
+/// The smallest eigenvalue in closed form in fp32, in shares of the trace: where the two smaller
+/// ones are nearly equal the angle comes from acos near 1, which turns a rounding of 1e-7 into
+/// root(2e-7) / 3 = 1.5e-4, and that times root(3) times the spread of up to half the trace.
+inline constexpr double kEigenvalue = 3e-4;
+
+/// Determinants near the limit may fall on either side: products of three fp32 sums of numbers of
+/// order 1 that were themselves interpolated.
+inline constexpr double kDeterminant = 2e-5;
+
+}  // namespace palpate::test
