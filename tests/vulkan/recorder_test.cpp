@@ -1,0 +1,164 @@
+#include "compute/vulkan/recorder.h"
+
+#include "compute/motion/bricks.h"
+#include "shaders/interface/motion.h"
+#include "tests/support/device.h"
+#include "tests/support/images.h"
+#include "tests/support/random.h"
+#include "tests/support/tolerances.h"
+
+/// The recorder's promises, with a kernel whose result shows in which order things ran: blend with
+/// all cells flagged is a smoothing, and n of them in a row are n smoothings.
+namespace palpate::test {
+namespace {
+
+using vulkan::Recorder;
+
+class VulkanRecorder : public DeviceTest {
+ protected:
+  void SetUp() override {
+    DeviceTest::SetUp();
+    if (!context()) return;
+    u = vectors_of(as_stored(texels_of(random_vectors(size, 7, 1.0)), Format::kRgba32));
+    flags = upload(context(), oracle::Texels(size, glm::dvec4(1.0)), Format::kR32);
+    a = upload(context(), texels_of(u), Format::kRgba32);
+    b = filled(context(), size, Format::kRgba32, 0.0);
+    list = upload_bricks(context(), bricks);
+  }
+  void TearDown() override {
+    // Freed before the validation layers are asked what they saw.
+    for (DeviceImage* image : {&flags, &a, &b}) *image = {};
+    list = {};
+    DeviceTest::TearDown();
+  }
+
+  void smooth(Recorder& recorder, const DeviceImage& from, const DeviceImage& to) {
+    const vulkan::Sampler& nearest = kernels()->nearest();
+    recorder.dispatch(kernels()->blend(),
+                      {list, {flags.image, nearest}, {from.image, nearest}, to.image},
+                      shaders::BlendPush{glm::ivec4(size, 0)}, slice_groups(bricks));
+  }
+
+  oracle::Vectors smoothed(int times) const {
+    oracle::Vectors result = u;
+    for (int k = 0; k < times; ++k) {
+      result = oracle::blend(oracle::Scalars(size, 1.0), result);
+    }
+    return result;
+  }
+
+  void expect_equal(const DeviceImage& image, const oracle::Vectors& expected) {
+    const oracle::Texels actual = download(context(), image);
+    for (size_t i = 0; i < actual.values.size(); ++i)
+      for (int c = 0; c < 3; ++c)
+        ASSERT_NEAR(actual.values[i][c], expected.values[i][c], kSingle) << i;
+  }
+
+  const glm::ivec3 size{17, 9, 10};
+  const BrickList bricks = all_bricks(size);
+  oracle::Vectors u;
+  DeviceImage flags, a, b;
+  vulkan::Buffer list;
+};
+
+TEST_F(VulkanRecorder, LetsEveryDispatchWaitForTheOneBefore) {
+  Recorder recorder(context());
+  for (int k = 0; k < 5; ++k) {
+    smooth(recorder, a, b);
+    smooth(recorder, b, a);
+  }
+  recorder.run();
+  expect_equal(a, smoothed(10));
+}
+
+TEST_F(VulkanRecorder, RunsWhatWasRecordedAsOftenAsAsked) {
+  Recorder recorder(context());
+  smooth(recorder, a, b);
+  smooth(recorder, b, a);
+  for (int k = 0; k < 3; ++k) recorder.run();
+  expect_equal(a, smoothed(6));
+}
+
+TEST_F(VulkanRecorder, StartsWithoutWaiting) {
+  Recorder recorder(context());
+  smooth(recorder, a, b);
+  recorder.start();
+  recorder.wait();
+  recorder.wait();  // nothing to wait for: returns
+  expect_equal(b, smoothed(1));
+  recorder.start();
+  // Destroyed while it may still run: it waits.
+}
+
+TEST_F(VulkanRecorder, RunsIndependentWorkTogetherAndOrdersWhatFollows) {
+  const DeviceImage c = filled(context(), size, Format::kRgba32, 0.0);
+  const DeviceImage d = filled(context(), size, Format::kRgba32, 0.0);
+  Recorder recorder(context());
+  smooth(recorder, a, b);
+  recorder.begin_concurrent();
+  smooth(recorder, b, c);
+  smooth(recorder, b, d);
+  recorder.end_concurrent();
+  smooth(recorder, d, b);
+  recorder.run();
+  expect_equal(c, smoothed(2));
+  expect_equal(b, smoothed(3));
+}
+
+TEST_F(VulkanRecorder, RefusesMoreDispatchesThanAnnounced) {
+  Recorder recorder(context(), 2);
+  smooth(recorder, a, b);
+  smooth(recorder, b, a);
+  EXPECT_THROW(smooth(recorder, a, b), vulkan::Failure);
+}
+
+TEST_F(VulkanRecorder, StampsTimesUnderTheirNamesInOrder) {
+  Recorder recorder(context());
+  EXPECT_TRUE(recorder.timestamps().empty());
+  recorder.stamp("begin");
+  smooth(recorder, a, b);
+  recorder.stamp("smoothed");
+  smooth(recorder, b, a);
+  recorder.stamp("again");
+  recorder.run();
+  const std::vector<Recorder::Stamp> stamps = recorder.timestamps();
+  ASSERT_EQ(stamps.size(), 3U);
+  EXPECT_EQ(stamps[0].name, "begin");
+  EXPECT_EQ(stamps[1].name, "smoothed");
+  EXPECT_EQ(stamps[2].name, "again");
+  EXPECT_EQ(stamps[0].seconds, 0.0);
+  EXPECT_LE(stamps[0].seconds, stamps[1].seconds);
+  EXPECT_LE(stamps[1].seconds, stamps[2].seconds);
+}
+
+/// The silence that every other test demands means something: a forgotten barrier is heard.
+TEST_F(VulkanRecorder, IsHeardByValidationWhenABarrierIsMissing) {
+  vulkan::ContextOptions options;
+  options.validation = true;
+  Result<std::shared_ptr<vulkan::Context>> opened = vulkan::Context::open(options);
+  ASSERT_TRUE(opened);
+  const std::shared_ptr<vulkan::Context> own = *opened;
+  MotionKernels own_kernels(own);
+  const vulkan::Buffer own_list = upload_bricks(own, bricks);
+  const DeviceImage own_flags = filled(own, size, Format::kR32, 1.0);
+  const DeviceImage from = filled(own, size, Format::kRgba32, 1.0);
+  const DeviceImage to = filled(own, size, Format::kRgba32, 1.0);
+  const shaders::BlendPush push{glm::ivec4(size, 0)};
+  const vulkan::Sampler& nearest = own_kernels.nearest();
+  {
+    Recorder recorder(own);
+    recorder.begin_concurrent();
+    recorder.dispatch(own_kernels.blend(),
+                      {own_list, {own_flags.image, nearest}, {from.image, nearest}, to.image}, push,
+                      slice_groups(bricks));
+    recorder.dispatch(own_kernels.blend(),
+                      {own_list, {own_flags.image, nearest}, {to.image, nearest}, from.image}, push,
+                      slice_groups(bricks));
+    recorder.end_concurrent();
+    recorder.run();
+  }
+  EXPECT_THAT(own->validation_messages(), ::testing::Contains(::testing::HasSubstr("SYNC-HAZARD")));
+}
+
+}  // namespace
+}  // namespace palpate::test
