@@ -79,7 +79,7 @@ class Checker {
   Status describe() {
     console_.say(fmt::format("{}: {}", command_.field.string(), grid_text(field_.grid)));
     if (mask_) console_.say("Distances are taken inside the mask.");
-    console_.say(fmt::format("{:44} {:>8} {:>8} {:>8} {:>8} {:>8}", "", "mean", "median", "p95",
+    console_.say(fmt::format("{:56} {:>8} {:>8} {:>8} {:>8} {:>8}", "", "mean", "median", "p95",
                              "p99", "max"));
     row("Length of the motion, mm", lengths_mm(field_));
     json_["field"] = command_.field.string();
@@ -237,7 +237,7 @@ class Checker {
   }
 
   void row(const std::string& title, const Spread& spread) {
-    console_.say(fmt::format("{:44} {:8.3f} {:8.3f} {:8.3f} {:8.3f} {:8.3f}", title, spread.mean,
+    console_.say(fmt::format("{:56} {:8.3f} {:8.3f} {:8.3f} {:8.3f} {:8.3f}", title, spread.mean,
                              spread.median, spread.p95, spread.p99, spread.max));
   }
   void rows(const std::string& title, const Distances& distances) {

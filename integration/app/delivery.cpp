@@ -99,11 +99,10 @@ Status Delivery::draw(const EstimatedPair& pair, const Field& field, const std::
 }
 
 void Delivery::tell(const Delivered& pair) {
-  std::string line = fmt::format(
-      "Frame {} to {}   {} on the device, moves {:.2f} mm on average and {:.2f} mm at most",
-      pair.fixed, pair.moving,
-      fmt::format("{:.2f} s", pair.report.seconds + pair.report.prepare_seconds),
-      pair.motion_mm.mean, pair.motion_mm.max);
+  std::string line =
+      fmt::format("Frame {} to {}   {:.2f} s, moves {:.2f} mm on average and {:.2f} mm at most",
+                  pair.fixed, pair.moving, pair.report.seconds + pair.report.prepare_seconds,
+                  pair.motion_mm.mean, pair.motion_mm.max);
   const Evidence& evidence = pair.evidence;
   if (evidence.folds) line += ", " + folds_text(*evidence.folds);
   if (evidence.match) {

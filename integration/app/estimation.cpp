@@ -32,7 +32,7 @@ EstimatorOptions backward_options(const Grid& grid) {
 }
 
 /// Three threads: the caller reads and pushes, the estimator's worker hands its fields to a queue,
-/// and one more takes them from there.
+/// and one more takes them from there, to be judged and written.
 class Estimation {
  public:
   Estimation(const std::shared_ptr<vulkan::Context>& context, const EstimationJob& job,
@@ -48,21 +48,20 @@ class Estimation {
         context_, job_.grid, job_.options, [this](Motion motion) { take(std::move(motion)); },
         [this](size_t fixed, size_t moving, double share) { report(fixed, moving, share); });
     if (!estimator) return estimator.error();
-    announce(**estimator);
-    // A single pair is judged after the estimator has given its memory back.
-    const bool overlap = job_.pair_count() > 1;
-    if (overlap) start_delivery(estimator->get());
+    estimator_ = std::move(*estimator);
+    announce();
+    if (overlap_) start_delivery();
     Status done = Nothing{};
     {
-      const std::stop_callback on_stop(stop_, [&] { (*estimator)->cancel(); });
-      done = feed(**estimator);
-      if (!done) (*estimator)->cancel();
-      const Status finished = (*estimator)->finish();
+      const std::stop_callback on_stop(stop_, [&] { estimator_->cancel(); });
+      done = feed();
+      if (!done) estimator_->cancel();
+      const Status finished = estimator_->finish();
       if (done && !finished) done = finished;
     }
-    if (!overlap) {
-      estimator->reset();
-      start_delivery(nullptr);
+    if (!overlap_) {
+      estimator_.reset();
+      start_delivery();
     }
     finish_delivery();
     console_.end_progress();
@@ -72,11 +71,10 @@ class Estimation {
   }
 
  private:
-  void announce(const SequenceEstimator& estimator) {
-    const MemoryEstimate memory = estimator.memory();
-    // Two estimations side by side must not take each other's memory.
-    backward_ =
-        job_.backward && (job_.pair_count() == 1 || 2 * memory.device_bytes <= memory.budget_bytes);
+  void announce() {
+    const MemoryEstimate memory = estimator_->memory();
+    // Beside each other, the two estimations must not take each other's memory.
+    backward_ = job_.backward && (!overlap_ || 2 * memory.device_bytes <= memory.budget_bytes);
     console_.say(fmt::format("Memory    {} of {} on the device{}",
                              bytes_text(double(memory.device_bytes)),
                              bytes_text(double(memory.budget_bytes)),
@@ -86,7 +84,7 @@ class Estimation {
   }
 
   /// Reads and pushes every frame. A failed push is not the cause: finish() knows that.
-  Status feed(SequenceEstimator& estimator) {
+  Status feed() {
     for (size_t k = 0; k < job_.frame_count && !stop_.stop_requested(); ++k) {
       auto read = job_.read_frame(k);
       if (!read) return read.error();
@@ -96,8 +94,8 @@ class Estimation {
         frames_[k] = frame;
       }
       const Status pushed = same_geometry(frame->grid, job_.grid)
-                                ? estimator.push(k, *frame)
-                                : estimator.push(k, resampled(*frame, job_.grid));
+                                ? estimator_->push(k, *frame)
+                                : estimator_->push(k, resampled(*frame, job_.grid));
       if (!pushed && pushed.error().kind == ErrorKind::kBadInput) return pushed;
       if (!pushed) break;
     }
@@ -110,7 +108,8 @@ class Estimation {
                       fmt::format("frame {} to {}", fixed, moving));
   }
 
-  /// On the estimator's worker.
+  /// On the estimator's worker. The backward field is estimated here, between two forward ones, so
+  /// that the device does one thing at a time and the times it reports are its own.
   void take(Motion motion) {
     ++estimated_;
     EstimatedPair pair{std::move(motion), {}, {}, {}};
@@ -122,14 +121,29 @@ class Estimation {
         return frame.first < pair.motion.moving_frame && !(job_.options.cyclic && frame.first == 0);
       });
     }
+    if (overlap_) {
+      if (const Status added = add_backward(pair); !added) return give_up(added);
+    }
     std::unique_lock lock(queue_mutex_);
     queue_changed_.wait(lock, [&] { return queue_.size() < kWaitingPairs || failed_; });
     if (!failed_) queue_.push_back(std::move(pair));
     queue_changed_.notify_all();
   }
 
-  void start_delivery(SequenceEstimator* estimator) {
-    delivery_ = std::thread([this, estimator] { deliver(estimator); });
+  Status add_backward(EstimatedPair& pair) {
+    if (!backward_) return Nothing{};
+    auto backward = estimate_motion(context_, *pair.moving, *pair.fixed,
+                                    backward_options(pair.moving->grid), stop_);
+    if (backward) {
+      pair.backward = std::move(backward->field);
+    } else if (backward.error().kind != ErrorKind::kOutOfMemory) {
+      return backward.error();
+    }
+    return Nothing{};
+  }
+
+  void start_delivery() {
+    delivery_ = std::thread([this] { deliver(); });
   }
 
   void finish_delivery() {
@@ -141,9 +155,8 @@ class Estimation {
     delivery_.join();
   }
 
-  /// On the delivery thread. After a failure or a stop the rest is thrown away, so that nobody
-  /// waits for room in the queue.
-  void deliver(SequenceEstimator* estimator) {
+  /// On the delivery thread, until the queue is closed and empty.
+  void deliver() {
     for (;;) {
       std::unique_lock lock(queue_mutex_);
       queue_changed_.wait(lock, [&] { return !queue_.empty() || closed_; });
@@ -152,32 +165,31 @@ class Estimation {
       queue_.pop_front();
       queue_changed_.notify_all();
       lock.unlock();
-      const Status status = stop_.stop_requested() ? Status(stopped()) : hand_over(std::move(pair));
-      if (status) {
-        ++handed_over_;
-        continue;
-      }
-      lock.lock();
-      if (delivered_) delivered_ = status;
-      failed_ = true;
-      queue_.clear();
-      queue_changed_.notify_all();
-      lock.unlock();
-      if (estimator) estimator->cancel();
+      const Status status = hand_over(std::move(pair));
+      if (!status) give_up(status);
+      ++handed_over_;
     }
   }
 
   Status hand_over(EstimatedPair pair) {
-    if (backward_) {
-      auto backward = estimate_motion(context_, *pair.moving, *pair.fixed,
-                                      backward_options(pair.moving->grid), stop_);
-      if (backward) {
-        pair.backward = std::move(backward->field);
-      } else if (backward.error().kind != ErrorKind::kOutOfMemory) {
-        return backward.error();
-      }
+    if (stop_.stop_requested()) return stopped();
+    if (!overlap_) {
+      if (const Status added = add_backward(pair); !added) return added;
     }
     return on_pair_(std::move(pair));
+  }
+
+  /// The first failure counts. What waits is thrown away, so that nobody waits for room in the
+  /// queue.
+  void give_up(const Status& status) {
+    {
+      const std::lock_guard lock(queue_mutex_);
+      if (delivered_) delivered_ = status;
+      failed_ = true;
+      queue_.clear();
+      queue_changed_.notify_all();
+    }
+    if (estimator_) estimator_->cancel();
   }
 
   const std::shared_ptr<vulkan::Context>& context_;
@@ -185,7 +197,11 @@ class Estimation {
   const OnPair& on_pair_;
   Console& console_;
   const std::stop_token stop_;
+  /// A single pair is judged after the estimator has given its memory back; of a sequence, pairs
+  /// are judged and written while the next ones are estimated.
+  const bool overlap_ = job_.pair_count() > 1;
   bool backward_ = false;
+  std::unique_ptr<SequenceEstimator> estimator_;
 
   std::mutex frames_mutex_;
   std::map<size_t, std::shared_ptr<const Volume>> frames_;  ///< read and still needed

@@ -96,6 +96,8 @@ std::string folds_text(const Folds& folds) {
 std::string verdict_text(const Verdict& verdict) {
   std::string text = fmt::format("Verdict   {}", word(verdict.trust));
   for (const std::string& reason : verdict.reasons) text += "\n          - " + reason;
+  if (verdict.trust != Trust::kOk) return text;
+  for (const std::string& good : verdict.passed) text += "\n          + " + good;
   return text;
 }
 

@@ -27,7 +27,7 @@ std::string grid_text(const Grid& grid);
 /// "no folds" or "12 of 2000 voxels fold".
 std::string folds_text(const Folds& folds);
 
-/// The verdict in lines for a person: the word, then its reasons.
+/// The verdict in lines for a person: the word, then its reasons; if ok, what was found good.
 std::string verdict_text(const Verdict& verdict);
 
 }  // namespace palpate::app
