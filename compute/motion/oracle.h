@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <glm/glm.hpp>
+#include <limits>
 #include <vector>
 
 /// The steps of the motion engine once more, on the CPU, in double precision and as plainly as
@@ -65,6 +66,9 @@ glm::dvec3 cell_index(glm::dvec3 i, glm::ivec3 cell);
 
 // Images.
 
+/// The intensity of a voxel that must not count, because it lies outside a mask.
+inline constexpr double kNoValue = std::numeric_limits<double>::infinity();
+
 /// coarse(i) = sum_k w_k fine(2 i + k), k = -1 .. 2, w = (1 3 3 1) / 8 along axes of ratio 2; axes
 /// of ratio 1 are kept.
 Scalars downsample(const Scalars& fine, glm::ivec3 ratio);
@@ -79,7 +83,7 @@ Texels gauss(const Texels& image, int axis, double sigma);
 Texels gauss(const Texels& image, glm::dvec3 sigma);
 
 /// (I - m) / sqrt(v + f^2) with the local mean m and variance v >= 0 from smoothed moments, read
-/// trilinearly; shaders::kNoValue where the mask (may be null) is 0.
+/// trilinearly; kNoValue where the mask (may be null) is 0.
 Scalars normalise(const Scalars& image, const Texels& moments, glm::ivec3 cell, double noise_sd,
                   const Scalars* mask);
 
@@ -87,7 +91,7 @@ Scalars normalise(const Scalars& image, const Texels& moments, glm::ivec3 cell, 
 /// without value is 0.
 Texels pack(const Scalars& image, glm::dvec3 spacing_mm);
 
-/// True for a voxel that counts: not marked by shaders::kNoValue.
+/// True for a voxel that counts: its intensity is below shaders::kNoValue.
 bool has_value(double intensity);
 
 // One iteration.
@@ -107,7 +111,7 @@ struct NormalEquations {
 /// r = F(x) - M(x + u), g = (grad F(x) + grad M(x + u)) / 2 for every voxel x of the cell, u and M
 /// trilinear. fixed and moving are packed (see pack). A voxel counts if it lies in the image, has a
 /// value, and its partner x + u lies at most half a voxel outside the moving image with a value at
-/// all samples that it touches.
+/// all samples that it touches. (On a device, samples touched with weight 0 may count as well.)
 Samples<NormalEquations> normal_equations(const Texels& fixed, const Texels& moving,
                                           const Vectors& field, glm::ivec3 cell,
                                           glm::dvec3 spacing_mm);

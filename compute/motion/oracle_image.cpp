@@ -90,8 +90,8 @@ Scalars normalise(const Scalars& image, const Texels& moments, glm::ivec3 cell, 
     const glm::dvec4 m = sample(moments, cell_index(glm::dvec3(i), cell));
     const double variance = std::max(0.0, m.y - m.x * m.x);
     const bool counts = !mask || mask->at(i) != 0.0;
-    result.at(i) = counts ? (image.at(i) - m.x) / std::sqrt(variance + noise_sd * noise_sd)
-                          : double(shaders::kNoValue);
+    result.at(i) =
+        counts ? (image.at(i) - m.x) / std::sqrt(variance + noise_sd * noise_sd) : kNoValue;
   });
   return result;
 }

@@ -9,7 +9,10 @@
 // 0        in         any, one channel      image (z, y, x)   scaled intensity
 // 1        in         rgba32f: m1 m2 . .    cells             smoothed moments
 // 2        in         any, one channel      image             mask: 0 = must not count
-// 3        out        any, one channel      image             1 (local SDs), kNoValue where masked out
+// 3        out        any, one channel      image             1 (local SDs), infinite where masked out
+//
+// Infinite, because a trilinear sample that touches such a voxel with any weight, however small, is then infinite or
+// NaN, and no comparison lets it pass. A large number was tried: at weights below a hundredth it looked like an image.
 //
 // One invocation: one voxel. Border: held. Precision: fp32. Race: each output written once.
 // CPU oracle: oracle::normalise.
@@ -30,6 +33,6 @@ void main() {
     const vec2 m = textureLod(moments, at, 0.0).rg;
     value = (value - m.x) * inversesqrt(max(m.y - m.x * m.x, 0.0) + push.noise.x);
   }
-  if (kMasked != 0 && texelFetch(mask, i, 0).r == 0.0) value = kNoValue;
+  if (kMasked != 0 && texelFetch(mask, i, 0).r == 0.0) value = uintBitsToFloat(0x7f800000u);
   imageStore(normalised, i, vec4(value));
 }

@@ -7,7 +7,6 @@ namespace {
 
 using oracle::Scalars;
 using oracle::Texels;
-using shaders::kNoValue;
 
 class DownsampleKernel : public KernelTest {};
 class MomentsKernel : public KernelTest {};
@@ -220,7 +219,7 @@ TEST_F(PackKernel, HasNoGradientBesideAVoxelWithoutValue) {
   Scalars image = scalars_of(as_stored(random_texels(size, 52), Format::kR16));
   const Scalars mask = random_mask(size, 53, 0.8);
   for (size_t i = 0; i < image.values.size(); ++i) {
-    if (mask.values[i] == 0.0) image.values[i] = double(kNoValue);
+    if (mask.values[i] == 0.0) image.values[i] = oracle::kNoValue;
   }
   const DeviceImage from = put(texels_of(image), Format::kR16);
   const DeviceImage to = output(size, Format::kRgba16);

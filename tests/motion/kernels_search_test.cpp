@@ -63,7 +63,7 @@ TEST_F(MatchingCostKernel, IsTheMeanCutDifferenceOfEveryLabelAtEveryNode) {
       for (Texels& image : images) {
         const Scalars mask = random_mask(size, ++seed, holes ? 0.5 : 1.0);
         for (size_t i = 0; i < image.values.size(); ++i) {
-          if (mask.values[i] == 0.0) image.values[i].w = double(shaders::kNoValue);
+          if (mask.values[i] == 0.0) image.values[i].w = oracle::kNoValue;
         }
       }
       const std::vector<Scalars> expected =
@@ -173,7 +173,7 @@ TEST_F(ClassicForceKernel, LeavesTheFieldWhereNothingIsKnown) {
   const glm::ivec3 size(9, 7, 8);
   Texels fixed(size);
   for (size_t i = 0; i < fixed.values.size(); ++i)
-    fixed.values[i].w = i % 2 ? 0.0 : double(shaders::kNoValue);
+    fixed.values[i].w = i % 2 ? 0.0 : oracle::kNoValue;
   const Vectors u(size, glm::dvec3(0.25, -0.5, 1.0));
   const BrickList bricks = all_bricks(size);
   const vulkan::Buffer list = upload_bricks(context(), bricks);

@@ -1,0 +1,142 @@
+#include "tests/motion/solver_test.h"
+
+#include <numbers>
+
+#include "compute/volume/phantom.h"
+#include "tests/support/tolerances.h"
+
+/// Whole estimations of motions that are known in closed form. The truth is trusted to float
+/// rounding, the phantom's likewise; what is tolerated is the method's own error (tolerances.h).
+namespace palpate::test {
+namespace {
+
+class Solver : public SolverTest {
+ protected:
+  void expect_found(const MadePair& pair, const std::string& preset_name) {
+    const Spread error =
+        error_voxels(pair, motion_of(pair.fixed, pair.moving, preset(preset_name)));
+    EXPECT_GT(error.count, pair.truth.grid.count() / 4);
+    EXPECT_LT(error.mean, kClosedFormMean) << preset_name;
+    EXPECT_LT(error.p95, kClosedFormP95) << preset_name;
+    RecordProperty("mean_voxel", std::to_string(error.mean));
+    RecordProperty("p95_voxel", std::to_string(error.p95));
+  }
+};
+
+TEST_F(Solver, FindsATranslationByAFractionOfAVoxelWithEveryPreset) {
+  AffineMap map;
+  map.shift_mm = {0.6, -0.4, 0.3};
+  const MadePair pair = made_pair(plain_grid({48, 44, 40}), map);
+  for (const std::string name : {"fast", "balanced", "best"}) expect_found(pair, name);
+}
+
+TEST_F(Solver, FindsATranslationByMoreThanTheStructuresAreWide) {
+  AffineMap map;
+  map.shift_mm = {9.0, -7.0, 5.0};
+  expect_found(made_pair(plain_grid({56, 56, 48}), map), "balanced");
+}
+
+TEST_F(Solver, FindsARotation) {
+  AffineMap map;
+  const double angle = 6.0 * std::numbers::pi / 180.0;
+  map.linear = glm::dmat3(std::cos(angle), std::sin(angle), 0.0, -std::sin(angle), std::cos(angle),
+                          0.0, 0.0, 0.0, 1.0);
+  const Grid grid = plain_grid({48, 48, 48});
+  map.centre_mm = middle_of(grid);
+  expect_found(made_pair(grid, map), "balanced");
+}
+
+TEST_F(Solver, FindsAScaling) {
+  AffineMap map;
+  map.linear = glm::dmat3(0.93);
+  const Grid grid = plain_grid({48, 48, 48});
+  map.centre_mm = middle_of(grid);
+  expect_found(made_pair(grid, map), "balanced");
+}
+
+TEST_F(Solver, GivesMillimetresAlongLpsOnAnObliqueAnisotropicGrid) {
+  Grid grid = plain_grid({56, 48, 24}, {0.8, 0.9, 2.0});
+  grid.origin_mm = {-40.0, 25.0, 110.0};
+  grid.direction = some_rotation(3);
+  AffineMap map;
+  map.linear = glm::dmat3(1.03, 0.02, 0.0, -0.02, 0.97, 0.01, 0.0, -0.01, 1.0);
+  map.shift_mm = {1.6, -1.1, 2.3};
+  map.centre_mm = middle_of(grid);
+  const MadePair pair = made_pair(grid, map);
+  expect_found(pair, "balanced");
+
+  // Said once more without any of our own measures: u in the middle is the shift.
+  const Motion motion = motion_of(pair.fixed, pair.moving, preset("balanced"));
+  const glm::dvec3 u = sample_at_lps(motion.field, middle_of(grid));
+  EXPECT_LT(glm::distance(u, map.shift_mm), kClosedFormP95 * grid.finest_mm());
+}
+
+TEST_F(Solver, FindsTheBeatOfTheHeartPhantom) {
+  const Sequence heart = heart_phantom(64);
+  for (int k = 0; k < 2; ++k) {
+    SCOPED_TRACE(k);
+    const Motion motion =
+        motion_of(heart.frames[size_t(k)], heart.frames[size_t(k) + 1], preset("balanced"));
+    const Grid& grid = heart.frames[0].grid;
+    const Mask shell = heart_shell(grid, k);
+    const Result<Distances> error =
+        endpoint_error(motion.field, heart_truth(grid, k, k + 1), &shell);
+    ASSERT_TRUE(error);
+    EXPECT_LT(error->voxels.mean, kCoarseHeartMean);
+    RecordProperty("mean_voxel", std::to_string(error->voxels.mean));
+  }
+}
+
+TEST_F(Solver, FindsNothingBetweenAFrameAndItself) {
+  const MadePair pair = made_pair(plain_grid({33, 40, 29}), {});
+  for (const std::string name : {"fast", "balanced", "best", "classic"}) {
+    const Motion motion = motion_of(pair.fixed, pair.fixed, preset(name));
+    double largest = 0.0;
+    for (const glm::vec3 u : motion.field.u_mm) largest = std::max(largest, double(glm::length(u)));
+    EXPECT_LT(largest, kNoMotion) << name;
+  }
+}
+
+TEST_F(Solver, FindsNothingInFlatFrames) {
+  const Grid grid = plain_grid({20, 24, 28});
+  const Volume flat{grid, std::vector<float>(grid.count(), 37.0F)};
+  for (const std::string name : {"fast", "classic"}) {
+    const Motion motion = motion_of(flat, flat, preset(name));
+    for (const glm::vec3 u : motion.field.u_mm) ASSERT_LT(glm::length(u), kNoMotion) << name;
+  }
+}
+
+TEST_F(Solver, IsNotMisledByWhatLiesOutsideTheMask) {
+  AffineMap map;
+  map.shift_mm = {1.2, -0.8, 0.5};
+  MadePair pair = made_pair(plain_grid({48, 48, 48}), map);
+  // In the upper half of x the frames have nothing to do with each other.
+  const Volume other = noise_volume(pair.fixed.grid, 9);
+  EstimatorOptions options = preset("balanced");
+  options.mask = Mask{pair.fixed.grid, std::vector<uint8_t>(pair.fixed.grid.count())};
+  Mask scored = seen_in_both(pair.truth, 3.0);
+  for (size_t at = 0; at < pair.fixed.values.size(); ++at) {
+    const int i = int(at % 48);
+    options.mask->values[at] = i < 30;
+    if (i >= 34) pair.fixed.values[at] = other.values[at];
+    if (i >= 28) scored.values[at] = 0;
+  }
+  const Motion motion = motion_of(pair.fixed, pair.moving, options);
+  const Result<Distances> error = endpoint_error(motion.field, pair.truth, &scored);
+  ASSERT_TRUE(error);
+  EXPECT_LT(error->voxels.mean, kClosedFormMean);
+  EXPECT_LT(error->voxels.p95, kClosedFormP95);
+}
+
+TEST_F(Solver, StopsWhenAskedTo) {
+  const MadePair pair = made_pair(plain_grid({32, 32, 32}), {});
+  std::stop_source stop;
+  stop.request_stop();
+  const Result<Motion> motion =
+      estimate_motion(context(), pair.fixed, pair.moving, preset("fast"), stop.get_token());
+  ASSERT_FALSE(motion);
+  EXPECT_EQ(motion.error().kind, ErrorKind::kCancelled);
+}
+
+}  // namespace
+}  // namespace palpate::test
