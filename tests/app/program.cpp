@@ -1,0 +1,65 @@
+#include "tests/app/program.h"
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <stdexcept>
+#include <thread>
+
+namespace palpate::app {
+
+Program::Program(const std::vector<std::string>& arguments) {
+  std::string path = PALPATE_PROGRAM;
+  std::vector<std::string> copies = arguments;
+  std::vector<char*> argv = {path.data()};
+  for (std::string& argument : copies) argv.push_back(argument.data());
+  argv.push_back(nullptr);
+  const std::string out = folder_ / "out", err = folder_ / "err";
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  constexpr int kFlags = O_WRONLY | O_CREAT | O_TRUNC;
+  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, out.c_str(), kFlags, 0600);
+  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, err.c_str(), kFlags, 0600);
+  const int failed = posix_spawn(&pid_, path.c_str(), &actions, nullptr, argv.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  if (failed) throw std::runtime_error("could not start " + path);
+}
+
+bool Program::ended() {
+  if (!ended_) ended_ = ::waitpid(pid_, &status_, WNOHANG) == pid_;
+  return ended_;
+}
+
+bool Program::wait_for(const std::string& text) {
+  const auto printed = [&] {
+    return files::read_bytes(folder_ / "out").find(text) != std::string::npos;
+  };
+  while (!printed()) {
+    if (ended()) return printed();
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return true;
+}
+
+void Program::signal(int number) {
+  if (!ended()) ::kill(pid_, number);
+}
+
+Outcome Program::wait() {
+  if (!ended_) ::waitpid(pid_, &status_, 0);
+  ended_ = true;
+  return {WIFEXITED(status_) ? WEXITSTATUS(status_) : -1, files::read_bytes(folder_ / "out"),
+          files::read_bytes(folder_ / "err")};
+}
+
+bool has_device() {
+  static const bool has = run({"devices"}).exit_code == 0;
+  return has;
+}
+
+}  // namespace palpate::app
