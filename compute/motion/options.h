@@ -37,7 +37,7 @@ struct MotionOptions {
   double largest_step = 1.0;  ///< of one update, in h
   double huber_mm =
       0.03;              ///< differences of neighbours below this are smoothed, above kept as edges
-  int filter_steps = 3;  ///< dual steps of the total variation filter per iteration, warm-started
+  int filter_steps = 2;  ///< dual steps of the total variation filter per iteration, warm-started
   bool normalise = true;  ///< local normalisation of intensities; off for images of equal contrast
   double normalise_window = 3.7;  ///< SD of the window of local normalisation, in h
   double noise =

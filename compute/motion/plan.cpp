@@ -17,20 +17,26 @@ glm::ivec3 cells_of(glm::ivec3 size, glm::ivec3 cell) {
   return (size + cell - 1) / cell;
 }
 
-/// Two where an axis is finer than 1.5 h, else one: field and moments stay near isotropic.
+/// Voxels per cell along each axis: the power of two up to `cell` that comes nearest to an edge of cell x h, so that
+/// cells are near isotropic whatever the voxels are. Two cells at least along an axis that is cut at all.
 glm::ivec3 cell_along(glm::dvec3 spacing_mm, double h_mm, int cell, glm::ivec3 size) {
   glm::ivec3 result(1);
   for (int a = 0; a < 3; ++a) {
-    if (spacing_mm[a] < 1.5 * h_mm && size[a] >= kSmallestCells * cell) result[a] = cell;
+    while (2 * result[a] <= cell && 2.0 * result[a] * spacing_mm[a] <= 1.42 * cell * h_mm &&
+           size[a] >= kSmallestCells * 2 * result[a]) {
+      result[a] *= 2;
+    }
   }
   return result;
 }
 
-void lay_out_cells(LevelPlan& level) {
+/// Cells of the local moments are a good deal smaller than their window, so that they do not change it.
+void lay_out_cells(LevelPlan& level, double normalise_window) {
+  const int moment_cell = normalise_window >= 3.0 ? 4 : 2;
   level.cell = cell_along(level.spacing_mm, level.h_mm, level.options.cell, level.image_size);
   level.cells = cells_of(level.image_size, level.cell);
   level.cell_mm = level.spacing_mm * glm::dvec3(level.cell);
-  level.moment_cell = cell_along(level.spacing_mm, level.h_mm, 2, level.image_size);
+  level.moment_cell = cell_along(level.spacing_mm, level.h_mm, moment_cell, level.image_size);
   level.moment_cells = cells_of(level.image_size, level.moment_cell);
 }
 
@@ -51,7 +57,7 @@ MotionPlan plan_motion(const Grid& image, const MotionOptions& options) {
   std::vector<LevelPlan> all;
   for (size_t l = 0;; ++l) {
     level.options = options.levels[std::min(l, options.levels.size() - 1)];
-    lay_out_cells(level);
+    lay_out_cells(level, options.normalise_window);
     all.push_back(level);
     const bool enough = options.coarse_levels > 0 ? int(l) + 1 >= options.coarse_levels
                                                   : longest(level.image_size) <= kCoarsestWidth;
