@@ -15,9 +15,11 @@ namespace {
 /// Pairs that may wait to be judged and written before the estimator has to wait for them.
 constexpr size_t kWaitingPairs = 2;
 
-/// Twice the voxel edge is exact enough to see whether a field leads back to where it came from.
+/// Twice the voxel edge is exact enough to see whether a field leads back to where it came from, if
+/// its cells are no larger than those of the field that it judges.
 constexpr int kBackwardLevel = 1;
-constexpr int kSmallestForBackwardLevel = 48;
+constexpr int kBackwardCell = 2;
+constexpr int kSmallestForBackwardLevel = 64;
 
 Error stopped() {
   return {ErrorKind::kCancelled, "Stopped as asked: no output was written or changed"};
@@ -27,7 +29,10 @@ EstimatorOptions backward_options(const Grid& grid) {
   EstimatorOptions options;
   options.motion = *motion_preset("fast");
   const int longest = std::max(grid.size.x, std::max(grid.size.y, grid.size.z));
-  options.motion.finest_level = longest >= kSmallestForBackwardLevel ? kBackwardLevel : 0;
+  if (longest < kSmallestForBackwardLevel) return options;
+  options.motion.finest_level = kBackwardLevel;
+  for (LevelOptions& level : options.motion.levels)
+    level.cell = std::min(level.cell, kBackwardCell);
   return options;
 }
 
