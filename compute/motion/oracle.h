@@ -155,7 +155,8 @@ Scalars confidence(const Samples<NormalEquations>& equations, double voxels, dou
 
 /// Per cell the smallest det(I + grad u) at any of the 8 corners of the unit cubes of voxels whose
 /// lowest voxel lies in the cell, with the cube's three edges at the corner as differences; 1 where
-/// there is no cube. The cell folds if that is at most the limit.
+/// there is no cube. Along an axis of one voxel nothing changes. The cell folds if that is at most
+/// the limit.
 Scalars folds(const Vectors& field, glm::ivec3 cell, glm::ivec3 image_size, glm::dvec3 spacing_mm);
 
 /// Cells with a flagged cell within 1 get (1 2 1)/4 along each axis of the field, the others keep

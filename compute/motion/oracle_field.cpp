@@ -34,7 +34,8 @@ double corner_determinant(const Vectors& u_at_voxels, glm::ivec3 x, glm::ivec3 s
     glm::ivec3 high = low;
     low[axis] = x[axis];
     high[axis] = x[axis] + 1;
-    jacobian[axis] += (u_at_voxels.at(high) - u_at_voxels.at(low)) / spacing_mm[axis];
+    // Held: along an axis of one voxel nothing changes.
+    jacobian[axis] += (u_at_voxels.held(high) - u_at_voxels.held(low)) / spacing_mm[axis];
   }
   return glm::determinant(jacobian);
 }
@@ -81,8 +82,8 @@ Scalars folds(const Vectors& field, glm::ivec3 cell, glm::ivec3 image_size, glm:
   for_each(image_size,
            [&](glm::ivec3 x) { u.at(x) = sample(field, cell_index(glm::dvec3(x), cell)); });
   Scalars smallest(field.size, 1.0);
-  // The last voxel of an axis begins no cube.
-  for_each(image_size - 1, [&](glm::ivec3 x) {
+  // The last voxel of an axis begins no cube, unless it is the only one.
+  for_each(glm::max(image_size - 1, glm::ivec3(1)), [&](glm::ivec3 x) {
     double& least = smallest.at(x / cell);
     for_each(glm::ivec3(2), [&](glm::ivec3 side) {
       least = std::min(least, corner_determinant(u, x, side, spacing_mm));

@@ -65,7 +65,8 @@ void main() {
     const ivec3 begin = cell * push.cell.xyz;
     for (int k = 0; k < push.cell.x * push.cell.y * push.cell.z && !folds; ++k) {
       const ivec3 voxel = begin + ivec3(k % push.cell.x, k / push.cell.x % push.cell.y, k / (push.cell.x * push.cell.y));
-      if (any(greaterThanEqual(voxel, push.image_size.xyz - 1))) continue;
+      // The last voxel of an axis begins no cube, but a single one does: a slice can fold within itself.
+      if (any(greaterThanEqual(voxel, max(push.image_size.xyz - 1, 1)))) continue;
       folds = smallest_determinant(voxel) <= push.spacing_mm.w;
     }
   }

@@ -165,7 +165,8 @@ TEST_F(FoldsKernel, FlagsCellsWhoseVoxelsFoldAtAnyCorner) {
                                                 glm::ivec3(4, 2, 1)};
   size_t folded = 0, fine = 0;
   uint32_t seed = 700;
-  for (const glm::ivec3 size : {glm::ivec3(17, 9, 7), glm::ivec3(9, 7, 18), glm::ivec3(8, 8, 8)}) {
+  for (const glm::ivec3 size :
+       {glm::ivec3(17, 9, 7), glm::ivec3(9, 7, 18), glm::ivec3(8, 8, 8), glm::ivec3(17, 12, 1)}) {
     for (const glm::ivec3 cell : cell_sizes) {
       // From fields that never fold, over those at the quick bound, to fields that fold everywhere.
       for (const double reach : {0.05, 0.2, 0.3, 0.6}) {

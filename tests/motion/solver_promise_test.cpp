@@ -1,3 +1,4 @@
+#include <array>
 #include <cstring>
 #include <future>
 
@@ -58,6 +59,30 @@ TEST_F(SolverPromise, NoFoldsBetweenCheckerboardsThatSwap) {
   for (const int edge : {1, 3, 6})
     expect_no_folds(checkerboard(grid, edge, 0), checkerboard(grid, edge, 1),
                     "edge " + std::to_string(edge));
+}
+
+/// Hardly any smoothing, so that the estimation does fold and only the repair stands between that
+/// and the result: on a cube, on thick slices, on two and on a single one.
+TEST_F(SolverPromise, NoFoldsAreLeftWhereTheEstimationItselfFolds) {
+  const std::array<Grid, 4> grids = {plain_grid({48, 40, 36}),
+                                     plain_grid({40, 36, 9}, {0.7, 0.8, 4.0}),
+                                     plain_grid({48, 40, 2}), plain_grid({48, 40, 1})};
+  EstimatorOptions options = preset("balanced");
+  options.motion.damping = 0.02;
+  for (LevelOptions& level : options.motion.levels) {
+    level.window = 0.7;
+    level.smoothness = 0.01;
+  }
+  for (const Grid& grid : grids) {
+    SCOPED_TRACE(std::to_string(grid.size.z) + " slices");
+    const Motion motion = motion_of(noise_volume(grid, 1), noise_volume(grid, 2), options);
+    EXPECT_GT(motion.report.repaired, 0);
+    EXPECT_EQ(motion.report.folded_cells, 0U);
+    const Folds found = folds(resampled(motion.field, grid));
+    EXPECT_EQ(found.folded, 0U);
+    // The limit itself, but for the rounding of the interpolation on either side.
+    EXPECT_GT(found.min_det, 0.5 * options.motion.min_determinant);
+  }
 }
 
 TEST_F(SolverPromise, NoFoldsOnThickSlicesOrWhenAFrameIsMirrored) {

@@ -1,0 +1,172 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <glm/gtc/packing.hpp>
+#include <set>
+
+#include "compute/motion/activity.h"
+#include "compute/motion/intensity.h"
+#include "compute/motion/oracle.h"
+#include "compute/motion/plan.h"
+#include "tests/motion/made_pairs.h"
+#include "tests/support/tolerances.h"
+
+/// What is decided on the CPU before and between the work of the device.
+namespace palpate::test {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+uint32_t brick(int x, int y, int z) {
+  return uint32_t(x) | uint32_t(y) << 10 | uint32_t(z) << 20;
+}
+
+TEST(BrickList, CoversEveryCellOnceAtAnySize) {
+  for (const glm::ivec3 cells : {glm::ivec3(1), glm::ivec3(8), glm::ivec3(9, 7, 17)}) {
+    const BrickList bricks = all_bricks(cells);
+    const std::set<uint32_t> distinct(bricks.begin(), bricks.end());
+    EXPECT_EQ(distinct.size(), bricks.size());
+    oracle::for_each(cells, [&](glm::ivec3 cell) {
+      const glm::ivec3 b = cell / shaders::kBrick;
+      EXPECT_EQ(distinct.count(brick(b.x, b.y, b.z)), 1U);
+    });
+    const glm::ivec3 n = brick_count(cells);
+    EXPECT_EQ(bricks.size(), size_t(n.x * n.y * n.z));
+  }
+}
+
+/// A row of six bricks of structured, still cells.
+class ActiveBricks : public ::testing::Test {
+ protected:
+  BrickList active() const { return active_bricks(bricks, looks, cells, rule); }
+
+  const glm::ivec3 cells{48, 8, 8};
+  BrickList bricks = all_bricks(cells);
+  std::vector<BrickLook> looks = std::vector<BrickLook>(6, BrickLook{0.0F, 1.0F, 0.0F});
+  RestRule rule{0.01, 0.6, 0.25};
+};
+
+TEST_F(ActiveBricks, AreNoneWhenNothingMoves) {
+  EXPECT_THAT(active(), IsEmpty());
+}
+
+TEST_F(ActiveBricks, AreThoseThatMoveAndTheirNeighboursInOrder) {
+  looks[0].moved = 0.02F;
+  looks[4].moved = 0.0101F;  // just enough
+  looks[2].moved = 0.0099F;
+  EXPECT_THAT(active(), ElementsAre(brick(0, 0, 0), brick(1, 0, 0), brick(3, 0, 0), brick(4, 0, 0),
+                                    brick(5, 0, 0)));
+}
+
+TEST_F(ActiveBricks, LeaveOutFlatOnesThatStayedInPlace) {
+  looks[2].moved = 0.5F;
+  looks[2].reach = 0.5F;
+  looks[1].structure = looks[3].structure = 0.3F;
+  looks[3].reach = 0.4F;
+  EXPECT_THAT(active(), ElementsAre(brick(2, 0, 0), brick(3, 0, 0)));
+}
+
+TEST_F(ActiveBricks, LeaveOutWhatIsMaskedOutHoweverItMoves) {
+  looks[2] = {5.0F, 0.0F, 5.0F};
+  EXPECT_THAT(active(), ElementsAre(brick(1, 0, 0), brick(3, 0, 0)));
+}
+
+TEST_F(ActiveBricks, NeverReturnThatWereNotListed) {
+  bricks = {brick(1, 0, 0), brick(5, 0, 0)};
+  looks.assign(2, BrickLook{1.0F, 1.0F, 1.0F});
+  EXPECT_THAT(active(), ElementsAre(brick(1, 0, 0), brick(5, 0, 0)));
+}
+
+TEST(MotionPreset, ExistsForEveryListedNameAndNoOther) {
+  for (const std::string_view name : kMotionPresets) {
+    const std::optional<MotionOptions> options = motion_preset(name);
+    ASSERT_TRUE(options) << name;
+    EXPECT_EQ(options->preset, name);
+    EXPECT_FALSE(options->levels.empty());
+  }
+  EXPECT_FALSE(motion_preset("fastest"));
+  EXPECT_FALSE(motion_preset(""));
+}
+
+/// Grids that must all come to a sensible plan: thin, long, anisotropic, tiny, oblique.
+std::vector<Grid> awkward_grids() {
+  Grid oblique = oblique_grid();
+  oblique.size = {130, 77, 31};
+  return {plain_grid({1, 1, 1}),
+          plain_grid({64, 64, 1}),
+          plain_grid({512, 3, 5}),
+          plain_grid({100, 100, 20}, {0.7, 0.7, 5.0}),
+          plain_grid({9, 200, 9}, {5.0, 0.5, 1.0}),
+          oblique};
+}
+
+TEST(MotionPlan, CoversTheImageOnEveryLevel) {
+  for (const Grid& grid : awkward_grids()) {
+    const MotionPlan plan = plan_motion(grid, *motion_preset("balanced"));
+    ASSERT_FALSE(plan.levels.empty());
+    EXPECT_TRUE(same_geometry(plan.field, field_grid(plan, 0)));
+    for (size_t l = 0; l < plan.levels.size(); ++l) {
+      const LevelPlan& level = plan.levels[l];
+      const Grid images = level_grid(plan, l), cells = field_grid(plan, l);
+      EXPECT_EQ(images.size, level.image_size);
+      EXPECT_EQ(cells.size, level.cells);
+      // The corner of the image, half a voxel before its first sample, stays where it is.
+      const glm::dvec3 corner = grid.lps_from_index(glm::dvec3(-0.5));
+      EXPECT_LT(glm::distance(images.lps_from_index(glm::dvec3(-0.5)), corner), 1e-9);
+      EXPECT_LT(glm::distance(cells.lps_from_index(glm::dvec3(-0.5)), corner), 1e-9);
+      for (int a = 0; a < 3; ++a) {
+        const double edge_mm = grid.size[a] * grid.spacing_mm[a];
+        EXPECT_GE(cells.size[a] * cells.spacing_mm[a], edge_mm - 1e-9);
+        EXPECT_LT((cells.size[a] - 1) * cells.spacing_mm[a], edge_mm);
+      }
+    }
+  }
+}
+
+TEST(MotionPlan, ShrinksTowardsVoxelsOfEqualEdges) {
+  const MotionPlan plan =
+      plan_motion(plain_grid({256, 256, 32}, {0.5, 0.5, 4.0}), *motion_preset("balanced"));
+  for (size_t l = 1; l < plan.levels.size(); ++l) {
+    EXPECT_EQ(plan.levels[l].h_mm, 2.0 * plan.levels[l - 1].h_mm);
+    // Thick slices wait until the others have caught up, to within the step of two.
+    const glm::dvec3 s = plan.levels[l].spacing_mm;
+    if (s.z > 4.0) {
+      EXPECT_GE(s.x, 0.5 * s.z / 1.42);
+    }
+  }
+  EXPECT_LE(plan.levels.back().image_size.x, 24);
+}
+
+TEST(IntensityScaling, SpreadsThePercentilesOverOne) {
+  Volume ramp{plain_grid({100, 10, 10}), {}};
+  for (int i = 0; i < 10000; ++i) ramp.values.push_back(float(i));
+  const IntensityScale scale = intensity_scale(ramp);
+  EXPECT_NEAR(scale.offset, 100.0, 1.0);
+  EXPECT_NEAR(1.0 / scale.scale, 9800.0, 2.0);
+}
+
+TEST(IntensityScaling, TakesTheExtremesOfASmallObjectInAnEmptyFrame) {
+  Volume empty{plain_grid({20, 20, 20}), std::vector<float>(8000, 5.0F)};
+  const IntensityScale nothing = intensity_scale(empty);
+  EXPECT_EQ(nothing.offset, 5.0F);
+  EXPECT_EQ(nothing.scale, 1.0F);
+  empty.values[4000] = 105.0F;
+  EXPECT_FLOAT_EQ(intensity_scale(empty).scale, 0.01F);
+}
+
+TEST(IntensityScaling, RoundsToTheNearestHalfAndHoldsTheFarOut) {
+  Volume volume{plain_grid({1, 1, 9}),
+                {0.0F, 1.0F, -1.0F, 0.3333F, 1e-3F, -59.99F, 1e6F, -1e6F, 2.00048828F}};
+  const HalfVolume halves = scaled_halves(volume, {});
+  for (size_t i = 0; i < volume.values.size(); ++i) {
+    const float held = std::clamp(volume.values[i], -60.0F, 60.0F);
+    EXPECT_EQ(halves.bits[i], glm::packHalf1x16(held)) << volume.values[i];
+  }
+  // Below the normal numbers of fp16 it is zero.
+  volume.values.assign(9, 1e-5F);
+  EXPECT_EQ(scaled_halves(volume, {}).bits[0], 0);
+}
+
+}  // namespace
+}  // namespace palpate::test
