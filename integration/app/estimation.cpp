@@ -51,7 +51,9 @@ class Estimation {
   Status run() {
     auto estimator = SequenceEstimator::open(
         context_, job_.grid, job_.options, [this](Motion motion) { take(std::move(motion)); },
-        [this](size_t fixed, size_t moving, double share) { report(fixed, moving, share); });
+        [this](size_t fixed, size_t moving, double share) {
+          show(share, fmt::format("frame {} to {}", fixed, moving));
+        });
     if (!estimator) return estimator.error();
     estimator_ = std::move(*estimator);
     announce();
@@ -107,16 +109,16 @@ class Estimation {
     return Nothing{};
   }
 
-  void report(size_t fixed, size_t moving, double share) {
-    const double units = double(estimated_) + share + double(handed_over_);
-    console_.progress(units / double(2 * job_.pair_count()),
-                      fmt::format("frame {} to {}", fixed, moving));
+  /// One unit per field; judging and writing hide behind the estimation of the next one.
+  void show(double share, const std::string& doing) {
+    const size_t units = job_.pair_count() * (backward_ ? 2 : 1);
+    console_.progress((double(units_done_) + share) / double(units), doing);
   }
 
   /// On the estimator's worker. The backward field is estimated here, between two forward ones, so
   /// that the device does one thing at a time and the times it reports are its own.
   void take(Motion motion) {
-    ++estimated_;
+    ++units_done_;
     EstimatedPair pair{std::move(motion), {}, {}, {}};
     {
       const std::lock_guard lock(frames_mutex_);
@@ -137,8 +139,12 @@ class Estimation {
 
   Status add_backward(EstimatedPair& pair) {
     if (!backward_) return Nothing{};
-    auto backward = estimate_motion(context_, *pair.moving, *pair.fixed,
-                                    backward_options(pair.moving->grid), stop_);
+    const std::string doing =
+        fmt::format("checking frame {} to {}", pair.motion.fixed_frame, pair.motion.moving_frame);
+    auto backward =
+        estimate_motion(context_, *pair.moving, *pair.fixed, backward_options(pair.moving->grid),
+                        stop_, [&](double share) { show(share, doing); });
+    ++units_done_;
     if (backward) {
       pair.backward = std::move(backward->field);
     } else if (backward.error().kind != ErrorKind::kOutOfMemory) {
@@ -172,7 +178,6 @@ class Estimation {
       lock.unlock();
       const Status status = hand_over(std::move(pair));
       if (!status) give_up(status);
-      ++handed_over_;
     }
   }
 
@@ -218,8 +223,7 @@ class Estimation {
   bool failed_ = false;
   Status delivered_ = Nothing{};
   std::thread delivery_;
-  std::atomic<size_t> estimated_{0};
-  std::atomic<size_t> handed_over_{0};
+  std::atomic<size_t> units_done_{0};
 };
 
 }  // namespace

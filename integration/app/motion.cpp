@@ -95,6 +95,11 @@ PairNames names_in_sequence(const MotionCommand& command, size_t count, size_t f
 
 /// What can be known to be wrong before anything is read.
 Status check_output_name(const MotionCommand& command) {
+  if (command.is_pair() && command.cyclic) {
+    return files::bad_output(command.output,
+                             "names one file, but a cycle of two frames gives two fields: name a "
+                             "folder");
+  }
   if (command.is_pair()) return files::check_can_write_image(command.output);
   if (has_image_ending(command.output)) {
     return files::bad_output(command.output,

@@ -79,6 +79,8 @@ TEST(MotionCommand, RefusesAnOutputThatCanNotBeWrittenBeforeItReadsAnything) {
   expect_refused(run({"motion", "absent_a.mha", "absent_b.mha", "-o", folder / "u.tif"}),
                  {"u.tif"});
   expect_refused(run({"motion", "absent.seq.nrrd", "-o", folder / "u.mha"}), {"u.mha", "folder"});
+  expect_refused(run({"motion", "a.mha", "b.mha", "-o", folder / "u.mha", "--cyclic"}),
+                 {"u.mha", "folder"});
 }
 
 TEST(MotionCommand, RefusesAMaskOnAnotherGridAndAnEmptyOne) {
