@@ -33,13 +33,15 @@ struct MotionOptions {
   int finest_level = 0;   ///< 1 stops at twice the voxel edge, 2 at four times
   int coarse_levels = 0;  ///< number of levels; 0: until the coarsest image is about 24 voxels wide
   double damping = 0.1;   ///< alpha of the normal equations, per h; dimensionless
-  double momentum = 0.54;     ///< share of the last change that is added before the next
+  double momentum = 0.7;  ///< share of the last change that is added before the next
   double largest_step = 1.0;  ///< of one update, in h
   double huber_mm =
       0.03;              ///< differences of neighbours below this are smoothed, above kept as edges
   int filter_steps = 2;  ///< dual steps of the total variation filter per iteration, warm-started
+  bool checkerboard =
+      true;  ///< read half the voxels, by turns, in all but the first iteration of a level
   bool normalise = true;  ///< local normalisation of intensities; off for images of equal contrast
-  double normalise_window = 3.7;  ///< SD of the window of local normalisation, in h
+  double normalise_window = 2.9;  ///< SD of the window of local normalisation, in h
   double noise =
       0.0;  ///< floor f of local normalisation, in units of p99 - p1; 0: from the image's noise
   double converged =

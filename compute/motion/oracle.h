@@ -112,9 +112,10 @@ struct NormalEquations {
 /// trilinear. fixed and moving are packed (see pack). A voxel counts if it lies in the image, has a
 /// value, and its partner x + u lies at most half a voxel outside the moving image with a value at
 /// all samples that it touches. (On a device, samples touched with weight 0 may count as well.)
+/// colour 0 or 1: only voxels with (x + y + z + colour) even, for twice the weight; -1: all.
 Samples<NormalEquations> normal_equations(const Texels& fixed, const Texels& moving,
                                           const Vectors& field, glm::ivec3 cell,
-                                          glm::dvec3 spacing_mm);
+                                          glm::dvec3 spacing_mm, int colour = -1);
 
 /// w(x) = v(x + d) + d, d = (A + damping I)^-1 b shortened to `largest_mm`.
 Vectors update(const Samples<NormalEquations>& equations, const Vectors& v, glm::dvec3 cell_mm,

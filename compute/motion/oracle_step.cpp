@@ -23,10 +23,11 @@ bool nearly_inside(glm::ivec3 size, glm::dvec3 index) {
 
 Samples<NormalEquations> normal_equations(const Texels& fixed, const Texels& moving,
                                           const Vectors& field, glm::ivec3 cell,
-                                          glm::dvec3 spacing_mm) {
+                                          glm::dvec3 spacing_mm, int colour) {
   Samples<NormalEquations> result(cells_of(fixed.size, cell));
-  const double share = 1.0 / (double(cell.x) * cell.y * cell.z);
+  const double share = (colour < 0 ? 1.0 : 2.0) / (double(cell.x) * cell.y * cell.z);
   for_each(fixed.size, [&](glm::ivec3 x) {
+    if (colour >= 0 && (x.x + x.y + x.z + colour) % 2 != 0) return;
     const glm::dvec3 u_mm = sample(field, cell_index(glm::dvec3(x), cell));
     const glm::dvec3 partner = glm::dvec3(x) + u_mm / spacing_mm;
     const glm::dvec4& f = fixed.at(x);

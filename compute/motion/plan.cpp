@@ -17,8 +17,9 @@ glm::ivec3 cells_of(glm::ivec3 size, glm::ivec3 cell) {
   return (size + cell - 1) / cell;
 }
 
-/// Voxels per cell along each axis: the power of two up to `cell` that comes nearest to an edge of cell x h, so that
-/// cells are near isotropic whatever the voxels are. Two cells at least along an axis that is cut at all.
+/// Voxels per cell along each axis: the power of two up to `cell` that comes nearest to an edge of
+/// cell x h, so that cells are near isotropic whatever the voxels are. Two cells at least along an
+/// axis that is cut at all.
 glm::ivec3 cell_along(glm::dvec3 spacing_mm, double h_mm, int cell, glm::ivec3 size) {
   glm::ivec3 result(1);
   for (int a = 0; a < 3; ++a) {
@@ -30,7 +31,8 @@ glm::ivec3 cell_along(glm::dvec3 spacing_mm, double h_mm, int cell, glm::ivec3 s
   return result;
 }
 
-/// Cells of the local moments are a good deal smaller than their window, so that they do not change it.
+/// Cells of the local moments are a good deal smaller than their window, so that they do not change
+/// it.
 void lay_out_cells(LevelPlan& level, double normalise_window) {
   const int moment_cell = normalise_window >= 3.0 ? 4 : 2;
   level.cell = cell_along(level.spacing_mm, level.h_mm, level.options.cell, level.image_size);

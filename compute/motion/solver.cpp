@@ -160,7 +160,7 @@ void PairSolver::record_filter(vulkan::Recorder& recorder, size_t l, const Activ
 }
 
 void PairSolver::record_iteration(vulkan::Recorder& recorder, size_t l, const FramePyramid& fixed,
-                                  const FramePyramid& moving, const Active& active) {
+                                  const FramePyramid& moving, const Active& active, int colour) {
   const LevelPlan& level = plan_.levels[l];
   LevelImages& i = levels_[l];
   const vulkan::Sampler& nearest = kernels_->nearest();
@@ -178,7 +178,7 @@ void PairSolver::record_iteration(vulkan::Recorder& recorder, size_t l, const Fr
                      {i.equations[0], nearest},
                      {i.equations[1], nearest},
                      {i.equations[2], nearest}},
-                    shaders::NormalEquationsPush{wide(level.cells),
+                    shaders::NormalEquationsPush{wide(level.cells, colour),
                                                  wide(level.image_size),
                                                  wide(level.image_size),
                                                  {slices, -kFar, kFar, 0},
@@ -241,7 +241,11 @@ void PairSolver::iterate(size_t l, const FramePyramid& fixed, const FramePyramid
         std::min(prunes && report.iterations == 0 ? 1 : kBatch, wanted - report.iterations);
     if (!batch || size != batch_size) {
       batch.emplace(context_, uint32_t(size * kDispatchesPerIteration + 2));
-      for (int k = 0; k < size; ++k) record_iteration(*batch, l, fixed, moving, active);
+      for (int k = 0; k < size; ++k) {
+        // Odd and even voxels take turns, except in the first iteration, which decides what rests.
+        const int turn = plan_.options.checkerboard && report.iterations > 0 ? k % 2 : -1;
+        record_iteration(*batch, l, fixed, moving, active, turn);
+      }
       if (prunes) record_look(*batch, l, active);
       batch_size = size;
     }

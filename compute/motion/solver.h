@@ -62,7 +62,7 @@ class PairSolver : public FieldSolver {
   const vulkan::Image* windowed(size_t l) const;
   void begin_level(size_t l, bool searched);
   void record_iteration(vulkan::Recorder& recorder, size_t l, const FramePyramid& fixed,
-                        const FramePyramid& moving, const Active& active);
+                        const FramePyramid& moving, const Active& active, int colour);
   void record_filter(vulkan::Recorder& recorder, size_t l, const Active& active);
   void record_look(vulkan::Recorder& recorder, size_t l, const Active& active);
   void iterate(size_t l, const FramePyramid& fixed, const FramePyramid& moving,

@@ -58,7 +58,7 @@ struct PackPush {
 PALPATE_SIZE(PackPush, 32);
 
 struct NormalEquationsPush {
-  ivec4 cells;          // of the field
+  ivec4 cells;          // of the field; w: colour of the checkerboard that is read, 0 or 1; -1 = every voxel
   ivec4 fixed_size;     // of the fixed image; w: z of the first slice that the bound slab holds
   ivec4 moving_size;    // of the moving image; w: z of the first slice that the bound slab holds
   ivec4 moving_slab;    // x: slices in the bound slab; y, z: first and last + 1 sample floor(z) this slab answers for

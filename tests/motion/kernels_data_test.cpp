@@ -46,7 +46,7 @@ class NormalEquationsKernel : public KernelTest {
   }
 
   shaders::NormalEquationsPush whole() const {
-    return {glm::ivec4(field.size, 0),
+    return {glm::ivec4(field.size, -1),
             glm::ivec4(size, 0),
             glm::ivec4(size, 0),
             glm::ivec4(size.z, -kFar, kFar, 0),
@@ -71,9 +71,9 @@ class NormalEquationsKernel : public KernelTest {
         push, slice_groups(bricks));
   }
 
-  void expect_oracle(const BrickList& bricks) {
+  void expect_oracle(const BrickList& bricks, int colour = -1) {
     const EquationImages expected =
-        images_of(oracle::normal_equations(fixed, moving, field, cell, kSpacingMm));
+        images_of(oracle::normal_equations(fixed, moving, field, cell, kSpacingMm, colour));
     // Products of two numbers of which the larger, r, is at most 2.
     for (size_t k = 0; k < 3; ++k)
       expect_cells(equations[k], expected[k], bricks, 4, 4.0, 2.0 * sampling_tolerance());
@@ -98,6 +98,21 @@ TEST_F(NormalEquationsKernel, AreTheMeansOverACellsVoxelsAtAnySizeAndCell) {
       const BrickList bricks = all_bricks(field.size);
       run(fixed, moving, Format::kRgba32, whole(), bricks);
       expect_oracle(bricks);
+    }
+  }
+}
+
+TEST_F(NormalEquationsKernel, ReadOneColourOfTheCheckerboardForTwiceTheWeight) {
+  for (const glm::ivec3 voxels_per_cell : {glm::ivec3(4), glm::ivec3(2), glm::ivec3(1, 4, 2)}) {
+    for (const int colour : {0, 1}) {
+      SCOPED_TRACE(text(voxels_per_cell) + " colour " + std::to_string(colour));
+      make({17, 9, 7}, voxels_per_cell, Format::kRgba32, 150);
+      open_outputs(Format::kRgba32);
+      const BrickList bricks = all_bricks(field.size);
+      shaders::NormalEquationsPush push = whole();
+      push.cells.w = colour;
+      run(fixed, moving, Format::kRgba32, push, bricks);
+      expect_oracle(bricks, colour);
     }
   }
 }
