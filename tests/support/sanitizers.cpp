@@ -1,0 +1,40 @@
+#include <dlfcn.h>
+
+/// What the sanitizers must pass over in tests that use a device: the driver and the validation
+/// layers are not built with them, so that their own locks and lists can not be followed.
+extern "C" const char* __tsan_default_suppressions();
+extern "C" const char* __tsan_default_suppressions() {
+  return "called_from_lib:libVkLayer_khronos_validation.so\n"
+         "called_from_lib:libvulkan_lvp.so\n"
+         "race:libVkLayer_khronos_validation.so\n"
+         "race:libvulkan_lvp.so\n"
+         "race:libLLVM\n";
+}
+
+/// The driver's compiler holds one lock per kernel, more at a time than the search for deadlocks
+/// can count (64).
+extern "C" const char* __tsan_default_options();
+extern "C" const char* __tsan_default_options() {
+  return "detect_deadlocks=0";
+}
+
+extern "C" const char* __lsan_default_suppressions();
+extern "C" const char* __lsan_default_suppressions() {
+  return "leak:libVkLayer_khronos_validation.so\n"
+         "leak:libvulkan_lvp.so\n"
+         "leak:libvulkan.so\n"
+         "leak:libLLVM\n";
+}
+
+namespace {
+
+/// The loader unloads both when a device closes, and a leak can not be traced to a library that is
+/// gone: kept in memory to the end.
+struct StayLoaded {
+  StayLoaded() {
+    dlopen("libVkLayer_khronos_validation.so", RTLD_LAZY | RTLD_NODELETE);
+    dlopen("libvulkan_lvp.so", RTLD_LAZY | RTLD_NODELETE);
+  }
+} const stay_loaded;
+
+}  // namespace
