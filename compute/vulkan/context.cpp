@@ -83,6 +83,12 @@ uint32_t compute_family(VkPhysicalDevice device) {
   return UINT32_MAX;
 }
 
+bool writes_without_format(VkPhysicalDevice device) {
+  VkPhysicalDeviceFeatures features;
+  vkGetPhysicalDeviceFeatures(device, &features);
+  return features.shaderStorageImageWriteWithoutFormat == VK_TRUE;
+}
+
 const char* kind_of(VkPhysicalDeviceType type) {
   switch (type) {
     case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU:
@@ -125,6 +131,8 @@ DeviceInfo describe(VkPhysicalDevice device, int index) {
     info.missing = "Vulkan 1.2";
   } else if (compute_family(device) == UINT32_MAX) {
     info.missing = "a compute queue";
+  } else if (!writes_without_format(device)) {
+    info.missing = "shaderStorageImageWriteWithoutFormat";
   }
   info.usable = info.missing.empty();
   return info;
@@ -208,8 +216,9 @@ Result<std::shared_ptr<Context>> Context::open(const ContextOptions& options) {
         VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT};
     create.messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT |
                              VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
-    create.messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT |
-                         VK_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT;
+    // Not the performance hints: they advise against layout GENERAL, in which our images stay
+    // because each is sampled, written and copied in turn.
+    create.messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT;
     create.pfnUserCallback = &Context::on_message;
     create.pUserData = self.get();
     auto create_messenger = reinterpret_cast<PFN_vkCreateDebugUtilsMessengerEXT>(
@@ -236,7 +245,12 @@ Result<std::shared_ptr<Context>> Context::open(const ContextOptions& options) {
   queue.queueFamilyIndex = self->queue_family_;
   queue.queueCount = 1;
   queue.pQueuePriorities = &priority;
+  // Kernels write images without naming their format, so that one kernel serves fp16 and fp32
+  // images.
+  VkPhysicalDeviceFeatures features{};
+  features.shaderStorageImageWriteWithoutFormat = VK_TRUE;
   VkDeviceCreateInfo create{VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO};
+  create.pEnabledFeatures = &features;
   create.queueCreateInfoCount = 1;
   create.pQueueCreateInfos = &queue;
   const VkResult created = vkCreateDevice(self->physical_device_, &create, nullptr, &self->device_);
