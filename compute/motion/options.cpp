@@ -9,15 +9,15 @@ std::optional<MotionOptions> motion_preset(std::string_view name) {
   // finest level and the total variation above it; both were found by random search on a chest CT
   // and a heart phantom (docs/decisions).
   if (name == "fast") {
-    options.levels = {{3, 4, 8.0, 0.06}, {8, 4, 1.2, 0.2}, {12, 4, 1.4, 0.15}};
+    options.levels = {{3, 4, 7.0, 0.06}, {8, 4, 1.2, 0.2}, {12, 4, 1.4, 0.15}};
     options.filter_steps = 1;
     options.search_work = 1e7;
   } else if (name == "balanced") {
-    options.levels = {{8, 4, 8.0, 0.06}, {12, 4, 1.2, 0.2}, {25, 4, 1.4, 0.15}};
+    options.levels = {{8, 4, 7.0, 0.06}, {12, 4, 1.2, 0.2}, {25, 4, 1.4, 0.15}};
     options.filter_steps = 1;
     options.search_work = 1e7;
   } else if (name == "best") {
-    options.levels = {{20, 4, 8.0, 0.06}, {25, 4, 1.2, 0.2}, {40, 2, 1.4, 0.15}};
+    options.levels = {{20, 4, 7.0, 0.06}, {25, 4, 1.2, 0.2}, {40, 2, 1.4, 0.15}};
     options.checkerboard = false;
   } else if (name == "classic") {
     options.method = MotionMethod::kClassic;
