@@ -5,7 +5,7 @@
 namespace palpate::vulkan {
 
 Buffer::Buffer(std::shared_ptr<Context> context, uint64_t bytes, Kind kind)
-    : context_(std::move(context)), bytes_(bytes) {
+    : context_(std::move(context)), bytes_(bytes), kind_(kind) {
   VkBufferCreateInfo create{VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO};
   create.size = bytes;
   create.usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT |
@@ -23,7 +23,7 @@ Buffer::Buffer(std::shared_ptr<Context> context, uint64_t bytes, Kind kind)
     }
   } catch (...) {
     vkDestroyBuffer(device, buffer_, nullptr);
-    if (memory_) context_->release(memory_, reserved_);
+    if (memory_) context_->release(memory_, reserved_, kind == Kind::kHostVisible);
     throw;
   }
 }
@@ -31,7 +31,7 @@ Buffer::Buffer(std::shared_ptr<Context> context, uint64_t bytes, Kind kind)
 Buffer::~Buffer() {
   if (!buffer_) return;
   vkDestroyBuffer(context_->device(), buffer_, nullptr);
-  context_->release(memory_, reserved_);
+  context_->release(memory_, reserved_, kind_ == Kind::kHostVisible);
 }
 
 void Buffer::swap(Buffer& other) noexcept {
@@ -41,6 +41,7 @@ void Buffer::swap(Buffer& other) noexcept {
   std::swap(bytes_, other.bytes_);
   std::swap(reserved_, other.reserved_);
   std::swap(mapped_, other.mapped_);
+  std::swap(kind_, other.kind_);
 }
 
 }  // namespace palpate::vulkan

@@ -43,6 +43,7 @@ class Buffer {
   uint64_t bytes_ = 0;
   uint64_t reserved_ = 0;
   void* mapped_ = nullptr;
+  Kind kind_ = Kind::kDevice;
 };
 
 }  // namespace palpate::vulkan

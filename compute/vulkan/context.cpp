@@ -279,7 +279,7 @@ uint64_t Context::memory_budget_bytes() const {
 }
 
 VkDeviceMemory Context::allocate(const VkMemoryRequirements& needed, bool host_visible) {
-  if (memory_cap_ && memory_used_ + needed.size > memory_cap_) {
+  if (!host_visible && memory_cap_ && memory_used_ + needed.size > memory_cap_) {
     throw Failure(VK_ERROR_OUT_OF_DEVICE_MEMORY, "reserving device memory under the given cap");
   }
   const VkMemoryPropertyFlags wanted =
@@ -298,6 +298,7 @@ VkDeviceMemory Context::allocate(const VkMemoryRequirements& needed, bool host_v
       allocate.memoryTypeIndex = type;
       VkDeviceMemory memory = VK_NULL_HANDLE;
       check(vkAllocateMemory(device_, &allocate, nullptr, &memory), "reserving device memory");
+      if (host_visible) return memory;
       const uint64_t used = memory_used_ += needed.size;
       uint64_t peak = memory_peak_;
       while (used > peak && !memory_peak_.compare_exchange_weak(peak, used)) {
@@ -308,9 +309,9 @@ VkDeviceMemory Context::allocate(const VkMemoryRequirements& needed, bool host_v
   throw Failure(VK_ERROR_OUT_OF_DEVICE_MEMORY, "looking for a fitting kind of memory");
 }
 
-void Context::release(VkDeviceMemory memory, uint64_t bytes) {
+void Context::release(VkDeviceMemory memory, uint64_t bytes, bool host_visible) {
   vkFreeMemory(device_, memory, nullptr);
-  memory_used_ -= bytes;
+  if (!host_visible) memory_used_ -= bytes;
 }
 
 void Context::submit(VkCommandBuffer commands, VkFence fence) {

@@ -32,7 +32,7 @@ Image::Image(std::shared_ptr<Context> context, glm::ivec3 size, VkFormat format)
     check(vkCreateImageView(device, &view, nullptr, &view_), "creating an image view");
   } catch (...) {
     vkDestroyImage(device, image_, nullptr);
-    if (memory_) context_->release(memory_, reserved_);
+    if (memory_) context_->release(memory_, reserved_, false);
     throw;
   }
 }
@@ -41,7 +41,7 @@ Image::~Image() {
   if (!image_) return;
   vkDestroyImageView(context_->device(), view_, nullptr);
   vkDestroyImage(context_->device(), image_, nullptr);
-  context_->release(memory_, reserved_);
+  context_->release(memory_, reserved_, false);
 }
 
 void Image::swap(Image& other) noexcept {

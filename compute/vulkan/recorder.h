@@ -44,6 +44,8 @@ class Recorder {
   void copy(const Buffer& from, const Image& to);
   void copy(const Image& from, const Buffer& to);
   void copy(const Buffer& from, const Buffer& to, uint64_t bytes);
+  /// Slices [first, first + slices) of the image to the start of the buffer.
+  void copy_slices(const Image& from, int first, int slices, const Buffer& to);
   void fill(const Buffer& buffer, uint32_t word);
   void clear(const Image& image);
   void begin_concurrent();
