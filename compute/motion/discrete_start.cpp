@@ -9,35 +9,13 @@
 namespace palpate {
 namespace {
 
-constexpr double kCut = 1.5;    // local SDs: a larger difference says no more than "does not match"
-constexpr int kNodeVoxels = 2;  // voxels per node along each axis
+constexpr double kCut = 1.5;  // local SDs: a larger difference says no more than "does not match"
 constexpr double kSmoothing = 1.0;  // nodes: SD of the Gaussian between rounds
 // Price of a squared voxel of distance from the smooth field, round by round: free choice first,
 // agreement last.
 constexpr std::array<double, 6> kPrices = {0.0, 0.01, 0.025, 0.0625, 0.156, 0.39};
 
 }  // namespace
-
-std::optional<SearchPlan> plan_search(const MotionPlan& plan) {
-  if (plan.options.search_mm <= 0.0) return std::nullopt;
-  for (size_t l = size_t(plan.options.finest_level); l < plan.levels.size(); ++l) {
-    const LevelPlan& level = plan.levels[l];
-    SearchPlan search;
-    search.level = l;
-    for (int a = 0; a < 3; ++a) {
-      search.cell[a] = level.image_size[a] >= 2 * kNodeVoxels ? kNodeVoxels : 1;
-      // Not further than half the image: what moves more has left it.
-      search.reach[a] = std::min(int(std::floor(plan.options.search_mm / level.spacing_mm[a])),
-                                 level.image_size[a] / 2);
-    }
-    search.nodes = (level.image_size + search.cell - 1) / search.cell;
-    const glm::dvec3 n(level.image_size);
-    if (n.x * n.y * n.z * search.labels() > plan.options.search_work) continue;
-    const bool worth_it = std::max({search.reach.x, search.reach.y, search.reach.z}) >= 2;
-    return worth_it ? std::optional(search) : std::nullopt;
-  }
-  return std::nullopt;
-}
 
 DiscreteStart::DiscreteStart(std::shared_ptr<vulkan::Context> context,
                              std::shared_ptr<MotionKernels> kernels, const MotionPlan& plan,

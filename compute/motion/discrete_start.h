@@ -1,25 +1,10 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 
 #include "compute/motion/pyramid.h"
 
 namespace palpate {
-
-/// Where and over what the discrete start searches; all from the plan, before any work.
-struct SearchPlan {
-  size_t level = 0;    ///< of the pyramid whose images are compared
-  glm::ivec3 cell{1};  ///< voxels per node
-  glm::ivec3 nodes{0};
-  glm::ivec3 reach{0};  ///< labels go from -reach to +reach voxels
-  int labels() const { return (2 * reach.x + 1) * (2 * reach.y + 1) * (2 * reach.z + 1); }
-};
-
-/// The finest level on which all whole-voxel displacements within options.search_mm can be tried
-/// within options.search_work; nothing if the search is off, or reaches less than two voxels on
-/// every level.
-std::optional<SearchPlan> plan_search(const MotionPlan& plan);
 
 /// Coupled convex search over whole-voxel displacements: a start for motions larger than the
 /// spacing of structures, where every gradient method takes the wrong one (Heinrich, Papiez,

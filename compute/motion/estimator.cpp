@@ -47,6 +47,7 @@ class Worker final : public SequenceEstimator {
       : context_(std::move(context)),
         options_(std::move(options)),
         plan_(plan_motion(grid, options_.motion)),
+        fits_(fit_into(plan_, context_->memory_budget_bytes())),
         on_motion_(std::move(on_motion)),
         on_progress_(std::move(on_progress)) {}
 
@@ -68,9 +69,10 @@ class Worker final : public SequenceEstimator {
     if (thread_.joinable()) thread_.join();
   }
 
+  bool fits() const { return fits_; }
   const MotionPlan& plan() const override { return plan_; }
   MemoryEstimate memory() const override {
-    return {plan_.device_bytes, context_->memory_budget_bytes(), 1};
+    return {plan_.device_bytes, context_->memory_budget_bytes(), int(slabs_of(plan_).size())};
   }
 
   Status push(size_t frame_index, const Volume& frame) override {
@@ -227,7 +229,8 @@ class Worker final : public SequenceEstimator {
 
   const std::shared_ptr<vulkan::Context> context_;
   const EstimatorOptions options_;
-  const MotionPlan plan_;
+  MotionPlan plan_;
+  const bool fits_;
   const OnMotion on_motion_;
   const OnProgress on_progress_;
   std::unique_ptr<PyramidBuilder> builder_;
@@ -290,7 +293,7 @@ Result<std::unique_ptr<SequenceEstimator>> SequenceEstimator::open(
   const uint64_t budget = context->memory_budget_bytes();
   auto worker = std::make_unique<Worker>(std::move(context), grid, std::move(options),
                                          std::move(on_motion), std::move(on_progress));
-  if (worker->plan().device_bytes > budget) {
+  if (!worker->fits()) {
     return Error{ErrorKind::kOutOfMemory,
                  "The motion of frames of " + text(grid.size) + " voxels takes " +
                      megabytes(worker->plan().device_bytes) + " of device memory and there are " +

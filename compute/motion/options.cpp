@@ -13,7 +13,7 @@ std::optional<MotionOptions> motion_preset(std::string_view name) {
     options.filter_steps = 1;
     options.search_work = 1e7;
   } else if (name == "balanced") {
-    options.levels = {{8, 4, 7.0, 0.06}, {12, 4, 1.2, 0.2}, {25, 4, 1.4, 0.15}};
+    options.levels = {{10, 4, 7.0, 0.06}, {12, 4, 1.2, 0.2}, {25, 4, 1.4, 0.15}};
     options.filter_steps = 1;
     options.search_work = 1e7;
   } else if (name == "best") {

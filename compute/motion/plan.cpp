@@ -1,12 +1,14 @@
 #include "compute/motion/plan.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace palpate {
 namespace {
 
 constexpr int kCoarsestWidth =
     24;  // voxels: wide enough for structure, narrow enough that any motion is a few voxels
+constexpr int kNodeVoxels = 2;     // voxels per node along each axis
 constexpr int kSmallestCells = 2;  // a field needs a neighbour to be smooth with
 
 int longest(glm::ivec3 v) {
@@ -46,6 +48,66 @@ uint64_t count(glm::ivec3 v) {
   return uint64_t(v.x) * uint64_t(v.y) * uint64_t(v.z);
 }
 
+/// Slabs begin where a cell of the local moments and a voxel of the next level do.
+int slab_unit(const MotionPlan& plan) {
+  return 2 * plan.levels[0].moment_cell.z;
+}
+
+int slab_slices(const MotionPlan& plan) {
+  if (plan.slabs <= 1) return plan.image.size.z;
+  const int unit = slab_unit(plan);
+  const int even = (plan.image.size.z + plan.slabs - 1) / plan.slabs;
+  return (even + unit - 1) / unit * unit;
+}
+
+constexpr uint64_t kPyramids = 3;  // fixed, moving, and the first frame of a cycle
+
+/// Bytes of an image with `texel` bytes per texel. Drivers pad rows to a cache line and slices to
+/// four rows.
+uint64_t image_bytes(glm::ivec3 size, uint64_t texel) {
+  const uint64_t row = (uint64_t(size.x) * texel + 63) / 64 * 64;
+  return row * uint64_t((size.y + 3) / 4 * 4) * uint64_t(size.z);
+}
+
+/// Intensities, normalised intensities, mask and two sets of moments.
+uint64_t workspace_bytes(glm::ivec3 size, glm::ivec3 moment_cell) {
+  return 2 * image_bytes(size, 2) + image_bytes(size, 1) +
+         2 * image_bytes(cells_of(size, moment_cell), 16);
+}
+
+/// What the engine allocates on the device, image by image.
+uint64_t bytes_needed(const MotionPlan& plan) {
+  const bool classic = plan.options.method == MotionMethod::kClassic;
+  uint64_t bytes = 0;
+  for (size_t l = 0; l < plan.levels.size(); ++l) {
+    const LevelPlan& level = plan.levels[l];
+    const bool solved = int(l) >= plan.options.finest_level;
+    if (l == 0 && plan.slabs > 1) {
+      // Two slabs for the data term, and one with its halo while it is prepared.
+      glm::ivec3 slab = level.image_size;
+      slab.z = slab_slices(plan) + 2;
+      bytes += 2 * image_bytes(slab, 8);
+      slab.z =
+          std::min(level.image_size.z, slab.z + 2 * normalisation_halo(plan) + level.moment_cell.z);
+      bytes += workspace_bytes(slab, level.moment_cell) + image_bytes(slab, 8);
+    } else {
+      bytes += workspace_bytes(level.image_size, level.moment_cell);
+      if (solved) bytes += kPyramids * image_bytes(level.image_size, 8);
+    }
+    // PairSolver::LevelImages and ClassicSolver::LevelImages.
+    if (solved && !classic) {
+      bytes += 4 * image_bytes(level.cells, 16) + 11 * image_bytes(level.cells, 8);
+    } else if (solved) {
+      bytes += 2 * image_bytes(level.image_size, 16);
+    }
+  }
+  if (const auto search = plan_search(plan)) {
+    bytes += 2 * sizeof(float) * count(search->nodes) * uint64_t(search->labels()) +
+             2 * image_bytes(search->nodes, 16);
+  }
+  return bytes + bytes / 50;  // small change: alignment of single allocations
+}
+
 }  // namespace
 
 MotionPlan plan_motion(const Grid& image, const MotionOptions& options) {
@@ -77,17 +139,70 @@ MotionPlan plan_motion(const Grid& image, const MotionOptions& options) {
   }
   plan.levels = all;
 
-  // Per pair: packed images (8 bytes) of both frames on every level, one level's scratch and one
-  // level's field data.
-  uint64_t field_bytes = 0;
-  for (const LevelPlan& l : plan.levels) {
-    plan.image_bytes += 2 * 8 * count(l.image_size);
-    field_bytes = std::max(field_bytes, count(l.cells));
-  }
-  plan.image_bytes += 2 * 2 * count(image.size);
-  plan.device_bytes = plan.image_bytes + 200 * field_bytes;
   plan.field = field_grid(plan, size_t(options.finest_level));
+  plan.device_bytes = bytes_needed(plan);
   return plan;
+}
+
+std::vector<Slab> slabs_of(const MotionPlan& plan) {
+  const int nz = plan.image.size.z;
+  const int owned = slab_slices(plan);
+  std::vector<Slab> slabs;
+  for (int begin = 0; begin < nz; begin += owned) {
+    Slab slab;
+    slab.begin = begin;
+    slab.end = std::min(nz, begin + owned);
+    slab.depth = std::min(nz, owned + 2);
+    slab.first = std::clamp(begin - 1, 0, nz - slab.depth);
+    slabs.push_back(slab);
+  }
+  return slabs;
+}
+
+int normalisation_halo(const MotionPlan& plan) {
+  const LevelPlan& level = plan.levels[0];
+  const double cell_mm = level.spacing_mm.z * level.moment_cell.z;
+  const int reach = int(std::ceil(3.0 * plan.options.normalise_window * level.h_mm / cell_mm)) + 2;
+  return reach * level.moment_cell.z;
+}
+
+bool fit_into(MotionPlan& plan, uint64_t budget_bytes) {
+  plan.slabs = 1;
+  plan.device_bytes = bytes_needed(plan);
+  while (plan.device_bytes > budget_bytes) {
+    const int before = slab_slices(plan);
+    // The classic solver keeps whole images, and with a single level there is nothing to fall back
+    // on.
+    const bool whole = plan.options.method == MotionMethod::kClassic || plan.levels.size() < 2 ||
+                       plan.options.finest_level > 0;
+    if (whole || before <= slab_unit(plan)) return false;
+    while (slab_slices(plan) == before) ++plan.slabs;
+    plan.device_bytes = bytes_needed(plan);
+  }
+  return true;
+}
+
+std::optional<SearchPlan> plan_search(const MotionPlan& plan) {
+  if (plan.options.search_mm <= 0.0) return std::nullopt;
+  // Images that are cut into slabs are not compared as a whole.
+  const size_t finest = std::max(size_t(plan.options.finest_level), size_t(plan.slabs > 1));
+  for (size_t l = finest; l < plan.levels.size(); ++l) {
+    const LevelPlan& level = plan.levels[l];
+    SearchPlan search;
+    search.level = l;
+    for (int a = 0; a < 3; ++a) {
+      search.cell[a] = level.image_size[a] >= 2 * kNodeVoxels ? kNodeVoxels : 1;
+      // Not further than half the image: what moves more has left it.
+      search.reach[a] = std::min(int(std::floor(plan.options.search_mm / level.spacing_mm[a])),
+                                 level.image_size[a] / 2);
+    }
+    search.nodes = (level.image_size + search.cell - 1) / search.cell;
+    const glm::dvec3 n(level.image_size);
+    if (n.x * n.y * n.z * search.labels() > plan.options.search_work) continue;
+    const bool worth_it = std::max({search.reach.x, search.reach.y, search.reach.z}) >= 2;
+    return worth_it ? std::optional(search) : std::nullopt;
+  }
+  return std::nullopt;
 }
 
 Grid level_grid(const MotionPlan& plan, size_t level) {

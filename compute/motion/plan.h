@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "compute/motion/options.h"
@@ -27,13 +28,43 @@ struct MotionPlan {
   Grid image;  ///< the frames' grid
   std::vector<LevelPlan> levels;
   Grid field;                 ///< grid of the result
-  uint64_t device_bytes = 0;  ///< peak on the device for one pair
-  uint64_t image_bytes = 0;  ///< part of it that scales with image voxels and can be cut into slabs
+  uint64_t device_bytes = 0;  ///< peak on the device while pairs are solved
+  int slabs =
+      1;  ///< pieces along k into which the finest images are cut; more than 1: kept on the host
   MotionOptions options;
 };
 
 /// Lays out the levels for frames on `image`. Pure arithmetic, any thread.
 MotionPlan plan_motion(const Grid& image, const MotionOptions& options);
+
+/// Cuts the finest images into as few slabs as make the work fit into `budget_bytes` of device
+/// memory; false if even the thinnest do not. The finest images then live on the host and visit the
+/// device slab by slab.
+bool fit_into(MotionPlan& plan, uint64_t budget_bytes);
+
+/// One piece of the finest images: it answers for slices [begin, end) and holds [first, first +
+/// depth), which is at least one slice more on each side, or the border of the image.
+struct Slab {
+  int begin = 0, end = 0, first = 0, depth = 0;
+};
+std::vector<Slab> slabs_of(const MotionPlan& plan);
+
+/// Slices on each side of a slab that local normalisation needs to come out as in the whole image.
+int normalisation_halo(const MotionPlan& plan);
+
+/// Where and over what the discrete start searches; all from the plan, before any work.
+struct SearchPlan {
+  size_t level = 0;    ///< of the pyramid whose images are compared
+  glm::ivec3 cell{1};  ///< voxels per node
+  glm::ivec3 nodes{0};
+  glm::ivec3 reach{0};  ///< labels go from -reach to +reach voxels
+  int labels() const { return (2 * reach.x + 1) * (2 * reach.y + 1) * (2 * reach.z + 1); }
+};
+
+/// The finest level on which all whole-voxel displacements within options.search_mm can be tried
+/// within options.search_work; nothing if the search is off, or reaches less than two voxels on
+/// every level.
+std::optional<SearchPlan> plan_search(const MotionPlan& plan);
 
 /// Grid in physical space of a level's images and of its field.
 Grid level_grid(const MotionPlan& plan, size_t level);

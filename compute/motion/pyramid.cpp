@@ -9,12 +9,6 @@
 namespace palpate {
 namespace {
 
-constexpr size_t kScaleSamples = 300000;
-// Box of radius 3 h, as found by experiment, has the SD of a Gaussian of 2 h.
-constexpr double kMomentsSigma = 2.0;
-constexpr float kLargestScaled =
-    60.0F;  // beyond: a metal artefact or a broken file; keeps fp16 sums finite
-
 glm::ivec3 groups_of(glm::ivec3 size, int local_x = 64) {
   return {(size.x + local_x - 1) / local_x, size.y, size.z};
 }
@@ -50,11 +44,34 @@ FramePyramid::FramePyramid(const std::shared_ptr<vulkan::Context>& context,
                            const MotionPlan& plan) {
   vulkan::Recorder recorder(context);
   for (size_t l = 0; l < plan.levels.size(); ++l) {
-    // Levels finer than the finest one solved on need no image: a stand-in keeps indices equal.
-    const bool used = int(l) >= plan.options.finest_level;
+    // A stand-in, which keeps indices equal, for a level finer than the finest one solved on, and
+    // for one that lives on the host.
+    const bool used = int(l) >= plan.options.finest_level && (l > 0 || plan.slabs == 1);
     levels_.emplace_back(context, used ? plan.levels[l].image_size : glm::ivec3(1),
                          VK_FORMAT_R16G16B16A16_SFLOAT);
     recorder.prepare(levels_.back());
+  }
+  recorder.run();
+  if (plan.slabs == 1) return;
+  const uint64_t slice = uint64_t(plan.image.size.x) * uint64_t(plan.image.size.y) * 8;
+  for (const Slab& slab : slabs_of(plan)) {
+    slabs_.emplace_back(context, slice * uint64_t(slab.depth), vulkan::Buffer::Kind::kHostVisible);
+  }
+}
+
+PyramidBuilder::Workspace::Workspace(const std::shared_ptr<vulkan::Context>& context,
+                                     glm::ivec3 image_size, glm::ivec3 cell)
+    : size(image_size),
+      cells((image_size + cell - 1) / cell),
+      raw(context, size, VK_FORMAT_R16_SFLOAT),
+      normalised(context, size, VK_FORMAT_R16_SFLOAT),
+      bricks(upload_bricks(context, all_bricks(cells))) {
+  vulkan::Recorder recorder(context);
+  recorder.prepare(raw);
+  recorder.prepare(normalised);
+  for (vulkan::Image& side : moments) {
+    side = vulkan::Image(context, cells, VK_FORMAT_R32G32B32A32_SFLOAT);
+    recorder.prepare(side);
   }
   recorder.run();
 }
@@ -68,88 +85,137 @@ PyramidBuilder::PyramidBuilder(std::shared_ptr<vulkan::Context> context,
       no_mask_(context_, glm::ivec3(1), VK_FORMAT_R8_UNORM) {
   vulkan::Recorder recorder(context_);
   recorder.prepare(no_mask_);
-  for (const LevelPlan& level : plan_.levels) {
-    raw_.emplace_back(context_, level.image_size, VK_FORMAT_R16_SFLOAT);
-    normalised_.emplace_back(context_, level.image_size, VK_FORMAT_R16_SFLOAT);
-    recorder.prepare(raw_.back());
-    recorder.prepare(normalised_.back());
-    for (auto& side : moments_) {
-      side.emplace_back(context_, level.moment_cells, VK_FORMAT_R32G32B32A32_SFLOAT);
-      recorder.prepare(side.back());
-    }
-    moment_bricks_.push_back(upload_bricks(context_, all_bricks(level.moment_cells)));
-  }
   recorder.run();
+  for (size_t l = 0; l < plan_.levels.size(); ++l) {
+    const bool on_host = l == 0 && plan_.slabs > 1;
+    levels_.emplace_back(context_, on_host ? glm::ivec3(1) : plan_.levels[l].image_size,
+                         plan_.levels[l].moment_cell);
+  }
+}
+
+vulkan::Image PyramidBuilder::upload_mask(const uint8_t* values, glm::ivec3 size) {
+  vulkan::Image image(context_, size, VK_FORMAT_R8_UNORM);
+  const size_t count = size_t(size.x) * size_t(size.y) * size_t(size.z);
+  vulkan::Buffer staging(context_, count, vulkan::Buffer::Kind::kHostVisible);
+  std::copy(values, values + count, staging.as<uint8_t>().begin());
+  vulkan::Recorder recorder(context_);
+  recorder.prepare(image);
+  recorder.copy(staging, image);
+  recorder.run();
+  return image;
 }
 
 void PyramidBuilder::set_mask(const Mask& mask) {
   assert(mask.grid.size == plan_.image.size && "the mask must have the plan's size");
   std::vector<uint8_t> values = mask.values;
   for (uint8_t& value : values) value = value ? 255 : 0;
+  masks_.clear();
+  if (plan_.slabs > 1) finest_mask_ = values;
   for (size_t l = 0; l < plan_.levels.size(); ++l) {
     const LevelPlan& level = plan_.levels[l];
     if (l > 0)
       values = shrunk_mask(values, plan_.levels[l - 1].image_size, level.ratio, level.image_size);
-    if (masks_.size() <= l) masks_.emplace_back(context_, level.image_size, VK_FORMAT_R8_UNORM);
-    vulkan::Buffer staging(context_, values.size(), vulkan::Buffer::Kind::kHostVisible);
-    std::copy(values.begin(), values.end(), staging.as<uint8_t>().begin());
-    vulkan::Recorder recorder(context_);
-    recorder.prepare(masks_[l]);
-    recorder.copy(staging, masks_[l]);
-    recorder.run();
+    const bool on_host = l == 0 && plan_.slabs > 1;
+    masks_.push_back(upload_mask(values.data(), on_host ? glm::ivec3(1) : level.image_size));
   }
 }
 
-void PyramidBuilder::record_level(vulkan::Recorder& recorder, size_t l, double noise, bool masked,
+void PyramidBuilder::record_level(vulkan::Recorder& recorder, size_t l, const Workspace& work,
+                                  double noise, const vulkan::Image* mask,
                                   const vulkan::Image& packed) {
   const LevelPlan& level = plan_.levels[l];
-  const glm::ivec4 size(level.image_size, 0);
-  const glm::ivec4 cells(level.moment_cells, 0);
+  const glm::ivec4 size(work.size, 0);
+  const glm::ivec4 cells(work.cells, 0);
   const glm::ivec4 cell(level.moment_cell, 0);
-  const vulkan::Image* moments = &moments_[0][l];
+  const vulkan::Image* moments = &work.moments[0];
   if (plan_.options.normalise) {
-    recorder.dispatch(kernels_->moments(), {{raw_[l], kernels_->nearest()}, moments_[0][l]},
-                      shaders::MomentsPush{size, cells, cell}, groups_of(level.moment_cells));
+    recorder.dispatch(kernels_->moments(), {{work.raw, kernels_->nearest()}, work.moments[0]},
+                      shaders::MomentsPush{size, cells, cell}, groups_of(work.cells));
     const glm::dvec3 sigma = plan_.options.normalise_window * level.h_mm /
                              (level.spacing_mm * glm::dvec3(level.moment_cell));
-    const glm::ivec3 groups = brick_groups(all_bricks(level.moment_cells));
-    if (record_gauss(recorder, *kernels_, moment_bricks_[l], groups, sigma, {&moments_[0][l]},
-                     {&moments_[1][l]})) {
-      moments = &moments_[1][l];
+    if (record_gauss(recorder, *kernels_, work.bricks, brick_groups(all_bricks(work.cells)), sigma,
+                     {&work.moments[0]}, {&work.moments[1]})) {
+      moments = &work.moments[1];
     }
   }
   recorder.dispatch(
-      kernels_->normalise(masked),
-      {{raw_[l], kernels_->nearest()},
+      kernels_->normalise(mask != nullptr),
+      {{work.raw, kernels_->nearest()},
        {*moments, kernels_->linear()},
-       {masked ? masks_[l] : no_mask_, kernels_->nearest()},
-       normalised_[l]},
+       {mask ? *mask : no_mask_, kernels_->nearest()},
+       work.normalised},
       shaders::NormalisePush{
           size, cells, cell, {float(noise * noise), plan_.options.normalise ? 1.0F : 0.0F, 0, 0}},
-      groups_of(level.image_size));
-  recorder.dispatch(kernels_->pack(), {{normalised_[l], kernels_->nearest()}, packed},
-                    shaders::PackPush{size, glm::vec4(level.spacing_mm, 0)},
-                    groups_of(level.image_size));
+      groups_of(work.size));
+  recorder.dispatch(kernels_->pack(), {{work.normalised, kernels_->nearest()}, packed},
+                    shaders::PackPush{size, glm::vec4(level.spacing_mm, 0)}, groups_of(work.size));
+}
+
+/// One slab of the finest level, from the host and back to it: with a halo wide enough for local
+/// normalisation, so that nothing tells where the cut was. Its share of the next level is left in
+/// that level's workspace.
+void PyramidBuilder::build_slab(const HalfVolume& volume, const Slab& slab, double noise,
+                                bool masked, const vulkan::Buffer& target) {
+  const glm::ivec3 whole = plan_.image.size;
+  const int halo = normalisation_halo(plan_);
+  // A last, short slab holds more than it answers for. Cells of the moments must fall where they do
+  // in the whole.
+  const int cell = plan_.levels[0].moment_cell.z;
+  const int low = std::max(0, std::min(slab.begin, slab.first) - halo) / cell * cell;
+  const int high = std::min(whole.z, std::max(slab.end, slab.first + slab.depth) + halo);
+  const glm::ivec3 size{whole.x, whole.y, high - low};
+  const size_t slice = size_t(whole.x) * size_t(whole.y);
+  Workspace work(context_, size, plan_.levels[0].moment_cell);
+  vulkan::Image packed(context_, size, VK_FORMAT_R16G16B16A16_SFLOAT);
+  vulkan::Image mask;
+  if (masked) mask = upload_mask(finest_mask_.data() + slice * size_t(low), size);
+  vulkan::Buffer staging(context_, slice * size_t(size.z) * sizeof(uint16_t),
+                         vulkan::Buffer::Kind::kHostVisible);
+  std::copy_n(volume.bits.begin() + std::ptrdiff_t(slice * size_t(low)), slice * size_t(size.z),
+              staging.as<uint16_t>().begin());
+
+  vulkan::Recorder recorder(context_, 16);
+  recorder.prepare(packed);
+  recorder.copy(staging, work.raw);
+  const LevelPlan& next = plan_.levels[1];
+  const int first = slab.begin / next.ratio.z;
+  const int count = (slab.end + next.ratio.z - 1) / next.ratio.z - first;
+  recorder.dispatch(
+      kernels_->downsample(), {{work.raw, kernels_->linear()}, levels_[1].raw},
+      shaders::DownsamplePush{glm::ivec4(size, low), glm::ivec4(next.image_size, first),
+                              glm::ivec4(next.ratio, count)},
+      groups_of({next.image_size.x, next.image_size.y, count}));
+  record_level(recorder, 0, work, noise, masked ? &mask : nullptr, packed);
+  recorder.copy_slices(packed, slab.first - low, slab.depth, target);
+  recorder.run();
 }
 
 void PyramidBuilder::build(const HalfVolume& volume, double noise, bool masked,
                            FramePyramid& target) {
   assert(volume.bits.size() == plan_.image.count() && "the frame must have the plan's size");
   assert((!masked || !masks_.empty()) && "set_mask() first");
-  std::copy(volume.bits.begin(), volume.bits.end(), staging_.as<uint16_t>().begin());
+  const size_t first_whole = plan_.slabs > 1 ? 1 : 0;
   vulkan::Recorder recorder(context_, uint32_t(16 * plan_.levels.size()));
-  recorder.copy(staging_, raw_[0]);
-  for (size_t l = 0; l < plan_.levels.size(); ++l) {
+  if (plan_.slabs > 1) {
+    const std::vector<Slab> slabs = slabs_of(plan_);
+    for (size_t s = 0; s < slabs.size(); ++s)
+      build_slab(volume, slabs[s], noise, masked, target.slab(s));
+  } else {
+    std::copy(volume.bits.begin(), volume.bits.end(), staging_.as<uint16_t>().begin());
+    recorder.copy(staging_, levels_[0].raw);
+  }
+  for (size_t l = first_whole; l < plan_.levels.size(); ++l) {
     const LevelPlan& level = plan_.levels[l];
-    if (l > 0) {
+    if (l > first_whole) {
       recorder.dispatch(
-          kernels_->downsample(), {{raw_[l - 1], kernels_->linear()}, raw_[l]},
+          kernels_->downsample(), {{levels_[l - 1].raw, kernels_->linear()}, levels_[l].raw},
           shaders::DownsamplePush{glm::ivec4(plan_.levels[l - 1].image_size, 0),
                                   glm::ivec4(level.image_size, 0), glm::ivec4(level.ratio, 0)},
           groups_of(level.image_size));
     }
-    if (int(l) >= plan_.options.finest_level)
-      record_level(recorder, l, noise, masked, target.level(l));
+    if (int(l) >= plan_.options.finest_level) {
+      record_level(recorder, l, levels_[l], noise, masked ? &masks_[l] : nullptr, target.level(l));
+    }
   }
   recorder.run();
 }

@@ -51,9 +51,16 @@ PairSolver::PairSolver(std::shared_ptr<vulkan::Context> context,
   if (const auto search = plan_search(plan_)) {
     start_ = std::make_unique<DiscreteStart>(context_, kernels_, plan_, *search);
   }
+  vulkan::Recorder recorder(context_);
+  if (plan_.slabs > 1) {
+    const glm::ivec3 size{plan_.image.size.x, plan_.image.size.y, slabs_of(plan_).front().depth};
+    for (vulkan::Image* slab : {&fixed_slab_, &moving_slab_}) {
+      *slab = vulkan::Image(context_, size, VK_FORMAT_R16G16B16A16_SFLOAT);
+      recorder.prepare(*slab);
+    }
+  }
   constexpr VkFormat kFloat = VK_FORMAT_R32G32B32A32_SFLOAT;
   constexpr VkFormat kHalf = VK_FORMAT_R16G16B16A16_SFLOAT;
-  vulkan::Recorder recorder(context_);
   for (size_t l = 0; l < plan_.levels.size(); ++l) {
     LevelImages& images = levels_.emplace_back();
     if (int(l) < plan_.options.finest_level) continue;
@@ -159,38 +166,65 @@ void PairSolver::record_filter(vulkan::Recorder& recorder, size_t l, const Activ
   primal(true);
 }
 
+/// The data term. Images cut into slabs visit the device pair by pair of slabs; each dispatch adds
+/// the voxels whose own and whose partner's slice the two answer for.
+void PairSolver::record_equations(vulkan::Recorder& recorder, size_t l, const FramePyramid& fixed,
+                                  const FramePyramid& moving, const Active& active, int colour) {
+  const LevelPlan& level = plan_.levels[l];
+  LevelImages& i = levels_[l];
+  const vulkan::Sampler& nearest = kernels_->nearest();
+  constexpr int kFar = 1 << 20;
+  const auto dispatch = [&](const vulkan::Image& f, const vulkan::Image& m,
+                            const shaders::NormalEquationsPush& push) {
+    recorder.dispatch(kernels_->normal_equations(level.cell),
+                      {active.list,
+                       {f, nearest},
+                       {m, kernels_->linear()},
+                       {i.ahead, nearest},
+                       i.equations[0],
+                       i.equations[1],
+                       i.equations[2],
+                       {i.equations[0], nearest},
+                       {i.equations[1], nearest},
+                       {i.equations[2], nearest}},
+                      push, slice_groups(active.bricks));
+  };
+  const int nz = level.image_size.z;
+  shaders::NormalEquationsPush push{
+      wide(level.cells, colour), wide(level.image_size), wide(level.image_size),
+      {nz, -kFar, kFar, 0},      {nz, 0, nz, 0},         glm::vec4(level.spacing_mm, 0)};
+  if (l > 0 || plan_.slabs == 1) {
+    dispatch(fixed.level(l), moving.level(l), push);
+    return;
+  }
+  const std::vector<Slab> slabs = slabs_of(plan_);
+  for (size_t a = 0; a < slabs.size(); ++a) {
+    recorder.copy(fixed.slab(a), fixed_slab_);
+    push.fixed_size.w = slabs[a].first;
+    push.fixed_slab = {slabs[a].depth, slabs[a].begin, slabs[a].end, 0};
+    for (size_t b = 0; b < slabs.size(); ++b) {
+      recorder.copy(moving.slab(b), moving_slab_);
+      push.moving_size.w = slabs[b].first;
+      push.moving_slab = {slabs[b].depth, b == 0 ? -kFar : slabs[b].begin,
+                          b + 1 == slabs.size() ? kFar : slabs[b].end, a + b > 0};
+      dispatch(fixed_slab_, moving_slab_, push);
+    }
+  }
+}
+
 void PairSolver::record_iteration(vulkan::Recorder& recorder, size_t l, const FramePyramid& fixed,
                                   const FramePyramid& moving, const Active& active, int colour) {
   const LevelPlan& level = plan_.levels[l];
   LevelImages& i = levels_[l];
   const vulkan::Sampler& nearest = kernels_->nearest();
   const glm::ivec3 groups = slice_groups(active.bricks);
-  const int slices = level.image_size.z;
-  constexpr int kFar = 1 << 20;
-  recorder.dispatch(kernels_->normal_equations(level.cell),
-                    {active.list,
-                     {fixed.level(l), nearest},
-                     {moving.level(l), kernels_->linear()},
-                     {i.ahead, nearest},
-                     i.equations[0],
-                     i.equations[1],
-                     i.equations[2],
-                     {i.equations[0], nearest},
-                     {i.equations[1], nearest},
-                     {i.equations[2], nearest}},
-                    shaders::NormalEquationsPush{wide(level.cells, colour),
-                                                 wide(level.image_size),
-                                                 wide(level.image_size),
-                                                 {slices, -kFar, kFar, 0},
-                                                 {slices, 0, slices, 0},
-                                                 glm::vec4(level.spacing_mm, 0)},
-                    groups);
+  record_equations(recorder, l, fixed, moving, active, colour);
 
   const glm::dvec3 sigma = level.options.window * level.h_mm / level.cell_mm;
-  const bool swapped = record_gauss(recorder, *kernels_, active.list, brick_groups(active.bricks),
-                                    sigma, {&i.equations[0], &i.equations[1], &i.equations[2]},
-                                    {&i.smoothed[0], &i.smoothed[1], &i.smoothed[2]});
-  const vulkan::Image* smoothed = swapped ? i.smoothed : i.equations;
+  record_gauss(recorder, *kernels_, active.list, brick_groups(active.bricks), sigma,
+               {&i.equations[0], &i.equations[1], &i.equations[2]},
+               {&i.smoothed[0], &i.smoothed[1], &i.smoothed[2]});
+  const vulkan::Image* smoothed = windowed(l);
 
   const double damping = plan_.options.damping / level.h_mm;
   recorder.dispatch(kernels_->update(),
@@ -240,7 +274,8 @@ void PairSolver::iterate(size_t l, const FramePyramid& fixed, const FramePyramid
     const int size =
         std::min(prunes && report.iterations == 0 ? 1 : kBatch, wanted - report.iterations);
     if (!batch || size != batch_size) {
-      batch.emplace(context_, uint32_t(size * kDispatchesPerIteration + 2));
+      batch.emplace(context_,
+                    uint32_t(size * (kDispatchesPerIteration + plan_.slabs * plan_.slabs) + 2));
       for (int k = 0; k < size; ++k) {
         // Odd and even voxels take turns, except in the first iteration, which decides what rests.
         const int turn = plan_.options.checkerboard && report.iterations > 0 ? k % 2 : -1;

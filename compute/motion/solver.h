@@ -63,6 +63,8 @@ class PairSolver : public FieldSolver {
   void begin_level(size_t l, bool searched);
   void record_iteration(vulkan::Recorder& recorder, size_t l, const FramePyramid& fixed,
                         const FramePyramid& moving, const Active& active, int colour);
+  void record_equations(vulkan::Recorder& recorder, size_t l, const FramePyramid& fixed,
+                        const FramePyramid& moving, const Active& active, int colour);
   void record_filter(vulkan::Recorder& recorder, size_t l, const Active& active);
   void record_look(vulkan::Recorder& recorder, size_t l, const Active& active);
   void iterate(size_t l, const FramePyramid& fixed, const FramePyramid& moving,
@@ -76,6 +78,7 @@ class PairSolver : public FieldSolver {
   const MotionPlan plan_;
   std::vector<LevelImages> levels_;
   std::unique_ptr<DiscreteStart> start_;
+  vulkan::Image fixed_slab_, moving_slab_;  // where slabs of the finest images visit the device
   vulkan::Buffer counter_;
   vulkan::Buffer download_;
 };

@@ -23,9 +23,9 @@ const float kNoValue = 60000.0;
 #endif
 
 struct DownsamplePush {
-  ivec4 fine_size;
-  ivec4 coarse_size;
-  ivec4 ratio;  // fine voxels per coarse voxel along each axis, 1 or 2
+  ivec4 fine_size;    // of the bound image; w: its first slice in the whole
+  ivec4 coarse_size;  // of the whole; w: first slice to write
+  ivec4 ratio;        // fine voxels per coarse voxel along each axis, 1 or 2; w: slices to write, 0 = all
 };
 PALPATE_SIZE(DownsamplePush, 48);
 

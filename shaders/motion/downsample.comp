@@ -11,7 +11,7 @@
 // 0        in         any, one channel   fine (z, y, x)   scaled intensity
 // 1        out        any, one channel   coarse           scaled intensity
 //
-// One invocation: one coarse voxel. Border: held. Precision: fp32 sums. Race: each output written once.
+// One invocation: one coarse voxel. An image cut into slabs is shrunk slab by slab. Border: held. Precision: fp32 sums. Race: each output written once.
 // CPU oracle: oracle::downsample.
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) uniform sampler3D fine;
@@ -19,12 +19,13 @@ layout(set = 0, binding = 1) uniform writeonly image3D coarse;
 layout(push_constant) uniform Push { DownsamplePush push; };
 
 void main() {
-  const ivec3 i = ivec3(gl_GlobalInvocationID);
-  if (any(greaterThanEqual(i, push.coarse_size.xyz))) return;
+  const ivec3 i = ivec3(gl_GlobalInvocationID) + ivec3(0, 0, push.coarse_size.w);
+  const int end = push.ratio.w == 0 ? push.coarse_size.z : push.coarse_size.w + push.ratio.w;
+  if (any(greaterThanEqual(i, ivec3(push.coarse_size.xy, min(end, push.coarse_size.z))))) return;
   const vec3 size = vec3(push.fine_size.xyz);
   const vec3 ratio = vec3(push.ratio.xyz);
   // Centre of the coarse voxel in fine texture coordinates (a voxel's centre is at + 0.5).
-  const vec3 centre = ratio * (vec3(i) + 0.5);
+  const vec3 centre = ratio * (vec3(i) + 0.5) - vec3(0.0, 0.0, float(push.fine_size.w));
   const vec3 reach = 0.75 * (ratio - 1.0);  // the samples sit at 2 i - 0.25 and 2 i + 1.25
   float sum = 0.0;
   for (int corner = 0; corner < 8; ++corner) {

@@ -1,0 +1,86 @@
+#include <gtest/gtest.h>
+
+#include "compute/vulkan/context.h"
+#include "tests/motion/solver_test.h"
+
+/// Estimations on devices that pretend to be too small for whole images.
+namespace palpate::test {
+namespace {
+
+using SolverSlabs = SolverTest;
+
+// Sums of fp16 equations come in another order; the filter passes such a last bit on, no more.
+constexpr double kSameMeanVoxels = 0.005;
+constexpr double kSameP99Voxels = 0.05;
+
+std::shared_ptr<vulkan::Context> small_device(uint64_t bytes) {
+  vulkan::ContextOptions options;
+  options.validation = true;
+  options.memory_cap_bytes = bytes;
+  return *vulkan::Context::open(options);
+}
+
+MadePair tall_pair() {
+  // Motion along k carries partners across the cuts.
+  AffineMap map;
+  map.linear = glm::dmat3(1.02, 0.0, 0.01, 0.0, 0.99, 0.02, 0.0, -0.02, 1.03);
+  map.shift_mm = {1.5, -2.0, 6.0};
+  const Grid grid = plain_grid({40, 44, 150}, {1.0, 1.0, 1.1});
+  map.centre_mm = middle_of(grid);
+  return made_pair(grid, map);
+}
+
+TEST_F(SolverSlabs, GiveTheSameFieldAsWholeImages) {
+  const MadePair pair = tall_pair();
+  const EstimatorOptions options = preset("balanced");
+  const Motion whole = motion_of(pair.fixed, pair.moving, options);
+  const uint64_t needed = plan_motion(pair.fixed.grid, options.motion).device_bytes;
+  size_t most = 1;
+  for (const uint64_t tenths : {8, 6}) {
+    SCOPED_TRACE(tenths);
+    const auto device = small_device(needed * tenths / 10);
+    MotionPlan plan = plan_motion(pair.fixed.grid, options.motion);
+    ASSERT_TRUE(fit_into(plan, device->memory_budget_bytes()));
+    EXPECT_GT(slabs_of(plan).size(), most);
+    most = slabs_of(plan).size();
+
+    const Result<Motion> cut = estimate_motion(device, pair.fixed, pair.moving, options);
+    ASSERT_TRUE(cut) << cut.error().message;
+    EXPECT_LE(device->memory_peak_bytes(), needed * tenths / 10);
+    EXPECT_TRUE(device->validation_messages().empty()) << device->validation_messages().front();
+    const Result<Distances> apart = endpoint_error(cut->field, whole.field);
+    ASSERT_TRUE(apart);
+    EXPECT_LT(apart->voxels.mean, kSameMeanVoxels);
+    EXPECT_LT(apart->voxels.p99, kSameP99Voxels);
+  }
+}
+
+TEST_F(SolverSlabs, AnswerForEverySliceOnce) {
+  for (const int slices : {33, 64, 150, 151}) {
+    MotionPlan plan = plan_motion(plain_grid({40, 44, slices}), *motion_preset("balanced"));
+    for (plan.slabs = 1; plan.slabs < 6; ++plan.slabs) {
+      SCOPED_TRACE(std::to_string(slices) + " slices in " + std::to_string(plan.slabs));
+      int next = 0;
+      for (const Slab& slab : slabs_of(plan)) {
+        EXPECT_EQ(slab.begin, next);
+        next = slab.end;
+        EXPECT_LE(slab.first, std::max(0, slab.begin - 1));
+        EXPECT_GE(slab.first + slab.depth, std::min(slices, slab.end + 1));
+        EXPECT_GE(slab.first, 0);
+        EXPECT_LE(slab.first + slab.depth, slices);
+      }
+      EXPECT_EQ(next, slices);
+    }
+  }
+}
+
+TEST_F(SolverSlabs, SaysSoWhereEvenTheThinnestDoNotFit) {
+  const MadePair pair = tall_pair();
+  const Result<Motion> motion =
+      estimate_motion(small_device(1U << 20), pair.fixed, pair.moving, preset("balanced"));
+  ASSERT_FALSE(motion);
+  EXPECT_EQ(motion.error().kind, ErrorKind::kOutOfMemory);
+}
+
+}  // namespace
+}  // namespace palpate::test
