@@ -15,24 +15,15 @@ namespace {
 /// Pairs that may wait to be judged and written before the estimator has to wait for them.
 constexpr size_t kWaitingPairs = 2;
 
-/// Twice the voxel edge is exact enough to see whether a field leads back to where it came from, if
-/// its cells are no larger than those of the field that it judges.
-constexpr int kBackwardLevel = 1;
-constexpr int kBackwardCell = 2;
-constexpr int kSmallestForBackwardLevel = 64;
-
 Error stopped() {
   return {ErrorKind::kCancelled, "Stopped as asked: no output was written or changed"};
 }
 
-EstimatorOptions backward_options(const Grid& grid) {
+/// The least effort at full resolution: at twice the voxel edge it saves a tenth of a second and
+/// misses by so much itself that good fields come close to being called suspect.
+EstimatorOptions backward_options() {
   EstimatorOptions options;
   options.motion = *motion_preset("fast");
-  const int longest = std::max(grid.size.x, std::max(grid.size.y, grid.size.z));
-  if (longest < kSmallestForBackwardLevel) return options;
-  options.motion.finest_level = kBackwardLevel;
-  for (LevelOptions& level : options.motion.levels)
-    level.cell = std::min(level.cell, kBackwardCell);
   return options;
 }
 
@@ -141,9 +132,8 @@ class Estimation {
     if (!backward_) return Nothing{};
     const std::string doing =
         fmt::format("checking frame {} to {}", pair.motion.fixed_frame, pair.motion.moving_frame);
-    auto backward =
-        estimate_motion(context_, *pair.moving, *pair.fixed, backward_options(pair.moving->grid),
-                        stop_, [&](double share) { show(share, doing); });
+    auto backward = estimate_motion(context_, *pair.moving, *pair.fixed, backward_options(), stop_,
+                                    [&](double share) { show(share, doing); });
     ++units_done_;
     if (backward) {
       pair.backward = std::move(backward->field);
