@@ -263,6 +263,13 @@ std::string check_options(const EstimatorOptions& options, const Grid& grid) {
   }
   if (o.levels.empty())
     return "The motion options name no level: take a preset (fast, balanced, best, classic).";
+  if (o.finest_level < 0 ||
+      o.finest_level >=
+          int(plan_motion(grid, MotionOptions{.levels = o.levels, .coarse_levels = o.coarse_levels})
+                  .levels.size())) {
+    return "The finest level asked for does not exist in a volume of " + text(grid.size) +
+           " voxels: 0 is the image's own.";
+  }
   for (const LevelOptions& level : o.levels) {
     if (level.iterations < 0 || level.cell < 1 || level.cell > 8 || level.window < 0.0 ||
         level.smoothness <= 0.0) {
