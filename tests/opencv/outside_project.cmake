@@ -1,4 +1,4 @@
-# cmake -D BUILD=.. -D WORK=.. -D SOURCE=.. -D COMPILER=.. [-D LAUNCHER=..] [-D SANITIZE=..] -P outside_project.cmake
+# cmake -D BUILD=.. -D WORK=.. -D SOURCE=.. -D COMPILER=.. -D GENERATOR=.. [-D LAUNCHER=..] [-D SANITIZE=..] -P outside_project.cmake
 function(must)
   execute_process(COMMAND ${ARGV} COMMAND_ECHO STDOUT RESULT_VARIABLE status)
   if(NOT status EQUAL 0)
@@ -12,7 +12,7 @@ set(flags "")
 if(SANITIZE)  # the installed libraries ask for the sanitizer's runtime
   set(flags "-fsanitize=${SANITIZE}")
 endif()
-must(${CMAKE_COMMAND} -S ${SOURCE} -B ${WORK}/build -D CMAKE_PREFIX_PATH=${WORK}/prefix
+must(${CMAKE_COMMAND} -G ${GENERATOR} -S ${SOURCE} -B ${WORK}/build -D CMAKE_PREFIX_PATH=${WORK}/prefix
      -D CMAKE_CXX_COMPILER=${COMPILER} "-DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}"
      "-DCMAKE_CXX_FLAGS=${flags}")
 must(${CMAKE_COMMAND} --build ${WORK}/build)

@@ -1,0 +1,30 @@
+#!/usr/bin/env bash
+# Which folder may include what: the arrows of the house, for what the build does not already refuse.
+# usage: arrows_test.sh SOURCE_DIR
+set -euo pipefail
+cd "$1"
+failed=0
+
+# only PATTERN ALLOWED FOLDER...: an include that matches PATTERN may stand only in files that match ALLOWED.
+only() {
+  local pattern=$1 allowed=$2
+  shift 2
+  local wrong
+  wrong=$(grep -rlE "#include [<\"]($pattern)" --include='*.h' --include='*.cpp' "$@" | grep -vE "^($allowed)" || true)
+  if [[ -n $wrong ]]; then
+    echo "Only $allowed may include $pattern, but these do too:"
+    echo "$wrong"
+    failed=1
+  fi
+}
+
+only 'vulkan/vulkan' 'compute/vulkan/' compute integration tests
+only 'itk|gdcm' 'integration/files/|tests/files/|tests/bench/peers/' compute integration tests
+only 'opencv2' 'integration/opencv/|tests/opencv/' compute integration tests
+only 'cairo' 'integration/charts/|tests/charts/' compute integration tests
+only 'CLI/' 'integration/app/|tests/bench/' compute integration tests
+only 'integration/' 'integration/|tests/' compute integration tests
+only 'compute/(motion|vulkan)' 'compute/motion/|compute/vulkan/|integration/|tests/' compute integration tests
+only 'compute/motion' 'compute/motion/|integration/|tests/' compute integration tests
+only 'tests/' 'tests/' compute integration
+exit $failed
