@@ -23,7 +23,8 @@ install(EXPORT palpateTargets NAMESPACE palpate:: DESTINATION ${palpate_package_
 
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/compute/volume DESTINATION ${palpate_header_dir}/compute
         COMPONENT palpate_development FILES_MATCHING PATTERN "*.h")
-install(FILES ${PROJECT_SOURCE_DIR}/compute/motion/quality.h
+install(FILES ${PROJECT_SOURCE_DIR}/compute/motion/noise.h
+              ${PROJECT_SOURCE_DIR}/compute/motion/quality.h
               ${PROJECT_SOURCE_DIR}/compute/motion/quality_folds.h
               ${PROJECT_SOURCE_DIR}/compute/motion/quality_inverse.h
               ${PROJECT_SOURCE_DIR}/compute/motion/quality_match.h

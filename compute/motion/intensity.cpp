@@ -41,22 +41,6 @@ IntensityScale intensity_scale(const Volume& volume) {
   return {low, range > 0.0F ? 1.0F / range : 1.0F};
 }
 
-double noise_sd(const Volume& volume) {
-  const auto nx = size_t(volume.grid.size.x);
-  if (nx < 3) return 0.0;
-  const std::vector<float>& v = volume.values;
-  // An odd stride wanders over all columns.
-  const size_t step = std::max<size_t>(1, v.size() / kSamples) | 1U;
-  std::vector<float> curvature;
-  for (size_t i = 1; i + 1 < v.size(); i += step) {
-    const size_t x = i % nx;
-    if (x == 0 || x + 1 == nx || (v[i - 1] == v[i] && v[i] == v[i + 1])) continue;
-    curvature.push_back(std::abs(v[i - 1] - 2.0F * v[i] + v[i + 1]));
-  }
-  if (curvature.empty()) return 0.0;
-  return 1.4826 * double(quantile(curvature, 0.5)) / std::sqrt(6.0);
-}
-
 HalfVolume scaled_halves(const Volume& volume, const IntensityScale& scale) {
   HalfVolume result;
   result.bits.resize(volume.values.size());

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "compute/motion/noise.h"
 #include "compute/volume/volume.h"
 
 namespace palpate {
@@ -17,12 +18,6 @@ struct IntensityScale {
 /// Scales the range from the 1st to the 99th percentile to 1. Looks at no more than a few 100,000
 /// voxels.
 IntensityScale intensity_scale(const Volume& volume);
-
-/// Noise SD in the volume's own unit: 1.4826 median |I(i-1) - 2 I(i) + I(i+1)| / sqrt(6) along x,
-/// which structure hardly moves and smooth regions of any slope do not. Voxels in a run of equal
-/// values (air that a scanner clipped) say nothing and are passed over. Reads low where the noise
-/// is smooth, as in resampled images.
-double noise_sd(const Volume& volume);
 
 /// Scaled intensities as fp16 bits, ready for upload: half the memory of a frame that waits.
 struct HalfVolume {

@@ -1,8 +1,8 @@
+#include "compute/motion/noise.h"
+
 #include <algorithm>
 #include <cmath>
 #include <vector>
-
-#include "compute/motion/quality_match.h"
 
 namespace palpate {
 namespace {
