@@ -72,7 +72,8 @@ Scalars confidence(const Samples<NormalEquations>& equations, double voxels, dou
     const double variance_mm2 = e.residual / (voxels * std::max(smallest_eigenvalue(e.a), 1e-12));
     const double unlike = e.structure > 0.0 ? 0.5 * e.residual / e.structure : 1.0;
     const double match = normalised ? std::clamp(1.0 - unlike, 0.0, 1.0) : 1.0;
-    result.values[i] = match * e.counted / (1.0 + variance_mm2 / (half_mm * half_mm));
+    result.values[i] =
+        match * std::min(1.0, e.counted) / (1.0 + variance_mm2 / (half_mm * half_mm));
   }
   return result;
 }

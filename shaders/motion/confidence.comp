@@ -6,7 +6,7 @@
 //   SD^2 = r^2 / (N l),  l the smallest eigenvalue of A, N the voxels that the window averages   (Cramer-Rao bound
 //          of the least certain direction: flat regions and edges without corners have a small l)
 //   match = max(0, 1 - r^2 / (2 q)),  the local correlation that is left: 0 for unrelated images
-//   confidence = match / (1 + SD^2 / SD_half^2)
+//   confidence = match min(1, w) / (1 + SD^2 / SD_half^2),  w the share of the window's voxels that counted
 //
 // binding  direction  format                        shape            unit
 // 0        in         uint                          bricks listed    packed brick coordinates

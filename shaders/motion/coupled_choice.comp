@@ -11,8 +11,8 @@
 // 1        in         rgba32f: u           nodes                               mm
 // 2        out        rgba32f: choice      nodes                               mm
 //
-// One invocation: one node, all labels. Ties go to the label nearest to zero motion along the scan. Precision: fp32.
-// Race: each output written once. CPU oracle: oracle::coupled_choice.
+// One invocation: one node, all labels. Of labels of equal cost the first in the order of the scan (x fastest, from
+// -reach) is taken. Precision: fp32. Race: each output written once. CPU oracle: oracle::coupled_cost.
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) readonly buffer Cost { float cost[]; };
 layout(set = 0, binding = 1) uniform sampler3D field;
