@@ -1,7 +1,6 @@
 #include "tests/bench/motion_bench_kernels.h"
 
 #include <algorithm>
-#include <map>
 
 #include <fmt/format.h>
 
@@ -16,9 +15,9 @@ namespace {
 constexpr int kRepeats =
     5;  // of a step between two stamps: short ones drown in the stamp otherwise
 
-/// What a step costs over all levels.
+/// What a step costs over all levels; bytes 0: not told.
 struct Total {
-  size_t first_seen = 0;  // keeps the order in which the engine runs the steps
+  std::string name;
   double seconds = 0.0, bytes = 0.0, calls = 0.0;
 };
 
@@ -56,6 +55,25 @@ double discrete_start_s(const Bench& bench, WarmPair& pair, const SearchPlan& se
   return median(samples);
 }
 
+/// Bytes read and written per second by a plain copy that no cache holds: what the device's memory
+/// can do, for the kernels to be measured by.
+double copy_rate(const Bench& bench) {
+  constexpr uint64_t kBytes = 128U << 20;
+  vulkan::Buffer from(bench.context, kBytes), to(bench.context, kBytes);
+  vulkan::Recorder recorder(bench.context);
+  recorder.fill(from, 1);
+  recorder.stamp("begin");
+  for (int k = 0; k < kRepeats; ++k) recorder.copy(from, to, kBytes);
+  recorder.stamp("end");
+  recorder.run();
+  std::vector<double> samples;
+  for (int run = 0; run < bench.runs; ++run) {
+    recorder.run();
+    samples.push_back(recorder.timestamps().back().seconds / kRepeats);
+  }
+  return 2.0 * double(kBytes) / median(samples);
+}
+
 /// The report of a level of the plan; levels are reported coarsest first, down to the finest.
 const LevelReport* report_of(const SolveReport& report, const MotionPlan& plan, size_t level) {
   const size_t finest = size_t(plan.options.finest_level);
@@ -63,73 +81,76 @@ const LevelReport* report_of(const SolveReport& report, const MotionPlan& plan, 
   return &report.levels[report.levels.size() - 1 - (level - finest)];
 }
 
+/// Every step of a pair, summed over the levels, in the order in which they come.
+std::vector<Total> totals_of(const Bench& bench, WarmPair& pair, const SolveReport& report) {
+  std::vector<Total> totals;
+  for (size_t l = 0; l < pair.plan().levels.size(); ++l) {
+    const LevelSteps level(bench.context, pair, l, report_of(report, pair.plan(), l));
+    const std::vector<double> seconds = seconds_of(bench, level.steps());
+    for (size_t s = 0; s < seconds.size(); ++s) {
+      const Step& step = level.steps()[s];
+      auto total = std::find_if(totals.begin(), totals.end(),
+                                [&](const Total& t) { return t.name == step.name; });
+      if (total == totals.end()) total = totals.insert(totals.end(), Total{step.name});
+      total->seconds += seconds[s] * step.calls;
+      total->bytes += step.bytes * step.calls;
+      total->calls += step.calls;
+    }
+  }
+  if (const auto search = plan_search(pair.plan()))
+    totals.push_back(
+        {"discrete start (host's clock)", discrete_start_s(bench, pair, *search), 0, 1});
+  return totals;
+}
+
+Cell scaled(double value, double by, int digits) {
+  return {fmt::format("{:.{}f}", by * value, digits), value};
+}
+
+std::vector<Cell> step_row(const Total& t, double whole_s, double copy_bytes_per_s) {
+  const bool told = t.bytes > 0.0;
+  return {words(t.name),
+          number(t.calls, 1),
+          scaled(t.seconds, 1e3, 2),
+          told ? scaled(t.bytes, 1e-6, 1) : nothing(),
+          told ? scaled(t.bytes / t.seconds, 1e-9, 1) : nothing(),
+          told ? scaled(t.bytes / t.seconds / copy_bytes_per_s, 1e2, 0) : nothing(),
+          scaled(t.seconds / whole_s, 1e2, 1)};
+}
+
 }  // namespace
 
 Table kernel_table(const Bench& bench, const std::string& preset) {
   if (!bench.context->limits().timestampComputeAndGraphics)
-    throw Mismatch("This device has no time stamps for compute work: leave the kernels out.");
+    throw Mismatch("This device has no time stamps for compute work: choose another (--device).");
   const Sequence heart = heart_phantom(bench.quick ? 64 : 128);
-  const Grid& grid = heart.frames[0].grid;
-  WarmPair pair(bench.context, grid, *motion_preset(preset));
-  demand_same_as_public(bench.context, pair.run(heart.frames[0], heart.frames[1]), heart.frames[0],
-                        heart.frames[1], pair.plan().options);
+  const Volume &fixed = heart.frames[0], &moving = heart.frames[1];
+  WarmPair pair(bench.context, fixed.grid, *motion_preset(preset));
+  demand_same_as_public(bench.context, pair.run(fixed, moving), fixed, moving, pair.plan().options);
   std::vector<PairRun> runs;
-  for (int k = 0; k < bench.runs; ++k) runs.push_back(pair.run(heart.frames[0], heart.frames[1]));
+  for (int k = 0; k < bench.runs; ++k) runs.push_back(pair.run(fixed, moving));
   const PairRun run = median_run(std::move(runs));
   const double whole_s = run.prepare_s + run.solve_s;
-
-  std::map<std::string, Total> totals;
-  std::vector<std::string> order;
-  const auto add = [&](const std::string& name, double seconds, double bytes, double calls) {
-    if (!totals.contains(name)) order.push_back(name);
-    Total& total = totals[name];
-    total.seconds += seconds * calls;
-    total.bytes += bytes * calls;
-    total.calls += calls;
-  };
-  for (size_t l = 0; l < pair.plan().levels.size(); ++l) {
-    const LevelSteps level(bench.context, pair, l, report_of(run.report, pair.plan(), l));
-    const std::vector<double> seconds = seconds_of(bench, level.steps());
-    for (size_t s = 0; s < seconds.size(); ++s) {
-      const Step& step = level.steps()[s];
-      add(step.name, seconds[s], step.bytes, step.calls);
-    }
-  }
+  const double copy_bytes_per_s = copy_rate(bench);
 
   Table table;
-  table.title = fmt::format("Where the time of a pair goes ({}, {})", preset, size_text(grid));
+  table.title =
+      fmt::format("Where the time of a pair goes ({}, {})", preset, size_text(fixed.grid));
   table.note = fmt::format(
       "Device time of each step run alone, over all levels and as often as one pair needs it; "
-      "bytes: every input and output once. Shares are of prepare + solve, {:.1f} ms on the host's "
-      "clock.",
-      1e3 * whole_s);
+      "bytes: every input and output once. A copy between buffers moves {:.1f} GB/s. Shares are of "
+      "prepare + solve, {:.1f} ms on the host's clock.",
+      1e-9 * copy_bytes_per_s, 1e3 * whole_s);
   table.columns = {{"step", "step"},       {"calls", "calls"},      {"pair_s", "ms a pair"},
-                   {"bytes", "MB a pair"}, {"bytes_per_s", "GB/s"}, {"share", "share %"}};
-  double sum = 0.0;
-  for (const std::string& name : order) {
-    const Total& t = totals[name];
-    sum += t.seconds;
-    table.rows.push_back({words(name),
-                          number(t.calls, 1),
-                          {fmt::format("{:.2f}", 1e3 * t.seconds), t.seconds},
-                          {fmt::format("{:.1f}", 1e-6 * t.bytes), t.bytes},
-                          {fmt::format("{:.1f}", 1e-9 * t.bytes / t.seconds), t.bytes / t.seconds},
-                          {fmt::format("{:.1f}", 1e2 * t.seconds / whole_s), t.seconds / whole_s}});
+                   {"bytes", "MB a pair"}, {"bytes_per_s", "GB/s"}, {"of_copy", "% of a copy's"},
+                   {"share", "share %"}};
+  double rest_s = whole_s;
+  for (const Total& total : totals_of(bench, pair, run.report)) {
+    table.rows.push_back(step_row(total, whole_s, copy_bytes_per_s));
+    rest_s -= total.seconds;
   }
-  const auto add_row = [&](const char* name, double calls, double seconds) {
-    table.rows.push_back({words(name),
-                          number(calls, 0),
-                          {fmt::format("{:.2f}", 1e3 * seconds), seconds},
-                          nothing(),
-                          nothing(),
-                          {fmt::format("{:.1f}", 1e2 * seconds / whole_s), seconds / whole_s}});
-  };
-  if (const auto search = plan_search(pair.plan())) {
-    const double start_s = discrete_start_s(bench, pair, *search);
-    sum += start_s;
-    add_row("discrete start (host's clock)", 1, start_s);
-  }
-  add_row("all else: submitting, level starts, repair, confidence", 1, whole_s - sum);
+  const Total rest{"all else: submitting, level starts, repair, confidence", rest_s, 0, 1};
+  table.rows.push_back(step_row(rest, whole_s, copy_bytes_per_s));
   return table;
 }
 

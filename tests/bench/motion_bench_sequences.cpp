@@ -94,7 +94,8 @@ std::vector<Cell> pair_row(const Bench& bench, const Sequence& heart, const std:
   const PairRun run = median_run(std::move(runs));
   const Score error = score(run.field, heart_truth(grid, 0, 1, frames),
                             heart_shell(grid, 0, frames), "pair, " + preset);
-  return {words("pair, warm"),
+  const int slabs = pair.plan().slabs;
+  return {words(slabs > 1 ? fmt::format("pair, warm, {} slabs", slabs) : "pair, warm"),
           words(size_text(grid)),
           words(preset),
           number(error.mean_voxels, 3),
@@ -106,14 +107,15 @@ std::vector<Cell> pair_row(const Bench& bench, const Sequence& heart, const std:
           number(double(bench.context->memory_peak_bytes()) / double(grid.count()), 1)};
 }
 
-std::string fits(const Bench& bench, const Grid& grid, const MotionOptions& options) {
-  const uint64_t needed = plan_motion(grid, options).device_bytes;
+/// Empty if the work fits, in one piece or in slabs.
+std::string why_not(const Bench& bench, const Grid& grid, const MotionOptions& options) {
+  MotionPlan plan = plan_motion(grid, options);
+  const double needed = double(plan.device_bytes);
   const uint64_t budget = bench.context->memory_budget_bytes();
-  if (needed <= budget) return {};
-  return fmt::format("does not fit: {:.1f} GiB of {:.1f}", double(needed) / double(1ULL << 30),
+  if (fit_into(plan, budget)) return {};
+  return fmt::format("does not fit: {:.1f} GiB of {:.1f}", needed / double(1ULL << 30),
                      double(budget) / double(1ULL << 30));
 }
-
 }  // namespace
 
 Table sequence_table(const Bench& bench) {
@@ -145,13 +147,13 @@ Table large_table(const Bench& bench) {
   const std::vector<std::string> presets = {"fast", "balanced", "best"};
   std::vector<std::string> fitting;
   for (const std::string& preset : presets) {
-    const std::string why_not = fits(bench, grid, *motion_preset(preset));
-    if (why_not.empty()) {
+    const std::string reason = why_not(bench, grid, *motion_preset(preset));
+    if (reason.empty()) {
       fitting.push_back(preset);
       continue;
     }
     std::vector<Cell> row(table.columns.size());
-    row[0] = words(why_not);
+    row[0] = words(reason);
     row[1] = words(size_text(grid));
     row[2] = words(preset);
     table.rows.push_back(row);

@@ -20,12 +20,21 @@ constexpr double kLargestFloor = 0.25;
 // still choose other instructions for a second pipeline of the same shader.
 constexpr double kSameVoxels = 1e-3;
 
+/// Cut into slabs as the estimator would.
+MotionPlan fitting_plan(const vulkan::Context& context, const Grid& grid,
+                        const MotionOptions& options) {
+  MotionPlan plan = plan_motion(grid, options);
+  if (!fit_into(plan, context.memory_budget_bytes()))
+    throw Mismatch("The device has too little memory for this pair: choose another (--device).");
+  return plan;
+}
+
 }  // namespace
 
 WarmPair::WarmPair(std::shared_ptr<vulkan::Context> context, const Grid& grid,
                    const MotionOptions& options)
     : context_(std::move(context)),
-      plan_(plan_motion(grid, options)),
+      plan_(fitting_plan(*context_, grid, options)),
       kernels_(std::make_shared<MotionKernels>(context_)),
       builder_(context_, kernels_, plan_),
       fixed_(context_, plan_),
