@@ -83,10 +83,58 @@ uint32_t compute_family(VkPhysicalDevice device) {
   return UINT32_MAX;
 }
 
+// What every image of image.cpp is made for.
+constexpr VkImageUsageFlags kImageUsage = VK_IMAGE_USAGE_STORAGE_BIT | VK_IMAGE_USAGE_SAMPLED_BIT |
+                                          VK_IMAGE_USAGE_TRANSFER_SRC_BIT |
+                                          VK_IMAGE_USAGE_TRANSFER_DST_BIT;
+
 bool writes_without_format(VkPhysicalDevice device) {
   VkPhysicalDeviceFeatures features;
   vkGetPhysicalDeviceFeatures(device, &features);
   return features.shaderStorageImageWriteWithoutFormat == VK_TRUE;
+}
+
+/// What a device can not do with 3D images of the formats that frames, masks and fields have; empty
+/// if it can do all. Vulkan itself promises neither linear filtering of 32-bit formats nor writing
+/// to formats of one channel.
+std::string missing_with_images(VkPhysicalDevice device) {
+  struct Needed {
+    VkFormat format;
+    const char* name;
+    bool linear;
+  };
+  constexpr std::array kNeeded{Needed{VK_FORMAT_R8_UNORM, "r8", false},
+                               Needed{VK_FORMAT_R16_SFLOAT, "r16f", true},
+                               Needed{VK_FORMAT_R16G16B16A16_SFLOAT, "rgba16f", true},
+                               Needed{VK_FORMAT_R32G32_SFLOAT, "rg32f", true},
+                               Needed{VK_FORMAT_R32G32B32A32_SFLOAT, "rgba32f", true}};
+  std::string missing;
+  const auto note = [&](const char* ability, const char* name) {
+    missing += (missing.empty() ? "" : ", ") + std::string(ability) + " " + name + " 3D images";
+  };
+  for (const Needed& needed : kNeeded) {
+    VkImageFormatProperties limits;
+    if (vkGetPhysicalDeviceImageFormatProperties(device, needed.format, VK_IMAGE_TYPE_3D,
+                                                 VK_IMAGE_TILING_OPTIMAL, kImageUsage, 0,
+                                                 &limits) != VK_SUCCESS) {
+      note("reading and writing of", needed.name);
+      continue;
+    }
+    VkFormatProperties can;
+    vkGetPhysicalDeviceFormatProperties(device, needed.format, &can);
+    if (needed.linear &&
+        !(can.optimalTilingFeatures & VK_FORMAT_FEATURE_SAMPLED_IMAGE_FILTER_LINEAR_BIT))
+      note("linear filtering of", needed.name);
+  }
+  return missing;
+}
+
+/// Everything that the engine needs and this device has not, in words; empty if it is usable.
+std::string missing_from(VkPhysicalDevice device, uint32_t api_version) {
+  if (api_version < VK_API_VERSION_1_2) return "Vulkan 1.2";
+  if (compute_family(device) == UINT32_MAX) return "a compute queue";
+  if (!writes_without_format(device)) return "shaderStorageImageWriteWithoutFormat";
+  return missing_with_images(device);
 }
 
 const char* kind_of(VkPhysicalDeviceType type) {
@@ -127,13 +175,7 @@ DeviceInfo describe(VkPhysicalDevice device, int index) {
     }
   }
   info.binding_bytes = first.limits.maxStorageBufferRange;
-  if (first.apiVersion < VK_API_VERSION_1_2) {
-    info.missing = "Vulkan 1.2";
-  } else if (compute_family(device) == UINT32_MAX) {
-    info.missing = "a compute queue";
-  } else if (!writes_without_format(device)) {
-    info.missing = "shaderStorageImageWriteWithoutFormat";
-  }
+  info.missing = missing_from(device, first.apiVersion);
   info.usable = info.missing.empty();
   return info;
 }
@@ -144,7 +186,8 @@ Result<int> choose(const std::vector<DeviceInfo>& devices, const std::string& wa
   std::string known;
   int best = -1;
   for (const DeviceInfo& device : devices) {
-    known += (known.empty() ? "" : ", ") + std::to_string(device.index) + " " + device.name;
+    known += (known.empty() ? "" : ", ") + std::to_string(device.index) + " " + device.name +
+             (device.usable ? "" : " (lacks " + device.missing + ")");
     const bool match = wanted == std::to_string(device.index) ||
                        lower(device.name).find(lower(wanted)) != std::string::npos;
     if (!match || !device.usable) continue;
@@ -161,7 +204,9 @@ Result<int> choose(const std::vector<DeviceInfo>& devices, const std::string& wa
   return Error{
       ErrorKind::kNoDevice,
       wanted.empty()
-          ? "No Vulkan device here has Vulkan 1.2 with a compute queue: found " + known + "."
+          ? "No Vulkan device here can do what palpate needs, install a driver that can (Debian: "
+            "mesa-vulkan-drivers has lavapipe for any CPU): found " +
+                known + "."
           : "No usable Vulkan device matches '" + wanted + "': found " + known + "."};
 }
 
