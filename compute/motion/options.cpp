@@ -10,6 +10,7 @@ std::optional<MotionOptions> motion_preset(std::string_view name) {
   // and a heart phantom (docs/decisions).
   if (name == "fast") {
     options.levels = {{3, 4, 7.0, 0.06}, {8, 4, 1.2, 0.2}, {12, 4, 1.4, 0.15}};
+    options.normalise_window = 3.0;  // wide enough for moments on cells of four voxels
     options.filter_steps = 1;
     options.search_work = 1e7;
   } else if (name == "balanced") {

@@ -72,7 +72,7 @@ uint64_t image_bytes(glm::ivec3 size, uint64_t texel) {
 /// Intensities, normalised intensities, mask and two sets of moments.
 uint64_t workspace_bytes(glm::ivec3 size, glm::ivec3 moment_cell) {
   return 2 * image_bytes(size, 2) + image_bytes(size, 1) +
-         2 * image_bytes(cells_of(size, moment_cell), 16);
+         2 * image_bytes(cells_of(size, moment_cell), 8);
 }
 
 /// What the engine allocates on the device, image by image.

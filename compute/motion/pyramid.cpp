@@ -70,7 +70,7 @@ PyramidBuilder::Workspace::Workspace(const std::shared_ptr<vulkan::Context>& con
   recorder.prepare(raw);
   recorder.prepare(normalised);
   for (vulkan::Image& side : moments) {
-    side = vulkan::Image(context, cells, VK_FORMAT_R32G32B32A32_SFLOAT);
+    side = vulkan::Image(context, cells, VK_FORMAT_R32G32_SFLOAT);
     recorder.prepare(side);
   }
   recorder.run();

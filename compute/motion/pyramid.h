@@ -49,7 +49,7 @@ class PyramidBuilder {
     glm::ivec3 size{0}, cells{0};
     vulkan::Image raw;         // r16f
     vulkan::Image normalised;  // r16f
-    vulkan::Image moments[2];  // rgba32f, on cells
+    vulkan::Image moments[2];  // rg32f, on cells
     vulkan::Buffer bricks;     // of the cells
   };
   vulkan::Image upload_mask(const uint8_t* values, glm::ivec3 size);

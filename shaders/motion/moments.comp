@@ -7,7 +7,7 @@
 //
 // binding  direction  format                shape             unit
 // 0        in         any, one channel      image (z, y, x)   scaled intensity
-// 1        out        rgba32f: m1 m2 0 0    cells             scaled intensity, its square
+// 1        out        rg32f: m1 m2          cells             scaled intensity, its square
 //
 // One invocation: one cell. Border: a cell that reaches beyond the image averages what is inside.
 // Precision: fp32 and stored so: m2 - m1^2 cancels. Race: each output written once. CPU oracle: oracle::moments.

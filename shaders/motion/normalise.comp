@@ -7,7 +7,7 @@
 //
 // binding  direction  format                shape             unit
 // 0        in         any, one channel      image (z, y, x)   scaled intensity
-// 1        in         rgba32f: m1 m2 . .    cells             smoothed moments
+// 1        in         rg32f: m1 m2           cells             smoothed moments
 // 2        in         any, one channel      image             mask: 0 = must not count
 // 3        out        any, one channel      image             1 (local SDs), infinite where masked out
 //
