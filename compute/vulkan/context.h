@@ -75,7 +75,8 @@ class Context {
   uint64_t memory_peak_bytes() const { return memory_peak_; }
   void reset_memory_peak() { memory_peak_ = memory_used_.load(); }
 
-  /// Allocates. Host-visible memory is coherent and is not counted: it is the host's. Throws Failure.
+  /// Allocates. Host-visible memory is coherent and is not counted: it is the host's. Throws
+  /// Failure.
   VkDeviceMemory allocate(const VkMemoryRequirements& needed, bool host_visible);
   void release(VkDeviceMemory memory, uint64_t bytes, bool host_visible);
 

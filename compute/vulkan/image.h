@@ -36,7 +36,7 @@ class Image {
   glm::ivec3 size_{0};
 };
 
-/// The sampler kernels read images through: unnormalised-free, border held, nearest or linear.
+/// The sampler kernels read images through: normalised coordinates, border held, nearest or linear.
 class Sampler {
  public:
   Sampler() = default;

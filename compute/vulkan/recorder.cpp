@@ -161,7 +161,8 @@ void Recorder::copy_slices(const Image& from, int first, int slices, const Buffe
   region.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
   region.imageOffset = {0, 0, first};
   region.imageExtent = {uint32_t(from.size().x), uint32_t(from.size().y), uint32_t(slices)};
-  vkCmdCopyImageToBuffer(commands_, from.handle(), VK_IMAGE_LAYOUT_GENERAL, to.handle(), 1, &region);
+  vkCmdCopyImageToBuffer(commands_, from.handle(), VK_IMAGE_LAYOUT_GENERAL, to.handle(), 1,
+                         &region);
 }
 
 void Recorder::copy(const Buffer& from, const Buffer& to, uint64_t bytes) {
