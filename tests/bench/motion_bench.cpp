@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <ctime>
 #include <fstream>
+#include <functional>
 #include <thread>
 
 #include <fmt/chrono.h>
@@ -14,6 +15,7 @@
 #include "compute/volume/grid.h"
 #include "tests/bench/motion_bench_cases.h"
 #include "tests/bench/motion_bench_kernels.h"
+#include "tests/bench/other_load.h"
 #include "tests/bench/warm_pair.h"
 
 namespace {
@@ -43,17 +45,20 @@ bool write(const std::string& path, const std::string& text) {
 /// Prints each table as soon as it is there.
 std::vector<Table> measure(const Bench& bench, bool large) {
   std::vector<Table> tables;
-  const auto add = [&](Table table) {
+  const auto add = [&](const std::function<Table()>& make) {
+    const OtherLoad others;
+    Table table = make();
+    table.note += others.sentence();
     fmt::print("{}", plain_text(table));
     std::fflush(stdout);
     tables.push_back(std::move(table));
   };
-  add(phantom_table(bench));
-  add(sequence_table(bench));
-  add(resting_table(bench));
-  add(classic_table(bench));
-  add(kernel_table(bench, "balanced"));
-  if (large) add(large_table(bench));
+  add([&] { return phantom_table(bench); });
+  add([&] { return sequence_table(bench); });
+  add([&] { return resting_table(bench); });
+  add([&] { return classic_table(bench); });
+  add([&] { return kernel_table(bench, "balanced"); });
+  if (large) add([&] { return large_table(bench); });
   return tables;
 }
 
@@ -68,6 +73,7 @@ int run(const Wishes& wishes) {
                         std::thread::hardware_concurrency()};
   fmt::print("{} ({}), {}, commit {}, {}, {} host threads, median of {}\n", info.name, info.kind,
              info.driver, conditions.commit, conditions.date, conditions.threads, wishes.runs);
+  std::fflush(stdout);
   const std::vector<Table> tables = measure({*context, wishes.runs, wishes.quick}, wishes.large);
   if (!write(wishes.json, json(conditions, tables)))
     return fail("The file " + wishes.json + " could not be written: choose another place.");
