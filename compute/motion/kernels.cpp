@@ -60,11 +60,11 @@ const vulkan::Kernel& MotionKernels::moments() {
 const vulkan::Kernel& MotionKernels::gauss() {
   return get(k_motion_gauss, "bsi", sizeof(GaussPush));
 }
-const vulkan::Kernel& MotionKernels::normalise(bool masked) {
-  return get(k_motion_normalise, "sssi", sizeof(NormalisePush), {masked ? 1U : 0U});
+const vulkan::Kernel& MotionKernels::normalise() {
+  return get(k_motion_normalise, "ssi", sizeof(NormalisePush));
 }
-const vulkan::Kernel& MotionKernels::pack() {
-  return get(k_motion_pack, "si", sizeof(PackPush));
+const vulkan::Kernel& MotionKernels::pack(bool masked) {
+  return get(k_motion_pack, "ssi", sizeof(PackPush), {masked ? 1U : 0U});
 }
 const vulkan::Kernel& MotionKernels::normal_equations(glm::ivec3 cell) {
   return get(k_motion_normal_equations, "bsssiiisss", sizeof(NormalEquationsPush),

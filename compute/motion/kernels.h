@@ -17,8 +17,8 @@ class MotionKernels {
   const vulkan::Kernel& downsample();
   const vulkan::Kernel& moments();
   const vulkan::Kernel& gauss();
-  const vulkan::Kernel& normalise(bool masked);
-  const vulkan::Kernel& pack();
+  const vulkan::Kernel& normalise();
+  const vulkan::Kernel& pack(bool masked);
   const vulkan::Kernel& normal_equations(glm::ivec3 cell);
   const vulkan::Kernel& update();
   const vulkan::Kernel& tv_primal(bool last);

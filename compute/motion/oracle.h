@@ -50,11 +50,14 @@ struct Tap {
 };
 std::array<Tap, 8> trilinear_taps(glm::dvec3 index);
 
-/// The trilinear value at a continuous index, border held.
+/// The trilinear value at a continuous index, border held. Samples of weight 0 take no part,
+/// whatever they are.
 template <class T>
 T sample(const Samples<T>& from, glm::dvec3 index) {
   T sum(0.0);
-  for (const Tap& tap : trilinear_taps(index)) sum += tap.weight * from.held(tap.index);
+  for (const Tap& tap : trilinear_taps(index)) {
+    if (tap.weight > 0.0) sum += tap.weight * from.held(tap.index);
+  }
   return sum;
 }
 
@@ -66,8 +69,8 @@ glm::dvec3 cell_index(glm::dvec3 i, glm::ivec3 cell);
 
 // Images.
 
-/// The intensity of a voxel that must not count, because it lies outside a mask.
-inline constexpr double kNoValue = std::numeric_limits<double>::infinity();
+/// The gradient of a voxel that lies outside the mask, along all axes. Its intensity stays.
+inline constexpr double kOutside = std::numeric_limits<double>::infinity();
 
 /// coarse(i) = sum_k w_k fine(2 i + k), k = -1 .. 2, w = (1 3 3 1) / 8 along axes of ratio 2; axes
 /// of ratio 1 are kept.
@@ -83,16 +86,15 @@ Texels gauss(const Texels& image, int axis, double sigma);
 Texels gauss(const Texels& image, glm::dvec3 sigma);
 
 /// (I - m) / sqrt(v + f^2) with the local mean m and variance v >= 0 from smoothed moments, read
-/// trilinearly; kNoValue where the mask (may be null) is 0.
-Scalars normalise(const Scalars& image, const Texels& moments, glm::ivec3 cell, double noise_sd,
-                  const Scalars* mask);
+/// trilinearly.
+Scalars normalise(const Scalars& image, const Texels& moments, glm::ivec3 cell, double noise_sd);
 
-/// (gx gy gz I): central differences in 1/mm, border held; a difference that touches a voxel
-/// without value is 0.
-Texels pack(const Scalars& image, glm::dvec3 spacing_mm);
+/// (gx gy gz I): central differences in 1/mm, border held, within +- shaders::kLargestGradient;
+/// kOutside where the mask (may be null) is 0.
+Texels pack(const Scalars& image, glm::dvec3 spacing_mm, const Scalars* mask);
 
-/// True for a voxel that counts: its intensity is below shaders::kNoValue.
-bool has_value(double intensity);
+/// False for a packed texel that is marked as outside the mask.
+bool inside_mask(const glm::dvec4& texel);
 
 // One iteration.
 
@@ -109,9 +111,10 @@ struct NormalEquations {
 };
 
 /// r = F(x) - M(x + u), g = (grad F(x) + grad M(x + u)) / 2 for every voxel x of the cell, u and M
-/// trilinear. fixed and moving are packed (see pack). A voxel counts if it lies in the image, has a
-/// value, and its partner x + u lies at most half a voxel outside the moving image with a value at
-/// all samples that it touches. (On a device, samples touched with weight 0 may count as well.)
+/// trilinear. fixed and moving are packed (see pack). g = grad F(x) alone where the partner x + u
+/// touches a sample outside the mask. (On a device, one touched with weight 0 may do.) A voxel
+/// counts if it lies in the image and in the mask and its partner lies at most half a voxel outside
+/// the moving image.
 /// colour 0 or 1: only voxels with (x + y + z + colour) even, for twice the weight; -1: all.
 Samples<NormalEquations> normal_equations(const Texels& fixed, const Texels& moving,
                                           const Vectors& field, glm::ivec3 cell,
@@ -169,8 +172,8 @@ Vectors blend(const Scalars& flags, const Vectors& field);
 /// The displacement that label number `label` stands for, voxels.
 glm::ivec3 label_of(int label, glm::ivec3 reach);
 
-/// cost[label](node) = mean over the node's voxels with a value of min(|F(x) - M(x + label)|, cut);
-/// a partner outside the image or without value costs the cut. 0 for a node without any voxel.
+/// cost[label](node) = mean over the node's voxels in the mask of min(|F(x) - M(x + label)|, cut);
+/// a partner outside the image costs the cut. 0 for a node without any voxel.
 std::vector<Scalars> matching_cost(const Texels& fixed, const Texels& moving, glm::ivec3 cell,
                                    glm::ivec3 reach, double cut);
 
@@ -184,7 +187,7 @@ double coupled_cost(const std::vector<Scalars>& cost, int label, glm::ivec3 node
 // The paper's iteration.
 
 /// M - d g / (|g|^2 + d^2) per voxel, d = L1(x + M) - L0(x), g = grad L0, everything in units of
-/// the voxel. M stays where there is neither gradient nor difference, or no value.
+/// the voxel. M stays where there is neither gradient nor difference, and outside the mask.
 Vectors classic_force(const Texels& fixed, const Texels& moving, const Vectors& field,
                       glm::dvec3 spacing_mm);
 

@@ -27,8 +27,8 @@ glm::dvec3 cell_index(glm::dvec3 i, glm::ivec3 cell) {
   return (i + 0.5) / glm::dvec3(cell) - 0.5;
 }
 
-bool has_value(double intensity) {
-  return std::abs(intensity) < double(shaders::kNoValue);
+bool inside_mask(const glm::dvec4& texel) {
+  return std::isfinite(texel.x);
 }
 
 Scalars downsample(const Scalars& fine, glm::ivec3 ratio) {
@@ -83,29 +83,26 @@ Texels gauss(const Texels& image, glm::dvec3 sigma) {
   return gauss(gauss(gauss(image, 0, sigma.x), 1, sigma.y), 2, sigma.z);
 }
 
-Scalars normalise(const Scalars& image, const Texels& moments, glm::ivec3 cell, double noise_sd,
-                  const Scalars* mask) {
+Scalars normalise(const Scalars& image, const Texels& moments, glm::ivec3 cell, double noise_sd) {
   Scalars result(image.size);
   for_each(image.size, [&](glm::ivec3 i) {
     const glm::dvec4 m = sample(moments, cell_index(glm::dvec3(i), cell));
     const double variance = std::max(0.0, m.y - m.x * m.x);
-    const bool counts = !mask || mask->at(i) != 0.0;
-    result.at(i) =
-        counts ? (image.at(i) - m.x) / std::sqrt(variance + noise_sd * noise_sd) : kNoValue;
+    result.at(i) = (image.at(i) - m.x) / std::sqrt(variance + noise_sd * noise_sd);
   });
   return result;
 }
 
-Texels pack(const Scalars& image, glm::dvec3 spacing_mm) {
+Texels pack(const Scalars& image, glm::dvec3 spacing_mm, const Scalars* mask) {
+  constexpr double kLargest = shaders::kLargestGradient;
   Texels result(image.size);
   for_each(image.size, [&](glm::ivec3 i) {
     for (int axis = 0; axis < 3; ++axis) {
       glm::ivec3 step(0);
       step[axis] = 1;
-      const double before = image.held(i - step);
-      const double after = image.held(i + step);
-      const bool known = has_value(before) && has_value(after);
-      result.at(i)[axis] = known ? (after - before) / (2.0 * spacing_mm[axis]) : 0.0;
+      const double slope = (image.held(i + step) - image.held(i - step)) / (2.0 * spacing_mm[axis]);
+      const bool outside = mask && mask->at(i) == 0.0;
+      result.at(i)[axis] = outside ? kOutside : std::clamp(slope, -kLargest, kLargest);
     }
     result.at(i).w = image.at(i);
   });

@@ -18,12 +18,11 @@ std::vector<Scalars> matching_cost(const Texels& fixed, const Texels& moving, gl
   for (int label = 0; label < width.x * width.y * width.z; ++label) {
     Scalars sum(cells_of(fixed.size, cell)), counted(sum.size);
     for_each(fixed.size, [&](glm::ivec3 x) {
-      if (!has_value(fixed.at(x).w)) return;
+      if (!inside_mask(fixed.at(x))) return;
       const glm::ivec3 partner = x + label_of(label, reach);
       const bool inside = partner == glm::clamp(partner, glm::ivec3(0), moving.size - 1);
-      const bool known = inside && has_value(moving.at(partner).w);
       sum.at(x / cell) +=
-          known ? std::min(cut, std::abs(fixed.at(x).w - moving.at(partner).w)) : cut;
+          inside ? std::min(cut, std::abs(fixed.at(x).w - moving.at(partner).w)) : cut;
       counted.at(x / cell) += 1.0;
     });
     for (size_t i = 0; i < sum.values.size(); ++i)

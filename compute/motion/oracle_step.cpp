@@ -6,14 +6,6 @@
 namespace palpate::oracle {
 namespace {
 
-/// True if all samples of which the trilinear value at `index` is made have a value.
-bool known_at(const Texels& image, glm::dvec3 index) {
-  for (const Tap& tap : trilinear_taps(index)) {
-    if (tap.weight > 0.0 && !has_value(image.held(tap.index).w)) return false;
-  }
-  return true;
-}
-
 bool nearly_inside(glm::ivec3 size, glm::dvec3 index) {
   return glm::all(glm::greaterThanEqual(index, glm::dvec3(-0.5))) &&
          glm::all(glm::lessThanEqual(index, glm::dvec3(size) - 0.5));
@@ -31,11 +23,11 @@ Samples<NormalEquations> normal_equations(const Texels& fixed, const Texels& mov
     const glm::dvec3 u_mm = sample(field, cell_index(glm::dvec3(x), cell));
     const glm::dvec3 partner = glm::dvec3(x) + u_mm / spacing_mm;
     const glm::dvec4& f = fixed.at(x);
-    if (!has_value(f.w) || !nearly_inside(moving.size, partner) || !known_at(moving, partner))
-      return;
+    if (!inside_mask(f) || !nearly_inside(moving.size, partner)) return;
+    // One sample outside the mask is enough to make the gradient between samples infinite.
     const glm::dvec4 m = sample(moving, partner);
     const double r = f.w - m.w;
-    const glm::dvec3 g = 0.5 * (glm::dvec3(f) + glm::dvec3(m));
+    const glm::dvec3 g = inside_mask(m) ? 0.5 * (glm::dvec3(f) + glm::dvec3(m)) : glm::dvec3(f);
     NormalEquations& sums = result.at(x / cell);
     sums.b += share * r * g;
     sums.a += share * glm::outerProduct(g, g);
@@ -105,7 +97,7 @@ Vectors classic_force(const Texels& fixed, const Texels& moving, const Vectors& 
   Vectors updated = field;
   for_each(field.size, [&](glm::ivec3 i) {
     const glm::dvec3 at = glm::dvec3(i) + field.at(i) / spacing_mm;
-    if (!has_value(fixed.at(i).w) || !known_at(moving, at)) return;
+    if (!inside_mask(fixed.at(i))) return;
     const double d = sample(moving, at).w - fixed.at(i).w;
     const glm::dvec3 g = glm::dvec3(fixed.at(i)) * spacing_mm;
     const double below = glm::dot(g, g) + d * d;

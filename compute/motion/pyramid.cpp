@@ -139,15 +139,15 @@ void PyramidBuilder::record_level(vulkan::Recorder& recorder, size_t l, const Wo
     }
   }
   recorder.dispatch(
-      kernels_->normalise(mask != nullptr),
-      {{work.raw, kernels_->nearest()},
-       {*moments, kernels_->linear()},
-       {mask ? *mask : no_mask_, kernels_->nearest()},
-       work.normalised},
+      kernels_->normalise(),
+      {{work.raw, kernels_->nearest()}, {*moments, kernels_->linear()}, work.normalised},
       shaders::NormalisePush{
           size, cells, cell, {float(noise * noise), plan_.options.normalise ? 1.0F : 0.0F, 0, 0}},
       groups_of(work.size));
-  recorder.dispatch(kernels_->pack(), {{work.normalised, kernels_->nearest()}, packed},
+  recorder.dispatch(kernels_->pack(mask != nullptr),
+                    {{work.normalised, kernels_->nearest()},
+                     {mask ? *mask : no_mask_, kernels_->nearest()},
+                     packed},
                     shaders::PackPush{size, glm::vec4(level.spacing_mm, 0)}, groups_of(work.size));
 }
 

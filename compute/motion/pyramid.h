@@ -34,9 +34,9 @@ class PyramidBuilder {
                  const MotionPlan& plan);
 
   /// Uploads and computes all levels; waits for the end. `noise` is the floor of local
-  /// normalisation, in scaled units. With `masked`, voxels outside the mask get no value on the
-  /// finest level, and on a coarser one if most of what they cover is outside. Throws
-  /// vulkan::Failure.
+  /// normalisation, in scaled units. With `masked`, the gradients of voxels outside the mask are
+  /// infinite on the finest level, and on a coarser one if most of what they cover is outside.
+  /// Throws vulkan::Failure.
   void build(const HalfVolume& volume, double noise, bool masked, FramePyramid& target);
 
   /// The mask for build(): on the frames' grid.

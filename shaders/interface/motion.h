@@ -13,13 +13,14 @@ using glm::vec4;
 constexpr int kBrick = 8;
 // Taps of a smoothing kernel on one side of its centre, at most.
 constexpr int kMaxRadius = 11;
-// Written for a voxel that must not count (outside a mask): far beyond any normalised intensity, but finite in fp16.
-constexpr float kNoValue = 60000.0F;
+// Gradients are held within this, in 1/mm, so that they are finite in fp16: an infinite one marks a voxel that lies
+// outside the mask.
+constexpr float kLargestGradient = 60000.0F;
 #else
 #define PALPATE_SIZE(type, bytes)
 const int kBrick = 8;
 const int kMaxRadius = 11;
-const float kNoValue = 60000.0;
+const float kLargestGradient = 60000.0;
 #endif
 
 struct DownsamplePush {

@@ -13,8 +13,8 @@
 // 3        in         rgba32f: M                   image            mm along the image axes
 // 4        out        rgba32f: M                   image            mm
 //
-// One invocation: one voxel. Border: L1 held. Precision: fp32. Race: each output written once.
-// CPU oracle: oracle::classic_force.
+// One invocation: one voxel. Border: L1 held; outside the mask (an infinite gradient) M stays. Precision: fp32.
+// Race: each output written once. CPU oracle: oracle::classic_force.
 layout(set = 0, binding = 1) uniform sampler3D fixed_image;
 layout(set = 0, binding = 2) uniform sampler3D moving_image;
 layout(set = 0, binding = 3) uniform sampler3D field;
@@ -31,6 +31,6 @@ void main() {
   const float d = textureLod(moving_image, at, 0.0).w - f.w;
   const vec3 g = f.xyz * spacing;  // per voxel
   const float scale = dot(g, g) + d * d;
-  if (abs(f.w) < 0.5 * kNoValue && abs(d) < 0.01 * kNoValue && scale > 1e-12) u -= spacing * (d / scale) * g;
+  if (abs(f.x) <= kLargestGradient && scale > 1e-12) u -= spacing * (d / scale) * g;
   imageStore(updated, i, vec4(u, 0.0));
 }

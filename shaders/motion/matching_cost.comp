@@ -6,12 +6,13 @@
 //   cost(label, node) = mean over the node's voxels of min(|F(x) - M(x + label)|, cut)
 //
 // binding  direction  format                shape                        unit
-// 0        in         rgba: . . . F         image (z, y, x)              1
+// 0        in         rgba: gx . . F        image (z, y, x)              gx: infinite outside the mask; 1
 // 1        in         rgba: . . . M         image                        1
 // 2        out        float                 labels (z, y, x), nodes (z, y, x)   1
 //
-// One invocation: one node and one label; y of the group is the label. Border: a partner outside the image, or without
-// value, costs the cut. Precision: fp32. Race: each output written once. CPU oracle: oracle::matching_cost.
+// One invocation: one node and one label; y of the group is the label. Border: a partner outside the image costs the
+// cut; a voxel outside the mask does not count, a partner does. Precision: fp32. Race: each output written once.
+// CPU oracle: oracle::matching_cost.
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) uniform sampler3D fixed_image;
 layout(set = 0, binding = 1) uniform sampler3D moving_image;
@@ -36,12 +37,12 @@ void main() {
     for (int y = begin.y; y < end.y; ++y) {
       for (int x = begin.x; x < end.x; ++x) {
         const ivec3 at = ivec3(x, y, z);
-        const float f = texelFetch(fixed_image, at, 0).w;
-        if (abs(f) >= 0.5 * kNoValue) continue;
+        const vec4 f = texelFetch(fixed_image, at, 0);
+        if (!(abs(f.x) <= kLargestGradient)) continue;
         const ivec3 partner = at + label;
         const bool outside = any(lessThan(partner, ivec3(0))) || any(greaterThanEqual(partner, push.size.xyz));
         const float m = texelFetch(moving_image, clamp(partner, ivec3(0), push.size.xyz - 1), 0).w;
-        sum += outside ? push.cut.x : min(abs(f - m), push.cut.x);
+        sum += outside ? push.cut.x : min(abs(f.w - m), push.cut.x);
         counted += 1.0;
       }
     }

@@ -5,6 +5,7 @@
 // The data term: per cell of the field the mean, over the cell's voxels, of the normal equations of optical flow at
 // the current field (Lucas & Kanade 1981, with the symmetric gradient of Benhimane & Malis 2004).
 //   r = F(x) - M(x + u),  g = (grad F(x) + grad M(x + u)) / 2,  b = r g,  A = g g^T
+// and g = grad F(x) alone where the partner x + u lies outside the mask, which takes away grad M but not M (pack.comp).
 //
 // binding  direction  format                       shape              unit
 // 0        in         uint                         bricks listed      packed brick coordinates
@@ -22,8 +23,8 @@
 // Half the voxels: with a colour, 0 or 1, only those of one colour of the 3-D checkerboard are read, for twice the
 // weight. Taking turns from iteration to iteration costs half and, under the window, loses next to nothing.
 // Images cut into slabs: one dispatch per pair of slabs, each adding the voxels that are its own to what is there.
-// Border: a voxel whose partner lies more than half a voxel outside the moving image, or that has no value, does not
-// count. Precision: fp32 sums. Race: each output written once. CPU oracle: oracle::normal_equations.
+// Border: a voxel whose partner lies more than half a voxel outside the moving image, or that lies outside the mask
+// itself, does not count. Precision: fp32 sums. Race: each output written once. CPU oracle: oracle::normal_equations.
 layout(constant_id = 0) const int kCellX = 2;
 layout(constant_id = 1) const int kCellY = 2;
 layout(constant_id = 2) const int kCellZ = 2;
@@ -91,12 +92,13 @@ void main() {
         const vec3 at = vec3(partner.xy, partner.z - float(push.moving_size.w)) + 0.5;
         const vec4 m = textureLod(moving_image, at / vec3(moving_size.xy, float(push.moving_slab.x)), 0.0);
         const float floor_z = floor(partner.z);
-        const bool counts = all(lessThan(x.xy, push.fixed_size.xy)) && abs(f.w) < 0.5 * kNoValue &&
-                            abs(m.w) < 0.01 * kNoValue && all(greaterThanEqual(partner, vec3(-0.5))) &&
+        const bool counts = all(lessThan(x.xy, push.fixed_size.xy)) && abs(f.x) <= kLargestGradient &&
+                            all(greaterThanEqual(partner, vec3(-0.5))) &&
                             all(lessThanEqual(partner, moving_size - 0.5)) && floor_z >= float(push.moving_slab.y) &&
                             floor_z < float(push.moving_slab.z);
         const float w = counts ? 1.0 : 0.0;
-        const vec3 g = counts ? 0.5 * (f.xyz + m.xyz) : vec3(0.0);
+        const vec3 both = abs(m.x) <= kLargestGradient ? 0.5 * (f.xyz + m.xyz) : f.xyz;
+        const vec3 g = counts ? both : vec3(0.0);
         const float r = counts ? f.w - m.w : 0.0;
         b += r * g;
         diagonal += g * g;

@@ -7,22 +7,16 @@
 //
 // binding  direction  format                shape             unit
 // 0        in         any, one channel      image (z, y, x)   scaled intensity
-// 1        in         rg32f: m1 m2           cells             smoothed moments
-// 2        in         any, one channel      image             mask: 0 = must not count
-// 3        out        any, one channel      image             1 (local SDs), infinite where masked out
-//
-// Infinite, because a trilinear sample that touches such a voxel with any weight, however small, is then infinite or
-// NaN, and no comparison lets it pass. A large number was tried: at weights below a hundredth it looked like an image.
+// 1        in         rg32f: m1 m2          cells             smoothed moments
+// 2        out        any, one channel      image             1 (local SDs)
 //
 // One invocation: one voxel. Border: held. Precision: fp32. Race: each output written once.
 // CPU oracle: oracle::normalise.
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) uniform sampler3D image;
 layout(set = 0, binding = 1) uniform sampler3D moments;
-layout(set = 0, binding = 2) uniform sampler3D mask;
-layout(set = 0, binding = 3) uniform writeonly image3D normalised;
+layout(set = 0, binding = 2) uniform writeonly image3D normalised;
 layout(push_constant) uniform Push { NormalisePush push; };
-layout(constant_id = 0) const int kMasked = 0;
 
 void main() {
   const ivec3 i = ivec3(gl_GlobalInvocationID);
@@ -33,6 +27,5 @@ void main() {
     const vec2 m = textureLod(moments, at, 0.0).rg;
     value = (value - m.x) * inversesqrt(max(m.y - m.x * m.x, 0.0) + push.noise.x);
   }
-  if (kMasked != 0 && texelFetch(mask, i, 0).r == 0.0) value = uintBitsToFloat(0x7f800000u);
   imageStore(normalised, i, vec4(value));
 }

@@ -2,22 +2,30 @@
 #extension GL_GOOGLE_include_directive : require
 #include "interface/motion.h"
 // Puts an image and its gradient into one texel, so that the data term reads one texel instead of seven.
-//   (gx gy gz I), g = central difference in 1/mm, one-sided at the border
+//   (gx gy gz I), g = central difference in 1/mm, one-sided at the border; infinite outside the mask
 //
 // binding  direction  format             shape             unit
 // 0        in         any, one channel   image (z, y, x)   1
-// 1        out        any rgba           image             1/mm 1/mm 1/mm 1
+// 1        in         any, one channel   image             mask: 0 = outside
+// 2        out        any rgba           image             1/mm 1/mm 1/mm 1
 //
-// One invocation: one voxel. Border: held, so the difference is halved there. A voxel without value (kNoValue) keeps
-// it, and a gradient that would touch one is 0. Precision: fp32. Race: each output written once.
-// CPU oracle: oracle::pack.
+// The mask is the fixed frame's, and each frame is fixed once and moving once: the mark must not take away what the
+// frame shows when it is the moving one. So the intensity stays, and the gradient carries the mark, without which a
+// partner can still count. Infinite, because a trilinear sample that touches such a voxel with any weight, however
+// small, is then infinite or NaN, and no comparison lets it pass. A large number was tried: at weights below a
+// hundredth it looked like an image.
+//
+// One invocation: one voxel. Border: held, so the difference is halved there. Precision: fp32.
+// Race: each output written once. CPU oracle: oracle::pack.
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) uniform sampler3D image;
-layout(set = 0, binding = 1) uniform writeonly image3D packed_image;
+layout(set = 0, binding = 1) uniform sampler3D mask;
+layout(set = 0, binding = 2) uniform writeonly image3D packed_image;
 layout(push_constant) uniform Push { PackPush push; };
+layout(constant_id = 0) const int kMasked = 0;
 
 float slope(float before, float after, float spacing) {
-  return max(abs(before), abs(after)) < 0.5 * kNoValue ? 0.5 * (after - before) / spacing : 0.0;
+  return clamp(0.5 * (after - before) / spacing, -kLargestGradient, kLargestGradient);
 }
 
 void main() {
@@ -27,9 +35,10 @@ void main() {
   const ivec3 lo = max(i - 1, ivec3(0));
   const ivec3 hi = min(i + 1, last);
   const vec3 s = push.spacing_mm.xyz;
-  const vec3 g = vec3(
+  vec3 g = vec3(
       slope(texelFetch(image, ivec3(lo.x, i.yz), 0).r, texelFetch(image, ivec3(hi.x, i.yz), 0).r, s.x),
       slope(texelFetch(image, ivec3(i.x, lo.y, i.z), 0).r, texelFetch(image, ivec3(i.x, hi.y, i.z), 0).r, s.y),
       slope(texelFetch(image, ivec3(i.xy, lo.z), 0).r, texelFetch(image, ivec3(i.xy, hi.z), 0).r, s.z));
+  if (kMasked != 0 && texelFetch(mask, i, 0).r == 0.0) g = vec3(uintBitsToFloat(0x7f800000u));
   imageStore(packed_image, i, vec4(g, texelFetch(image, i, 0).r));
 }

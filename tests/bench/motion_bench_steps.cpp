@@ -118,20 +118,20 @@ void LevelSteps::add_pyramid() {
   }
   steps_.push_back({"normalise", 2.0 * kScalar * voxels_ + kFloats * moment_cells_, kFramesOfPair,
                     1, [this, size, cells, cell, &kernels](vulkan::Recorder& r) {
-                      r.dispatch(kernels.normalise(false),
-                                 {{raw_, kernels.nearest()},
-                                  {moments_[0], kernels.linear()},
-                                  {no_mask_, kernels.nearest()},
-                                  normalised_},
-                                 shaders::NormalisePush{size, cells, cell, {0.01F, 1.0F, 0, 0}},
-                                 rows_of(level_.image_size));
+                      r.dispatch(
+                          kernels.normalise(),
+                          {{raw_, kernels.nearest()}, {moments_[0], kernels.linear()}, normalised_},
+                          shaders::NormalisePush{size, cells, cell, {0.01F, 1.0F, 0, 0}},
+                          rows_of(level_.image_size));
                     }});
-  steps_.push_back({"gradient", (kScalar + kHalves) * voxels_, kFramesOfPair, 1,
-                    [this, size, &kernels](vulkan::Recorder& r) {
-                      r.dispatch(kernels.pack(), {{normalised_, kernels.nearest()}, packed_},
-                                 shaders::PackPush{size, glm::vec4(level_.spacing_mm, 0)},
-                                 rows_of(level_.image_size));
-                    }});
+  steps_.push_back(
+      {"gradient", (kScalar + kHalves) * voxels_, kFramesOfPair, 1,
+       [this, size, &kernels](vulkan::Recorder& r) {
+         r.dispatch(kernels.pack(false),
+                    {{normalised_, kernels.nearest()}, {no_mask_, kernels.nearest()}, packed_},
+                    shaders::PackPush{size, glm::vec4(level_.spacing_mm, 0)},
+                    rows_of(level_.image_size));
+       }});
 }
 
 void LevelSteps::add_data_term(double all, double half) {

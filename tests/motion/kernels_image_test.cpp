@@ -126,11 +126,10 @@ TEST(GaussPush, HasWeightsThatSumToOne) {
   }
 }
 
-/// What normalise reads: an image, moments as the engine makes them, and a mask.
+/// What normalise reads: an image, and moments as the engine makes them.
 struct NormaliseCase {
   Texels image;
   Texels moments;
-  Scalars mask;
 };
 
 NormaliseCase normalise_case(glm::ivec3 size, glm::ivec3 cell, Format format) {
@@ -139,7 +138,6 @@ NormaliseCase normalise_case(glm::ivec3 size, glm::ivec3 cell, Format format) {
   made.moments =
       as_stored(oracle::gauss(oracle::moments(scalars_of(made.image), cell), glm::dvec3(1.0)),
                 Format::kRgba32);
-  made.mask = random_mask(size, 42, 0.7);
   return made;
 }
 
@@ -150,13 +148,11 @@ TEST_F(NormaliseKernel, TakesOutLocalMeanAndVarianceReadBetweenCells) {
       SCOPED_TRACE(text(size) + " in cells of " + text(cell));
       const NormaliseCase made = normalise_case(size, cell, Format::kR32);
       const Texels expected =
-          texels_of(oracle::normalise(scalars_of(made.image), made.moments, cell, noise, nullptr));
+          texels_of(oracle::normalise(scalars_of(made.image), made.moments, cell, noise));
       const DeviceImage image = put(made.image, Format::kR32);
       const DeviceImage moments = put(made.moments, Format::kRgba32);
-      const DeviceImage no_mask = put(Texels(glm::ivec3(1)), Format::kR8);
       const DeviceImage to = output(size, Format::kR32);
-      dispatch(kernels()->normalise(false),
-               {nearest(image), linear(moments), nearest(no_mask), to.image},
+      dispatch(kernels()->normalise(), {nearest(image), linear(moments), to.image},
                shaders::NormalisePush{glm::ivec4(size, 0), glm::ivec4(made.moments.size, 0),
                                       glm::ivec4(cell, 0), glm::vec4(noise * noise, 1, 0, 0)},
                rows(size));
@@ -168,24 +164,20 @@ TEST_F(NormaliseKernel, TakesOutLocalMeanAndVarianceReadBetweenCells) {
   }
 }
 
-TEST_F(NormaliseKernel, MarksVoxelsOutsideTheMaskInHalfPrecision) {
+TEST_F(NormaliseKernel, KeepsItsPrecisionInHalfPrecision) {
   const glm::ivec3 size(17, 7, 9), cell(2);
   const double noise = 0.02;
   const NormaliseCase made = normalise_case(size, cell, Format::kR16);
   const Texels expected =
-      texels_of(oracle::normalise(scalars_of(made.image), made.moments, cell, noise, &made.mask));
+      texels_of(oracle::normalise(scalars_of(made.image), made.moments, cell, noise));
   const DeviceImage image = put(made.image, Format::kR16);
   const DeviceImage moments = put(made.moments, Format::kRgba32);
-  const DeviceImage mask = put(texels_of(made.mask), Format::kR8);
   const DeviceImage to = output(size, Format::kR16);
-  dispatch(kernels()->normalise(true), {nearest(image), linear(moments), nearest(mask), to.image},
+  dispatch(kernels()->normalise(), {nearest(image), linear(moments), to.image},
            shaders::NormalisePush{glm::ivec4(size, 0), glm::ivec4(made.moments.size, 0),
                                   glm::ivec4(cell, 0), glm::vec4(noise * noise, 1, 0, 0)},
            rows(size));
   expect_all(to, expected, 1, 4.0, std::max(kNormalised, sampling_tolerance()));
-  const Texels actual = get(to);
-  for (size_t i = 0; i < actual.values.size(); ++i)
-    EXPECT_EQ(oracle::has_value(actual.values[i].x), made.mask.values[i] != 0.0);
 }
 
 TEST_F(NormaliseKernel, KeepsIntensitiesWhenAskedTo) {
@@ -194,7 +186,7 @@ TEST_F(NormaliseKernel, KeepsIntensitiesWhenAskedTo) {
   const DeviceImage image = put(made.image, Format::kR16);
   const DeviceImage moments = put(made.moments, Format::kRgba32);
   const DeviceImage to = output(size, Format::kR16);
-  dispatch(kernels()->normalise(false), {nearest(image), linear(moments), nearest(image), to.image},
+  dispatch(kernels()->normalise(), {nearest(image), linear(moments), to.image},
            shaders::NormalisePush{glm::ivec4(size, 0), glm::ivec4(made.moments.size, 0),
                                   glm::ivec4(cell, 0), glm::vec4(0.0F)},
            rows(size));
@@ -208,24 +200,40 @@ TEST_F(PackKernel, TakesCentralDifferencesInMillimetres) {
     const Scalars image = scalars_of(as_stored(random_texels(size, 51), Format::kR32));
     const DeviceImage from = put(texels_of(image), Format::kR32);
     const DeviceImage to = output(size, Format::kRgba32);
-    dispatch(kernels()->pack(), {nearest(from), to.image},
+    dispatch(kernels()->pack(false), {nearest(from), nearest(from), to.image},
              shaders::PackPush{glm::ivec4(size, 0), glm::vec4(spacing_mm, 0)}, rows(size));
-    expect_all(to, oracle::pack(image, spacing_mm), 4, 2.0);
+    expect_all(to, oracle::pack(image, spacing_mm, nullptr), 4, 2.0);
   }
 }
 
-TEST_F(PackKernel, HasNoGradientBesideAVoxelWithoutValue) {
+TEST_F(PackKernel, MarksTheGradientOutsideTheMaskAndKeepsTheIntensity) {
   const glm::ivec3 size(17, 7, 9);
-  Scalars image = scalars_of(as_stored(random_texels(size, 52), Format::kR16));
-  const Scalars mask = random_mask(size, 53, 0.8);
-  for (size_t i = 0; i < image.values.size(); ++i) {
-    if (mask.values[i] == 0.0) image.values[i] = oracle::kNoValue;
+  const glm::dvec3 spacing_mm(1.0, 2.0, 0.5);
+  const Scalars image = scalars_of(as_stored(random_texels(size, 52), Format::kR16));
+  const Scalars inside = random_mask(size, 53, 0.8);
+  const DeviceImage from = put(texels_of(image), Format::kR16);
+  const DeviceImage mask = put(texels_of(inside), Format::kR8);
+  const DeviceImage to = output(size, Format::kRgba16);
+  dispatch(kernels()->pack(true), {nearest(from), nearest(mask), to.image},
+           shaders::PackPush{glm::ivec4(size, 0), glm::vec4(spacing_mm, 0)}, rows(size));
+  expect_all(to, oracle::pack(image, spacing_mm, &inside), 4, 2.0);
+  const Texels actual = get(to);
+  for (size_t i = 0; i < actual.values.size(); ++i) {
+    EXPECT_EQ(oracle::inside_mask(actual.values[i]), inside.values[i] != 0.0);
+    EXPECT_EQ(actual.values[i].w, image.values[i]);
   }
+}
+
+TEST_F(PackKernel, HoldsAGradientThatHalfPrecisionCanNot) {
+  const glm::ivec3 size(9, 3, 2);
+  const glm::dvec3 spacing_mm(1e-6);  // a nanometre
+  const Scalars image = scalars_of(as_stored(random_texels(size, 54), Format::kR16));
   const DeviceImage from = put(texels_of(image), Format::kR16);
   const DeviceImage to = output(size, Format::kRgba16);
-  dispatch(kernels()->pack(), {nearest(from), to.image},
-           shaders::PackPush{glm::ivec4(size, 0), glm::vec4(1.0F, 2.0F, 0.5F, 0.0F)}, rows(size));
-  expect_all(to, oracle::pack(image, {1.0, 2.0, 0.5}), 4, 2.0);
+  dispatch(kernels()->pack(false), {nearest(from), nearest(from), to.image},
+           shaders::PackPush{glm::ivec4(size, 0), glm::vec4(spacing_mm, 0)}, rows(size));
+  expect_all(to, oracle::pack(image, spacing_mm, nullptr), 4, shaders::kLargestGradient);
+  for (const glm::dvec4& texel : get(to).values) EXPECT_TRUE(oracle::inside_mask(texel));
 }
 
 }  // namespace

@@ -56,14 +56,15 @@ TEST_F(MatchingCostKernel, IsTheMeanCutDifferenceOfEveryLabelAtEveryNode) {
   uint32_t seed = 900;
   for (const glm::ivec3 size : kSizes) {
     for (const bool holes : {false, true}) {
-      SCOPED_TRACE(text(size) + (holes ? " with holes" : ""));
+      SCOPED_TRACE(text(size) + (holes ? " with a mask" : ""));
       const glm::ivec3 cell(4, 3, 2);
       Texels images[2] = {as_stored(random_texels(size, ++seed), Format::kRgba16),
                           as_stored(random_texels(size, ++seed), Format::kRgba16)};
       for (Texels& image : images) {
         const Scalars mask = random_mask(size, ++seed, holes ? 0.5 : 1.0);
         for (size_t i = 0; i < image.values.size(); ++i) {
-          if (mask.values[i] == 0.0) image.values[i].w = oracle::kNoValue;
+          if (mask.values[i] == 0.0)
+            image.values[i] = glm::dvec4(glm::dvec3(oracle::kOutside), image.values[i].w);
         }
       }
       const std::vector<Scalars> expected =
@@ -169,11 +170,12 @@ TEST_F(ClassicForceKernel, IsThePapersStepInUnitsOfTheVoxel) {
   }
 }
 
-TEST_F(ClassicForceKernel, LeavesTheFieldWhereNothingIsKnown) {
+TEST_F(ClassicForceKernel, LeavesTheFieldOutsideTheMaskAndWhereNothingIsToBeSeen) {
   const glm::ivec3 size(9, 7, 8);
   Texels fixed(size);
-  for (size_t i = 0; i < fixed.values.size(); ++i)
-    fixed.values[i].w = i % 2 ? 0.0 : oracle::kNoValue;
+  for (size_t i = 0; i < fixed.values.size(); ++i) {
+    if (i % 2) fixed.values[i] = glm::dvec4(glm::dvec3(oracle::kOutside), 0.7);
+  }
   const Vectors u(size, glm::dvec3(0.25, -0.5, 1.0));
   const BrickList bricks = all_bricks(size);
   const vulkan::Buffer list = upload_bricks(context(), bricks);

@@ -129,6 +129,26 @@ TEST_F(Solver, IsNotMisledByWhatLiesOutsideTheMask) {
   EXPECT_LT(error->voxels.p95, kRigidP95);
 }
 
+/// Half of what is inside the mask in fixed lies outside it in moving.
+TEST_F(Solver, FollowsWhatMovesOutOfTheMask) {
+  AffineMap map;
+  map.shift_mm = {6.0, 0.0, 0.0};
+  const MadePair pair = made_pair(plain_grid({48, 44, 40}), map);
+  EstimatorOptions options = preset("balanced");
+  options.mask = Mask{pair.fixed.grid, std::vector<uint8_t>(pair.fixed.grid.count())};
+  Mask scored = seen_in_both(pair.truth, 3.0);
+  for (size_t at = 0; at < pair.fixed.values.size(); ++at) {
+    const int i = int(at % 48);
+    options.mask->values[at] = i >= 14 && i < 26;
+    scored.values[at] = scored.values[at] && options.mask->values[at];
+  }
+  const Motion motion = motion_of(pair.fixed, pair.moving, options);
+  const Result<Distances> error = endpoint_error(motion.field, pair.truth, &scored);
+  ASSERT_TRUE(error);
+  EXPECT_LT(error->voxels.mean, kRigidMean);
+  EXPECT_LT(error->voxels.p95, kRigidP95);
+}
+
 TEST_F(Solver, StopsWhenAskedTo) {
   const MadePair pair = made_pair(plain_grid({32, 32, 32}), {});
   std::stop_source stop;
