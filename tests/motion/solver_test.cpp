@@ -129,7 +129,8 @@ TEST_F(Solver, IsNotMisledByWhatLiesOutsideTheMask) {
   EXPECT_LT(error->voxels.p95, kRigidP95);
 }
 
-/// Half of what is inside the mask in fixed lies outside it in moving.
+/// Half of what is inside the mask in fixed lies outside it in moving. Measured: mean 0.03; 0.37 if
+/// what lies outside in moving is left out too.
 TEST_F(Solver, FollowsWhatMovesOutOfTheMask) {
   AffineMap map;
   map.shift_mm = {6.0, 0.0, 0.0};
