@@ -24,7 +24,7 @@ using namespace palpate;
 using namespace palpate::bench;
 
 struct Wishes {
-  std::string device, json, csv;
+  std::string device, json, csv, append;
   int runs = 5;
   bool quick = false, large = false;
 };
@@ -34,9 +34,10 @@ int fail(const std::string& why) {
   return 1;
 }
 
-bool write(const std::string& path, const std::string& text) {
+bool write(const std::string& path, const std::string& text,
+           std::ios::openmode mode = std::ios::trunc) {
   if (path.empty()) return true;
-  std::ofstream file(path);
+  std::ofstream file(path, mode);
   file << text;
   file.close();
   return bool(file);
@@ -79,6 +80,15 @@ int run(const Wishes& wishes) {
     return fail("The file " + wishes.json + " could not be written: choose another place.");
   if (!write(wishes.csv, csv(conditions, tables)))
     return fail("The file " + wishes.csv + " could not be written: choose another place.");
+  std::string page = fmt::format(
+      "\n# motion_bench\n\nDevice {}, driver {}, commit {}, {}; {} host threads; medians of {} "
+      "runs of "
+      "`build/motion_bench`, in a process of its own.\n",
+      conditions.device, conditions.driver, conditions.commit, conditions.date, conditions.threads,
+      wishes.runs);
+  for (const Table& table : tables) page += markdown(table);
+  if (!write(wishes.append, page, std::ios::app))
+    return fail("The file " + wishes.append + " could not be written: choose another place.");
   return 0;
 }
 
@@ -94,6 +104,7 @@ int main(int argc, char** argv) {
   app.add_flag("--large", wishes.large, "Also 512 x 512 x 400 (takes 8 GB of host memory)");
   app.add_option("--json", wishes.json, "Write all numbers to this file");
   app.add_option("--csv", wishes.csv, "Write all numbers to this file");
+  app.add_option("--append", wishes.append, "Add the tables to this file, as Markdown");
   CLI11_PARSE(app, argc, argv);
   if (wishes.quick && !app.count("--runs")) wishes.runs = 1;
   try {
