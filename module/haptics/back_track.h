@@ -1,0 +1,30 @@
+#pragma once
+
+#include <glm/glm.hpp>
+
+#include "module/scene/motion_map.h"
+#include "module/scene/scene.h"
+
+namespace palpate {
+
+/// What turning x + g (u(x) + closing) = target around gave.
+struct BackTrack {
+  glm::dvec3 x_m{0.0};      ///< in the data frame, volume space
+  double residual_m = 0.0;  ///< |x + g (u(x) + closing) - target|
+  int steps = 0;            ///< field reads spent, less the first
+  bool ok = false;          ///< residual small enough and no fold at x; never true by guessing
+  MotionSample at;          ///< the field at x_m
+};
+
+/// Equation (26): where in the data frame the material is that stands at `target` when the step to
+/// the next frame is done by the share `phase`. Newton with the trilinear Jacobian, warm started
+/// and safeguarded (a step that does not lower the residual is halved), or the paper's fixed point
+/// (27), `picard`, for comparison. All points in volume space, m. closing: an offset added to u
+/// everywhere (a cycle's closing error, spread over its last step). ok if the residual is below
+/// 1e-6 cells and det(I + g du/dx) > 0 at x, within 16 steps. Where it is not ok, x_m is the best
+/// seen: the caller holds. Real-time safe.
+BackTrack back_track(const MotionMap& map, double phase, glm::dvec3 target, glm::dvec3 start,
+                     glm::dvec3 closing = glm::dvec3(0.0),
+                     BackTracking method = BackTracking::kNewton) noexcept;
+
+}  // namespace palpate

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <array>
+#include <glm/glm.hpp>
+
+#include "module/haptics/primitive.h"
+
+namespace palpate {
+
+/// The data as a mode may know them: at one point, at one moment. Time, transforms and devices stay
+/// outside. What "scalar" and "vector" are (the value, a gradient, a curl, ...) is chosen in the
+/// scene, not here. Space: the volume's own, m. Values are read when asked for and kept, so asking
+/// twice costs nothing. Real-time safe.
+class LocalData {
+ public:
+  virtual double scalar() const noexcept = 0;               ///< in the data's unit
+  virtual glm::dvec3 scalar_gradient() const noexcept = 0;  ///< per metre; zero where the data end
+  virtual glm::dvec3 vector()
+      const noexcept = 0;  ///< in the data's unit, along volume space's axes
+
+ protected:
+  ~LocalData() = default;
+};
+
+/// What a mode sees of the scene in one haptic frame. Space: the volume's own (of its data frame),
+/// m.
+struct ModePoint {
+  const LocalData& data;  ///< at the proxy
+  glm::dvec3 proxy;       ///< where the proxy is: constraints belong here
+  glm::dvec3 probe;  ///< where the hand is, taken back to the data frame (only if wants_probe())
+  double dt_s;       ///< length of this haptic frame
+};
+
+/// Takes a mode's primitives and carries them to where the data are now: positions as points,
+/// normals as normals (they stay perpendicular to the surface under any stretch), tangents as
+/// tangents. Real-time safe.
+class PrimitiveSink {
+ public:
+  /// A one-sided surface that holds the proxy on the side `outward` points to, with Coulomb
+  /// friction. outward: any length > 0.
+  virtual void surface(glm::dvec3 position, glm::dvec3 outward, double strength_n,
+                       double friction = 0.0) noexcept = 0;
+  /// Holds the proxy on a line along `tangent` (a direction in the material, as a field line is).
+  virtual void line(glm::dvec3 position, glm::dvec3 tangent, double strength_n) noexcept = 0;
+  /// Pulls to a point.
+  virtual void point(glm::dvec3 position, double strength_n) noexcept = 0;
+  /// A force in N along a direction in the material, of any length.
+  virtual void force(glm::dvec3 tangent, double strength_n) noexcept = 0;
+
+ protected:
+  ~PrimitiveSink() = default;
+};
+
+/// A haptic mode: turns local data into primitives. Knows nothing of time, transforms or devices.
+/// Immutable: place() is called from the servo thread while others may hold the same object; it
+/// must be real-time safe (no allocation, lock, log or exception). All primitives of one haptic
+/// frame of a scene go into one balance.
+class Mode {
+ public:
+  virtual ~Mode() = default;
+  virtual void place(const ModePoint& at, PrimitiveSink& out) const noexcept = 0;
+  /// True if it reads ModePoint::probe: taking the probe back costs as much as taking the proxy
+  /// back.
+  virtual bool wants_probe() const { return false; }
+};
+
+}  // namespace palpate

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <glm/glm.hpp>
+#include <memory>
+
+#include "compute/volume/volume.h"
+
+namespace palpate {
+
+/// One frame of data as functions of a place in volume space (m, y up): sampled or analytic, scalar
+/// or vector. Immutable; all reads are real-time safe, any thread. Outside the data everything is
+/// zero-gradient: the border value is held. A scalar source gives its gradient as vector(); a
+/// vector source gives its magnitude as scalar().
+class FrameData {
+ public:
+  virtual ~FrameData() = default;
+  virtual bool is_vector() const noexcept = 0;
+  virtual double scalar(glm::dvec3 x_m) const noexcept = 0;
+  /// d scalar / dx, per m; continuous in x.
+  virtual glm::dvec3 scalar_gradient(glm::dvec3 x_m) const noexcept = 0;
+  virtual glm::dvec3 vector(glm::dvec3 x_m) const noexcept = 0;
+  /// Column j is d vector / dx_j, per m.
+  virtual glm::dmat3 vector_jacobian(glm::dvec3 x_m) const noexcept = 0;
+  /// Edge of the smallest thing it can hold (the finest spacing), m: how closely a path through it
+  /// has to be looked at.
+  virtual double detail_m() const noexcept = 0;
+  /// Box in which there are data, m.
+  virtual glm::dvec3 low_m() const noexcept = 0;
+  virtual glm::dvec3 high_m() const noexcept = 0;
+};
+
+/// A sampled scalar frame. Values are trilinear; gradients are trilinear blends of central
+/// differences (continuous, second order). The volume is moved in, not copied.
+std::shared_ptr<const FrameData> sampled_scalar(Volume volume);
+
+/// A vector frame on a grid, e.g. a flow: `values` along the patient's LPS axes, one per sample,
+/// shape (nz, ny, nx); given out along volume space's axes.
+std::shared_ptr<const FrameData> sampled_vector(Grid grid, std::vector<glm::vec3> values);
+
+}  // namespace palpate

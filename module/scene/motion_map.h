@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "compute/volume/field.h"
+
+namespace palpate {
+
+/// What a motion field says at a point of its fixed frame.
+struct MotionSample {
+  glm::dvec3 u_m;       ///< displacement to the next frame, volume space, m
+  glm::dmat3 jacobian;  ///< column j is du/dx_j, no unit
+  double confidence;    ///< 0 to 1
+};
+
+/// How safely the motion x + g u(x), g in [0, 1], can be turned around, over one cell of the field:
+/// equation (29) bounded.
+struct CellCertificate {
+  float contraction;  ///< q: bound of |u(b) - u(a)| / |b - a| within the cell; below 1 the fixed
+                      ///< point converges for every g
+  float determinant;  ///< a lower bound of det(I + g du/dx) over the cell and all g in [0, 1];
+                      ///< above 0: no fold
+};
+
+/// One motion field laid out for the hand: 16 bytes a sample (u in volume space, m, and
+/// confidence), trilinear, border held. Immutable, any thread, reads are real-time safe.
+class MotionMap {
+ public:
+  /// `confidence` may be null (1 everywhere) and may have another grid. Computes the certificates,
+  /// in parallel.
+  static std::shared_ptr<const MotionMap> of(const Field& field,
+                                             const Confidence* confidence = nullptr);
+
+  MotionSample sample(glm::dvec3 x_m) const noexcept;
+  glm::dvec3 displacement(glm::dvec3 x_m) const noexcept;
+  /// Of the cell that holds x.
+  CellCertificate certificate(glm::dvec3 x_m) const noexcept;
+
+  float worst_contraction() const { return worst_contraction_; }
+  float worst_determinant() const { return worst_determinant_; }
+  size_t folded_cells() const { return folded_cells_; }  ///< cells whose determinant bound is <= 0
+  double largest_u_m() const { return largest_u_m_; }
+  /// Edge of a cell along its shortest axis, m: the unit "voxel" of residuals.
+  double cell_m() const { return cell_m_; }
+
+ private:
+  MotionMap() = default;
+  glm::dmat3 index_from_volume_{1.0};
+  glm::dvec3 index_offset_{0.0};
+  glm::ivec3 size_{0};
+  std::vector<glm::vec4> samples_;
+  std::vector<CellCertificate> cells_;
+  float worst_contraction_ = 0, worst_determinant_ = 1;
+  size_t folded_cells_ = 0;
+  double largest_u_m_ = 0, cell_m_ = 0;
+};
+
+}  // namespace palpate

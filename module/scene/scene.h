@@ -1,0 +1,99 @@
+#pragma once
+
+#include <filesystem>
+#include <glm/glm.hpp>
+#include <string>
+#include <vector>
+
+#include "module/scene/transfer.h"
+#include "module/scene/transform.h"
+
+namespace palpate {
+
+/// What there is to feel, as a person writes it down: names, files, numbers. Values only; nothing
+/// is loaded yet.
+
+/// What a mode reads as its scalar.
+enum class ScalarProperty : uint8_t {
+  kValue,
+  kGradientMagnitude,
+  kMagnitude,
+  kDivergence,
+  kCurlMagnitude
+};
+/// What a mode reads as its vector.
+enum class VectorProperty : uint8_t { kVector, kGradient, kCurl };
+
+struct ModeSpec {
+  std::string name;              ///< unique in the scene
+  std::string kind = "surface";  ///< surface, follow, front, vortex, gradient-force, vector-force,
+                                 ///< attractor, or a user's own
+  std::string volume;            ///< name of the volume it reads
+  std::string motion;            ///< name of the motion that carries it; empty: the volume's first
+  ScalarProperty scalar = ScalarProperty::kValue;
+  VectorProperty vector = VectorProperty::kVector;
+  TransferFunction strength;  ///< N, of the scalar (surface, gradient-force, attractor) or of the
+                              ///< vector's length
+  TransferFunction friction;  ///< Coulomb's mu, of the scalar; surface only
+  double gain = 1.0;          ///< force modes: C of equations (2), (3)
+  bool two_sided =
+      false;  ///< surface: holds when entering and when leaving higher values; front: both sides
+  bool leaving =
+      false;  ///< surface: holds when leaving higher values instead of when entering them
+  glm::dvec3 point_m{0.0};  ///< attractor: volume space, m
+  double range_m = 0.0;     ///< attractor: reach; 0 is without end
+  bool on = true;
+};
+
+/// How a volume's transform changes by itself; a second hand or a program may change it too.
+struct DriveSpec {
+  enum class Kind : uint8_t { kStill, kTurn, kSwing, kSecondHand } kind = Kind::kStill;
+  glm::dvec3 axis{0.0, 1.0, 0.0};  ///< of turning and swinging, world
+  glm::dvec3 centre_m{0.0};        ///< of turning, world
+  double rate_hz = 0.25;           ///< turns or swings per second
+  double amplitude_m = 0.01;       ///< of a swing, along the axis
+};
+
+/// How the pose at a haptic frame's time is found.
+enum class PosePath : uint8_t {
+  kSmooth,  ///< a C1 path through the poses at their own times, a little late: no tick at frame
+            ///< ends
+  kPaper,   ///< the paper's: lerp and slerp from the current pose over the estimated frame time
+  kExact,   ///< the source is asked for the pose at the haptic frame's own time (scripted drives)
+};
+
+enum class BackTracking : uint8_t { kNewton, kPicard };
+
+struct MotionSpec {
+  std::string name = "data";
+  std::vector<std::filesystem::path>
+      fields;  ///< one per step, in order; a folder stands for its files
+  std::vector<std::filesystem::path> confidences;  ///< none or one per field
+};
+
+struct VolumeSpec {
+  std::string name;
+  std::string source;                        ///< "heart", "molecule", or empty: files
+  std::vector<std::filesystem::path> files;  ///< frames, as palpate motion takes them
+  std::vector<MotionSpec> motions;
+  Transform transform;  ///< world_from_volume at the start
+  bool centred = true;  ///< files: put the middle of the data at the transform's translation
+  DriveSpec drive;
+  PosePath path = PosePath::kSmooth;
+  BackTracking back_tracking = BackTracking::kNewton;
+  double frames_per_second = 0.0;  ///< 0: as the file says
+  double rate = 1.0;
+  bool cyclic = true;
+  bool blend_values = true;  ///< equation (24); off: the frame's own values are carried
+};
+
+struct SceneSpec {
+  std::vector<VolumeSpec> volumes;
+  std::vector<ModeSpec> modes;
+  double stiffness_n_per_m = 600.0;  ///< ks of the spring between probe and proxy
+  double damping_n_s_per_m = 0.0;    ///< kd
+  double max_force_n = 4.0;
+  Transform world_from_device;  ///< co-location; its scale enlarges the hand's movements
+};
+
+}  // namespace palpate
