@@ -1,0 +1,88 @@
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+
+namespace palpate {
+
+/// How much a scene may push. Values that make no sense (negative, NaN) count as 0.
+struct EnergyTankOptions {
+  double capacity_j = 0.1;  ///< it holds no more than this, and starts full: what one push may cost
+  double allowance_w = 0.05;      ///< flows in all the time: the person's consent to be moved
+  double dissipated_share = 1.0;  ///< of what the scene took out of the spring, 0 to 1, flows back
+};
+
+/// What happened to the spring's energy, in J. All but balance terms only ever grow.
+struct EnergyLedger {
+  double put_in_j = 0.0;  ///< by the scene: moving data and transforms, forces, a stiffer spring
+  double dissipated_j = 0.0;  ///< taken out by the scene: yielding, friction, a retreating surface
+  double held_j = 0.0;        ///< made by the sampling: the force is held while the hand moves on
+  double refused_j = 0.0;     ///< asked for by the scene and not given
+  double charged_j = 0.0;     ///< flowed into the tank
+  int64_t slips = 0;          ///< frames in which the surface slipped past
+};
+
+/// Meters the energy that a moving scene puts into the spring between probe and proxy, and lets the
+/// surface slip past when the scene has spent what it may.
+///
+/// In one haptic frame first the hand moves the probe p by dp while the force is held, then the
+/// scene moves the proxy from x to x'. With f = k (x - p) the force on the hand, exactly
+///   f.dp = -change of (k/2 |x - p|^2) + (k/2 |x' - p|^2 - k/2 |x - p|^2 after dp) + k/2 |dp|^2:
+/// the work done on the hand is the spring's loss, plus what the scene put in (booked as put in or
+/// as dissipated, by its sign), plus what sampling made (held). A change of k between two frames is
+/// the scene's: it is booked at the proxy and probe of the frame in which it shows. Over any run
+///   work on the hand = put in - dissipated + held - (spring's energy at the end - at the start).
+/// The tank pays for what is put in and is charged by the allowance and by a share of what was
+/// dissipated beyond held (in free motion the spring "loses" k/2 |dp|^2 that no hand ever gave), so
+///   put in <= capacity + charged  and, with a share <= 1,
+///   work on the hand <= capacity + allowance * time + held + the spring's energy at the start.
+/// Held is the device's own lack of passivity, to be covered by its damping and by the guards
+/// behind. The coupling's damping kd only takes energy out and is not in here.
+///
+/// A value; no clock, no allocation. Space: the one in which proxy and probe are, m. Where the
+/// world is a magnified device space, one joule here is 1/scale joule at the hand.
+class EnergyTank {
+ public:
+  explicit EnergyTank(const EnergyTankOptions& options = {}) noexcept;
+
+  /// The proxy that the scene can pay for: x_new if it can, else x_prev + a (x_new - x_prev) with
+  /// the largest a in [0, 1] that it can. Call once a haptic frame. x_prev: the proxy after the
+  /// last frame; x_new: after carrying and solving; probe: now; k > 0. If a rise of k alone is more
+  /// than the tank holds, the proxy is drawn towards the probe until it is not. As the result is
+  /// between x_prev and x_new, the force steps by at most max(step without the tank, k |dp|).
+  /// Anything not finite: x_prev, nothing booked. dt_s not finite or <= 0: no allowance. Real-time
+  /// safe.
+  glm::dvec3 limit(glm::dvec3 x_prev, glm::dvec3 x_new, glm::dvec3 probe, double stiffness_n_per_m,
+                   double dt_s) noexcept;
+
+  /// Forgets the last frame's probe and stiffness: call when the proxy is put to the probe (start,
+  /// scene change). Level and ledger stay.
+  void restart() noexcept { known_ = false; }
+
+  double level_j() const noexcept { return level_j_; }
+  /// What the scene put into the spring in the last frame; negative: took out.
+  double last_j() const noexcept { return last_j_; }
+  bool slipped() const noexcept { return slipped_; }
+  EnergyLedger ledger() const noexcept;
+
+ private:
+  // A sum that keeps what rounding drops, so that a day of small amounts adds up.
+  struct Sum {
+    double high = 0.0, low = 0.0;
+    void add(double value) noexcept;
+    double value() const noexcept { return high + low; }
+  };
+  void charge(double joule) noexcept;
+  void book(double joule, double held_j) noexcept;
+
+  EnergyTankOptions options_;
+  double level_j_ = 0.0, last_j_ = 0.0;
+  double debt_j_ = 0.0;  // what rounding overdrew
+  bool slipped_ = false, known_ = false;
+  glm::dvec3 last_probe_{0.0};
+  double last_stiffness_ = 0.0;
+  Sum put_in_, dissipated_, held_, refused_, charged_;
+  int64_t slips_ = 0;
+};
+
+}  // namespace palpate
