@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "compute/volume/field.h"
+#include "module/scene/grid_place.h"
 
 namespace palpate {
 
@@ -25,17 +26,22 @@ struct CellCertificate {
 };
 
 /// One motion field laid out for the hand: 16 bytes a sample (u in volume space, m, and
-/// confidence), trilinear, border held. Immutable, any thread, reads are real-time safe.
+/// confidence), trilinear, border held. Immutable, any thread, reads are real-time safe and finite
+/// wherever x is, NaN included.
 class MotionMap {
  public:
   /// `confidence` may be null (1 everywhere) and may have another grid. Computes the certificates,
-  /// in parallel.
+  /// in parallel. A vector that is not finite becomes a still one of confidence 0, and the cells
+  /// around it count as folded. The field must have samples.
   static std::shared_ptr<const MotionMap> of(const Field& field,
                                              const Confidence* confidence = nullptr);
 
+  /// Displacement, Jacobian and confidence from one read of 8 samples. The Jacobian is that of the
+  /// trilinear field, so it jumps at cell faces; along an axis beyond the outermost samples it is
+  /// zero.
   MotionSample sample(glm::dvec3 x_m) const noexcept;
   glm::dvec3 displacement(glm::dvec3 x_m) const noexcept;
-  /// Of the cell that holds x.
+  /// Of the cell that holds x. The held border has cells too.
   CellCertificate certificate(glm::dvec3 x_m) const noexcept;
 
   float worst_contraction() const { return worst_contraction_; }
@@ -47,11 +53,9 @@ class MotionMap {
 
  private:
   MotionMap() = default;
-  glm::dmat3 index_from_volume_{1.0};
-  glm::dvec3 index_offset_{0.0};
-  glm::ivec3 size_{0};
+  GridPlace place_;
   std::vector<glm::vec4> samples_;
-  std::vector<CellCertificate> cells_;
+  std::vector<CellCertificate> cells_;  ///< (size + 1) along each axis: the first and last are held
   float worst_contraction_ = 0, worst_determinant_ = 1;
   size_t folded_cells_ = 0;
   double largest_u_m_ = 0, cell_m_ = 0;

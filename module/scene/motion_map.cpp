@@ -1,0 +1,205 @@
+#include "module/scene/motion_map.h"
+
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <mutex>
+
+#include "compute/volume/parallel.h"
+#include "compute/volume/volume.h"
+#include "module/scene/certificate.h"
+#include "module/scene/lanes.h"
+
+namespace palpate {
+namespace {
+
+using lanes::Quad;
+
+// No data move by a kilometre; beyond that float squares would overflow in the certificates.
+constexpr float kAbsurdM = 1e3F;
+
+/// The corners of one cell of the field and where in it a point lies.
+struct CellRead {
+  const glm::vec4* low;
+  size_t to_x, to_y, to_z;
+  AxisPlace x, y, z;
+
+  CellRead(const std::vector<glm::vec4>& samples, glm::ivec3 size, glm::dvec3 index) noexcept
+      : x(index.x, size.x), y(index.y, size.y), z(index.z, size.z) {
+    const size_t row = size_t(size.x), slice = row * size_t(size.y);
+    low = samples.data() + size_t(x.low) + row * size_t(y.low) + slice * size_t(z.low);
+    to_x = size_t(x.step);
+    to_y = row * size_t(y.step);
+    to_z = slice * size_t(z.step);
+  }
+};
+
+/// u in volume space (m) and confidence per sample. What can not be used is marked by a negative
+/// confidence.
+std::vector<glm::vec4> packed(const Field& field, const Confidence* confidence) {
+  const Grid& grid = field.grid;
+  std::vector<float> trust;
+  if (confidence) {
+    trust = resampled(Volume{confidence->grid, confidence->values}, grid).values;
+  }
+  std::vector<glm::vec4> samples(grid.count());
+  const double slice_cost = 10.0 * grid.size.x * grid.size.y;
+  parallel_ranges(grid.size.z, slice_cost, [&](int begin, int end) {
+    for (size_t s = grid.offset(0, 0, begin); s < grid.offset(0, 0, end); ++s) {
+      const glm::vec3 u(volume_from_lps(glm::dvec3(field.u_mm[s])));
+      const float reach = std::abs(u.x) + std::abs(u.y) + std::abs(u.z);
+      const float w = confidence ? std::clamp(trust[s], 0.0F, 1.0F) : 1.0F;
+      samples[s] = reach < kAbsurdM ? glm::vec4(u, w >= 0.0F ? w : 0.0F) : glm::vec4(0, 0, 0, -1);
+    }
+  });
+  return samples;
+}
+
+/// Certificates of all cells of one field, the held border included.
+class Certifier {
+ public:
+  Certifier(const std::vector<glm::vec4>& samples, const Grid& grid)
+      : samples_(samples), size_(grid.size), cells_(grid.size + 1) {
+    shape_.edges = glm::vec3(1e-3 * grid.spacing_mm);
+    for (int a = 0; a < 3; ++a) {
+      shape_.axes[a] = glm::vec3(glm::normalize(volume_from_lps(grid.direction[a])));
+    }
+  }
+
+  /// The row of cells (., j, k), j and k counted from the held border.
+  void row(int j, int k, CellCertificate* out) const {
+    for (int first = 0; first < cells_.x; first += 4) {
+      const int count = std::min(4, cells_.x - first);
+      certificate::Corners corners;
+      std::array<bool, 4> unknown{};
+      for (int lane = 0; lane < count; ++lane)
+        unknown[size_t(lane)] = !gather(first + lane, j, k, size_t(lane), corners);
+      const auto found = certificate::bounds(corners, shape_);
+      for (int lane = 0; lane < count; ++lane) {
+        constexpr float kInfinite = std::numeric_limits<float>::infinity();
+        out[first + lane] =
+            unknown[size_t(lane)] ? CellCertificate{kInfinite, -kInfinite} : found[size_t(lane)];
+      }
+    }
+  }
+
+ private:
+  /// False if a corner is marked as unusable.
+  bool gather(int i, int j, int k, size_t lane, certificate::Corners& corners) const {
+    const glm::ivec3 cell(i, j, k);
+    glm::vec4 base(0.0F);
+    bool known = true;
+    for (int c = 0; c < 8; ++c) {
+      const glm::ivec3 corner(c & 1, c >> 1 & 1, c >> 2);
+      const glm::ivec3 at = glm::clamp(cell - 1 + corner, glm::ivec3(0), size_ - 1);
+      const glm::vec4& sample =
+          samples_[size_t(at.x) +
+                   size_t(size_.x) * (size_t(at.y) + size_t(size_.y) * size_t(at.z))];
+      known = known && sample.w >= 0.0F;
+      if (c == 0) base = sample;
+      for (size_t ch = 0; ch < 3; ++ch)
+        corners.u[size_t(c)][ch][lane] = sample[int(ch)] - base[int(ch)];
+    }
+    return known;
+  }
+
+  const std::vector<glm::vec4>& samples_;
+  glm::ivec3 size_, cells_;
+  certificate::CellShape shape_;
+};
+
+}  // namespace
+
+std::shared_ptr<const MotionMap> MotionMap::of(const Field& field, const Confidence* confidence) {
+  assert(field.u_mm.size() == field.grid.count() && field.grid.count() > 0);
+  std::shared_ptr<MotionMap> map(new MotionMap);
+  map->place_ = GridPlace(field.grid);
+  map->cell_m_ = 1e-3 * field.grid.finest_mm();
+  map->samples_ = packed(field, confidence);
+
+  const glm::ivec3 cells = field.grid.size + 1;
+  map->cells_.resize(size_t(cells.x) * size_t(cells.y) * size_t(cells.z));
+  const Certifier certifier(map->samples_, field.grid);
+  std::mutex guard;
+  parallel_ranges(cells.z, 500.0 * cells.x * cells.y, [&](int begin, int end) {
+    float contraction = 0.0F, determinant = 1.0F;
+    size_t folded = 0;
+    for (int k = begin; k < end; ++k)
+      for (int j = 0; j < cells.y; ++j) {
+        CellCertificate* out =
+            map->cells_.data() + size_t(cells.x) * (size_t(j) + size_t(cells.y) * size_t(k));
+        certifier.row(j, k, out);
+        for (int i = 0; i < cells.x; ++i) {
+          contraction = std::max(contraction, out[i].contraction);
+          determinant = std::min(determinant, out[i].determinant);
+          folded += out[i].determinant <= 0.0F;
+        }
+      }
+    const std::lock_guard<std::mutex> lock(guard);
+    map->worst_contraction_ = std::max(map->worst_contraction_, contraction);
+    map->worst_determinant_ = std::min(map->worst_determinant_, determinant);
+    map->folded_cells_ += folded;
+  });
+  for (glm::vec4& sample : map->samples_) {
+    sample.w = std::max(sample.w, 0.0F);
+    map->largest_u_m_ = std::max(map->largest_u_m_, glm::length(glm::dvec3(sample)));
+  }
+  return map;
+}
+
+MotionSample MotionMap::sample(glm::dvec3 x_m) const noexcept {
+  const CellRead at(samples_, place_.size, place_.index(x_m));
+  const double wx = at.x.weight, wy = at.y.weight, wz = at.z.weight;
+  // Differences first, then blends: one pass gives value and exact derivative, and u keeps the
+  // precision of its differences.
+  const auto row = [&](size_t offset, Quad& along_x) {
+    const Quad low = lanes::load(at.low[offset]);
+    along_x = lanes::load(at.low[offset + at.to_x]) - low;
+    return lanes::moved(low, wx, along_x);
+  };
+  Quad dx00, dx10, dx01, dx11;
+  const Quad v00 = row(0, dx00), v10 = row(at.to_y, dx10);
+  const Quad v01 = row(at.to_z, dx01), v11 = row(at.to_y + at.to_z, dx11);
+  const Quad dy0 = v10 - v00, dy1 = v11 - v01;
+  const Quad v0 = lanes::moved(v00, wy, dy0), v1 = lanes::moved(v01, wy, dy1);
+  const Quad dx0 = lanes::moved(dx00, wy, dx10 - dx00), dx1 = lanes::moved(dx01, wy, dx11 - dx01);
+  const Quad dz = v1 - v0;
+  const Quad u = lanes::moved(v0, wz, dz);
+  const Quad per_x = at.x.inside * lanes::moved(dx0, wz, dx1 - dx0);
+  const Quad per_y = at.y.inside * lanes::moved(dy0, wz, dy1 - dy0);
+  const Quad per_z = at.z.inside * dz;
+
+  const auto column = [&](glm::dvec3 index_per_m) {
+    return lanes::xyz(index_per_m.x * per_x + index_per_m.y * per_y + index_per_m.z * per_z);
+  };
+  const glm::dmat3& a = place_.index_from_volume;
+  return {lanes::xyz(u), glm::dmat3(column(a[0]), column(a[1]), column(a[2])), u.zw[1]};
+}
+
+glm::dvec3 MotionMap::displacement(glm::dvec3 x_m) const noexcept {
+  const CellRead at(samples_, place_.size, place_.index(x_m));
+  const auto row = [&](size_t offset) {
+    const Quad low = lanes::load(at.low[offset]);
+    return lanes::moved(low, at.x.weight, lanes::load(at.low[offset + at.to_x]) - low);
+  };
+  const auto plane = [&](size_t offset) {
+    const Quad low = row(offset);
+    return lanes::moved(low, at.y.weight, row(offset + at.to_y) - low);
+  };
+  const Quad low = plane(0);
+  return lanes::xyz(lanes::moved(low, at.z.weight, plane(at.to_z) - low));
+}
+
+CellCertificate MotionMap::certificate(glm::dvec3 x_m) const noexcept {
+  const glm::dvec3 index = place_.index(x_m);
+  size_t offset = 0;
+  for (int a = 2; a >= 0; --a) {
+    const double last = double(place_.size[a]);
+    // In this order NaN becomes 0.
+    const int cell = int(std::max(0.0, std::min(std::floor(index[a]) + 1.0, last)));
+    offset = offset * size_t(place_.size[a] + 1) + size_t(cell);
+  }
+  return cells_[offset];
+}
+
+}  // namespace palpate
