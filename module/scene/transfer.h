@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "compute/volume/result.h"
@@ -14,7 +15,7 @@ class TransferFunction {
  public:
   /// Nothing is felt: 0 everywhere.
   TransferFunction() = default;
-  /// The same for every value.
+  /// The same for every value. `out` must be finite.
   static TransferFunction constant(double out);
   /// Linear between pairs, held before the first and after the last. Needs at least one pair,
   /// finite, in rising; equal neighbours in `in` make a step there.
@@ -25,6 +26,7 @@ class TransferFunction {
   /// step.
   static Result<TransferFunction> window(double level, double width, double full);
 
+  /// At a step the upper piece counts. 0 for NaN.
   double operator()(double in) const noexcept;
   /// The largest value it can give.
   double highest() const noexcept;
