@@ -14,10 +14,6 @@ namespace palpate {
 namespace {
 
 constexpr size_t kWaiting = 2;  // frames that wait for the worker before push() blocks
-constexpr double kNoiseFloor =
-    2.2;  // f of local normalisation in noise SDs; 1 and 4 gave 5 to 10 % more error
-constexpr double kSmallestFloor = 0.02;
-constexpr double kLargestFloor = 0.25;
 
 using Clock = std::chrono::steady_clock;
 
@@ -86,9 +82,7 @@ class Worker final : public SequenceEstimator {
     // must stay one.
     std::call_once(scale_once_, [&] {
       scale_ = intensity_scale(frame);
-      const double measured = kNoiseFloor * noise_sd(frame) * double(scale_.scale);
-      noise_ = plan_.options.noise > 0.0 ? plan_.options.noise
-                                         : std::clamp(measured, kSmallestFloor, kLargestFloor);
+      noise_ = noise_floor(frame, scale_, plan_.options.noise);
     });
     HalfVolume values = scaled_halves(frame, scale_);
 

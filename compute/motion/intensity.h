@@ -19,6 +19,11 @@ struct IntensityScale {
 /// voxels.
 IntensityScale intensity_scale(const Volume& volume);
 
+/// The floor f of local normalisation in scaled units, the one place where it is decided: 2.2 SDs
+/// of the frame's noise, held within 0.02 to 0.25; or `asked`, if that is above 0. One for all
+/// frames of a sequence, as the scale is. Any thread.
+double noise_floor(const Volume& volume, const IntensityScale& scale, double asked);
+
 /// Scaled intensities as fp16 bits, ready for upload: half the memory of a frame that waits.
 struct HalfVolume {
   std::vector<uint16_t> bits;

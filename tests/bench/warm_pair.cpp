@@ -11,11 +11,6 @@
 namespace palpate::bench {
 namespace {
 
-// As in estimator.cpp, which keeps them to itself; demand_same_as_public() notices if they part.
-constexpr double kNoiseFloor = 2.2;
-constexpr double kSmallestFloor = 0.02;
-constexpr double kLargestFloor = 0.25;
-
 // The device does the same sums in the same order in both, so the fields are equal; drivers may
 // still choose other instructions for a second pipeline of the same shader.
 constexpr double kSameVoxels = 1e-3;
@@ -50,10 +45,7 @@ PairRun WarmPair::run(const Volume& fixed, const Volume& moving) {
   PairRun run;
   const double begin = now_s();
   const IntensityScale scale = intensity_scale(fixed);
-  const double measured = kNoiseFloor * noise_sd(fixed) * double(scale.scale);
-  const double noise = plan_.options.noise > 0.0
-                           ? plan_.options.noise
-                           : std::clamp(measured, kSmallestFloor, kLargestFloor);
+  const double noise = noise_floor(fixed, scale, plan_.options.noise);
   const HalfVolume fixed_values = scaled_halves(fixed, scale);
   const HalfVolume moving_values = scaled_halves(moving, scale);
   const double converted = now_s();
