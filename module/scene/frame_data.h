@@ -30,11 +30,14 @@ class FrameData {
 };
 
 /// A sampled scalar frame. Values are trilinear; gradients are trilinear blends of central
-/// differences (continuous, second order). The volume is moved in, not copied.
+/// differences at the samples (continuous, second order; one-sided at the outermost samples, and
+/// from there faded to zero over the half voxel to the end of the data). The volume is moved in,
+/// not copied; it must have samples.
 std::shared_ptr<const FrameData> sampled_scalar(Volume volume);
 
 /// A vector frame on a grid, e.g. a flow: `values` along the patient's LPS axes, one per sample,
-/// shape (nz, ny, nx); given out along volume space's axes.
+/// shape (nz, ny, nx); given out along volume space's axes. The Jacobian is blended as gradients
+/// are.
 std::shared_ptr<const FrameData> sampled_vector(Grid grid, std::vector<glm::vec3> values);
 
 }  // namespace palpate

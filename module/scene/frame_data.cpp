@@ -1,0 +1,122 @@
+#include "module/scene/frame_data.h"
+
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+#include "module/scene/grid_blend.h"
+#include "module/scene/lanes.h"
+
+namespace palpate {
+namespace {
+
+using lanes::Quad;
+
+struct LoadScalar {
+  const float* values;
+  double operator()(size_t at) const noexcept { return double(values[at]); }
+};
+struct LoadVector {
+  const glm::vec4* values;
+  Quad operator()(size_t at) const noexcept { return lanes::load(values[at]); }
+};
+
+/// What sampled scalars and vectors have in common: where they are.
+class OnGrid : public FrameData {
+ public:
+  explicit OnGrid(const Grid& grid) : place_(grid), detail_m_(1e-3 * grid.finest_mm()) {
+    low_ = glm::dvec3(std::numeric_limits<double>::infinity());
+    high_ = -low_;
+    for (int c = 0; c < 8; ++c) {
+      const glm::dvec3 end(c & 1, c >> 1 & 1, c >> 2);
+      const glm::dvec3 x = volume_from_lps(grid.lps_from_index(end * glm::dvec3(grid.size) - 0.5));
+      low_ = glm::min(low_, x);
+      high_ = glm::max(high_, x);
+    }
+  }
+  double detail_m() const noexcept final { return detail_m_; }
+  glm::dvec3 low_m() const noexcept final { return low_; }
+  glm::dvec3 high_m() const noexcept final { return high_; }
+
+ protected:
+  const GridPlace place_;
+
+ private:
+  double detail_m_;
+  glm::dvec3 low_, high_;
+};
+
+class SampledScalar final : public OnGrid {
+ public:
+  explicit SampledScalar(Volume volume) : OnGrid(volume.grid), values_(std::move(volume.values)) {}
+
+  bool is_vector() const noexcept override { return false; }
+  double scalar(glm::dvec3 x_m) const noexcept override {
+    return blend::value<double>(place_, place_.index(x_m), load());
+  }
+  glm::dvec3 scalar_gradient(glm::dvec3 x_m) const noexcept override {
+    const auto at = blend::value_and_slopes<double>(place_, place_.index(x_m), load());
+    return place_.gradient({at.x, at.y, at.z});
+  }
+  glm::dvec3 vector(glm::dvec3 x_m) const noexcept override { return scalar_gradient(x_m); }
+  glm::dmat3 vector_jacobian(glm::dvec3 x_m) const noexcept override {
+    const double step = 0.5 * detail_m();
+    glm::dmat3 jacobian;
+    for (int a = 0; a < 3; ++a) {
+      glm::dvec3 aside(0.0);
+      aside[a] = step;
+      jacobian[a] = (scalar_gradient(x_m + aside) - scalar_gradient(x_m - aside)) / (2.0 * step);
+    }
+    return jacobian;
+  }
+
+ private:
+  LoadScalar load() const noexcept { return {values_.data()}; }
+  std::vector<float> values_;
+};
+
+class SampledVector final : public OnGrid {
+ public:
+  SampledVector(const Grid& grid, const std::vector<glm::vec3>& lps) : OnGrid(grid) {
+    values_.reserve(lps.size());
+    // The axes turn as those of volume space do; the data keep their unit.
+    for (const glm::vec3& v : lps) values_.emplace_back(v.x, v.z, -v.y, 0.0F);
+  }
+
+  bool is_vector() const noexcept override { return true; }
+  double scalar(glm::dvec3 x_m) const noexcept override { return glm::length(vector(x_m)); }
+  glm::dvec3 scalar_gradient(glm::dvec3 x_m) const noexcept override {
+    const auto at = blend::value_and_slopes<Quad>(place_, place_.index(x_m), load());
+    const glm::dvec3 v = lanes::xyz(at.value);
+    const double length = glm::length(v);
+    return length > 0.0 ? (v / length) * jacobian_of(at) : glm::dvec3(0.0);
+  }
+  glm::dvec3 vector(glm::dvec3 x_m) const noexcept override {
+    return lanes::xyz(blend::value<Quad>(place_, place_.index(x_m), load()));
+  }
+  glm::dmat3 vector_jacobian(glm::dvec3 x_m) const noexcept override {
+    return jacobian_of(blend::value_and_slopes<Quad>(place_, place_.index(x_m), load()));
+  }
+
+ private:
+  LoadVector load() const noexcept { return {values_.data()}; }
+  glm::dmat3 jacobian_of(const blend::Blend<Quad>& at) const noexcept {
+    const glm::dmat3 per_index(lanes::xyz(at.x), lanes::xyz(at.y), lanes::xyz(at.z));
+    return per_index * place_.index_from_volume;
+  }
+  std::vector<glm::vec4> values_;
+};
+
+}  // namespace
+
+std::shared_ptr<const FrameData> sampled_scalar(Volume volume) {
+  assert(volume.values.size() == volume.grid.count() && volume.grid.count() > 0);
+  return std::make_shared<SampledScalar>(std::move(volume));
+}
+
+std::shared_ptr<const FrameData> sampled_vector(Grid grid, std::vector<glm::vec3> values) {
+  assert(values.size() == grid.count() && grid.count() > 0);
+  return std::make_shared<SampledVector>(grid, values);
+}
+
+}  // namespace palpate
