@@ -1,0 +1,49 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace palpate {
+
+/// What the servo thread asks the system for. Each is tried, none is needed.
+struct RealTimeOptions {
+  int priority = 80;        ///< of SCHED_FIFO, 1 to 99; 0: is not asked for
+  int core = -1;            ///< the thread is pinned to this one; -1: to none
+  bool lock_memory = true;  ///< no page of the process may be taken away again
+  bool cores_awake = true;  ///< no deep sleep of the cores while the loop runs
+};
+
+/// What it got. For people; one sentence each says what it means or what to do.
+struct ServoReport {
+  struct Item {
+    std::string what;  ///< "real-time priority"
+    bool obtained = false;
+    std::string sentence;
+  };
+  std::string
+      kernel;  ///< "PREEMPT_RT", "PREEMPT_DYNAMIC", "PREEMPT" or "voluntary", and its release
+  std::vector<Item> items;
+};
+
+/// What kind of preemption a kernel has, from the version line that uname gives and what
+/// /sys/kernel/realtime says ("1", or empty where it is not there).
+std::string preemption(const std::string& uname_version, const std::string& realtime_file);
+
+/// Locks the process's memory as it is touched from now on (it stays locked: that is the process's,
+/// not the thread's) and keeps the cores awake until it is destroyed. Not real-time safe.
+class ProcessPreparation {
+ public:
+  ProcessPreparation(const RealTimeOptions& options, ServoReport& report);
+  ~ProcessPreparation();
+  ProcessPreparation(const ProcessPreparation&) = delete;
+  ProcessPreparation& operator=(const ProcessPreparation&) = delete;
+
+ private:
+  int latency_file_ = -1;
+};
+
+/// For the calling thread: priority, core, timer slack of 1 ns, and 256 KiB of stack touched. Not
+/// real-time safe itself.
+void prepare_thread(const RealTimeOptions& options, ServoReport& report);
+
+}  // namespace palpate

@@ -1,0 +1,117 @@
+#pragma once
+
+#include <array>
+
+#include "module/haptics/device.h"
+#include "module/haptics/mailbox.h"
+#include "module/haptics/servo_clock.h"
+#include "module/haptics/statistics.h"
+#include "module/haptics/ticker.h"
+
+namespace palpate {
+
+/// How often the device is talked to in one period T. A device answers a command with a position,
+/// so one exchange per period sends a force that is a whole period old: K_max = b / (T/2 + T). A
+/// second exchange right after the tick makes the age of the force one round trip R: K_max = b /
+/// (T/2 + R). Its own answer is kept for the next tick only if it says what the next first answer
+/// does not. With R > T/4 half the period and one exchange would be better still, at the same use
+/// of the bus: that is the caller's choice of period.
+enum class Exchanges : uint8_t {
+  kAuto,   ///< twice if nine of ten round trips take less than 0.4 T, found anew after every fault
+  kOnce,   ///< for a device that needs the whole period for one
+  kTwice,  ///< first the force as it is, for a position; then the force that the tick made of it
+};
+
+struct LoopOptions {
+  int64_t period_ns = 1'000'000;    ///< 250 us to 10 ms
+  int64_t watchdog_ns = 5'000'000;  ///< ticks further apart than this are TickInput::late
+  int64_t stop_ns = 500'000'000;    ///< the tick's own ramp to zero may take this long ...
+  int64_t ramp_ns = 20'000'000;     ///< ... then the loop ramps its last force itself, over this
+  Exchanges exchanges = Exchanges::kAuto;
+};
+
+/// Whether a second exchange fits into the period: see Exchanges. Real-time safe.
+class ExchangePlan {
+ public:
+  ExchangePlan(Exchanges wanted, int64_t period_ns)
+      : wanted_(wanted), limit_ns_(period_ns * 2 / 5) {}
+  void add(const DeviceReading& reading, int64_t took_ns) noexcept;
+  bool twice() const noexcept {
+    return wanted_ == Exchanges::kTwice || (wanted_ == Exchanges::kAuto && fits_);
+  }
+
+ private:
+  static constexpr int kTrials = 64;
+  Exchanges wanted_;
+  int64_t limit_ns_;
+  int seen_ = 0, short_ = 0;
+  bool fits_ = false;
+};
+
+/// Hears of every tick, on the servo thread, after its force was sent. Real-time safe.
+class TickListener {
+ public:
+  virtual ~TickListener() = default;
+  virtual void hear(const TickInput& input, const TickOutput& output) noexcept = 0;
+};
+
+/// What goes into and comes out of the loop while it runs: one writer and one reader each.
+struct ServoPorts {
+  static constexpr int kReaders = 2;
+  Ring<ControlEvent, 256> events;
+  Ring<PoseUpdate, 256> poses;
+  std::array<Newest<TickOutput>, kReaders> outputs;
+  ServoStatistics statistics;
+  std::atomic<bool> stop{false};  ///< ramp to zero, then end
+  std::atomic<bool> at_rest{
+      false};  ///< the device has had a force of zero since a stop was asked for
+};
+
+/// One period after another, as values: what the servo thread runs. Has no thread and, but for
+/// `clock`, no time, so that tests run it step by step. After construction everything is real-time
+/// safe: no allocation, lock, log or exception.
+class ServoLoop {
+ public:
+  /// All are borrowed. Listeners may be null.
+  ServoLoop(ForceDevice& device, Ticker& ticker, ServoClock& clock, ServoPorts& ports,
+            const LoopOptions& options, std::array<TickListener*, 2> listeners = {});
+
+  /// One period: waits for its deadline, asks the device where it is, ticks, sends. False once it
+  /// was asked to stop and the device had zero three times: then it is over.
+  bool turn() noexcept;
+  /// For a crash of the servo thread itself: ramps the last force to zero over options.ramp_ns, one
+  /// exchange per ms. Does nothing if the crash was inside the device's own code.
+  void ramp_down_now() noexcept;
+
+ private:
+  void note_start(int64_t woke_ns) noexcept;
+  void note_end(int64_t woke_ns, int64_t end_ns) noexcept;
+  DeviceReading exchange() noexcept;
+  DeviceReading read() noexcept;
+  TickInput gather(const DeviceReading& reading, int64_t now_ns) noexcept;
+  void guard(const DeviceCommand& wanted, int64_t now_ns) noexcept;
+  bool is_over() noexcept;
+
+  ForceDevice& device_;
+  Ticker& ticker_;
+  ServoClock& clock_;
+  ServoPorts& ports_;
+  LoopOptions options_;
+  std::array<TickListener*, 2> listeners_;
+  ExchangePlan plan_;
+
+  DeviceCommand command_;  ///< what the device has, or gets next
+  DeviceReading second_;   ///< the answer to the second exchange
+  bool have_second_ = false;
+  int64_t device_ns_ = 0, tick_ns_ = 0;  ///< longest exchange and the tick of this turn
+  int64_t deadline_ns_ = 0, last_woke_ns_ = 0, last_end_ns_ = 0, last_tick_at_ns_ = 0;
+  bool started_ = false;
+
+  int64_t stop_asked_ns_ = 0, ramp_start_ns_ = 0;
+  bool stopping_ = false, ramping_ = false;
+  glm::dvec3 ramp_from_n_{0.0};
+  int zeros_ = 0;
+  std::atomic<bool> in_device_{false};
+};
+
+}  // namespace palpate
