@@ -35,19 +35,18 @@ struct GridPlace {
 
 /// Where a continuous index lies between two samples of one axis.
 struct AxisPlace {
-  int low = 0;          ///< the lower sample
-  int step = 0;         ///< to the upper one: 1, or 0 on an axis of one sample
-  double weight = 0.0;  ///< of the upper one
-  double inside = 0.0;  ///< 1 between the outermost samples, 0 beyond: there the border is held
+  int low;        ///< the lower sample
+  int step;       ///< to the upper one: 1, or 0 on an axis of one sample
+  double weight;  ///< of the upper one
+  double inside;  ///< 1 between the outermost samples, 0 beyond: there the border is held
 
   AxisPlace(double index, int size) noexcept {
-    const double last = double(size - 1);
     // In this order NaN becomes 0, so that no caller's mistake reads outside the samples.
-    const double held = std::max(0.0, std::min(index, last));
-    low = std::min(int(held), std::max(0, size - 2));
-    step = size > 1 ? 1 : 0;
+    const double held = std::max(0.0, std::min(index, double(size - 1)));
+    step = size > 1;
+    low = std::min(int(held), size - 1 - step);
     weight = held - double(low);
-    inside = index >= 0.0 && index <= last ? double(step) : 0.0;
+    inside = held == index ? 1.0 : 0.0;
   }
 };
 

@@ -2,6 +2,9 @@
 
 #include <cstring>
 #include <glm/glm.hpp>
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
 
 /// Four doubles at once, in two registers that every x86-64 and ARM64 machine has. The hand's reads
 /// are short chains of sums of 3 or 4 channels: written with these they take half the instructions
@@ -10,7 +13,6 @@
 namespace palpate::lanes {
 
 using Double2 = double __attribute__((vector_size(16)));
-using Float2 = float __attribute__((vector_size(8)));
 using Float4 = float __attribute__((vector_size(16)));
 
 /// (x, y, z, w) in double.
@@ -35,12 +37,20 @@ inline glm::dvec3 xyz(Quad a) {
   return {a.xy[0], a.xy[1], a.zw[0]};
 }
 
+/// Two floats in memory, widened. (GCC 12 widens a generic vector one float at a time.)
+inline Double2 load2(const float* values) {
+#ifdef __SSE2__
+  double both;
+  std::memcpy(&both, values, sizeof both);
+  return _mm_cvtps_pd(_mm_castpd_ps(_mm_set_sd(both)));
+#else
+  return Double2{values[0], values[1]};
+#endif
+}
+
 /// Four floats in memory, widened: differences and blends of them are then as good as exact.
 inline Quad load(const glm::vec4& value) {
-  Float2 xy, zw;
-  std::memcpy(&xy, &value.x, sizeof xy);
-  std::memcpy(&zw, &value.z, sizeof zw);
-  return {__builtin_convertvector(xy, Double2), __builtin_convertvector(zw, Double2)};
+  return {load2(&value.x), load2(&value.z)};
 }
 
 }  // namespace palpate::lanes

@@ -195,8 +195,9 @@ CellCertificate MotionMap::certificate(glm::dvec3 x_m) const noexcept {
   size_t offset = 0;
   for (int a = 2; a >= 0; --a) {
     const double last = double(place_.size[a]);
-    // In this order NaN becomes 0.
-    const int cell = int(std::max(0.0, std::min(std::floor(index[a]) + 1.0, last)));
+    // The held cell before the first sample is 0: adding 1 first makes the cut towards zero a
+    // floor. In this order NaN becomes 0.
+    const int cell = int(std::max(0.0, std::min(index[a] + 1.0, last)));
     offset = offset * size_t(place_.size[a] + 1) + size_t(cell);
   }
   return cells_[offset];
