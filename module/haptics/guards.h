@@ -1,0 +1,58 @@
+#pragma once
+
+namespace palpate {
+
+/// The motors' heat: dT/dt = (F^2 / F_c^2 - T) / tau, T = 1 for the temperature that the force F_c
+/// gives in the end. Values; real-time safe.
+class MotorHeat {
+ public:
+  /// continuous_n: F_c, held for ever; most_n: held for a moment; time_constant_s: tau. All > 0.
+  MotorHeat(double continuous_n, double most_n, double time_constant_s) noexcept;
+  /// The force was force_n for dt_s.
+  void step(double force_n, double dt_s) noexcept;
+  /// What may be given now, N: most_n while cool, from T = 0.8 to 1 down to F_c. Continuous in T,
+  /// and T in time, so it never steps; at F_c T stays below 1 for ever.
+  double limit_n() const noexcept;
+  double heat() const noexcept { return heat_; }
+
+ private:
+  double continuous_n_, most_n_, time_constant_s_, heat_ = 0.0;
+};
+
+/// What the force does to the hand: work given out against what the hand gave back. A full budget
+/// may be spent at once, power_w for ever. Values; real-time safe.
+class PowerGate {
+ public:
+  /// gain_per_s: the fastest that gain() may change.
+  PowerGate(double power_w, double budget_j, double gain_per_s) noexcept;
+  /// The force did work_j on the hand (negative: the hand on the device) in dt_s.
+  void step(double work_j, double dt_s) noexcept;
+  /// Factor on the whole force: 1 with half the budget left, falling with it to 0 at the end. The
+  /// whole force and not only its part along the velocity: that part flickers in direction when the
+  /// hand is nearly still, and this does not.
+  double gain() const noexcept { return gain_; }
+  double left_j() const noexcept { return left_j_; }
+
+ private:
+  double power_w_, budget_j_, gain_per_s_;
+  double left_j_, gain_ = 1.0;
+};
+
+/// The first moments of a contact, when a wrong stiffness, a wrong pose or a proxy that was put
+/// somewhere else shows as a spike. Values; real-time safe.
+class FirstContact {
+ public:
+  FirstContact(double young_n_per_s, double young_s) noexcept;
+  /// A contact that was lost for less than 20 ms is the same contact: a proxy that chatters on a
+  /// surface does not stay young.
+  void step(bool touching, double dt_s) noexcept;
+  /// How fast the force may rise: young_n_per_s for young_s, then up to full_n_per_s over as long
+  /// again, so that what was held back does not come at once.
+  double slew_n_per_s(double full_n_per_s) const noexcept;
+
+ private:
+  double young_n_per_s_, young_s_;
+  double age_s_ = 0.0, apart_s_ = 1.0;
+};
+
+}  // namespace palpate
