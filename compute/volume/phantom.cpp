@@ -3,7 +3,9 @@
 #include <cassert>
 #include <cmath>
 #include <numbers>
+#include <type_traits>
 
+#include "compute/volume/dual.h"
 #include "compute/volume/parallel.h"
 #include "compute/volume/phantom_texture.h"
 
@@ -55,10 +57,19 @@ double beat_phase(int frame, int frames) {
 }
 
 /// b(r) / r, which is finite at the centre.
-double stretch(double r_mm) {
+template <class Number>
+Number stretch(const Number& r_mm) {
+  const Number t = r_mm / kReachMm;
+  const Number q = 1.0 - t * t;
+  if (!(dual::value(q) > 0.0)) return 0.0;
+  return kAmplitudeMm / kReachMm * q * q * q;
+}
+
+/// d(r + s b(r)) / dr at a material radius.
+double growth_at(double r_mm, double s) {
   const double t = r_mm / kReachMm;
-  const double q = 1.0 - t * t;
-  return q > 0.0 ? kAmplitudeMm / kReachMm * q * q * q : 0.0;
+  const double q = std::max(0.0, 1.0 - t * t);
+  return 1.0 + s * kAmplitudeMm / kReachMm * q * q * (1.0 - 7.0 * t * t);
 }
 
 /// The material radius r with r + s b(r) = radius_mm, by Newton. b is concave or flat enough (b' >
@@ -66,9 +77,7 @@ double stretch(double r_mm) {
 double material_radius(double radius_mm, double s) {
   double r = radius_mm;
   for (int step = 0; step < 50; ++step) {
-    const double t = r / kReachMm;
-    const double q = std::max(0.0, 1.0 - t * t);
-    const double slope = 1.0 + s * kAmplitudeMm / kReachMm * q * q * (1.0 - 7.0 * t * t);
+    const double slope = growth_at(r, s);
     const double miss = r * (1.0 + s * stretch(r)) - radius_mm;
     r -= miss / slope;
     if (std::abs(miss) < 1e-12) break;
@@ -76,45 +85,63 @@ double material_radius(double radius_mm, double s) {
   return r;
 }
 
+/// By the implicit function: dr / d radius = 1 / growth.
+dual::Dual material_radius(const dual::Dual& radius_mm, double s) {
+  const double r = material_radius(radius_mm.value, s);
+  return dual::chained(radius_mm, r, 1.0 / growth_at(r, s));
+}
+
 /// Material point (position in the smallest state) of what is at lps_mm when the phase is s.
-glm::dvec3 heart_material(glm::dvec3 lps_mm, double s) {
-  const double radius_mm = glm::length(lps_mm);
+template <class Point>
+Point heart_material(const Point& lps_mm, double s) {
+  const auto radius_mm = dual::length(lps_mm);
   return lps_mm / (1.0 + s * stretch(material_radius(radius_mm, s)));
 }
 
-/// The inner radius of the wall in the material state, in the direction of a material point.
-double inner_radius(glm::dvec3 material_mm, uint32_t seed) {
-  const double r = std::max(1e-6, glm::length(material_mm));
-  const double bump =
+/// The inner radius of the wall in the material state, in the direction of a material point r from
+/// the centre.
+template <class Point, class Number>
+Number inner_radius(const Point& material_mm, const Number& r, uint32_t seed) {
+  const Number bump =
       texture::smooth_noise(texture::mixed(seed + 7), material_mm * (kBumpsPerRadius / r));
   return kInnerMm + kBumpMm * bump;
 }
 
-double heart_value(glm::dvec3 material_mm, double growth, double edge_mm, uint32_t seed) {
-  const double r = glm::length(material_mm);
+double inner_radius(glm::dvec3 material_mm, uint32_t seed) {
+  return inner_radius(material_mm, std::max(1e-6, glm::length(material_mm)), seed);
+}
+
+template <class Point>
+auto material_value(const Point& material_mm, double growth, double edge_mm, uint32_t seed) {
+  const auto r = dual::length(material_mm);
+  using Number = std::remove_cvref_t<decltype(r)>;
+  const Number away = dual::value(r) > 1e-6 ? r : Number(1e-6);
   // Lengths along the radius are `growth` times longer in the frame than in the material state; the
   // scanner's blur is one of the frame.
-  const double inside = (r - inner_radius(material_mm, seed)) * growth;
-  const double outside = (r - kOuterMm) * growth;
-  const double blood = kBlood + 40.0 * texture::tissue(seed + 10, material_mm, 5.0, 9.0);
-  const double wall = kWall + 150.0 * texture::tissue(seed + 20, material_mm, 4.0, 8.0);
-  const double lung = kLung + 80.0 * texture::tissue(seed + 30, material_mm, 5.0, 11.0);
-  const double heart = blood + (wall - blood) * texture::soft_step(inside, edge_mm);
-  return heart + (lung - heart) * texture::soft_step(outside, edge_mm);
+  const Number inside = (r - inner_radius(material_mm, away, seed)) * growth;
+  const Number outside = (r - kOuterMm) * growth;
+  const Number blood = kBlood + 40.0 * texture::tissue(seed + 10, material_mm, 5.0, 9.0);
+  const Number wall = kWall + 150.0 * texture::tissue(seed + 20, material_mm, 4.0, 8.0);
+  const Number lung = kLung + 80.0 * texture::tissue(seed + 30, material_mm, 5.0, 11.0);
+  const Number heart = blood + (wall - blood) * texture::soft_step(inside, edge_mm);
+  return Number(heart + (lung - heart) * texture::soft_step(outside, edge_mm));
+}
+
+/// Growth at the outer wall stands for the whole wall: it only scales the blur, by 10 % at most
+/// elsewhere.
+double wall_growth(double s) {
+  const double t2 = (kOuterMm / kReachMm) * (kOuterMm / kReachMm);
+  return 1.0 + s * kAmplitudeMm / kReachMm * (1.0 - t2) * (1.0 - t2) * (1.0 - 7.0 * t2);
 }
 
 Volume heart_frame(const Grid& grid, double s, uint32_t seed, uint32_t noise_seed,
                    double noise_sd) {
   Volume frame{grid, std::vector<float>(grid.count())};
   const double voxel_mm = std::cbrt(grid.spacing_mm.x * grid.spacing_mm.y * grid.spacing_mm.z);
-  // Growth at the outer wall stands for the whole wall: it only scales the blur, by 10 % at most
-  // elsewhere.
-  const double t2 = (kOuterMm / kReachMm) * (kOuterMm / kReachMm);
-  const double growth =
-      1.0 + s * kAmplitudeMm / kReachMm * (1.0 - t2) * (1.0 - t2) * (1.0 - 7.0 * t2);
+  const double growth = wall_growth(s);
   for_each_sample(grid, 500.0, [&](size_t offset, glm::dvec3 lps_mm) {
     const double value =
-        heart_value(heart_material(lps_mm, s), growth, kEdgeVoxels * voxel_mm, seed);
+        material_value(heart_material(lps_mm, s), growth, kEdgeVoxels * voxel_mm, seed);
     const double error = noise_sd * texture::gaussian_like(noise_seed, offset);
     frame.values[offset] = float(value + error);
   });
@@ -193,6 +220,18 @@ Sequence heart_phantom(const Grid& grid, int frames, uint32_t seed, double noise
 
 Sequence heart_phantom(int size, int frames, uint32_t seed, double noise) {
   return heart_phantom(heart_grid(size), frames, seed, noise);
+}
+
+double heart_value(glm::dvec3 lps_mm, int frame, int frames, uint32_t seed, double voxel_mm) {
+  const double s = beat_phase(frame, frames);
+  return material_value(heart_material(lps_mm, s), wall_growth(s), kEdgeVoxels * voxel_mm, seed);
+}
+
+glm::dvec3 heart_gradient(glm::dvec3 lps_mm, int frame, int frames, uint32_t seed,
+                          double voxel_mm) {
+  const double s = beat_phase(frame, frames);
+  const dual::Point material_mm = heart_material(dual::variable(lps_mm), s);
+  return material_value(material_mm, wall_growth(s), kEdgeVoxels * voxel_mm, seed).slope;
 }
 
 glm::dvec3 heart_point(glm::dvec3 lps_mm, int from_frame, int to_frame, int frames) {

@@ -32,6 +32,15 @@ Sequence heart_phantom(const Grid& grid, int frames = 4, uint32_t seed = 1, doub
 /// The same on heart_grid(size).
 Sequence heart_phantom(int size = 128, int frames = 4, uint32_t seed = 1, double noise = 0.01);
 
+/// What heart_phantom samples in a frame, without noise, at any place: with edges as soft as voxels
+/// of voxel_mm make them. Any thread; real-time safe.
+double heart_value(glm::dvec3 lps_mm, int frame, int frames = 4, uint32_t seed = 1,
+                   double voxel_mm = 1.0);
+
+/// The gradient of heart_value per mm, along LPS; exact (forward differentiation of the formula).
+glm::dvec3 heart_gradient(glm::dvec3 lps_mm, int frame, int frames = 4, uint32_t seed = 1,
+                          double voxel_mm = 1.0);
+
 /// Where the material that is at lps_mm in from_frame is in to_frame, LPS mm, to 1e-9 mm. Frames
 /// count cyclically.
 glm::dvec3 heart_point(glm::dvec3 lps_mm, int from_frame, int to_frame, int frames = 4);

@@ -3,6 +3,9 @@
 #include <cmath>
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <type_traits>
+
+#include "compute/volume/dual.h"
 
 /// Noise for made data, from integer hashes alone: the same on every machine and in every order of
 /// evaluation.
@@ -33,11 +36,17 @@ inline double gaussian_like(uint32_t seed, size_t sample) {
 }
 
 /// Smooth noise in [-1, 1] with structures of about one unit: random lattice values, joined with
-/// two continuous derivatives.
-inline double smooth_noise(uint32_t seed, glm::dvec3 point) {
-  const glm::dvec3 cell = glm::floor(point);
-  const glm::dvec3 f = point - cell;
-  const glm::dvec3 w = f * f * f * (f * (f * 6.0 - 15.0) + 10.0);
+/// two continuous derivatives. Point: glm::dvec3, or dual::Point for the gradient too.
+template <class Point>
+auto smooth_noise(uint32_t seed, const Point& point) {
+  using Number = std::remove_cvref_t<decltype(point.x)>;
+  const glm::dvec3 cell =
+      glm::floor(glm::dvec3(dual::value(point.x), dual::value(point.y), dual::value(point.z)));
+  const auto eased = [](const Number& f) -> Number {
+    return f * f * f * (f * (f * 6.0 - 15.0) + 10.0);
+  };
+  const Number wx = eased(point.x - cell.x), wy = eased(point.y - cell.y),
+               wz = eased(point.z - cell.z);
   const glm::ivec3 c(cell);
   const auto lattice = [&](int i, int j, int k) {
     const uint32_t x = uint32_t(c.x + i) * 0x8da6b343U;
@@ -45,24 +54,31 @@ inline double smooth_noise(uint32_t seed, glm::dvec3 point) {
     const uint32_t z = uint32_t(c.z + k) * 0xcb1ab31fU;
     return 2.0 * uniform(seed ^ x ^ y ^ z) - 1.0;
   };
-  const auto along_x = [&](int j, int k) {
+  const auto along_x = [&](int j, int k) -> Number {
     const double low = lattice(0, j, k);
-    return low + w.x * (lattice(1, j, k) - low);
+    return low + wx * (lattice(1, j, k) - low);
   };
-  const double near = along_x(0, 0) + w.y * (along_x(1, 0) - along_x(0, 0));
-  const double far = along_x(0, 1) + w.y * (along_x(1, 1) - along_x(0, 1));
-  return near + w.z * (far - near);
+  const auto along_y = [&](int k) -> Number {
+    const Number low = along_x(0, k);
+    return low + wy * (along_x(1, k) - low);
+  };
+  const Number near = along_y(0);
+  return Number(near + wz * (along_y(1) - near));
 }
 
 /// Structures of two sizes, in [-1, 1].
-inline double tissue(uint32_t seed, glm::dvec3 point_mm, double fine_mm, double coarse_mm) {
+template <class Point>
+auto tissue(uint32_t seed, const Point& point_mm, double fine_mm, double coarse_mm) {
   return 0.5 * smooth_noise(mixed(seed), point_mm / fine_mm) +
          0.5 * smooth_noise(mixed(seed + 1), point_mm / coarse_mm);
 }
 
 /// 0 well below the edge, 1 well above, smooth over `width` around it.
-inline double soft_step(double distance, double width) {
-  const double t = glm::clamp(distance / width + 0.5, 0.0, 1.0);
+template <class Number>
+Number soft_step(const Number& distance, double width) {
+  const Number t = distance / width + 0.5;
+  if (!(dual::value(t) > 0.0)) return 0.0;
+  if (dual::value(t) >= 1.0) return 1.0;
   return t * t * (3.0 - 2.0 * t);
 }
 

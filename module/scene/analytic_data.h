@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "module/scene/frame_data.h"
+
+namespace palpate {
+
+/// One frame of the beating heart of compute/volume/phantom.h, as the formula says it: no samples,
+/// no noise, exact gradients. Its Jacobian is a central difference of the gradient over half of
+/// voxel_mm. voxel_mm: how soft edges are. It goes on as lung outside its box, 128 mm wide.
+std::shared_ptr<const FrameData> analytic_heart(int frame, int frames = 4, uint32_t seed = 1,
+                                                double voxel_mm = 1.0);
+
+/// A charge that is spread out so that its potential stays finite.
+struct PointCharge {
+  glm::dvec3 position_m;  ///< volume space
+  double strength_v_m;    ///< potential times distance, far away: q / (4 pi eps0), V m
+  double softness_m;      ///< > 0; the potential at the charge is strength / softness
+};
+
+/// The potential sum strength / sqrt(|x - position|^2 + softness^2), V, as scalar; its gradient,
+/// V/m, as vector; both and the Hessian in closed form. The box reaches margin_m beyond the
+/// charges.
+std::shared_ptr<const FrameData> point_charges(std::vector<PointCharge> charges, double margin_m);
+
+/// The molecule of Lundin Palmerius et al. 2008: the electropotential of 1,2-dichloroethane in its
+/// stretched (anti) form, magnified so that 1 angstrom is 20 mm and the molecule about 0.1 m wide.
+///
+/// Geometry, general chemistry values: C-C 1.53, C-Cl 1.79, C-H 1.09 angstrom, all angles 109.5
+/// degrees. Partial charges, plausible and neutral in sum, not from a calculation: Cl -0.20,
+/// C -0.04, H +0.12 e. Softness 0.5 angstrom. Value: V, as at the real place; gradient: V per m of
+/// the magnified space.
+std::shared_ptr<const FrameData> dichloroethane();
+
+/// Where the atoms of dichloroethane() are, volume space, m: Cl, C, H, H, then their images through
+/// the origin. For pictures and tests.
+std::vector<glm::dvec3> dichloroethane_atoms_m();
+
+}  // namespace palpate
