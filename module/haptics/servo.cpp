@@ -46,7 +46,7 @@ Result<std::unique_ptr<Servo>> Servo::start(ForceDevice& device, Ticker& ticker,
   servo->own_clock_ = std::make_unique<MonotonicClock>();
   servo->preparation_ = std::make_unique<ProcessPreparation>(options.real_time, servo->report_);
   servo->loop_ = std::make_unique<ServoLoop>(device, ticker, clock ? *clock : *servo->own_clock_,
-                                             *servo->ports_, options.loop);
+                                             *servo->ports_, options.loop, options.listeners);
   const sigset_t before = block_signals();
   servo->thread_ = std::thread(
       [raw = servo.get(), wanted = options.real_time] { raw->run(*raw->loop_, wanted); });

@@ -1,0 +1,200 @@
+#include "module/haptics/black_box.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cstdio>
+#include <ctime>
+#include <fstream>
+
+#include "module/haptics/servo_clock.h"
+#include "module/haptics/tick_fields.h"
+
+namespace palpate {
+namespace {
+
+/// Appends to a line of the table.
+struct Cells {
+  std::string& line;
+  void add(const char* text) {
+    if (!line.empty()) line += ',';
+    line += text;
+  }
+  template <class... Values>
+  void print(const char* format, Values... values) {
+    char text[64];
+    std::snprintf(text, sizeof text, format, values...);
+    add(text);
+  }
+  void operator()(const char*, const char*, double v) { print("%.9g", v); }
+  void operator()(const char*, const char*, const glm::dvec3& v) {
+    for (int axis = 0; axis < 3; ++axis) print("%.9g", v[axis]);
+  }
+  void operator()(const char*, const char*, int64_t v) { print("%lld", static_cast<long long>(v)); }
+  void operator()(const char*, const char*, int v) { print("%d", v); }
+  void operator()(const char*, const char*, uint32_t v) { print("%u", v); }
+  void operator()(const char*, const char*, uint8_t v) { print("%d", int(v)); }
+  void operator()(const char*, const char*, bool v) { print("%d", int(v)); }
+  void operator()(const char*, const char*, Cause v) { add(word(v)); }
+  void operator()(const char*, const char*, DeviceFault v) { print("%d", int(v)); }
+};
+
+/// The names of the columns.
+struct Names {
+  std::string& line;
+  void add(const std::string& name, const char* unit) {
+    if (!line.empty()) line += ',';
+    line += name;
+    if (*unit) line += std::string(" (") + unit + ")";
+  }
+  template <class Value>
+  void operator()(const char* name, const char* unit, const Value&) {
+    add(name, unit);
+  }
+  void operator()(const char* name, const char* unit, const glm::dvec3&) {
+    for (const char* axis : {"_x", "_y", "_z"}) add(std::string(name) + axis, unit);
+  }
+};
+
+std::string header() {
+  std::string line = "tick";
+  const TickInput input;
+  const TickOutput output;
+  visit_input(input, Names{line});
+  visit_output(output, Names{line});
+  return line + ",poses (volume x y z in m),events (kind index value)";
+}
+
+std::string poses_and_events(const TickInput& input) {
+  char text[128];
+  std::string line = ",";
+  for (int k = 0; k < input.pose_count; ++k) {
+    const PoseUpdate& pose = input.poses[size_t(k)];
+    const glm::dvec3 at = pose.transform.translation_m;
+    std::snprintf(text, sizeof text, "%s%d %.9g %.9g %.9g", k ? "; " : "", pose.volume, at.x, at.y,
+                  at.z);
+    line += text;
+  }
+  line += ',';
+  for (int k = 0; k < input.event_count; ++k) {
+    const ControlEvent& event = input.events[size_t(k)];
+    std::snprintf(text, sizeof text, "%s%d %d %.9g", k ? "; " : "", int(event.kind), event.index,
+                  event.value);
+    line += text;
+  }
+  return line;
+}
+
+/// A name that is not there yet: the time of day and the cause.
+std::filesystem::path new_file(const std::filesystem::path& folder, Cause cause) {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  char stamp[32];
+  std::strftime(stamp, sizeof stamp, "%Y%m%dT%H%M%SZ", &utc);
+  const std::string name = std::string("palpate-") + stamp + "-" + word(cause);
+  std::filesystem::path path = folder / (name + ".csv");
+  std::error_code ignored;
+  for (int n = 2; std::filesystem::exists(path, ignored); ++n)
+    path = folder / (name + "-" + std::to_string(n) + ".csv");
+  return path;
+}
+
+}  // namespace
+
+bool is_trip(Cause cause) noexcept {
+  switch (cause) {
+    case Cause::kDevice:
+    case Cause::kNotFinite:
+    case Cause::kLate:
+    case Cause::kClock:
+    case Cause::kTooFast:
+    case Cause::kOscillation:
+    case Cause::kEnergy:
+    case Cause::kField:
+      return true;
+    default:
+      return false;
+  }
+}
+
+BlackBox::BlackBox(BlackBoxOptions options, bool by_itself) : options_(std::move(options)) {
+  assert(options_.ticks > options_.ticks_after && options_.ticks_after > 0);
+  for (Box& box : boxes_) box.entries.resize(size_t(options_.ticks));
+  if (!by_itself) return;
+  background_ = std::make_unique<Background>(std::chrono::milliseconds(50),
+                                             [this] { write_due(MonotonicClock().now_ns()); });
+}
+
+BlackBox::~BlackBox() = default;
+
+void BlackBox::hear(const TickInput& input, const TickOutput& output) noexcept {
+  Box& box = boxes_[current_];
+  box.entries[box.next] = {input, output};
+  box.next = (box.next + 1) % box.entries.size();
+  box.count = std::min(box.count + 1, box.entries.size());
+  const bool tripped = is_trip(output.cause);
+  if (tripped && !was_tripped_ && ticks_to_go_ == 0) {
+    ticks_to_go_ = options_.ticks_after + 1;
+    box.cause = output.cause;
+  }
+  was_tripped_ = tripped;
+  if (ticks_to_go_ == 0 || --ticks_to_go_ > 0) return;
+  Box& other = boxes_[1 - current_];
+  if (other.full.load(std::memory_order_acquire)) {
+    // The writer is still at the one before.
+    skipped_.fetch_add(1, std::memory_order_relaxed);
+    return;
+  }
+  other.next = other.count = 0;
+  box.full.store(true, std::memory_order_release);
+  current_ = 1 - current_;
+}
+
+void BlackBox::write_due(int64_t now_ns) {
+  for (Box& box : boxes_) {
+    if (!box.full.load(std::memory_order_acquire)) continue;
+    const bool first = last_file_ns_ == 0;
+    if (first || now_ns - last_file_ns_ >= options_.least_gap_ns) {
+      last_file_ns_ = now_ns;
+      write(box);
+    } else {
+      skipped_.fetch_add(1, std::memory_order_relaxed);
+    }
+    box.full.store(false, std::memory_order_release);
+  }
+}
+
+void BlackBox::write(const Box& box) {
+  const std::filesystem::path path = new_file(options_.folder, box.cause);
+  std::ofstream file(path);
+  file << header() << '\n';
+  const size_t size = box.entries.size(), oldest = (box.next + size - box.count) % size;
+  const int trip = int(box.count) - 1 - options_.ticks_after;
+  for (size_t k = 0; k < box.count; ++k) {
+    const Entry& entry = box.entries[(oldest + k) % size];
+    std::string line = std::to_string(int(k) - trip);
+    visit_input(entry.input, Cells{line});
+    visit_output(entry.output, Cells{line});
+    file << line << poses_and_events(entry.input) << '\n';
+  }
+  file.close();
+  const std::lock_guard lock(mutex_);
+  if (file) {
+    files_.push_back(path);
+  } else {
+    trouble_ = "The last ticks could not be written to " + path.string() +
+               ": choose a folder that exists, is writable and has room.";
+  }
+}
+
+std::vector<std::filesystem::path> BlackBox::files() const {
+  const std::lock_guard lock(mutex_);
+  return files_;
+}
+
+std::optional<std::string> BlackBox::trouble() const {
+  const std::lock_guard lock(mutex_);
+  return trouble_;
+}
+
+}  // namespace palpate
