@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "module/haptics/force_vector.h"
+
 namespace palpate {
 namespace {
-
-bool finite(glm::dvec3 v) noexcept {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
 
 double not_negative(double v, double most) noexcept {
   return v > 0.0 ? std::min(v, most) : 0.0;  // NaN compares false
@@ -86,7 +84,7 @@ glm::dvec3 EnergyTank::limit(glm::dvec3 x_prev, glm::dvec3 x_new, glm::dvec3 pro
   // at x_prev. Written as differences: the energies themselves may be much larger.
   const double stiffer_j = 0.5 * (k - old_k) * squared(from);
   const double wanted_j = 0.5 * k * glm::dot(step, from + to) + stiffer_j;
-  if (!finite(from) || !finite(step) || !(k > 0.0) || !std::isfinite(wanted_j) ||
+  if (!is_finite(from) || !is_finite(step) || !(k > 0.0) || !std::isfinite(wanted_j) ||
       !std::isfinite(held_j))
     return x_prev;
 

@@ -1,7 +1,8 @@
 #include "module/haptics/velocity.h"
 
 #include <algorithm>
-#include <cmath>
+
+#include "module/haptics/force_vector.h"
 
 namespace palpate {
 namespace {
@@ -26,8 +27,7 @@ const VelocityEstimate::Sample& VelocityEstimate::back(int age) const noexcept {
 }
 
 glm::dvec3 VelocityEstimate::add(int64_t time_ns, glm::dvec3 position_m) noexcept {
-  if (!std::isfinite(position_m.x) || !std::isfinite(position_m.y) || !std::isfinite(position_m.z))
-    return velocity_;
+  if (!is_finite(position_m)) return velocity_;
   if (count_ > 0 && time_ns <= back(0).time_ns) {
     if (elapsed(back(0).time_ns, time_ns) <= window_ns_) return velocity_;
     reset();
@@ -66,7 +66,7 @@ glm::dvec3 VelocityEstimate::slope() const noexcept {
     tp += t * (back(i).position_m - origin.position_m - mean_p);
   }
   const glm::dvec3 v = tp / tt;  // times differ, so tt > 0
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z) ? v : glm::dvec3(0.0);
+  return is_finite(v) ? v : glm::dvec3(0.0);
 }
 
 }  // namespace palpate
