@@ -1,0 +1,183 @@
+#include "module/scene/make_volume.h"
+
+#include <cmath>
+#include <utility>
+
+#include "compute/volume/phantom.h"
+#include "module/scene/analytic_data.h"
+
+namespace palpate {
+namespace {
+
+constexpr int kHeartFrames = 4;
+constexpr int kHeartSamples = 128;  // of 1 mm
+
+Error refused(const VolumeSpec& spec, const std::string& what) {
+  return {ErrorKind::kBadInput, "The volume \"" + spec.name + "\" can not be used: " + what};
+}
+
+bool usable(const Grid& grid, size_t values) {
+  const double numbers = glm::dot(grid.origin_mm, glm::dvec3(1.0)) +
+                         glm::dot(grid.direction * glm::dvec3(1.0), glm::dvec3(1.0));
+  return glm::all(glm::greaterThan(grid.size, glm::ivec3(0))) && values == grid.count() &&
+         grid.finest_mm() > 0.0 &&
+         std::isfinite(grid.spacing_mm.x * grid.spacing_mm.y * grid.spacing_mm.z) &&
+         std::isfinite(numbers);
+}
+
+/// Whether the samples of a grid and the box of the data have anything in common.
+bool meets(const Grid& grid, const FrameData& data) {
+  glm::dvec3 low(1e300), high(-1e300);
+  for (int c = 0; c < 8; ++c) {
+    const glm::dvec3 end(c & 1, c >> 1 & 1, c >> 2);
+    const glm::dvec3 x = volume_from_lps(grid.lps_from_index(end * glm::dvec3(grid.size) - 0.5));
+    low = glm::min(low, x);
+    high = glm::max(high, x);
+  }
+  return glm::all(glm::lessThan(low, data.high_m())) && glm::all(glm::lessThan(data.low_m(), high));
+}
+
+FrameTimes times_of(const VolumeSpec& spec, const Sequence& sequence, size_t frames) {
+  FrameTimes times;
+  const bool known = spec.frames_per_second <= 0.0 && sequence.times_s.size() == frames;
+  const double step = spec.frames_per_second > 0.0 ? 1.0 / spec.frames_per_second : 1.0;
+  for (size_t k = 0; k < frames; ++k)
+    times.times_s.push_back(known ? sequence.times_s[k] - sequence.times_s[0] : double(k) * step);
+  if (spec.cyclic && frames > 1) {
+    times.cycle_s = times.times_s.back() * double(frames) / double(frames - 1);
+  }
+  return times;
+}
+
+/// The frames of the files, moved out of `data`.
+Result<std::vector<std::shared_ptr<const FrameData>>> frames_of(const VolumeSpec& spec,
+                                                                VolumeData& data) {
+  std::vector<std::shared_ptr<const FrameData>> frames;
+  const auto bad = [&] {
+    return refused(spec, "frame " + std::to_string(frames.size()) +
+                             " has no samples, or more or fewer than its grid says.");
+  };
+  for (VectorFrame& frame : data.vectors) {
+    if (!usable(frame.grid, frame.values.size())) return bad();
+    frames.push_back(sampled_vector(frame.grid, std::move(frame.values)));
+  }
+  for (Volume& frame : data.frames.frames) {
+    if (!usable(frame.grid, frame.values.size())) return bad();
+    frames.push_back(sampled_scalar(std::move(frame)));
+  }
+  if (frames.empty()) return refused(spec, "no frames were read; give its files.");
+  if (!data.vectors.empty() && !data.frames.frames.empty())
+    return refused(spec, "it has both scalar and vector frames; give one kind.");
+  return frames;
+}
+
+Result<Motion> motion_of(const VolumeSpec& spec, const std::string& name, const MotionData& data,
+                         const FrameData& frame) {
+  Motion motion{name, {}};
+  if (!data.confidences.empty() && data.confidences.size() != data.fields.size())
+    return refused(spec, "its motion \"" + name + "\" has " + std::to_string(data.fields.size()) +
+                             " fields but " + std::to_string(data.confidences.size()) +
+                             " confidences; give none or one for each.");
+  for (size_t step = 0; step < data.fields.size(); ++step) {
+    const Field& field = data.fields[step];
+    const auto wrong = [&](const std::string& what) {
+      return refused(spec,
+                     "field " + std::to_string(step) + " of its motion \"" + name + "\" " + what);
+    };
+    if (field.u_mm.empty()) {
+      motion.steps.push_back(nullptr);
+      continue;
+    }
+    if (!usable(field.grid, field.u_mm.size()))
+      return wrong("has more or fewer vectors than its grid says.");
+    if (!meets(field.grid, frame))
+      return wrong("lies somewhere else in space than the frames; is it another patient's?");
+    const Confidence* confidence = nullptr;
+    if (!data.confidences.empty() && !data.confidences[step].values.empty()) {
+      confidence = &data.confidences[step];
+      if (!usable(confidence->grid, confidence->values.size()))
+        return wrong("has a confidence with more or fewer values than its grid says.");
+    }
+    motion.steps.push_back(MotionMap::of(field, confidence));
+  }
+  return motion;
+}
+
+Result<MovingVolume> checked(MovingVolume volume) {
+  const Status status = check(volume);
+  if (!status) return status.error();
+  return volume;
+}
+
+MovingVolume heart(const VolumeSpec& spec, bool exact) {
+  const Grid grid = heart_grid(kHeartSamples);
+  Sequence sequence;
+  MovingVolume volume;
+  volume.name = spec.name;
+  if (exact) {
+    for (int k = 0; k < kHeartFrames; ++k) {
+      volume.frames.push_back(analytic_heart(k, kHeartFrames));
+      sequence.times_s.push_back(double(k) / kHeartFrames);
+    }
+  } else {
+    sequence = heart_phantom(grid, kHeartFrames, 1, 0.0);
+    for (Volume& frame : sequence.frames) volume.frames.push_back(sampled_scalar(std::move(frame)));
+  }
+  volume.times = times_of(spec, sequence, volume.frames.size());
+  Motion motion{"data", {}};
+  for (int k = 0; k < volume.times.steps(); ++k)
+    motion.steps.push_back(
+        MotionMap::of(heart_truth(grid, k, (k + 1) % kHeartFrames, kHeartFrames)));
+  volume.motions.push_back(std::move(motion));
+  return volume;
+}
+
+}  // namespace
+
+Result<MovingVolume> build(const VolumeSpec& spec, VolumeData data) {
+  if (data.motions.size() != spec.motions.size())
+    return refused(spec, "it names " + std::to_string(spec.motions.size()) + " motions but " +
+                             std::to_string(data.motions.size()) + " were read.");
+  if (!std::isfinite(spec.frames_per_second))
+    return refused(spec, "its frames per second are not a number.");
+  auto frames = frames_of(spec, data);
+  if (!frames) return frames.error();
+  MovingVolume volume;
+  volume.name = spec.name;
+  volume.frames = std::move(*frames);
+  volume.times = times_of(spec, data.frames, volume.frames.size());
+  for (size_t m = 0; m < spec.motions.size(); ++m) {
+    auto motion = motion_of(spec, spec.motions[m].name, data.motions[m], *volume.frames[0]);
+    if (!motion) return motion.error();
+    volume.motions.push_back(std::move(*motion));
+  }
+  return checked(std::move(volume));
+}
+
+Result<MovingVolume> build(const VolumeSpec& spec) {
+  if (!std::isfinite(spec.frames_per_second))
+    return refused(spec, "its frames per second are not a number.");
+  if (spec.source == "heart" || spec.source == "heart-exact")
+    return checked(heart(spec, spec.source == "heart-exact"));
+  if (spec.source == "molecule") {
+    MovingVolume volume;
+    volume.name = spec.name;
+    volume.times.times_s = {0.0};
+    volume.frames = {dichloroethane()};
+    return checked(std::move(volume));
+  }
+  return refused(spec, "there is no made data called \"" + spec.source +
+                           "\"; there are heart, heart-exact and molecule.");
+}
+
+Transform start_transform(const VolumeSpec& spec, const MovingVolume& volume) {
+  Transform transform = spec.transform;
+  if (spec.centred && spec.source.empty() && !volume.frames.empty()) {
+    const FrameData& first = *volume.frames.front();
+    const glm::dvec3 middle = 0.5 * (first.low_m() + first.high_m());
+    transform.translation_m -= transform.rotation * (transform.scale * middle);
+  }
+  return transform;
+}
+
+}  // namespace palpate

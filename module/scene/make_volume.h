@@ -1,0 +1,49 @@
+#pragma once
+
+#include <vector>
+
+#include "compute/volume/field.h"
+#include "compute/volume/result.h"
+#include "compute/volume/sequence.h"
+#include "module/scene/moving_volume.h"
+#include "module/scene/scene.h"
+
+namespace palpate {
+
+/// One frame of vectors as it was read: LPS axes, one per sample.
+struct VectorFrame {
+  Grid grid;
+  std::vector<glm::vec3> values;
+};
+
+/// One motion as it was read: a field per step, in order. A field without samples is not known yet:
+/// its step stands still. Confidences: none, or one per field (without samples: 1 everywhere).
+struct MotionData {
+  std::vector<Field> fields;
+  std::vector<Confidence> confidences;
+};
+
+/// What the files of a VolumeSpec held. Times come from `frames`, scalars or vectors.
+struct VolumeData {
+  Sequence frames;                   ///< scalars; its frames are empty where there are vectors
+  std::vector<VectorFrame> vectors;  ///< instead of scalars
+  std::vector<MotionData> motions;   ///< one per spec.motions, in its order
+};
+
+/// The volume that hand and eye take, from files that were read. Data are moved in. Times: the
+/// file's own from its first frame on, or frame / frames_per_second where the spec gives that, or
+/// one frame a second where nobody knows. A cycle closes after the mean step. kBadInput, in one
+/// sentence that names the volume: what is missing, does not fit, or lies elsewhere in space.
+/// Lays out fields and bounds them, on all cores: not for the servo thread.
+Result<MovingVolume> build(const VolumeSpec& spec, VolumeData data);
+
+/// The volume of spec.source: "heart", the beating shell sampled at 1 mm without noise, four frames
+/// in one second, with its true motion; "heart-exact", the same with frames as formulas;
+/// "molecule", dichloroethane, which does not move. kBadInput for another name.
+Result<MovingVolume> build(const VolumeSpec& spec);
+
+/// world_from_volume at the start: the spec's transform, or, if it asks for files to be centred,
+/// one that puts the middle of the first frame at the transform's translation.
+Transform start_transform(const VolumeSpec& spec, const MovingVolume& volume);
+
+}  // namespace palpate
