@@ -11,8 +11,8 @@ constexpr size_t kSamples = 300000;
 constexpr float kLargestScaled =
     60.0F;  // beyond: a metal artefact or a broken file; keeps fp16 sums finite
 
-// In SDs of the noise. Half and twice that gave 5 to 10 % more error; 2.6 helps balanced and best by
-// 2 % and costs fast 4 % and, under another contrast, balanced 3 % (docs/decisions).
+// In SDs of the noise. Half and twice that gave 5 to 10 % more error; 2.6 helps balanced and best
+// by 2 % and costs fast 4 % and, under another contrast, balanced 3 % (docs/decisions).
 constexpr double kNoiseFloor = 2.2;
 constexpr double kSmallestFloor = 0.02;
 constexpr double kLargestFloor = 0.25;
