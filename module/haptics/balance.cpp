@@ -60,9 +60,10 @@ glm::dvec3 proxy_of(const Column& column, glm::dvec3 probe, double stiffness_n_p
 }
 
 /// Equation (12): the friction of each plane from the normal forces of a solve without friction.
+template <class Real>
 Balance convex_balance(const PrimitiveSet& primitives, glm::dvec3 probe,
                        double stiffness_n_per_m) noexcept {
-  ConvexBalance convex(probe, stiffness_n_per_m);
+  ConvexBalance<Real> convex(probe, stiffness_n_per_m);
   bool friction = false;
   for (const Primitive& p : primitives) {
     if (p.kind == Kind::kPlane) convex.add_plane(p.position, p.direction, p.strength_n);
@@ -114,7 +115,12 @@ Balance balance(const PrimitiveSet& primitives, glm::dvec3 probe,
   else if (one_column)
     result.proxy = proxy_of(column, pulled, stiffness_n_per_m);
   else
-    result = convex_balance(primitives, pulled, stiffness_n_per_m);
+    result = convex_balance<double>(primitives, pulled, stiffness_n_per_m);
+  if (!result.converged) {  // planes or lines that are nearly parallel and strong
+    const int iterations = result.iterations;
+    result = convex_balance<long double>(primitives, pulled, stiffness_n_per_m);
+    result.iterations += iterations;
+  }
   // Numbers too large for doubles: the spring is let go, and that is said.
   if (!std::isfinite(result.proxy.x + result.proxy.y + result.proxy.z)) {
     result.proxy = probe;

@@ -15,25 +15,33 @@ namespace palpate {
 ///
 /// Method: of multipliers (augmented Lagrangian). Each kink is rounded off over a width e_i:
 ///   f_i(y) = P_i(f_i' - (r_i / e_i) w_i(y)),
-/// w_i the offset of y from the primitive, f_i' the force of the round before, P_i the projection
-/// on what the primitive can give (a plane: t q, 0 <= t <= r; a line: the disc of radius r
-/// perpendicular to it; a point: the ball). Each round has a smooth strongly convex problem in
-/// three unknowns, solved by Newton's method (semismooth: f_i has kinks) with a search along the
-/// line that never passes the minimum by much. f_i is exactly a subgradient at w_i + (f_i - f_i')
-/// e_i / r_i, so primitive i is wrong by e_i |f_i - f_i'| / r_i metres and no more; the rounds end
-/// when that is within round-off of positions for all. Widths shrink by a fixed factor where it is
-/// not. As |f_i - f_i'| <= 2 r_i, a width of half the round-off ends the rounds whatever the
-/// forces do: their number is bounded by kMaxRounds. Where the forces are not unique (planes that
-/// repeat), they are shared in proportion to strength, whatever the order.
+/// w_i the offset of y from the primitive, f_i' its force of the round before, P_i the projection
+/// on what it can give (a plane: t q, 0 <= t <= r; a line: the disc of radius r perpendicular to
+/// it; a point: the ball). A round is a smooth, strongly convex problem in three unknowns: Newton's
+/// method (semismooth, as f_i has kinks) with a search along the step between those kinks. f_i is
+/// exactly a subgradient at w_i + (f_i - f_i') e_i / r_i, so primitive i is misplaced by
+/// e_i |f_i - f_i'| / r_i and no more. The rounds end when that is round-off for all; widths shrink
+/// by 1000 where it is not.
 ///
-/// Round-off: offsets and the spring are kept as numbers of their own and only updated, so near the
-/// solution they are small and their relative precision is what counts.
-/// Real-time safe: no allocation, noexcept, at most kMaxIterations of cost O(primitives).
+/// Bounds: |f_i - f_i'| <= 2 r_i, so a width of half the round-off ends the rounds for primitive i
+/// whatever the forces do: at most 6 rounds need it, and primitives mostly share them. Within a
+/// round every step from the 13th on lowers the round's energy (but for round-off), so Newton's
+/// method ends. Both are capped, kMaxRounds and kMaxIterations, and converged says if a cap was
+/// met. Where forces are not unique (planes that repeat) they are shared in proportion to strength,
+/// whatever the order.
+///
+/// Round-off: offsets and spring are numbers of their own that are only updated, so near the
+/// solution they are small and it is their relative precision that counts. The proxy then is the
+/// exact one of primitives that are moved by a few units in the last place of the largest
+/// coordinate (at least 1 mm), and forces are balanced to kResidualN there. Strong planes that are
+/// parallel but for 1e-10 can need more digits than double has: Real is double or long double.
+/// Real-time safe: no allocation, noexcept, at most kMaxIterations of cost O(primitives log
+/// primitives).
+template <class Real>
 class ConvexBalance {
  public:
-  static constexpr int kMaxRounds = 12;
-  static constexpr int kMaxIterations = 200;
-  /// Forces are balanced to this: a tenth is kept for the round-off of adding them.
+  static constexpr int kMaxRounds = 40;
+  static constexpr int kMaxIterations = 100;
   static constexpr double kResidualN = 1e-9;
 
   ConvexBalance(glm::dvec3 probe, double stiffness_n_per_m) noexcept
@@ -48,60 +56,67 @@ class ConvexBalance {
   Balance solve() noexcept;
 
   /// Force of the i-th plane that was added, in N, after solve(): 0 to its strength.
-  double plane_force_n(int i) const noexcept { return planes_[size_t(i)].force * stiffness_; }
+  double plane_force_n(int i) const noexcept {
+    return double(planes_[size_t(i)].force * stiffness_);
+  }
 
  private:
+  using Vec = glm::vec<3, Real>;
+
   /// Sign: the force is force * q, height < 0 behind the plane.
   struct Plane {
-    glm::dvec3 position, q;
-    double reach, width, slack;
-    double height, step;       // of the proxy; and how it changes along the Newton step
-    double force, next_force;  // of the round before; and now
+    Vec position, q;
+    Real reach, width, slack;
+    Real height, step;       // of the proxy; and how it changes along the Newton step
+    Real force, next_force;  // of the round before; and now
     bool held, would_hold;
   };
   /// A line; or a point, which is a line without a direction.
   struct Line {
-    glm::dvec3 position, q;
-    double reach, width, slack;
-    glm::dvec3 offset, step;
-    glm::dvec3 force, next_force;
+    Vec position, q;
+    Real reach, width, slack;
+    Vec offset, step;
+    Vec force, next_force;
     bool held, would_hold;
   };
   /// Symmetric.
   struct Matrix {
-    double xx, xy, xz, yy, yz, zz;
+    Real xx, xy, xz, yy, yz, zz;
   };
 
   static constexpr size_t kMaxKinks = 6 * PrimitiveSet::kCapacity;
 
   void start() noexcept;
   void place() noexcept;
-  double slack(glm::dvec3 position) const noexcept;
+  Real slack(Vec position) const noexcept;
   template <bool kPredicted = false>
-  void evaluate(double along) noexcept;
+  void evaluate(Real along) noexcept;
   void aim() noexcept;
   void predict() noexcept;
-  size_t kinks(std::array<double, kMaxKinks>& places) const noexcept;
-  void step_to(double along) noexcept;
-  double search(double slope) noexcept;
+  size_t kinks(std::array<Real, kMaxKinks>& places) const noexcept;
+  void step_to(Real along) noexcept;
+  Real search(Real slope, bool strict) noexcept;
   bool newton() noexcept;
   bool end_round() noexcept;
-  static glm::dvec3 solve(const Matrix& a, glm::dvec3 b) noexcept;
+  static Vec solve(const Matrix& a, Vec b) noexcept;
 
-  glm::dvec3 probe_;
-  double stiffness_;
+  Vec probe_;
+  Real stiffness_;
   std::array<Plane, PrimitiveSet::kCapacity> planes_;
   std::array<Line, 2 * PrimitiveSet::kCapacity> lines_;
   size_t plane_count_ = 0, line_count_ = 0;
   bool started_ = false;
 
-  glm::dvec3 proxy_{0.0}, proxy_low_{0.0};  // their sum is the proxy
-  glm::dvec3 spring_{0.0};                  // proxy - probe
-  glm::dvec3 newton_step_{0.0};
-  glm::dvec3 rest_{0.0};  // gradient: what is left of spring and forces
+  Vec proxy_{0.0}, proxy_low_{0.0};  // their sum is the proxy
+  Vec spring_{0.0};                  // proxy - probe
+  Vec newton_step_{0.0};
+  Vec rest_{0.0};  // gradient: what is left of spring and forces
   Matrix curvature_{};
-  double tolerance_ = 0.0, farthest_ = 0.0, smallest_ = 0.0;
+  Real tolerance_ = 0.0, farthest_ = 0.0, smallest_ = 0.0;
   int iterations_ = 0;
 };
+
+extern template class ConvexBalance<double>;
+extern template class ConvexBalance<long double>;
 
 }  // namespace palpate

@@ -4,6 +4,12 @@
 
 namespace palpate::test {
 
+/// A place is known to 16 units in the last place: of its own coordinates, the primitive's and the
+/// probe's, as all three are rounded and subtracted, a few times each. In a workspace, so those of
+/// a millimetre at least.
+inline constexpr double kPlaceSlack = 0x1p-48;
+inline constexpr double kSmallestPlace = 1e-3;
+
 /// The KKT residual at a proxy, worked out without the solver, in N: the shortest sum of spring and
 /// forces that the primitives can give at this place. A place is known to round-off only, and what
 /// a primitive can give jumps at it; so each may give what it gives anywhere within 16 units in
