@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+
+#include "integration/devices/held_mass.h"
+
+namespace palpate::test {
+
+/// A device, a hand and a spring wall, sampled at 1 kHz and held. One dimension: the wall's normal.
+struct StabilityCase {
+  devices::MassProperties body;
+  double delay_s = 0.0;       ///< from taking a position to the force, whole or fractional samples
+  double resolution_m = 0.0;  ///< of the encoder
+  double offset_m = 0.0;      ///< of the wall from the encoder's counts
+  double press_n = 1.0;       ///< what the hand, or without one a weight, presses with at rest
+  double impact_m_per_s = 0.1;     ///< speed at the first touch
+  double stiffness_n_per_m = 0.0;  ///< of the wall
+  int hand = 0;                    ///< place in hand_name()
+};
+
+/// "none", "loose", "human", "firm", "spring" (a spring without mass or damping: the worst passive
+/// hand).
+const char* hand_name(int hand);
+
+/// A case of the grid, drawn evenly (delay 0 to 3 ms, 30 % of them whole samples; encoder 0 to 60
+/// um, 10 % of them exact; hand) or evenly in the logarithm (mass 0.05 to 1 kg, damping 0.1 to 10 N
+/// s/m, press 0.1 to 3 N, impact 0.01 to 0.3 m/s). Stiffness: c b / (T/2 + delay).
+StabilityCase stability_case(uint32_t seed, double c);
+
+struct StabilityResult {
+  double swing_m = 0.0;      ///< peak to peak, of the true position in the last part of the run
+  double force_rms_n = 0.0;  ///< of the commanded force about its mean, in the same part
+  double largest_n = 0.0;    ///< force in the whole run
+  double simulated_s = 0.0;
+  bool limit_cycle = false;
+};
+
+/// What counts as a limit cycle: a swing of more than two counts (1 um for an exact encoder, added)
+/// after the time in which the loop without rounding decays from the impact to a quarter of a
+/// count, and 1.5 e-foldings and 30 % more. Why two: a motion of an amplitude below one count meets
+/// the encoder as a relay, whose gain for small motions is without bound, so that without dry
+/// friction any spring on any encoder hums there, whatever its stiffness; from an amplitude of one
+/// count on the gain is 1.12 at most, and what stays is the loop's fault.
+StabilityResult run_stability(const StabilityCase& at, double lead_share);
+
+}  // namespace palpate::test
