@@ -4,22 +4,13 @@
 #include <cmath>
 #include <limits>
 
-#include "module/scene/grid_blend.h"
 #include "module/scene/lanes.h"
+#include "module/scene/spline.h"
 
 namespace palpate {
 namespace {
 
 using lanes::Quad;
-
-struct LoadScalar {
-  const float* values;
-  double operator()(size_t at) const noexcept { return double(values[at]); }
-};
-struct LoadVector {
-  const glm::vec4* values;
-  Quad operator()(size_t at) const noexcept { return lanes::load(values[at]); }
-};
 
 /// What sampled scalars and vectors have in common: where they are.
 class OnGrid : public FrameData {
@@ -51,12 +42,13 @@ class SampledScalar final : public OnGrid {
   explicit SampledScalar(Volume volume) : OnGrid(volume.grid), values_(std::move(volume.values)) {}
 
   bool is_vector() const noexcept override { return false; }
-  double scalar(glm::dvec3 x_m) const noexcept override {
-    return blend::value<double>(place_, place_.index(x_m), load());
-  }
+  double scalar(glm::dvec3 x_m) const noexcept override { return read(x_m).value; }
   glm::dvec3 scalar_gradient(glm::dvec3 x_m) const noexcept override {
-    const auto at = blend::value_and_slopes<double>(place_, place_.index(x_m), load());
-    return place_.gradient({at.x, at.y, at.z});
+    return scalar_and_gradient(x_m).gradient;
+  }
+  ScalarSample scalar_and_gradient(glm::dvec3 x_m) const noexcept override {
+    const auto at = read(x_m);
+    return {at.value, place_.gradient({at.x, at.y, at.z})};
   }
   glm::dvec3 vector(glm::dvec3 x_m) const noexcept override { return scalar_gradient(x_m); }
   glm::dmat3 vector_jacobian(glm::dvec3 x_m) const noexcept override {
@@ -71,7 +63,9 @@ class SampledScalar final : public OnGrid {
   }
 
  private:
-  LoadScalar load() const noexcept { return {values_.data()}; }
+  spline::Blend<double> read(glm::dvec3 x_m) const noexcept {
+    return spline::read(spline::Around(place_, place_.index(x_m)), values_.data());
+  }
   std::vector<float> values_;
 };
 
@@ -86,21 +80,25 @@ class SampledVector final : public OnGrid {
   bool is_vector() const noexcept override { return true; }
   double scalar(glm::dvec3 x_m) const noexcept override { return glm::length(vector(x_m)); }
   glm::dvec3 scalar_gradient(glm::dvec3 x_m) const noexcept override {
-    const auto at = blend::value_and_slopes<Quad>(place_, place_.index(x_m), load());
+    return scalar_and_gradient(x_m).gradient;
+  }
+  ScalarSample scalar_and_gradient(glm::dvec3 x_m) const noexcept override {
+    const auto at = read(x_m);
     const glm::dvec3 v = lanes::xyz(at.value);
     const double length = glm::length(v);
-    return length > 0.0 ? (v / length) * jacobian_of(at) : glm::dvec3(0.0);
+    return {length, length > 0.0 ? (v / length) * jacobian_of(at) : glm::dvec3(0.0)};
   }
-  glm::dvec3 vector(glm::dvec3 x_m) const noexcept override {
-    return lanes::xyz(blend::value<Quad>(place_, place_.index(x_m), load()));
-  }
+  glm::dvec3 vector(glm::dvec3 x_m) const noexcept override { return lanes::xyz(read(x_m).value); }
   glm::dmat3 vector_jacobian(glm::dvec3 x_m) const noexcept override {
-    return jacobian_of(blend::value_and_slopes<Quad>(place_, place_.index(x_m), load()));
+    return jacobian_of(read(x_m));
   }
 
  private:
-  LoadVector load() const noexcept { return {values_.data()}; }
-  glm::dmat3 jacobian_of(const blend::Blend<Quad>& at) const noexcept {
+  spline::Blend<Quad> read(glm::dvec3 x_m) const noexcept {
+    const spline::Around around(place_, place_.index(x_m));
+    return spline::read<Quad>(around, [this](size_t at) { return lanes::load(values_[at]); });
+  }
+  glm::dmat3 jacobian_of(const spline::Blend<Quad>& at) const noexcept {
     const glm::dmat3 per_index(lanes::xyz(at.x), lanes::xyz(at.y), lanes::xyz(at.z));
     return per_index * place_.index_from_volume;
   }

@@ -7,6 +7,12 @@
 
 namespace palpate {
 
+/// A value and what it does nearby.
+struct ScalarSample {
+  double value = 0.0;
+  glm::dvec3 gradient{0.0};  ///< per m
+};
+
 /// One frame of data as functions of a place in volume space (m, y up): sampled or analytic, scalar
 /// or vector. Immutable; all reads are real-time safe, any thread. Outside the data everything is
 /// zero-gradient: the border value is held. A scalar source gives its gradient as vector(); a
@@ -18,6 +24,10 @@ class FrameData {
   virtual double scalar(glm::dvec3 x_m) const noexcept = 0;
   /// d scalar / dx, per m; continuous in x.
   virtual glm::dvec3 scalar_gradient(glm::dvec3 x_m) const noexcept = 0;
+  /// Both at once, for what it costs to read one.
+  virtual ScalarSample scalar_and_gradient(glm::dvec3 x_m) const noexcept {
+    return {scalar(x_m), scalar_gradient(x_m)};
+  }
   virtual glm::dvec3 vector(glm::dvec3 x_m) const noexcept = 0;
   /// Column j is d vector / dx_j, per m.
   virtual glm::dmat3 vector_jacobian(glm::dvec3 x_m) const noexcept = 0;
@@ -29,15 +39,14 @@ class FrameData {
   virtual glm::dvec3 high_m() const noexcept = 0;
 };
 
-/// A sampled scalar frame. Values are trilinear; gradients are trilinear blends of central
-/// differences at the samples (continuous, second order; one-sided at the outermost samples, and
-/// from there faded to zero over the half voxel to the end of the data). The volume is moved in,
-/// not copied; it must have samples.
+/// A sampled scalar frame, read by the cubic B-spline with the samples as coefficients (see
+/// spline.h for why): value and gradient belong together and are smooth everywhere; beyond the
+/// outermost samples the last one is repeated. The volume is moved in, not copied; it must have
+/// samples.
 std::shared_ptr<const FrameData> sampled_scalar(Volume volume);
 
 /// A vector frame on a grid, e.g. a flow: `values` along the patient's LPS axes, one per sample,
-/// shape (nz, ny, nx); given out along volume space's axes. The Jacobian is blended as gradients
-/// are.
+/// shape (nz, ny, nx); given out along volume space's axes. Read by the same spline.
 std::shared_ptr<const FrameData> sampled_vector(Grid grid, std::vector<glm::vec3> values);
 
 }  // namespace palpate

@@ -1,0 +1,214 @@
+#include "module/haptics/carrier.h"
+
+#include <algorithm>
+
+#include "module/haptics/back_track.h"
+#include "module/haptics/cycle_closing.h"
+#include "module/haptics/local_reader.h"
+#include "module/haptics/world_sink.h"
+
+namespace palpate {
+namespace {
+
+// A path is looked at twice per voxel and a little more: a shell one voxel thick can not be stepped
+// over.
+constexpr double kStridePerVoxel = 0.45;
+
+// What a field is worth to the hand: nothing below the first confidence, all above the second,
+// smooth in between.
+constexpr double kNoConfidence = 0.10, kFullConfidence = 0.35;
+
+double worth(double confidence) {
+  const double t =
+      std::clamp((confidence - kNoConfidence) / (kFullConfidence - kNoConfidence), 0.0, 1.0);
+  return t * t * (3.0 - 2.0 * t);
+}
+
+/// Data that do not move. The volume's pose may: then the point rides with it.
+class StillCarrier final : public Carrier {
+ public:
+  StillCarrier(const VolumeRun& volume, const FrameData& frame) : volume_(volume), frame_(frame) {}
+
+  void carry() noexcept override {
+    at_ = volume_.world(material_);
+    set_stride(frame_.detail_m() * volume_.least_scale);
+  }
+  bool go_to(glm::dvec3 world) noexcept override {
+    at_ = world;
+    material_ = volume_.volume(world);
+    return true;
+  }
+  void place(const HapticMode& mode, glm::dvec3 probe, double dt_s, double weight, double cap_n,
+             PrimitiveSet& out) noexcept override {
+    const StillReader data(frame_, mode.spec, material_);
+    const auto forward = [this](glm::dvec3 x) { return volume_.world(x); };
+    WorldSink sink(out, volume_.linear, material_, at_, weight, cap_n, forward);
+    mode.mode->place({data, material_, volume_.volume(probe), dt_s}, sink);
+  }
+
+ private:
+  void set_stride(double detail_m) { stride_m_ = kStridePerVoxel * detail_m; }
+  const VolumeRun& volume_;
+  const FrameData& frame_;
+};
+
+/// Data that move and change: the point is kept in the coordinates of the frame the sequence stands
+/// in.
+class FlowingCarrier final : public Carrier {
+ public:
+  FlowingCarrier(const VolumeRun& volume, const Motion* motion)
+      : volume_(volume),
+        data_(*volume.plan->data),
+        motion_of_(motion),
+        method_(volume.plan->spec.back_tracking),
+        blend_(volume.plan->spec.blend_values) {}
+
+  void carry() noexcept override {
+    if (volume_.crossed > 0) enter_next();
+    if (volume_.crossed < 0) enter_previous();
+    frame_ = volume_.pointer.frame;
+    const MotionMap* map = step(frame_);
+    motion_ = map ? map->sample(material_) : MotionSample{glm::dvec3(0.0), glm::dmat3(0.0), 1.0};
+    at_ = volume_.world(forward(material_, motion_.u_m));
+    stride_m_ = kStridePerVoxel * data_.frames[frame_]->detail_m() * volume_.least_scale;
+  }
+
+  bool go_to(glm::dvec3 world) noexcept override {
+    const glm::dvec3 target = volume_.volume(world);
+    const MotionMap* map = step(frame_);
+    if (!map) {
+      material_ = target;
+      at_ = world;
+      return true;
+    }
+    const glm::dvec3 start = material_ + (target - volume_.volume(at_));
+    const BackTrack found =
+        back_track(*map, volume_.pointer.phase, target, start, closing_, method_);
+    report_.residual_m = std::max(report_.residual_m, found.ok ? found.residual_m : 0.0);
+    report_.steps = std::max(report_.steps, found.steps);
+    if (!found.ok) {
+      report_.held = true;
+      return false;
+    }
+    material_ = found.x_m;
+    motion_ = found.at;
+    at_ = world;
+    return true;
+  }
+
+  void place(const HapticMode& mode, glm::dvec3 probe, double dt_s, double weight, double cap_n,
+             PrimitiveSet& out) noexcept override {
+    const double phase = volume_.pointer.phase;
+    report_.confidence = motion_.confidence;
+    weight *= worth(motion_.confidence);
+    if (!(weight > 0.0)) return;
+    const glm::dmat3 derivative = volume_.linear * (glm::dmat3(1.0) + phase * motion_.jacobian);
+    const auto to_world = [this](glm::dvec3 x) {
+      const MotionMap* map = step(frame_);
+      return volume_.world(map ? forward(x, map->displacement(x)) : x);
+    };
+    WorldSink sink(out, derivative, material_, at_, weight, cap_n, to_world);
+    const glm::dvec3 probe_here = mode.mode->wants_probe() ? taken_back(probe) : material_;
+    const FrameData& frame = *data_.frames[frame_];
+    if (blend_ && phase > 0.0) {
+      const FrameData& next = *data_.frames[next_of(frame_)];
+      const BlendedReader data(frame, next, mode.spec, material_,
+                               material_ + motion_.u_m + closing_, motion_.jacobian, phase);
+      mode.mode->place({data, material_, probe_here, dt_s}, sink);
+    } else {
+      const StillReader data(frame, mode.spec, material_);
+      mode.mode->place({data, material_, probe_here, dt_s}, sink);
+    }
+  }
+
+ private:
+  int next_of(int frame) const {
+    return frame + 1 < int(data_.frames.size()) ? frame + 1 : (data_.times.cyclic() ? 0 : frame);
+  }
+  const MotionMap* step(int frame) const {
+    return motion_of_ && frame < int(motion_of_->steps.size()) ? motion_of_->steps[frame].get()
+                                                               : nullptr;
+  }
+  glm::dvec3 forward(glm::dvec3 x, glm::dvec3 u) const {
+    return x + volume_.pointer.phase * (u + closing_);
+  }
+
+  /// Case B: the step is done, whole: the material point is one of the next frame's now.
+  void enter_next() noexcept {
+    if (const MotionMap* map = step(frame_)) material_ += map->displacement(material_) + closing_;
+    set_closing();
+  }
+
+  /// Case B backwards: the point of the frame before that comes to here.
+  void enter_previous() noexcept {
+    const int frame = volume_.pointer.frame;
+    closing_ = glm::dvec3(0.0);
+    if (closes(frame)) closing_ = closing_backward(motion_of_->steps, material_);
+    const MotionMap* map = step(frame);
+    if (!map) return;
+    const glm::dvec3 start = material_ - map->displacement(material_) - closing_;
+    const BackTrack found = back_track(*map, 1.0, material_, start, closing_, method_);
+    report_.steps = std::max(report_.steps, found.steps);
+    if (found.ok)
+      material_ = found.x_m;
+    else
+      report_.held = true;
+  }
+
+  bool closes(int frame) const {
+    return data_.times.cyclic() && motion_of_ && frame + 1 == int(motion_of_->steps.size()) &&
+           frame > 0;
+  }
+  void set_closing() noexcept {
+    closing_ = closes(volume_.pointer.frame) ? closing_forward(motion_of_->steps, material_)
+                                             : glm::dvec3(0.0);
+  }
+
+  /// Where the hand is in the data frame. Not the proxy's business: a failure here gives the proxy
+  /// instead.
+  glm::dvec3 taken_back(glm::dvec3 probe) const noexcept {
+    const glm::dvec3 target = volume_.volume(probe);
+    const MotionMap* map = step(frame_);
+    if (!map) return target;
+    const BackTrack found =
+        back_track(*map, volume_.pointer.phase, target, target, closing_, method_);
+    return found.ok ? found.x_m : material_;
+  }
+
+  const VolumeRun& volume_;
+  const MovingVolume& data_;
+  const Motion* motion_of_;
+  BackTracking method_;
+  bool blend_;
+  int frame_ = 0;
+  glm::dvec3 closing_{0.0};  ///< of the last step of a cycle, for the material the proxy is on
+};
+
+}  // namespace
+
+VolumeRun::VolumeRun(const HapticVolume& volume)
+    : plan(&volume), pose(volume.spec.path, volume.spec.transform), playback(&volume.data->times) {
+  playback.set_rate(volume.spec.rate);
+  set(volume.spec.transform);
+}
+
+void VolumeRun::set(const Transform& transform) noexcept {
+  linear = transform.linear();
+  offset = transform.translation_m;
+  // R S: its inverse is S^-1 R^T, exact where a general inverse would only be close.
+  inverse = glm::transpose(glm::mat3_cast(transform.rotation));
+  for (int c = 0; c < 3; ++c) inverse[c] /= transform.scale;
+  least_scale = std::min({transform.scale.x, transform.scale.y, transform.scale.z});
+}
+
+std::unique_ptr<Carrier> make_carrier(const CarrierPlan& plan, const VolumeRun& volume) {
+  const MovingVolume& data = *volume.plan->data;
+  std::unique_ptr<Carrier> carrier;
+  if (data.is_still())
+    carrier = std::make_unique<StillCarrier>(volume, *data.frames.front());
+  else
+    carrier = std::make_unique<FlowingCarrier>(volume, plan.motion);
+  return carrier;
+}
+
+}  // namespace palpate

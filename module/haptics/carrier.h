@@ -1,0 +1,89 @@
+#pragma once
+
+#include <glm/glm.hpp>
+#include <memory>
+
+#include "module/haptics/haptic_scene.h"
+#include "module/haptics/pose_path.h"
+#include "module/haptics/primitive.h"
+#include "module/scene/playback.h"
+
+namespace palpate {
+
+/// A volume as it runs: where it is and where its sequence stands. World from volume as one affine
+/// map, so that a volume that was never turned costs no more than one that was.
+struct VolumeRun {
+  explicit VolumeRun(const HapticVolume& volume);
+
+  const HapticVolume* plan;
+  MovingPose pose;
+  Playback playback;
+  FramePointer pointer;
+  int crossed = 0;         ///< of this haptic frame: the frame border its playback went over
+  glm::dmat3 linear{1.0};  ///< world from volume: x_world = linear * x + offset
+  glm::dmat3 inverse{1.0};
+  glm::dvec3 offset{0.0};
+  double least_scale = 1.0;  ///< of the axes: how large a voxel is in the world
+
+  void set(const Transform& transform) noexcept;
+  glm::dvec3 world(glm::dvec3 x) const { return linear * x + offset; }
+  glm::dvec3 volume(glm::dvec3 x) const { return inverse * (x - offset); }
+};
+
+/// What one haptic frame found while a carrier was taken along.
+struct CarrierReport {
+  double residual_m = 0.0;  ///< worst of back-tracking
+  int steps = 0;            ///< most of back-tracking
+  bool held = false;        ///< a point could not be found: the last one is held
+  double confidence = 1.0;  ///< of the field where the proxy is
+};
+
+/// The proxy as a point of the material of one volume: carried by transform and motion field,
+/// followed to where the solver puts it, and the place where the volume's modes read data and place
+/// primitives. Positions in and out are world, m. Real-time safe; one thread.
+class Carrier {
+ public:
+  virtual ~Carrier() = default;
+  /// The material point moves with its volume (equations (16) and (22)); call once per haptic
+  /// frame, before anything else.
+  virtual void carry() noexcept = 0;
+  /// Makes the material at `world` the material point: equation (26). False, and nothing changed,
+  /// if it can not be found.
+  virtual bool go_to(glm::dvec3 world) noexcept = 0;
+  /// Places a mode's primitives, carried forward to the world. weight scales strengths, cap bounds
+  /// them (N).
+  virtual void place(const HapticMode& mode, glm::dvec3 probe_world, double dt_s, double weight,
+                     double cap_n, PrimitiveSet& out) noexcept = 0;
+
+  /// Where the material point is now.
+  glm::dvec3 at() const { return at_; }
+  /// How far a path may go between two looks at the data, m.
+  double stride_m() const { return stride_m_; }
+  const CarrierReport& report() const { return report_; }
+  void clear_report() { report_ = {}; }
+
+  /// A snapshot of the material point, to return to: bisection walks to and fro.
+  struct Mark {
+    glm::dvec3 at, material;
+    MotionSample motion;
+  };
+  Mark mark() const { return {at_, material_, motion_}; }
+  void reset(const Mark& mark) {
+    at_ = mark.at;
+    material_ = mark.material;
+    motion_ = mark.motion;
+  }
+  glm::dvec3 material() const { return material_; }
+
+ protected:
+  glm::dvec3 at_{0.0};        ///< world
+  glm::dvec3 material_{0.0};  ///< the same point in its data frame, volume space
+  MotionSample motion_{};     ///< the field there; stays zero where nothing flows
+  double stride_m_ = 1e-3;
+  CarrierReport report_;
+};
+
+/// The carrier a volume and motion need: one that knows of no time where the data do not move.
+std::unique_ptr<Carrier> make_carrier(const CarrierPlan& plan, const VolumeRun& volume);
+
+}  // namespace palpate

@@ -1,0 +1,68 @@
+#include "module/haptics/haptic_scene.h"
+
+#include <algorithm>
+
+namespace palpate {
+namespace {
+
+Error bad(std::string sentence) {
+  return {ErrorKind::kBadInput, std::move(sentence)};
+}
+
+/// The carrier for a volume and motion, made when the first mode asks for it.
+int carrier_of(HapticScene& scene, int volume, const Motion* motion) {
+  for (size_t c = 0; c < scene.carriers.size(); ++c)
+    if (scene.carriers[c].volume == volume && scene.carriers[c].motion == motion) return int(c);
+  scene.carriers.push_back({volume, motion});
+  return int(scene.carriers.size()) - 1;
+}
+
+/// The motion a mode names; null is an answer: the data stand still, or nothing of them is known to
+/// move.
+Result<const Motion*> motion_of(const ModeSpec& mode, const MovingVolume& data) {
+  if (mode.motion.empty()) return data.motions.empty() ? nullptr : &data.motions.front();
+  for (const Motion& motion : data.motions)
+    if (motion.name == mode.motion) return &motion;
+  return bad("Mode \"" + mode.name + "\" is carried by the motion \"" + mode.motion +
+             "\", which volume \"" + mode.volume + "\" does not have.");
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const HapticScene>> assemble(
+    const SceneSpec& spec, std::vector<std::shared_ptr<const MovingVolume>> data,
+    const ModeKinds& kinds) {
+  if (data.size() != spec.volumes.size())
+    return bad("The scene has " + std::to_string(spec.volumes.size()) + " volumes, but data for " +
+               std::to_string(data.size()) + ".");
+  if (int(spec.modes.size()) > kMostModes)
+    return bad("The scene has " + std::to_string(spec.modes.size()) +
+               " modes; a hand can be given " + std::to_string(kMostModes) +
+               " at once: leave some out.");
+  auto scene = std::make_shared<HapticScene>();
+  scene->stiffness_n_per_m = spec.stiffness_n_per_m;
+  scene->damping_n_s_per_m = spec.damping_n_s_per_m;
+  scene->world_from_device = spec.world_from_device;
+  for (size_t v = 0; v < data.size(); ++v) {
+    if (const Status fits = check(*data[v]); !fits) return fits.error();
+    HapticVolume volume{spec.volumes[v], data[v], false};
+    volume.posed = volume.spec.drive.kind != DriveSpec::Kind::kStill;
+    scene->volumes.push_back(std::move(volume));
+  }
+  for (const ModeSpec& mode : spec.modes) {
+    const auto named = std::find_if(spec.volumes.begin(), spec.volumes.end(),
+                                    [&](const VolumeSpec& v) { return v.name == mode.volume; });
+    if (named == spec.volumes.end())
+      return bad("Mode \"" + mode.name + "\" reads volume \"" + mode.volume +
+                 "\", which the scene does not have.");
+    const int v = int(named - spec.volumes.begin());
+    const auto motion = motion_of(mode, *scene->volumes[v].data);
+    if (!motion) return motion.error();
+    auto made = kinds.make(mode);
+    if (!made) return made.error();
+    scene->modes.push_back({ModeKinds::completed(mode), *made, carrier_of(*scene, v, *motion)});
+  }
+  return std::shared_ptr<const HapticScene>(scene);
+}
+
+}  // namespace palpate

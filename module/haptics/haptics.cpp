@@ -1,0 +1,222 @@
+#include "module/haptics/haptics.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "module/haptics/sweep.h"
+#include "module/scene/drive.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kSwitchRamp_s = 0.1;     // of a mode switched on or off
+constexpr double kFade_s = 0.020;         // of a carrier whose point is lost ...
+constexpr double kFade_n_per_s = 50.0;    // ... but no faster than this: 0.05 N per ms
+constexpr double kBridge_n_per_s = 15.0;  // of what a new scene changes at once: 0.015 N per ms
+constexpr double kStiffness_per_s = 5.0;  // a change of stiffness, as a share of itself
+constexpr double kLongest_s =
+    0.010;  // a later frame is taken as this long: time lost is not made up for in one jump
+
+constexpr double kDoubtful = 0.35;  // a confidence below this has faded the force
+
+bool finite(glm::dvec3 v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+glm::dvec3 towards_zero(glm::dvec3 v, double by) {
+  const double length = glm::length(v);
+  return length > by ? v * (1.0 - by / length) : glm::dvec3(0.0);
+}
+
+double towards(double from, double to, double by) {
+  return from < to ? std::min(to, from + by) : std::max(to, from - by);
+}
+
+}  // namespace
+
+Haptics::Haptics(const HapticsOptions& options, const DeviceInfo& device)
+    : options_(options), safety_(options.safety, device), tank_(options.tank) {}
+
+std::unique_ptr<HapticRun> Haptics::prepare(std::shared_ptr<const HapticScene> scene) {
+  return std::make_unique<HapticRun>(std::move(scene));
+}
+
+std::unique_ptr<HapticRun> Haptics::adopt(std::unique_ptr<HapticRun> next) noexcept {
+  if (run_ && next) next->take_over(*run_);
+  std::swap(run_, next);
+  empty_ = !run_ || run_->modes.empty();
+  if (run_ && placed_) {
+    run_->place_proxy(proxy_);
+    adopted_ = true;
+  }
+  return next;
+}
+
+void Haptics::control(const TickInput& input) noexcept {
+  for (int e = 0; e < std::min(input.event_count, int(input.events.size())); ++e) {
+    const ControlEvent& event = input.events[e];
+    if (!std::isfinite(event.value)) continue;
+    const bool of_volume = event.index >= 0 && event.index < int(run_->volumes.size());
+    const bool of_mode = event.index >= 0 && event.index < int(run_->modes.size());
+    switch (event.kind) {
+      case ControlEvent::Kind::kRate:
+        if (of_volume) run_->volumes[event.index].playback.set_rate(event.value);
+        break;
+      case ControlEvent::Kind::kScrub:
+        if (of_volume) run_->volumes[event.index].playback.scrub_to(event.value);
+        break;
+      case ControlEvent::Kind::kModeOn:
+        if (of_mode) run_->modes[event.index].on = event.value != 0.0;
+        break;
+      case ControlEvent::Kind::kModeGain:
+        if (of_mode) run_->modes[event.index].wanted_gain = std::clamp(event.value, 0.0, 100.0);
+        break;
+      case ControlEvent::Kind::kStiffness:
+        if (event.value > 0.0) run_->wanted_stiffness_n_per_m = event.value;
+        break;
+      case ControlEvent::Kind::kStop:
+      case ControlEvent::Kind::kRearm:
+        break;  // the guards' business
+    }
+  }
+  for (int p = 0; p < std::min(input.pose_count, int(input.poses.size())); ++p) {
+    const PoseUpdate& update = input.poses[p];
+    if (update.volume >= 0 && update.volume < int(run_->volumes.size()))
+      run_->volumes[update.volume].pose.add(update.transform, update.time_ns);
+  }
+}
+
+void Haptics::move_on(const TickInput& input, double dt_s) noexcept {
+  run_->time_s += dt_s;
+  for (const int v : run_->posed) {
+    VolumeRun& volume = run_->volumes[v];
+    const VolumeSpec& spec = volume.plan->spec;
+    volume.set(spec.path == PosePath::kExact && spec.drive.kind != DriveSpec::Kind::kSecondHand
+                   ? driven(spec.drive, spec.transform, run_->time_s)
+                   : volume.pose.at(input.now_ns));
+  }
+  for (const int v : run_->playing) {
+    VolumeRun& volume = run_->volumes[v];
+    volume.pointer = volume.playback.step(dt_s);
+    volume.crossed = volume.playback.crossed();
+  }
+  for (ModeRun& mode : run_->modes) {
+    mode.weight = towards(mode.weight, mode.on ? 1.0 : 0.0, dt_s / kSwitchRamp_s);
+    mode.gain =
+        towards(mode.gain, mode.wanted_gain, dt_s / kSwitchRamp_s * std::max(mode.gain, 1.0));
+  }
+  run_->stiffness_n_per_m = towards(run_->stiffness_n_per_m, run_->wanted_stiffness_n_per_m,
+                                    kStiffness_per_s * dt_s * run_->stiffness_n_per_m);
+  for (CarrierRun& carrier : run_->carriers) {
+    carrier.held = false;
+    carrier.carrier->clear_report();
+    carrier.carrier->carry();
+  }
+}
+
+void Haptics::follow_to(glm::dvec3 proxy, double dt_s) noexcept {
+  for (CarrierRun& run : run_->carriers) {
+    if (run.held || run.carrier->at() != proxy) run.held = !run.carrier->go_to(proxy);
+    if (run.held) {
+      if (!std::isfinite(run.cap_n)) run.cap_n = glm::length(last_wanted_);
+      run.fade = std::max(0.0, run.fade - dt_s / std::max(kFade_s, run.cap_n / kFade_n_per_s));
+    } else if (run.fade < 1.0) {
+      run.fade = std::min(1.0, run.fade + dt_s / (std::isfinite(run.cap_n)
+                                                      ? std::max(kFade_s, run.cap_n / kFade_n_per_s)
+                                                      : kFade_s));
+      if (run.fade == 1.0) run.cap_n = std::numeric_limits<double>::infinity();
+    }
+  }
+}
+
+glm::dvec3 Haptics::spring(glm::dvec3 probe, const TickInput& input) noexcept {
+  const double k = run_->stiffness_n_per_m;
+  const glm::dvec3 hand = hand_.add(input.reading.time_ns, probe);
+  glm::dvec3 force = k * (proxy_ - probe);
+  const double kd = run_->scene->damping_n_s_per_m;
+  // The damper acts between probe and proxy: in free space the proxy is at the probe and there is
+  // nothing to damp.
+  if (kd > 0.0) force += kd * (point_.add(input.now_ns, proxy_) - hand);
+  if (adopted_)
+    bridge_n_ = last_wanted_ - force;
+  else
+    bridge_n_ = towards_zero(bridge_n_, kBridge_n_per_s * std::clamp(input.dt_s, 0.0, kLongest_s));
+  return force + bridge_n_;
+}
+
+TickOutput Haptics::tick(const TickInput& input) noexcept {
+  TickOutput out;
+  SafetyInput guard;
+  guard.dt_s = input.dt_s;
+  guard.reading = input.reading;
+  guard.late = input.late;
+  guard.stop = input.stop;
+  guard.velocity_m_per_s = device_hand_.add(input.reading.time_ns, input.reading.position_m);
+  for (int e = 0; e < std::min(input.event_count, int(input.events.size())); ++e) {
+    guard.stop |= input.events[e].kind == ControlEvent::Kind::kStop;
+    guard.rearm |= input.events[e].kind == ControlEvent::Kind::kRearm;
+  }
+
+  const double dt_s = std::isfinite(input.dt_s) ? std::clamp(input.dt_s, 0.0, kLongest_s) : 0.0;
+  // A position that is no number is the guards' to tell; the scene goes on with the last one that
+  // was.
+  glm::dvec3 probe = last_probe_;
+  if (run_ && finite(input.reading.position_m))
+    probe = run_->scene->world_from_device.world_from_volume(input.reading.position_m);
+
+  if (run_) {
+    if (!placed_) {
+      proxy_ = probe;
+      run_->place_proxy(proxy_);
+      tank_.restart();
+      placed_ = true;
+    }
+    control(input);
+    move_on(input, dt_s);
+    const double k = run_->stiffness_n_per_m;
+    const Sweep swept = sweep(*run_, probe, k, dt_s);
+    const glm::dvec3 wanted_proxy = finite(swept.proxy) ? swept.proxy : proxy_;
+    const glm::dvec3 proxy =
+        options_.meter_energy ? tank_.limit(proxy_, wanted_proxy, probe, k, dt_s) : wanted_proxy;
+    follow_to(proxy, dt_s);
+    proxy_ = proxy;
+    out.wanted_n = spring(probe, input);
+    out.substeps = uint8_t(std::min(swept.pieces, 255));
+    out.primitives = uint8_t(swept.primitives);
+    guard.touching = swept.touching;
+    guard.scene = report(out);
+    out.scene_energy_j = tank_.last_j();
+    out.tank_j = tank_.level_j();
+    if (!run_->playing.empty()) out.first = run_->volumes[run_->playing.front()].pointer;
+    guard.wanted_n = glm::conjugate(run_->scene->world_from_device.rotation) * out.wanted_n;
+    last_wanted_ = finite(out.wanted_n) ? out.wanted_n : glm::dvec3(0.0);
+    adopted_ = false;
+  } else {
+    guard.scene = Cause::kSceneEmpty;
+  }
+  last_probe_ = probe;
+  out.probe_m = probe;
+  out.proxy_m = run_ ? proxy_ : probe;
+
+  const SafetyOutput safe = safety_.step(guard);
+  out.command = {safe.force_n, safe.in_contact};
+  out.cause = safe.cause;
+  out.fault = input.reading.fault;
+  return out;
+}
+
+Cause Haptics::report(TickOutput& out) const noexcept {
+  double confidence = 1.0;
+  for (const CarrierRun& run : run_->carriers) {
+    const CarrierReport& of = run.carrier->report();
+    out.residual_m = std::max(out.residual_m, of.residual_m);
+    out.newton_steps = std::max(out.newton_steps, uint8_t(std::min(of.steps, 255)));
+    out.held |= run.held;
+    confidence = std::min(confidence, of.confidence);
+  }
+  if (empty_) return Cause::kSceneEmpty;
+  if (out.held) return Cause::kField;
+  return confidence < kDoubtful ? Cause::kConfidence : Cause::kNone;
+}
+
+}  // namespace palpate

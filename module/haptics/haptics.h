@@ -1,0 +1,66 @@
+#pragma once
+
+#include <memory>
+
+#include "module/haptics/energy.h"
+#include "module/haptics/haptic_run.h"
+#include "module/haptics/safety.h"
+#include "module/haptics/ticker.h"
+#include "module/haptics/velocity.h"
+
+namespace palpate {
+
+/// How the hand is coupled, beyond what the scene says.
+struct HapticsOptions {
+  SafetyOptions safety;
+  EnergyTankOptions tank;
+  bool meter_energy = true;  ///< off: for experiments with a simulated hand only
+};
+
+/// The haptic step: one frame of the method, section 6 (the paper's Fig. 13), for any number of
+/// volumes, modes and motions:
+///   poses and time go on; each carrier takes its material point along; the proxy is swept to its
+///   balance; the energy tank says how much of that the scene may; the spring's force, behind the
+///   guards, goes to the device.
+/// What a scene does not have is not there: no pose is asked for a still volume, no time for a
+/// single frame.
+class Haptics final : public Ticker {
+ public:
+  Haptics(const HapticsOptions& options, const DeviceInfo& device);
+
+  /// Makes a scene ready to run. Allocates: any thread but the servo's.
+  static std::unique_ptr<HapticRun> prepare(std::shared_ptr<const HapticScene> scene);
+
+  /// Runs another scene from the next tick on, without a step of the force: what differs fades
+  /// over. Returns the one that ran before (null at first), to be deleted off the servo thread.
+  /// Real-time safe.
+  std::unique_ptr<HapticRun> adopt(std::unique_ptr<HapticRun> next) noexcept;
+
+  TickOutput tick(const TickInput& input) noexcept override;
+
+  const HapticRun* run() const { return run_.get(); }
+  const EnergyTank& tank() const { return tank_; }
+
+ private:
+  void control(const TickInput& input) noexcept;
+  void move_on(const TickInput& input, double dt_s) noexcept;
+  void follow_to(glm::dvec3 proxy, double dt_s) noexcept;
+  Cause report(TickOutput& out) const noexcept;
+  glm::dvec3 spring(glm::dvec3 probe, const TickInput& input) noexcept;
+
+  HapticsOptions options_;
+  Safety safety_;
+  EnergyTank tank_;
+  VelocityEstimate hand_, device_hand_, point_;
+  std::unique_ptr<HapticRun> run_;
+  glm::dvec3 proxy_{0.0};       ///< world
+  glm::dvec3 last_probe_{0.0};  ///< world; the last good one
+  glm::dvec3 last_wanted_{0.0};
+  glm::dvec3 bridge_n_{
+      0.0};               ///< what is left of the difference between the scene before and this one
+  bool placed_ = false;   ///< proxy_ has been put to a probe
+  bool adopted_ = false;  ///< in this tick
+  bool empty_ = true;
+};
+
+}  // namespace palpate

@@ -1,0 +1,96 @@
+#pragma once
+
+#include "module/haptics/mode.h"
+#include "module/scene/frame_data.h"
+#include "module/scene/motion_map.h"
+#include "module/scene/property.h"
+
+namespace palpate {
+
+/// A mode's properties of one frame at one point. Value and gradient, which most modes want
+/// together, are read together and once.
+class PointReader {
+ public:
+  PointReader(const FrameData& frame, const ModeSpec& mode, glm::dvec3 x)
+      : frame_(frame), mode_(mode), x_(x) {}
+
+  double scalar() const noexcept {
+    return mode_.scalar == ScalarProperty::kValue ? both().value
+                                                  : scalar_of(frame_, mode_.scalar, x_);
+  }
+  glm::dvec3 scalar_gradient() const noexcept {
+    return mode_.scalar == ScalarProperty::kValue ? both().gradient
+                                                  : gradient_of(frame_, mode_.scalar, x_);
+  }
+  glm::dvec3 vector() const noexcept {
+    return mode_.vector == VectorProperty::kGradient ? both().gradient
+                                                     : vector_of(frame_, mode_.vector, x_);
+  }
+
+ private:
+  const ScalarSample& both() const noexcept {
+    if (!known_) both_ = frame_.scalar_and_gradient(x_);
+    known_ = true;
+    return both_;
+  }
+  const FrameData& frame_;
+  const ModeSpec& mode_;
+  glm::dvec3 x_;
+  mutable ScalarSample both_;
+  mutable bool known_ = false;
+};
+
+/// Data of one frame, as a mode sees them.
+class StillReader final : public LocalData {
+ public:
+  StillReader(const FrameData& frame, const ModeSpec& mode, glm::dvec3 x) : here_(frame, mode, x) {}
+  double scalar() const noexcept override { return here_.scalar(); }
+  glm::dvec3 scalar_gradient() const noexcept override { return here_.scalar_gradient(); }
+  glm::dvec3 vector() const noexcept override { return here_.vector(); }
+
+ private:
+  PointReader here_;
+};
+
+/// Data between two frames, equations (23) to (25): the material's value in the one and in the
+/// other, blended by the phase. Everything is given in the data frame's space: a gradient of the
+/// next frame is pulled back as a covector (with the transpose of I + du/dx), a vector as an arrow
+/// (with its inverse).
+class BlendedReader final : public LocalData {
+ public:
+  BlendedReader(const FrameData& frame, const FrameData& next, const ModeSpec& mode, glm::dvec3 x,
+                glm::dvec3 x_next, const glm::dmat3& jacobian, double phase)
+      : here_(frame, mode, x),
+        there_(next, mode, x_next),
+        mode_(mode),
+        jacobian_(jacobian),
+        phase_(phase) {}
+
+  double scalar() const noexcept override {
+    return (1.0 - phase_) * here_.scalar() + phase_ * there_.scalar();
+  }
+  glm::dvec3 scalar_gradient() const noexcept override {
+    return (1.0 - phase_) * here_.scalar_gradient() + phase_ * covector(there_.scalar_gradient());
+  }
+  glm::dvec3 vector() const noexcept override {
+    const glm::dvec3 there = there_.vector();
+    return (1.0 - phase_) * here_.vector() +
+           phase_ * (mode_.vector == VectorProperty::kGradient ? covector(there) : arrow(there));
+  }
+
+ private:
+  glm::dvec3 covector(glm::dvec3 v) const {
+    return v + v * jacobian_;
+  }  // v * M is M transposed times v
+  glm::dvec3 arrow(glm::dvec3 v) const {
+    const glm::dmat3 step = glm::dmat3(1.0) + jacobian_;
+    return glm::determinant(step) > 0.0 ? glm::inverse(step) * v : v;
+  }
+
+  PointReader here_, there_;
+  const ModeSpec& mode_;
+  const glm::dmat3& jacobian_;
+  double phase_;
+};
+
+}  // namespace palpate

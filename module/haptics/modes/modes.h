@@ -1,0 +1,44 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "compute/volume/result.h"
+#include "module/haptics/mode.h"
+#include "module/scene/scene.h"
+
+namespace palpate {
+
+/// The kinds of mode a scene may name, and how each is made from its part of the scene. Starts with
+/// those of the paper:
+///   surface         a one- or two-sided surface across the gradient, with Coulomb friction:
+///   equation (12) follow          a line along a vector: guides along field lines, (13) front a
+///   surface across a vector vortex          a line along a vector's curl: guides along the cores
+///   of vortices gradient-force  f = C grad L: equation (2) vector-force    f = C L: equation (3)
+///   attractor       a point that pulls
+/// Add your own before a scene is made; not while one is. Not thread safe.
+class ModeKinds {
+ public:
+  using Make = std::function<Result<std::shared_ptr<const Mode>>(const ModeSpec&)>;
+  ModeKinds();
+  void add(const std::string& kind, Make make) { kinds_[kind] = std::move(make); }
+  /// kBadInput for an unknown kind (naming the known ones) or a part of the scene the kind can not
+  /// use.
+  Result<std::shared_ptr<const Mode>> make(const ModeSpec& spec) const;
+  /// What the kind reads where the scene leaves it open: a surface stands across the gradient
+  /// whatever `vector` says.
+  static ModeSpec completed(ModeSpec spec);
+
+ private:
+  std::map<std::string, Make> kinds_;
+};
+
+Result<std::shared_ptr<const Mode>> make_surface(const ModeSpec& spec);
+Result<std::shared_ptr<const Mode>> make_follow(const ModeSpec& spec);
+Result<std::shared_ptr<const Mode>> make_front(const ModeSpec& spec);
+Result<std::shared_ptr<const Mode>> make_force(const ModeSpec& spec);
+Result<std::shared_ptr<const Mode>> make_attractor(const ModeSpec& spec);
+
+}  // namespace palpate

@@ -1,0 +1,39 @@
+#include "module/haptics/modes/modes.h"
+
+namespace palpate {
+namespace {
+
+/// Surface and friction, equation (12): a plane across the gradient at the proxy, as strong as the
+/// transfer function says, with Coulomb friction. It holds the hand out of higher values (or in
+/// them, or both ways); a force above its strength goes through.
+class Surface final : public Mode {
+ public:
+  explicit Surface(const ModeSpec& spec)
+      : strength_(spec.strength),
+        friction_(spec.friction),
+        entering_(spec.two_sided || !spec.leaving),
+        leaving_(spec.two_sided || spec.leaving) {}
+
+  void place(const ModePoint& at, PrimitiveSink& out) const noexcept override {
+    const double value = at.data.scalar();
+    const double strength = strength_(value);
+    if (!(strength > 0.0)) return;
+    const glm::dvec3 uphill = at.data.vector();
+    if (!(glm::dot(uphill, uphill) > 0.0)) return;  // flat: there is no surface to stand on
+    const double friction = friction_(value);
+    if (entering_) out.surface(at.proxy, -uphill, strength, friction);
+    if (leaving_) out.surface(at.proxy, uphill, strength, friction);
+  }
+
+ private:
+  TransferFunction strength_, friction_;
+  bool entering_, leaving_;
+};
+
+}  // namespace
+
+Result<std::shared_ptr<const Mode>> make_surface(const ModeSpec& spec) {
+  return std::shared_ptr<const Mode>(std::make_shared<Surface>(spec));
+}
+
+}  // namespace palpate

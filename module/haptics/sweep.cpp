@@ -1,0 +1,264 @@
+#include "module/haptics/sweep.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "module/haptics/balance.h"
+
+namespace palpate {
+namespace {
+
+constexpr int kMostPieces = 48;
+constexpr int kMostHalvings = 24;
+constexpr int kMostCarriers = kMostModes;
+// Shorter moves are taken as they are: what bends within them is less than an encoder could ever
+// see.
+constexpr double kShort_m = 0.5e-6;
+constexpr double kContact_m = 0.2e-6;
+constexpr double kAgainst =
+    1e-9;  // a plane is in the way if its normal has more than this against the way
+
+class Way {
+ public:
+  Way(HapticRun& run, glm::dvec3 probe, double stiffness, double dt_s)
+      : run_(run), probe_(probe), stiffness_(stiffness), dt_s_(dt_s) {}
+
+  Sweep go() noexcept {
+    Sweep result;
+    Placed *here = &run_.scratch[0], *there = &run_.scratch[1], *between = &run_.scratch[2];
+    place(*here);
+    while (result.pieces < kMostPieces) {
+      Balance balance = solve(*here, result);
+      const glm::dvec3 dir = measure(balance.proxy);
+      if (length_ <= kShort_m) {
+        advance(1.0, balance.proxy);
+        result.proxy = balance.proxy;
+        return result;
+      }
+      ++result.pieces;
+      mark();
+      double share = std::min(1.0, 1.0 / strides_);
+      advance(share, balance.proxy);
+      place(*there);
+      if (const uint32_t met = against(*there, dir) & ~pressed(*here)) {
+        find_contact(met, dir, share, balance.proxy, *there);
+        std::swap(here, there);
+        continue;
+      }
+      if (alike(*here, *there)) {
+        if (!here->set.empty()) {
+          reset();
+          mean(*here, *there, *between);
+          balance = solve(*between, result);
+          measure(balance.proxy);
+          share = length_ > 0.0 ? std::min(1.0, 1.0 / strides_) : 1.0;
+          advance(share, balance.proxy);
+        }
+        if (share == 1.0) {
+          result.proxy = balance.proxy;
+          return result;
+        }
+        if (!here->set.empty()) place(*there);
+      }
+      std::swap(here, there);
+    }
+    // Out of pieces: the proxy waits where the way was cut, with what acts there.
+    result.proxy = run_.carriers.empty() ? probe_ : last_at();
+    return result;
+  }
+
+ private:
+  Balance solve(const Placed& placed, Sweep& result) const noexcept {
+    const Balance balance = palpate::balance(placed.set, probe_, stiffness_);
+    result.primitives = placed.set.count();
+    result.residual_n = balance.residual_n;
+    result.touching = false;
+    for (const Primitive& p : placed.set)
+      result.touching |= p.kind != Primitive::Kind::kPlane ||
+                         glm::dot(placed.pull - p.position, p.direction) < 0.0;
+    return balance;
+  }
+
+  void place(Placed& placed) const noexcept {
+    placed.set.clear();
+    for (size_t m = 0; m < run_.modes.size(); ++m) {
+      const ModeRun& mode = run_.modes[m];
+      const HapticMode& plan = run_.scene->modes[m];
+      CarrierRun& carrier = run_.carriers[plan.carrier];
+      const double weight = mode.weight * mode.gain * carrier.fade;
+      if (!(weight > 0.0)) continue;
+      const int before = placed.set.count();
+      carrier.carrier->place(plan, probe_, dt_s_, weight, carrier.cap_n * carrier.fade, placed.set);
+      for (int i = before; i < placed.set.count(); ++i) placed.owner[i] = uint8_t(m);
+    }
+    placed.pull = probe_;
+    for (const Primitive& p : placed.set)
+      if (p.kind == Primitive::Kind::kForce)
+        placed.pull += p.direction * (p.strength_n / stiffness_);
+  }
+
+  /// How far it is to a point, in metres and in strides of the carrier that has to look closest;
+  /// the direction of that way.
+  glm::dvec3 measure(glm::dvec3 to) noexcept {
+    strides_ = length_ = 0.0;
+    glm::dvec3 way(0.0);
+    for (const CarrierRun& run : run_.carriers) {
+      if (run.held) continue;
+      const glm::dvec3 d = to - run.carrier->at();
+      const double length = glm::length(d);
+      if (length > length_) way = d / length;
+      length_ = std::max(length_, length);
+      strides_ = std::max(strides_, length / run.carrier->stride_m());
+    }
+    return way;
+  }
+
+  /// Takes every carrier the share of its way to a point.
+  void advance(double share, glm::dvec3 to) noexcept {
+    for (CarrierRun& run : run_.carriers) {
+      if (run.held) continue;
+      const glm::dvec3 from = run.carrier->at();
+      if (!run.carrier->go_to(share == 1.0 ? to : from + share * (to - from))) run.held = true;
+    }
+  }
+
+  void mark() noexcept {
+    for (size_t c = 0; c < run_.carriers.size(); ++c) marks_[c] = run_.carriers[c].carrier->mark();
+  }
+  void reset() noexcept {
+    for (size_t c = 0; c < run_.carriers.size(); ++c) run_.carriers[c].carrier->reset(marks_[c]);
+  }
+
+  /// The modes whose surface the spring presses on, and does not press through.
+  uint32_t pressed(const Placed& placed) const noexcept {
+    uint32_t modes = 0;
+    for (int i = 0; i < placed.set.count(); ++i) {
+      const Primitive& p = placed.set[i];
+      if (p.kind == Primitive::Kind::kPlane &&
+          glm::dot(placed.pull - p.position, p.direction) <= 0.0 && margin(placed, p) >= 0.0)
+        modes |= 1u << placed.owner[i];
+    }
+    return modes;
+  }
+
+  /// The modes of which a plane stands against the way and would hold.
+  uint32_t against(const Placed& placed, glm::dvec3 dir) const noexcept {
+    uint32_t modes = 0;
+    for (int i = 0; i < placed.set.count(); ++i) {
+      const Primitive& p = placed.set[i];
+      if (p.kind == Primitive::Kind::kPlane && glm::dot(p.direction, dir) < -kAgainst &&
+          margin(placed, p) >= 0.0)
+        modes |= 1u << placed.owner[i];
+    }
+    return modes;
+  }
+
+  /// By how much a plane is stronger than the spring that presses on it, N.
+  double margin(const Placed& placed, const Primitive& p) const noexcept {
+    return p.strength_n +
+           stiffness_ * std::min(0.0, glm::dot(placed.pull - p.position, p.direction));
+  }
+
+  /// The same for the strongest plane of the modes asked for; where they have none, by how much the
+  /// spring pulls.
+  double margin(const Placed& placed, uint32_t modes, glm::dvec3 dir) const noexcept {
+    double best = -stiffness_ * length_;
+    for (int i = 0; i < placed.set.count(); ++i) {
+      const Primitive& p = placed.set[i];
+      if (p.kind == Primitive::Kind::kPlane && (modes >> placed.owner[i] & 1u) &&
+          glm::dot(p.direction, dir) < -kAgainst)
+        best = std::max(best, margin(placed, p));
+    }
+    return best;
+  }
+
+  /// Between the marks and `share` of the way to a point a surface begins to hold: stops just
+  /// inside of where. Regula falsi with the Illinois change, and halving where the strength is a
+  /// step.
+  void find_contact(uint32_t modes, glm::dvec3 dir, double share, glm::dvec3 to,
+                    Placed& placed) noexcept {
+    double free = 0.0, inside = share;
+    double free_margin = 0.0, inside_margin = margin(placed, modes, dir);
+    bool known = false;  // the margin at `free`
+    const double way = length_;
+    int sides = 0;
+    for (int i = 0; i < kMostHalvings && (inside - free) * way > kContact_m; ++i) {
+      double at = 0.5 * (free + inside);
+      if (known && sides < 2) {
+        const double secant = free + (inside - free) * free_margin / (free_margin - inside_margin);
+        // Never closer to an end than a tenth of the tolerance: the next interval must be shorter.
+        const double guard = std::min(0.1 * kContact_m / way, 0.25 * (inside - free));
+        if (std::isfinite(secant)) at = std::clamp(secant, free + guard, inside - guard);
+      }
+      reset();
+      advance(at, to);
+      place(placed);
+      const double found = margin(placed, modes, dir);
+      if (found >= 0.0) {
+        sides = inside_side_ ? sides + 1 : 0;
+        inside_side_ = true;
+        inside = at;
+        inside_margin = found;
+      } else {
+        sides = inside_side_ ? 0 : sides + 1;
+        inside_side_ = false;
+        free = at;
+        free_margin = found;
+        known = true;
+      }
+    }
+    reset();
+    advance(inside, to);
+    place(placed);
+  }
+
+  /// Two sets whose primitives answer each other one by one.
+  static bool alike(const Placed& a, const Placed& b) noexcept {
+    if (a.set.count() != b.set.count()) return false;
+    for (int i = 0; i < a.set.count(); ++i)
+      if (a.set[i].kind != b.set[i].kind || a.owner[i] != b.owner[i]) return false;
+    return true;
+  }
+
+  /// Where the one is, with the mean direction and strength of both.
+  static void mean(const Placed& a, const Placed& b, Placed& out) noexcept {
+    out.set.clear();
+    out.pull = a.pull;
+    for (int i = 0; i < a.set.count(); ++i) {
+      const Primitive& q = b.set[i];
+      Primitive p = a.set[i];
+      p.strength_n = 0.5 * (p.strength_n + q.strength_n);
+      p.friction = 0.5 * (p.friction + q.friction);
+      // A line has no sense of direction: the nearer of the two is meant.
+      const bool turned =
+          p.kind == Primitive::Kind::kLine && glm::dot(p.direction, q.direction) < 0.0;
+      const glm::dvec3 sum = p.direction + (turned ? -q.direction : q.direction);
+      const double length = glm::length(sum);
+      if (length > 1e-6) p.direction = sum / length;
+      out.set.add(p);
+      out.owner[i] = a.owner[i];
+    }
+  }
+
+  glm::dvec3 last_at() const noexcept {
+    for (const CarrierRun& run : run_.carriers)
+      if (!run.held) return run.carrier->at();
+    return run_.carriers.front().carrier->at();
+  }
+
+  HapticRun& run_;
+  glm::dvec3 probe_;
+  double stiffness_, dt_s_;
+  double strides_ = 0.0, length_ = 0.0;
+  bool inside_side_ = false;
+  std::array<Carrier::Mark, kMostCarriers> marks_;
+};
+
+}  // namespace
+
+Sweep sweep(HapticRun& run, glm::dvec3 probe, double stiffness_n_per_m, double dt_s) noexcept {
+  return Way(run, probe, stiffness_n_per_m, dt_s).go();
+}
+
+}  // namespace palpate

@@ -1,0 +1,26 @@
+#pragma once
+
+#include "module/haptics/haptic_run.h"
+
+namespace palpate {
+
+/// What taking the proxy to its balance found.
+struct Sweep {
+  glm::dvec3 proxy{0.0};    ///< world, m
+  int pieces = 0;           ///< into which the way was cut
+  int primitives = 0;       ///< of the last balance
+  double residual_n = 0.0;  ///< of the last balance
+  bool touching = false;    ///< some primitive acts on the proxy
+};
+
+/// Moves the proxy from where its carriers have it to where spring and primitives balance (equation
+/// (11)), looking at the data on the way. The paper solves once per frame and jumps to the result;
+/// what lies between is not seen. Here the way is cut into pieces shorter than half a voxel, so
+/// nothing is stepped over however fast hand and data are; a surface newly met is found by
+/// bisection, to a fifth of a micrometre; and a piece along a surface is done again with the mean
+/// of the primitives at its ends (midpoint rule), so that sliding over a curved surface neither
+/// digs in nor takes off. A carrier whose point can not be found is held where it is. Real-time
+/// safe; at most kMostPieces pieces, the rest of the way is left to the next frame.
+Sweep sweep(HapticRun& run, glm::dvec3 probe, double stiffness_n_per_m, double dt_s) noexcept;
+
+}  // namespace palpate
