@@ -5,7 +5,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kSmallAngle = 1e-4;  // the series below are right to 1e-16 there
+constexpr double kSmallAngle = 1e-4;  // the short series are right to 1e-16 there
 
 /// The body's angular velocity while its rotation is exp(theta(t)): the right Jacobian of the
 /// rotation group times theta'.
@@ -62,9 +62,18 @@ PoseRate operator*(double factor, const PoseRate& a) {
 }
 
 glm::dquat quaternion_of(glm::dvec3 rotation) {
-  const double a2 = glm::dot(rotation, rotation), half = 0.5 * std::sqrt(a2);
-  if (half < kSmallAngle)
-    return glm::normalize(glm::dquat(1.0 - a2 / 8.0, (0.5 - a2 / 48.0) * rotation));
+  const double squared = 0.25 * glm::dot(rotation, rotation);  // of half the angle
+  if (squared < 0.25) {
+    // Between two poses the angle is small, and the series need no root: their next terms are below
+    // 1e-16.
+    double sinc = 1.0, cosine = 1.0;
+    for (int k = 7; k > 0; --k) {
+      sinc = 1.0 - squared * sinc * (1.0 / double(2 * k * (2 * k + 1)));
+      cosine = 1.0 - squared * cosine * (1.0 / double(2 * k * (2 * k - 1)));
+    }
+    return {cosine, 0.5 * sinc * rotation};
+  }
+  const double half = std::sqrt(squared);
   return {std::cos(half), std::sin(half) / (2.0 * half) * rotation};
 }
 
@@ -102,8 +111,11 @@ Transform PoseCurve::pose(double share) const {
   if (share >= 1.0) return to_;
   Transform t = from_;
   t.translation_m += value(translation_, share);
-  if (rotates_)
-    t.rotation = glm::normalize(from_.rotation * quaternion_of(value(rotation_, share)));
+  if (rotates_) {
+    t.rotation = from_.rotation * quaternion_of(value(rotation_, share));
+    // A product of unit quaternions is off by rounding only: one Newton step of 1 / root.
+    t.rotation = t.rotation * (1.5 - 0.5 * glm::dot(t.rotation, t.rotation));
+  }
   if (scales_) t.scale *= glm::exp(value(log_scale_, share));
   return t;
 }
