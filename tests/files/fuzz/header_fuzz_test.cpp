@@ -134,5 +134,15 @@ TEST(HeaderFuzz, LandmarkParserHolds) {
        "a,1,2,3,0\nb,4,5,6,0\n"});
 }
 
+TEST(HeaderFuzz, SceneReaderHolds) {
+  run(fuzz::parse_scene_file,
+      {R"({"volumes":[{"name":"a","source":"heart","drive":{"kind":"turn","axis":[0,1,0]}}],)"
+       R"("modes":[{"volume":"a","strength":{"window":{"level":5,"width":2,"full":1}},"friction":0.2}]})",
+       R"({"stiffness_n_per_m":6e2,"world_from_device":{"quaternion_wxyz":[1,0,0,0],"scale":[1,2,3]},)"
+       R"("volumes":[{"name":"b","files":["x","y"],"motions":[{"fields":["f"],"confidences":["c"]}],)"
+       R"("transform":{"matrix":[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]},"rate":-1,"path":"paper"}],)"
+       R"("modes":[{"kind":"follow","strength":{"pairs":[[0,1],[2,3]],"stepped":true},"on":false}]})"});
+}
+
 }  // namespace
 }  // namespace palpate::files

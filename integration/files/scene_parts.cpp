@@ -1,0 +1,167 @@
+#include "integration/files/scene_parts.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace palpate::files {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr NumberRange kScales{1e-4, 1e4};
+
+void read_rotation(JsonObject& o, Transform& out) {
+  const json* turn = o.find("rotation");
+  const json* wxyz = o.find("quaternion_wxyz");
+  if (turn && wxyz) o.refuse("rotation", "a quaternion says the rotation too: keep one of the two");
+  if (turn) {
+    JsonObject r(*turn, o.place("rotation"), o.reading());
+    glm::dvec3 axis(0.0, 1.0, 0.0);
+    double degrees = 0.0;
+    read_direction(r, "axis", axis);
+    r.number("degrees", degrees);
+    r.finish();
+    out.rotation = glm::angleAxis(glm::radians(degrees), glm::normalize(axis));
+  }
+  if (!wxyz) return;
+  double q[4] = {1, 0, 0, 0};
+  bool good = wxyz->is_array() && wxyz->size() == 4;
+  for (size_t k = 0; good && k < 4; ++k) {
+    good = (*wxyz)[k].is_number();
+    if (good) q[k] = (*wxyz)[k].get<double>();
+  }
+  const glm::dquat rotation(q[0], q[1], q[2], q[3]);
+  const double off = glm::dot(rotation, rotation) - 1.0;
+  if (!good || !(std::abs(off) < 1e-3))
+    return o.refuse("quaternion_wxyz",
+                    "four numbers with a sum of squares of 1 are expected: write [w, x, y, z]");
+  // Bits of a quaternion that is good already are kept, so that scenes come back from their
+  // files.
+  out.rotation = std::abs(off) < 1e-14 ? rotation : glm::normalize(rotation);
+}
+
+void read_matrix(JsonObject& o, const json& object, Transform& out) {
+  const json* rows = o.find("matrix");
+  if (!rows) return;
+  if (object.size() > 1)
+    return o.refuse("matrix", "it says all of the transform: leave out the other keys");
+  glm::dmat4 m(1.0);
+  bool good = rows->is_array() && rows->size() == 4;
+  for (size_t r = 0; good && r < 4; ++r) {
+    good = (*rows)[r].is_array() && (*rows)[r].size() == 4;
+    for (size_t c = 0; good && c < 4; ++c) {
+      good = (*rows)[r][c].is_number();
+      if (good) m[int(c)][int(r)] = (*rows)[r][c].get<double>();
+    }
+  }
+  if (!good)
+    return o.refuse("matrix", "four rows of four numbers are expected: write [[...], ...]");
+  const auto found = split(m);
+  if (!found) {
+    std::string what = found.error().message;
+    if (what.ends_with('.')) what.pop_back();
+    return o.refuse("matrix", what);
+  }
+  out = *found;
+}
+
+Result<TransferFunction> of_pairs(JsonObject& o, const json& pairs, bool stepped) {
+  std::vector<double> in, outs;
+  for (size_t k = 0; k < pairs.size(); ++k) {
+    const json& pair = pairs[k];
+    if (!pair.is_array() || pair.size() != 2 || !pair[0].is_number() || !pair[1].is_number() ||
+        !is_in(pair[1].get<double>(), kNotNegative)) {
+      o.reading().refuse(fmt::format("{}[{}]", o.place("pairs"), k),
+                         "an input and an output not below 0 are expected: write [in, out]");
+      return TransferFunction();
+    }
+    in.push_back(pair[0].get<double>());
+    outs.push_back(pair[1].get<double>());
+  }
+  return stepped ? TransferFunction::stepped(std::move(in), std::move(outs))
+                 : TransferFunction::linear(std::move(in), std::move(outs));
+}
+
+}  // namespace
+
+/// World from volume: translation, rotation and scale, or one matrix.
+void read_transform(JsonObject& parent, const char* key, Transform& out) {
+  const json* value = parent.find(key);
+  if (!value) return;
+  JsonObject o(*value, parent.place(key), parent.reading());
+  o.vector("translation_m", out.translation_m);
+  read_rotation(o, out);
+  if (value->is_object() && value->contains("scale") && (*value)["scale"].is_number()) {
+    double scale = 1.0;
+    if (o.number("scale", scale, kScales)) out.scale = glm::dvec3(scale);
+  } else {
+    o.vector("scale", out.scale, kScales);
+  }
+  read_matrix(o, *value, out);
+  o.finish();
+}
+
+void read_direction(JsonObject& o, const char* key, glm::dvec3& out) {
+  glm::dvec3 found;
+  if (!o.vector(key, found)) return;
+  const double length = glm::length(found);
+  if (!(length > 1e-100) || std::isinf(length))
+    return o.refuse(key, "a direction is expected: give three numbers that are not all 0");
+  out = found;
+}
+
+std::vector<fs::path> read_paths(JsonObject& o, const char* key) {
+  std::vector<std::string> names;
+  std::vector<fs::path> found;
+  if (!o.texts(key, names)) return found;
+  for (const std::string& name : names) {
+    if (name.find('\0') != std::string::npos) {
+      o.refuse(key, "a file name holds a zero byte: take it out");
+      return found;
+    }
+    found.push_back((o.reading().file.parent_path() / name).lexically_normal());
+  }
+  return found;
+}
+
+/// A number, { "pairs": ... } or { "window": ... }; no output below 0.
+void read_transfer(JsonObject& parent, const char* key, TransferFunction& out) {
+  const json* value = parent.find(key);
+  if (!value) return;
+  if (value->is_number()) {
+    double constant = 0.0;
+    if (parent.number(key, constant, kNotNegative)) out = TransferFunction::constant(constant);
+    return;
+  }
+  JsonObject o(*value, parent.place(key), parent.reading());
+  Result<TransferFunction> made = TransferFunction();
+  bool stepped = false;
+  o.boolean("stepped", stepped);
+  const json* window = o.find("window");
+  const json* pairs = o.list("pairs");
+  if (!window == !pairs && o.good())
+    parent.refuse(key, "a number, \"pairs\" or a \"window\" is expected: give one of them");
+  if (window) {
+    JsonObject w(*window, o.place("window"), o.reading());
+    double level = 0.0, width = 0.0, full = 1.0;
+    if (!w.number("level", level) && w.good())
+      w.refuse("level", "it is missing: give a value of the data");
+    w.number("width", width, kNotNegative);
+    w.number("full", full, kNotNegative);
+    w.finish();
+    if (stepped) o.refuse("stepped", "a window has no steps: leave this out, or give pairs");
+    if (o.good()) made = TransferFunction::window(level, width, full);
+  }
+  if (pairs) made = of_pairs(o, *pairs, stepped);
+  o.finish();
+  if (!made) {
+    std::string what = made.error().message;
+    if (what.ends_with('.')) what.pop_back();
+    return parent.refuse(key, what);
+  }
+  out = *made;
+}
+
+}  // namespace palpate::files

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "integration/files/json_object.h"
+#include "module/scene/transfer.h"
+#include "module/scene/transform.h"
+
+namespace palpate::files {
+
+/// Values of a scene that are more than a number. Each reads one key of `parent`: a missing one
+/// leaves the value as it is, a wrong one refuses.
+
+/// World from volume: translation, rotation and scale, or one matrix.
+void read_transform(JsonObject& parent, const char* key, Transform& out);
+
+/// Three numbers that are not all 0.
+void read_direction(JsonObject& o, const char* key, glm::dvec3& out);
+
+/// A file name or a list of them, relative to the file that is read.
+std::vector<std::filesystem::path> read_paths(JsonObject& o, const char* key);
+
+/// A number, { "pairs": ... } or { "window": ... }; no output below 0.
+void read_transfer(JsonObject& parent, const char* key, TransferFunction& out);
+
+}  // namespace palpate::files

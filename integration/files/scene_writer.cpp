@@ -1,0 +1,137 @@
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "integration/files/atomic_file.h"
+#include "integration/files/scene_file.h"
+
+namespace palpate::files {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+template <class T>
+std::string_view word_of(const std::vector<std::pair<std::string_view, T>>& words, T value) {
+  for (const auto& [word, meaning] : words)
+    if (meaning == value) return word;
+  return words.front().first;
+}
+
+Json list(glm::dvec3 v) {
+  return {v.x, v.y, v.z};
+}
+
+/// Only what differs from its default is written: a scene stays short, and says what is special.
+template <class T>
+void put(Json& object, const char* key, const T& value, const T& usual) {
+  if (value != usual) object[key] = value;
+}
+void put(Json& object, const char* key, const glm::dvec3& value, const glm::dvec3& usual) {
+  if (value != usual) object[key] = list(value);
+}
+
+class SceneWriter {
+ public:
+  explicit SceneWriter(const fs::path& file) : folder_(fs::absolute(file).parent_path()) {}
+
+  Json scene(const SceneSpec& s) const {
+    const SceneSpec usual;
+    Json o = Json::object();
+    put(o, "stiffness_n_per_m", s.stiffness_n_per_m, usual.stiffness_n_per_m);
+    put(o, "damping_n_s_per_m", s.damping_n_s_per_m, usual.damping_n_s_per_m);
+    put(o, "max_force_n", s.max_force_n, usual.max_force_n);
+    transform(o, "world_from_device", s.world_from_device);
+    for (const VolumeSpec& v : s.volumes) o["volumes"].push_back(volume(v));
+    for (const ModeSpec& m : s.modes) o["modes"].push_back(mode(m));
+    return o;
+  }
+
+ private:
+  void transform(Json& parent, const char* key, const Transform& t) const {
+    const Transform usual;
+    Json o = Json::object();
+    put(o, "translation_m", t.translation_m, usual.translation_m);
+    if (t.rotation != usual.rotation)
+      o["quaternion_wxyz"] = {t.rotation.w, t.rotation.x, t.rotation.y, t.rotation.z};
+    put(o, "scale", t.scale, usual.scale);
+    if (!o.empty()) parent[key] = o;
+  }
+
+  Json paths(const std::vector<fs::path>& files) const {
+    Json names = Json::array();
+    for (const fs::path& file : files)
+      names.push_back(fs::absolute(file).lexically_normal().lexically_proximate(folder_).string());
+    return names;
+  }
+
+  Json volume(const VolumeSpec& v) const {
+    const VolumeSpec usual;
+    Json o = {{"name", v.name}};
+    put(o, "source", v.source, usual.source);
+    if (!v.files.empty()) o["files"] = paths(v.files);
+    for (const MotionSpec& m : v.motions) {
+      Json motion = {{"name", m.name}, {"fields", paths(m.fields)}};
+      if (!m.confidences.empty()) motion["confidences"] = paths(m.confidences);
+      o["motions"].push_back(motion);
+    }
+    transform(o, "transform", v.transform);
+    put(o, "centred", v.centred, usual.centred);
+    Json drive = Json::object();
+    if (v.drive.kind != usual.drive.kind)
+      drive["kind"] = word_of(SceneWords::kDrives, v.drive.kind);
+    put(drive, "axis", v.drive.axis, usual.drive.axis);
+    put(drive, "centre_m", v.drive.centre_m, usual.drive.centre_m);
+    put(drive, "rate_hz", v.drive.rate_hz, usual.drive.rate_hz);
+    put(drive, "amplitude_m", v.drive.amplitude_m, usual.drive.amplitude_m);
+    if (!drive.empty()) o["drive"] = drive;
+    if (v.path != usual.path) o["path"] = word_of(SceneWords::kPaths, v.path);
+    if (v.back_tracking != usual.back_tracking)
+      o["back_tracking"] = word_of(SceneWords::kBackTrackings, v.back_tracking);
+    put(o, "frames_per_second", v.frames_per_second, usual.frames_per_second);
+    put(o, "rate", v.rate, usual.rate);
+    put(o, "cyclic", v.cyclic, usual.cyclic);
+    put(o, "blend_values", v.blend_values, usual.blend_values);
+    return o;
+  }
+
+  void transfer(Json& parent, const char* key, const TransferFunction& f) const {
+    if (f.in().empty()) return;
+    if (f.in().size() == 1 && f.in()[0] == 0.0 && !f.is_stepped()) {
+      parent[key] = f.out()[0];
+      return;
+    }
+    Json pairs = Json::array();
+    for (size_t k = 0; k < f.in().size(); ++k) pairs.push_back({f.in()[k], f.out()[k]});
+    parent[key]["pairs"] = pairs;
+    if (f.is_stepped()) parent[key]["stepped"] = true;
+  }
+
+  Json mode(const ModeSpec& m) const {
+    const ModeSpec usual;
+    Json o = {{"name", m.name}, {"kind", m.kind}, {"volume", m.volume}};
+    put(o, "motion", m.motion, usual.motion);
+    if (m.scalar != usual.scalar) o["scalar"] = word_of(SceneWords::kScalars, m.scalar);
+    if (m.vector != usual.vector) o["vector"] = word_of(SceneWords::kVectors, m.vector);
+    transfer(o, "strength", m.strength);
+    const auto applies = [&](const char* key) { return mode_key_applies(m.kind, key); };
+    if (applies("friction")) transfer(o, "friction", m.friction);
+    if (applies("gain")) put(o, "gain", m.gain, usual.gain);
+    if (applies("two_sided")) put(o, "two_sided", m.two_sided, usual.two_sided);
+    if (applies("leaving")) put(o, "leaving", m.leaving, usual.leaving);
+    if (applies("point_m")) put(o, "point_m", m.point_m, usual.point_m);
+    if (applies("range_m")) put(o, "range_m", m.range_m, usual.range_m);
+    put(o, "on", m.on, usual.on);
+    return o;
+  }
+
+  fs::path folder_;
+};
+
+}  // namespace
+
+Status write_scene(const SceneSpec& scene, const fs::path& file) {
+  const Json json = SceneWriter(file).scene(scene);
+  return write_text(file, json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
+}  // namespace palpate::files

@@ -1,0 +1,14 @@
+#pragma once
+
+#include "module/scene/scene.h"
+
+namespace palpate {
+
+/// The beating heart of Lundin Palmerius et al. 2008 with surface and friction: four frames, two a
+/// second. The surface lies halfway between lung or blood and the wall.
+SceneSpec heart_scene();
+
+/// The same paper's molecule: dichloroethane, turned slowly, felt along its field lines.
+SceneSpec molecule_scene();
+
+}  // namespace palpate

@@ -1,0 +1,458 @@
+#include "integration/files/scene_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <regex>
+#include <set>
+#include <sstream>
+
+#include "module/scene/built_in.h"
+#include "tests/files/fuzz/parse_bytes.h"
+#include "tests/files/temporary_folder.h"
+
+namespace palpate::files {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+std::string refusal(const std::string& text) {
+  const auto scene = parse_scene("folder/scene.json", text);
+  return scene ? "" : scene.error().message;
+}
+
+SceneSpec accepted(const std::string& text) {
+  const auto scene = parse_scene("folder/scene.json", text);
+  EXPECT_TRUE(scene) << scene.error().message;
+  return scene ? *scene : SceneSpec{};
+}
+
+const std::string kVolume = R"("volumes": [{"name": "a", "source": "heart"}])";
+const std::string kMode = R"("modes": [{"strength": 1}])";
+
+/// A scene with one more key in its root, its volume, its mode.
+std::string scene_with(const std::string& key) {
+  return "{" + kVolume + "," + kMode + "," + key + "}";
+}
+std::string volume_with(const std::string& key) {
+  return R"({"volumes": [{"name": "a", "source": "heart", )" + key + "}]," + kMode + "}";
+}
+std::string mode_with(const std::string& key) {
+  return "{" + kVolume + R"(, "modes": [{)" + key + "}]}";
+}
+
+void expect_same(const Transform& a, const Transform& b) {
+  EXPECT_EQ(a.translation_m, b.translation_m);
+  EXPECT_EQ(a.rotation, b.rotation);
+  EXPECT_EQ(a.scale, b.scale);
+}
+
+void expect_same(const TransferFunction& a, const TransferFunction& b) {
+  EXPECT_EQ(a.in(), b.in());
+  EXPECT_EQ(a.out(), b.out());
+  EXPECT_EQ(a.is_stepped(), b.is_stepped());
+}
+
+void expect_same(const SceneSpec& a, const SceneSpec& b) {
+  EXPECT_EQ(a.stiffness_n_per_m, b.stiffness_n_per_m);
+  EXPECT_EQ(a.damping_n_s_per_m, b.damping_n_s_per_m);
+  EXPECT_EQ(a.max_force_n, b.max_force_n);
+  expect_same(a.world_from_device, b.world_from_device);
+  ASSERT_EQ(a.volumes.size(), b.volumes.size());
+  for (size_t k = 0; k < a.volumes.size(); ++k) {
+    const VolumeSpec &v = a.volumes[k], &w = b.volumes[k];
+    EXPECT_EQ(v.name, w.name);
+    EXPECT_EQ(v.source, w.source);
+    EXPECT_EQ(v.files, w.files);
+    ASSERT_EQ(v.motions.size(), w.motions.size());
+    for (size_t m = 0; m < v.motions.size(); ++m) {
+      EXPECT_EQ(v.motions[m].name, w.motions[m].name);
+      EXPECT_EQ(v.motions[m].fields, w.motions[m].fields);
+      EXPECT_EQ(v.motions[m].confidences, w.motions[m].confidences);
+    }
+    expect_same(v.transform, w.transform);
+    EXPECT_EQ(v.centred, w.centred);
+    EXPECT_EQ(v.drive.kind, w.drive.kind);
+    EXPECT_EQ(v.drive.axis, w.drive.axis);
+    EXPECT_EQ(v.drive.centre_m, w.drive.centre_m);
+    EXPECT_EQ(v.drive.rate_hz, w.drive.rate_hz);
+    EXPECT_EQ(v.drive.amplitude_m, w.drive.amplitude_m);
+    EXPECT_EQ(v.path, w.path);
+    EXPECT_EQ(v.back_tracking, w.back_tracking);
+    EXPECT_EQ(v.frames_per_second, w.frames_per_second);
+    EXPECT_EQ(v.rate, w.rate);
+    EXPECT_EQ(v.cyclic, w.cyclic);
+    EXPECT_EQ(v.blend_values, w.blend_values);
+  }
+  ASSERT_EQ(a.modes.size(), b.modes.size());
+  for (size_t k = 0; k < a.modes.size(); ++k) {
+    const ModeSpec &m = a.modes[k], &n = b.modes[k];
+    EXPECT_EQ(m.name, n.name);
+    EXPECT_EQ(m.kind, n.kind);
+    EXPECT_EQ(m.volume, n.volume);
+    EXPECT_EQ(m.motion, n.motion);
+    EXPECT_EQ(m.scalar, n.scalar);
+    EXPECT_EQ(m.vector, n.vector);
+    expect_same(m.strength, n.strength);
+    expect_same(m.friction, n.friction);
+    EXPECT_EQ(m.gain, n.gain);
+    EXPECT_EQ(m.two_sided, n.two_sided);
+    EXPECT_EQ(m.leaving, n.leaving);
+    EXPECT_EQ(m.point_m, n.point_m);
+    EXPECT_EQ(m.range_m, n.range_m);
+    EXPECT_EQ(m.on, n.on);
+  }
+}
+
+/// A scene in which every object of the format stands, and no value is its default.
+const char* const kEverything = R"({
+  "stiffness_n_per_m": 700.5, "damping_n_s_per_m": 0.1, "max_force_n": 3.5,
+  "world_from_device": {"translation_m": [0.1, 0.2, 0.3], "rotation": {"axis": [1, 2, 3], "degrees": 33}, "scale": 2},
+  "volumes": [
+    {"name": "a", "files": ["x.nrrd", "sub/y.nrrd", "/absolute/z.nrrd"],
+     "motions": [{"name": "flow", "fields": ["f0.mha", "f1.mha", "f2.mha"], "confidences": ["c0.mha", "c1.mha", "c2.mha"]},
+                 {"name": "front", "fields": "fields"}],
+     "transform": {"translation_m": [1, 0, -1], "quaternion_wxyz": [0.6, 0.8, 0, 0], "scale": [1, 2, 0.5]},
+     "centred": false,
+     "drive": {"kind": "swing", "axis": [0, 0, 2], "centre_m": [0, 0.1, 0], "rate_hz": -0.5, "amplitude_m": 0.02},
+     "path": "paper", "back_tracking": "picard", "frames_per_second": 12.5, "rate": -0.5, "cyclic": false,
+     "blend_values": false},
+    {"name": "b", "source": "molecule", "path": "exact", "drive": {"kind": "turn"},
+     "transform": {"matrix": [[0, -2, 0, 0.1], [2, 0, 0, 0.2], [0, 0, 3, 0.3], [0, 0, 0, 1]]}},
+    {"name": "c", "source": "heart-exact", "drive": {"kind": "second-hand"},
+     "transform": {"rotation": {"axis": [0, 0, 1], "degrees": 180}}}
+  ],
+  "modes": [
+    {"name": "m0", "kind": "surface", "volume": "a", "motion": "front", "scalar": "gradient-magnitude", "vector": "gradient",
+     "strength": {"pairs": [[0, 0], [10, 2.5], [10, 3]]}, "friction": {"pairs": [[0, 0.1], [5, 0.3]], "stepped": true},
+     "two_sided": true, "leaving": true, "on": false},
+    {"name": "m1", "kind": "vector-force", "volume": "a", "vector": "curl", "gain": -2},
+    {"name": "m2", "kind": "attractor", "volume": "b", "scalar": "curl-magnitude", "strength": 2,
+     "point_m": [0.01, 0, 0], "range_m": 0.05},
+    {"name": "m3", "kind": "front", "volume": "a", "strength": {"window": {"level": 5, "width": 2, "full": 4}}},
+    {"name": "m4", "volume": "c", "motion": "data", "strength": 1,
+     "friction": {"window": {"level": 5, "width": 2, "full": 0.4}}}
+  ]
+})";
+
+TEST(SceneFile, ReadsEveryKey) {
+  const SceneSpec s = accepted(kEverything);
+  EXPECT_EQ(s.stiffness_n_per_m, 700.5);
+  EXPECT_EQ(s.damping_n_s_per_m, 0.1);
+  EXPECT_EQ(s.max_force_n, 3.5);
+  EXPECT_EQ(s.world_from_device.translation_m, glm::dvec3(0.1, 0.2, 0.3));
+  EXPECT_EQ(s.world_from_device.scale, glm::dvec3(2.0));
+  EXPECT_NEAR(glm::angle(s.world_from_device.rotation), glm::radians(33.0), 1e-14);
+  EXPECT_LT(
+      glm::length(glm::axis(s.world_from_device.rotation) - glm::normalize(glm::dvec3(1, 2, 3))),
+      1e-14);
+  ASSERT_EQ(s.volumes.size(), 3u);
+  const VolumeSpec& a = s.volumes[0];
+  EXPECT_THAT(a.files,
+              ::testing::ElementsAre("folder/x.nrrd", "folder/sub/y.nrrd", "/absolute/z.nrrd"));
+  ASSERT_EQ(a.motions.size(), 2u);
+  EXPECT_EQ(a.motions[0].name, "flow");
+  EXPECT_EQ(a.motions[0].fields[1], "folder/f1.mha");
+  EXPECT_EQ(a.motions[0].confidences[2], "folder/c2.mha");
+  EXPECT_THAT(a.motions[1].fields, ::testing::ElementsAre("folder/fields"));
+  EXPECT_EQ(a.transform.rotation, glm::dquat(0.6, 0.8, 0.0, 0.0));
+  EXPECT_EQ(a.transform.scale, glm::dvec3(1.0, 2.0, 0.5));
+  EXPECT_FALSE(a.centred);
+  EXPECT_EQ(a.drive.kind, DriveSpec::Kind::kSwing);
+  EXPECT_EQ(a.drive.axis, glm::dvec3(0, 0, 2));
+  EXPECT_EQ(a.drive.centre_m, glm::dvec3(0, 0.1, 0));
+  EXPECT_EQ(a.drive.rate_hz, -0.5);
+  EXPECT_EQ(a.drive.amplitude_m, 0.02);
+  EXPECT_EQ(a.path, PosePath::kPaper);
+  EXPECT_EQ(a.back_tracking, BackTracking::kPicard);
+  EXPECT_EQ(a.frames_per_second, 12.5);
+  EXPECT_EQ(a.rate, -0.5);
+  EXPECT_FALSE(a.cyclic);
+  EXPECT_FALSE(a.blend_values);
+  EXPECT_EQ(s.volumes[1].source, "molecule");
+  EXPECT_EQ(s.volumes[1].path, PosePath::kExact);
+  EXPECT_EQ(s.volumes[1].drive.kind, DriveSpec::Kind::kTurn);
+  EXPECT_LT(
+      glm::length(s.volumes[1].transform.world_from_volume({1, 1, 1}) - glm::dvec3(-1.9, 2.2, 3.3)),
+      1e-14);
+  EXPECT_EQ(s.volumes[2].drive.kind, DriveSpec::Kind::kSecondHand);
+  ASSERT_EQ(s.modes.size(), 5u);
+  const ModeSpec& m = s.modes[0];
+  EXPECT_EQ(m.motion, "front");
+  EXPECT_EQ(m.scalar, ScalarProperty::kGradientMagnitude);
+  EXPECT_EQ(m.vector, VectorProperty::kGradient);
+  EXPECT_EQ(m.strength(5.0), 1.25);
+  EXPECT_EQ(m.strength(10.0), 3.0);
+  EXPECT_EQ(m.friction(4.999), 0.1);
+  EXPECT_TRUE(m.two_sided && m.leaving && !m.on);
+  EXPECT_EQ(s.modes[1].gain, -2.0);
+  EXPECT_EQ(s.modes[1].vector, VectorProperty::kCurl);
+  EXPECT_EQ(s.modes[2].strength(1e9), 2.0);
+  EXPECT_EQ(s.modes[2].point_m, glm::dvec3(0.01, 0, 0));
+  EXPECT_EQ(s.modes[2].range_m, 0.05);
+  EXPECT_EQ(s.modes[3].strength(5.0), 2.0);
+  EXPECT_EQ(s.modes[4].kind, "surface");
+  EXPECT_EQ(s.modes[4].friction(6.0), 0.4);
+}
+
+TEST(SceneFile, LeavesDefaultsWhereNothingIsSaid) {
+  SceneSpec usual;
+  VolumeSpec volume;
+  volume.name = "a";
+  volume.source = "heart";
+  ModeSpec mode;
+  mode.name = "surface";
+  mode.volume = "a";
+  mode.strength = TransferFunction::constant(1.0);
+  usual.volumes = {volume};
+  usual.modes = {mode};
+  expect_same(accepted("{" + kVolume + "," + kMode + "}"), usual);
+}
+
+TEST(SceneFile, ComesBackAsItWasWritten) {
+  const TemporaryFolder folder;
+  const auto read_back = [&](const SceneSpec& scene) {
+    const auto file = folder / "scene.json";
+    const Status written = write_scene(scene, file);
+    EXPECT_TRUE(written) << written.error().message;
+    std::ostringstream text;
+    text << std::ifstream(file).rdbuf();
+    const auto back = parse_scene(file, text.str());
+    EXPECT_TRUE(back) << back.error().message;
+    return back ? *back : SceneSpec{};
+  };
+  expect_same(read_back(heart_scene()), heart_scene());
+  expect_same(read_back(molecule_scene()), molecule_scene());
+  const auto everything = parse_scene(folder / "scene.json", kEverything);
+  ASSERT_TRUE(everything);
+  expect_same(read_back(*everything), *everything);
+}
+
+TEST(SceneFile, WritesPathsRelativeToItself) {
+  const TemporaryFolder folder;
+  SceneSpec scene = heart_scene();
+  scene.volumes[0].source.clear();
+  scene.volumes[0].files = {folder / "data/ct.nrrd"};
+  ASSERT_TRUE(write_scene(scene, folder / "scene.json"));
+  std::ostringstream text;
+  text << std::ifstream(folder / "scene.json").rdbuf();
+  EXPECT_THAT(text.str(), HasSubstr("\"data/ct.nrrd\""));
+}
+
+TEST(SceneFile, IsWhatPeopleReadInTheDocumentation) {
+  // Keys of the tables against keys that the reader asked for in a scene that has every object.
+  std::ostringstream text;
+  text << std::ifstream(PALPATE_SOURCE_DIR "/docs/scene-file.md").rdbuf();
+  const std::string page = text.str();
+  ASSERT_FALSE(page.empty());
+  std::set<std::string> documented;
+  std::istringstream lines(page);
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.starts_with("| `")) continue;
+    const std::string first = line.substr(0, line.find('|', 1));
+    const std::regex code("`([^`]+)`");
+    for (std::sregex_iterator k(first.begin(), first.end(), code), end; k != end; ++k)
+      documented.insert((*k)[1]);
+  }
+  std::set<std::string> asked;
+  ASSERT_TRUE(parse_scene("scene.json", kEverything, {}, &asked));
+  EXPECT_EQ(documented, asked);
+
+  // The examples are scenes.
+  size_t at = 0;
+  int examples = 0;
+  while ((at = page.find("```json\n", at)) != std::string::npos) {
+    const size_t end = page.find("```", at + 8);
+    const auto scene = parse_scene("scene.json", page.substr(at + 8, end - at - 8));
+    EXPECT_TRUE(scene) << scene.error().message;
+    if (scene && examples++ == 0) expect_same(*scene, heart_scene());
+    at = end;
+  }
+  EXPECT_EQ(examples, 2);
+}
+
+TEST(SceneFile, RefusesUnknownKeysAndNamesTheNearest) {
+  EXPECT_EQ(
+      refusal(scene_with(R"("stifness_n_per_m": 1)")),
+      "'folder/scene.json' can not be used: the key \"stifness_n_per_m\" is not known: did you "
+      "mean \"stiffness_n_per_m\"?");
+  EXPECT_THAT(refusal(mode_with(R"("strenght": 1, "strength": 2)")),
+              AllOf(HasSubstr("at modes[0]:"), HasSubstr("did you mean \"strength\"")));
+  EXPECT_THAT(refusal(volume_with(R"("fps": 2)")), HasSubstr("\"fps\" is not known"));
+  EXPECT_THAT(refusal(volume_with(R"("drive": {"rate": 2})")),
+              AllOf(HasSubstr("volumes[0].drive:"), HasSubstr("\"rate_hz\"")));
+  EXPECT_THAT(refusal(volume_with(R"("transform": {"rotation": {"angle": 2}})")),
+              HasSubstr("volumes[0].transform.rotation"));
+  EXPECT_THAT(refusal(mode_with(R"("strength": {"window": {"levl": 2}})")),
+              HasSubstr("modes[0].strength.window"));
+}
+
+TEST(SceneFile, RefusesKeysThatHaveNoEffect) {
+  EXPECT_THAT(refusal(mode_with(R"("kind": "follow", "strength": 1, "friction": 0.2)")),
+              AllOf(HasSubstr("modes[0].friction"), HasSubstr("follow has no use for it")));
+  EXPECT_THAT(refusal(mode_with(R"("strength": 1, "range_m": 0.2)")),
+              HasSubstr("modes[0].range_m"));
+  EXPECT_THAT(refusal(mode_with(R"("strength": 1, "gain": 2)")), HasSubstr("modes[0].gain"));
+  EXPECT_EQ(refusal(mode_with(R"("kind": "front", "strength": 1, "two_sided": true)")), "");
+}
+
+TEST(SceneFile, RefusesWrongTypesAndNumbersWithTheirPlace) {
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"[]", "a list stands where an object is expected"},
+      {scene_with(R"("stiffness_n_per_m": "hard")"),
+       "at stiffness_n_per_m: a text stands where a number"},
+      {scene_with(R"("stiffness_n_per_m": 0)"), "a number above 0"},
+      {scene_with(R"("max_force_n": -1)"), "at max_force_n: -1 stands where a number above 0"},
+      {scene_with(R"("damping_n_s_per_m": -1)"), "not below 0"},
+      {scene_with(R"("max_force_n": null)"), "null stands"},
+      {scene_with(R"("world_from_device": {"scale": 0})"), "world_from_device.scale"},
+      {scene_with(R"("world_from_device": {"scale": [1, 1, -1]})"), "world_from_device.scale"},
+      {scene_with(R"("world_from_device": 3)"), "a number stands where an object"},
+      {volume_with(R"("rate": "fast")"), "at volumes[0].rate: a text"},
+      {volume_with(R"("frames_per_second": -2)"), "volumes[0].frames_per_second"},
+      {volume_with(R"("cyclic": 1)"), "volumes[0].cyclic: a number stands where true or false"},
+      {volume_with(R"("path": "smoth")"), "did you mean \"smooth\"?"},
+      {volume_with(R"("path": 3)"), "volumes[0].path: a number stands where a text"},
+      {volume_with(R"("drive": {"kind": "rotate"})"), "volumes[0].drive.kind"},
+      {volume_with(R"("drive": {"axis": [0, 0, 0]})"), "not all 0"},
+      {volume_with(R"("drive": {"axis": [0, 0]})"), "three numbers"},
+      {volume_with(R"("drive": {"amplitude_m": -1})"), "amplitude_m"},
+      {volume_with(R"("transform": {"quaternion_wxyz": [1, 1, 0, 0]})"), "sum of squares of 1"},
+      {volume_with(R"("transform": {"quaternion_wxyz": [1, 0, 0]})"), "[w, x, y, z]"},
+      {volume_with(R"("transform": {"quaternion_wxyz": [1, 0, 0, 0], "rotation": {}})"),
+       "keep one"},
+      {volume_with(
+           R"("transform": {"matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, -1, 0], [0, 0, 0, 1]]})"),
+       "mirror"},
+      {volume_with(
+           R"("transform": {"matrix": [[1, 0.5, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]})"),
+       "sheared"},
+      {volume_with(R"("transform": {"matrix": [[1, 2], [3]]})"), "four rows"},
+      {volume_with(R"("transform": {"scale": 2, "matrix": 1})"), "leave out the other keys"},
+      {mode_with(R"("strength": -1)"),
+       "at modes[0].strength: -1 stands where a number not below 0"},
+      {mode_with(R"("strength": 0)"), "nothing would be felt"},
+      {mode_with(R"("name": "x")"), "modes[0].strength: nothing would be felt"},
+      {mode_with(R"("strength": [1])"), "modes[0].strength: a list"},
+      {mode_with(R"("strength": {})"), "\"pairs\" or a \"window\""},
+      {mode_with(R"("strength": {"pairs": []})"), "modes[0].strength.pairs: an empty list"},
+      {mode_with(R"("strength": {"pairs": [[0, 1], [1, -2]]})"), "modes[0].strength.pairs[1]"},
+      {mode_with(R"("strength": {"pairs": [[0, 1], [1]]})"), "modes[0].strength.pairs[1]"},
+      {mode_with(R"("strength": {"pairs": [[1, 1], [0, 2]]})"), "sort the pairs"},
+      {mode_with(R"("strength": {"window": {"width": 2}})"),
+       "modes[0].strength.window.level: it is missing"},
+      {mode_with(R"("strength": {"window": {"level": 1, "width": -2}})"),
+       "modes[0].strength.window.width"},
+      {mode_with(R"("strength": {"window": {"level": 1, "full": -2}})"),
+       "modes[0].strength.window.full"},
+      {mode_with(R"("strength": {"window": {"level": 1}, "stepped": true})"), "stepped"},
+      {mode_with(R"("strength": 1, "friction": -0.1)"), "modes[0].friction"},
+      {mode_with(R"("strength": 1, "scalar": "density")"), "modes[0].scalar"},
+      {mode_with(R"("kind": "surfaces", "strength": 1)"), "did you mean \"surface\"?"},
+      {mode_with(R"("kind": "attractor", "strength": 1, "point_m": [1, 2, "3"])"),
+       "modes[0].point_m"},
+  };
+  for (const auto& [text, part] : cases) {
+    EXPECT_THAT(refusal(text), HasSubstr(part)) << text;
+    EXPECT_THAT(refusal(text), HasSubstr("'folder/scene.json'")) << text;
+  }
+}
+
+TEST(SceneFile, RefusesNamesThatDoNotFit) {
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"{" + kMode + "}", "at volumes: there is nothing to feel"},
+      {"{" + kVolume + "}", "at modes: nothing would be felt"},
+      {R"({"volumes": [], )" + kMode + "}", "at volumes: an empty list"},
+      {"{" + kVolume + R"(, "modes": []})", "at modes: an empty list"},
+      {R"({"volumes": [{"source": "heart"}], )" + kMode + "}", "volumes[0].name: it is missing"},
+      {R"({"volumes": [{"name": "", "source": "heart"}], )" + kMode + "}",
+       "volumes[0].name: an empty text"},
+      {R"({"volumes": [{"name": "a"}], )" + kMode + "}", "the volume has no data"},
+      {R"({"volumes": [{"name": "a", "source": "hart"}], )" + kMode + "}",
+       "did you mean \"heart\"?"},
+      {R"({"volumes": [{"name": "a", "source": "heart", "files": "x"}], )" + kMode + "}",
+       "only one of the two"},
+      {R"({"volumes": [{"name": "a", "files": []}], )" + kMode + "}",
+       "volumes[0].files: an empty list"},
+      {R"({"volumes": [{"name": "a", "files": [3]}], )" + kMode + "}", "volumes[0].files[0]"},
+      {R"({"volumes": [{"name": "a", "files": "x", "motions": [{}]}], )" + kMode + "}",
+       "volumes[0].motions[0].fields: it is missing"},
+      {R"({"volumes": [{"name": "a", "files": "x", "motions": [{"fields": []}]}], )" + kMode + "}",
+       "volumes[0].motions[0].fields: an empty list"},
+      {R"({"volumes": [{"name": "a", "files": "x", "motions": [{"fields": ["f", "g"], "confidences": "c"}]}], )" +
+           kMode + "}",
+       "there are 1 for 2 fields"},
+      {R"({"volumes": [{"name": "a", "files": "x", "motions": [{"fields": "f"}, {"fields": "g"}]}], )" +
+           kMode + "}",
+       "volumes[0].motions[1].name: another motion"},
+      {volume_with(R"("motions": [{"fields": "f"}])"), "made data bring their own"},
+      {R"({"volumes": [{"name": "a", "source": "heart"}, {"name": "a", "source": "heart"}], )" +
+           kMode + "}",
+       "volumes[1].name: another volume"},
+      {R"({"volumes": [{"name": "a", "source": "heart"}, {"name": "b", "source": "heart"}], )" +
+           kMode + "}",
+       "modes[0].volume: it is missing: name one of a, b"},
+      {mode_with(R"("volume": "b", "strength": 1)"), "modes[0].volume: \"b\" is not known"},
+      {mode_with(R"("motion": "dada", "strength": 1)"),
+       "modes[0].motion: \"dada\" is not known: did you mean \"data\"?"},
+      {R"({"volumes": [{"name": "a", "source": "molecule"}], "modes": [{"motion": "data", "strength": 1}]})",
+       "the volume \"a\" has none"},
+      {"{" + kVolume + R"(, "modes": [{"strength": 1}, {"strength": 1}]})",
+       "modes[1].name: another mode"},
+  };
+  for (const auto& [text, part] : cases) EXPECT_THAT(refusal(text), HasSubstr(part)) << text;
+}
+
+TEST(SceneFile, RefusesWhatIsNoJsonAndSaysWhere) {
+  EXPECT_THAT(refusal("{\n  \"volumes\": [\n  }"), HasSubstr("line 3"));
+  EXPECT_THAT(refusal(""), HasSubstr("not JSON"));
+  EXPECT_THAT(refusal("{\"a\": NaN}"), HasSubstr("line 1"));
+  EXPECT_THAT(refusal(scene_with("\"max_force_n\": 1e999")), HasSubstr("too large"));
+  EXPECT_THAT(refusal(scene_with("\"max_force_n\": 2, \"max_force_n\": 3")),
+              HasSubstr("stands twice"));
+  // Deep nesting must not end the program.
+  EXPECT_NE(refusal(std::string(200'000, '[')), "");
+  EXPECT_NE(refusal(std::string(200'000, '[') + std::string(200'000, ']')), "");
+}
+
+TEST(SceneFile, TakesTheUsersOwnKindsOfModes) {
+  const std::string text = mode_with(R"("kind": "ripple", "gain": 3, "range_m": 0.1)");
+  EXPECT_THAT(refusal(text), HasSubstr("\"ripple\" is not known"));
+  const auto scene = parse_scene("scene.json", text, {"ripple"});
+  ASSERT_TRUE(scene) << scene.error().message;
+  EXPECT_EQ(scene->modes[0].kind, "ripple");
+  EXPECT_EQ(scene->modes[0].gain, 3.0);
+}
+
+TEST(SceneFile, IsReadFromDiskAndMissesItsFiles) {
+  const TemporaryFolder folder;
+  const auto message = [&] {
+    const auto scene = read_scene(folder / "scene.json");
+    return scene ? "" : scene.error().message;
+  };
+  EXPECT_THAT(message(), HasSubstr("not a file that can be read"));
+  std::ofstream(folder / "scene.json")
+      << R"({"volumes": [{"name": "a", "files": "ct.nrrd", "motions": [{"fields": ["f.mha"], "confidences": "c.mha"}]}],
+             "modes": [{"strength": 1}]})";
+  EXPECT_THAT(message(), HasSubstr("volumes[0].files[0]: there is no"));
+  std::ofstream(folder / "ct.nrrd") << "x";
+  EXPECT_THAT(message(), HasSubstr("volumes[0].motions[0].fields[0]: there is no"));
+  std::ofstream(folder / "f.mha") << "x";
+  EXPECT_THAT(message(), HasSubstr("confidences[0]: there is no"));
+  std::ofstream(folder / "c.mha") << "x";
+  EXPECT_EQ(message(), "");
+  std::filesystem::resize_file(folder / "scene.json", 20u << 20);
+  EXPECT_THAT(message(), HasSubstr("too large"));
+  EXPECT_THAT(read_scene(folder.path()).error().message, HasSubstr("not a file"));
+}
+
+TEST(SceneFile, TellsWhenItCanNotBeWritten) {
+  const Status status = write_scene(heart_scene(), "/no-such-folder/scene.json");
+  ASSERT_FALSE(status);
+  EXPECT_EQ(status.error().kind, ErrorKind::kBadOutput);
+}
+
+}  // namespace
+}  // namespace palpate::files
