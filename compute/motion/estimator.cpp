@@ -210,7 +210,7 @@ class Worker final : public SequenceEstimator {
           if (on_progress_) on_progress_(fixed.index, moving.index, share);
         });
     if (!report) return false;
-    Motion motion;
+    PairMotion motion;
     motion.fixed_frame = fixed.index;
     motion.moving_frame = moving.index;
     motion.report = *report;
@@ -309,15 +309,16 @@ Result<std::unique_ptr<SequenceEstimator>> SequenceEstimator::open(
   return std::unique_ptr<SequenceEstimator>(std::move(worker));
 }
 
-Result<Motion> estimate_motion(const std::shared_ptr<vulkan::Context>& context, const Volume& fixed,
-                               const Volume& moving, const EstimatorOptions& options,
-                               std::stop_token stop, const std::function<void(double)>& progress) {
-  std::optional<Motion> found;
+Result<PairMotion> estimate_motion(const std::shared_ptr<vulkan::Context>& context,
+                                   const Volume& fixed, const Volume& moving,
+                                   const EstimatorOptions& options, std::stop_token stop,
+                                   const std::function<void(double)>& progress) {
+  std::optional<PairMotion> found;
   EstimatorOptions pair = options;
   pair.cyclic = false;
   pair.backlog = 0;
   auto estimator = SequenceEstimator::open(
-      context, fixed.grid, pair, [&](Motion motion) { found = std::move(motion); },
+      context, fixed.grid, pair, [&](PairMotion motion) { found = std::move(motion); },
       [&](size_t, size_t, double share) {
         if (progress) progress(share);
       });

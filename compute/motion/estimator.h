@@ -18,7 +18,7 @@ class Context;
 namespace palpate {
 
 /// The motion of one pair of frames, whole: what was found, how far to trust it, and what it cost.
-struct Motion {
+struct PairMotion {
   size_t fixed_frame = 0;  ///< index of the fixed frame as pushed
   size_t moving_frame = 0;
   Field field;            ///< on the grid it was solved on; mm, LPS; fixed x -> x + u(x) in moving
@@ -56,7 +56,7 @@ struct EstimatorOptions {
 /// at a time, and must not call finish().
 class SequenceEstimator {
  public:
-  using OnMotion = std::function<void(Motion)>;
+  using OnMotion = std::function<void(PairMotion)>;
   /// The pair in work (fixed, moving) and its share done, 0 to 1.
   using OnProgress = std::function<void(size_t fixed_frame, size_t moving_frame, double share)>;
 
@@ -88,9 +88,9 @@ class SequenceEstimator {
 };
 
 /// One pair, waited for. The moving frame is resampled onto the fixed frame's grid if they differ.
-Result<Motion> estimate_motion(const std::shared_ptr<vulkan::Context>& context, const Volume& fixed,
-                               const Volume& moving, const EstimatorOptions& options,
-                               std::stop_token stop = {},
-                               const std::function<void(double)>& progress = {});
+Result<PairMotion> estimate_motion(const std::shared_ptr<vulkan::Context>& context,
+                                   const Volume& fixed, const Volume& moving,
+                                   const EstimatorOptions& options, std::stop_token stop = {},
+                                   const std::function<void(double)>& progress = {});
 
 }  // namespace palpate

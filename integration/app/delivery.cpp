@@ -43,7 +43,7 @@ Status Delivery::put(const std::string& name, const Write& write) {
 }
 
 Status Delivery::take(const EstimatedPair& pair) {
-  const Motion& motion = pair.motion;
+  const PairMotion& motion = pair.motion;
   const Field field = options_.coarse ? motion.field : resampled(motion.field, pair.fixed->grid);
   Delivered now{motion.fixed_frame,
                 motion.moving_frame,

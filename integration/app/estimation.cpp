@@ -41,7 +41,7 @@ class Estimation {
 
   Status run() {
     auto estimator = SequenceEstimator::open(
-        context_, job_.grid, job_.options, [this](Motion motion) { take(std::move(motion)); },
+        context_, job_.grid, job_.options, [this](PairMotion motion) { take(std::move(motion)); },
         [this](size_t fixed, size_t moving, double share) {
           show(share, fmt::format("frame {} to {}", fixed, moving));
         });
@@ -108,7 +108,7 @@ class Estimation {
 
   /// On the estimator's worker. The backward field is estimated here, between two forward ones, so
   /// that the device does one thing at a time and the times it reports are its own.
-  void take(Motion motion) {
+  void take(PairMotion motion) {
     ++units_done_;
     EstimatedPair pair{std::move(motion), {}, {}, {}};
     {

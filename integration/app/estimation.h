@@ -24,7 +24,7 @@ struct EstimationJob {
 
 /// One pair, with all that is needed to judge and draw it.
 struct EstimatedPair {
-  Motion motion;
+  PairMotion motion;
   std::shared_ptr<const Volume> fixed;  ///< as read, before any resampling
   std::shared_ptr<const Volume> moving;
   std::optional<Field> backward;  ///< moving to fixed; absent if not asked for or no memory

@@ -57,6 +57,7 @@ DeviceInfo SimulatedDevice::info() const {
   info.workspace_centre_m = options_.workspace_centre_m;
   info.workspace_radius_m = options_.workspace_radius_m;
   info.resolution_m = options_.resolution_m;
+  info.delay_s = delay_s;
   info.buttons = options_.buttons;
   return info;
 }

@@ -64,6 +64,7 @@ class SceneReader {
     read_transform(o, "transform", v.transform);
     o.boolean("centred", v.centred);
     drive(o, v.drive);
+    v.path = usual_path(v.drive.kind);
     o.choice("path", v.path, SceneWords::kPaths);
     o.choice("back_tracking", v.back_tracking, SceneWords::kBackTrackings);
     o.number("frames_per_second", v.frames_per_second, kNotNegative);

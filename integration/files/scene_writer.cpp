@@ -84,7 +84,7 @@ class SceneWriter {
     put(drive, "rate_hz", v.drive.rate_hz, usual.drive.rate_hz);
     put(drive, "amplitude_m", v.drive.amplitude_m, usual.drive.amplitude_m);
     if (!drive.empty()) o["drive"] = drive;
-    if (v.path != usual.path) o["path"] = word_of(SceneWords::kPaths, v.path);
+    if (v.path != usual_path(v.drive.kind)) o["path"] = word_of(SceneWords::kPaths, v.path);
     if (v.back_tracking != usual.back_tracking)
       o["back_tracking"] = word_of(SceneWords::kBackTrackings, v.back_tracking);
     put(o, "frames_per_second", v.frames_per_second, usual.frames_per_second);

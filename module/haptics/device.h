@@ -16,6 +16,7 @@ struct DeviceInfo {
   glm::dvec3 workspace_centre_m{0.0};
   double workspace_radius_m = 0.0;
   double resolution_m = 0.0;  ///< of the position, at the centre
+  double delay_s = 0.0;       ///< from taking a position to the force of its frame on the motors
   int sensed_dof = 3, actuated_dof = 3;
   int buttons = 0;
 };

@@ -17,6 +17,8 @@ constexpr double kStiffness_per_s = 5.0;  // a change of stiffness, as a share o
 constexpr double kLongest_s =
     0.010;  // a later frame is taken as this long: time lost is not made up for in one jump
 
+constexpr double kMoment_s = 0.5;  // a device lost for longer may have been put elsewhere
+
 constexpr double kDoubtful = 0.35;  // a confidence below this has faded the force
 
 bool finite(glm::dvec3 v) {
@@ -35,13 +37,31 @@ double towards(double from, double to, double by) {
 }  // namespace
 
 Haptics::Haptics(const HapticsOptions& options, const DeviceInfo& device)
-    : options_(options), safety_(options.safety, device), tank_(options.tank) {}
+    : options_(options),
+      safety_(options.safety, device),
+      tank_(options.tank),
+      most_stiffness_n_per_m_(device.max_stiffness_n_per_m > 0.0
+                                  ? device.max_stiffness_n_per_m
+                                  : std::numeric_limits<double>::infinity()),
+      lead_(options.period_s, options.lead ? device.delay_s : 0.0,
+            options.lead ? DelayLead::kShare : 0.0) {}
+
+double Haptics::stiffness_on_device(const HapticScene& scene,
+                                    double wanted_n_per_m) const noexcept {
+  const glm::dvec3 scale = scene.world_from_device.scale;
+  // A world that enlarges the hand's movements makes every spring stiffer at the hand by as much.
+  const double enlarged = std::max({scale.x, scale.y, scale.z});
+  return std::min(wanted_n_per_m, most_stiffness_n_per_m_ / enlarged);
+}
 
 std::unique_ptr<HapticRun> Haptics::prepare(std::shared_ptr<const HapticScene> scene) {
   return std::make_unique<HapticRun>(std::move(scene));
 }
 
 std::unique_ptr<HapticRun> Haptics::adopt(std::unique_ptr<HapticRun> next) noexcept {
+  if (next)
+    next->stiffness_n_per_m = next->wanted_stiffness_n_per_m =
+        stiffness_on_device(*next->scene, next->wanted_stiffness_n_per_m);
   if (run_ && next) next->take_over(*run_);
   std::swap(run_, next);
   empty_ = !run_ || run_->modes.empty();
@@ -72,7 +92,8 @@ void Haptics::control(const TickInput& input) noexcept {
         if (of_mode) run_->modes[event.index].wanted_gain = std::clamp(event.value, 0.0, 100.0);
         break;
       case ControlEvent::Kind::kStiffness:
-        if (event.value > 0.0) run_->wanted_stiffness_n_per_m = event.value;
+        if (event.value > 0.0)
+          run_->wanted_stiffness_n_per_m = stiffness_on_device(*run_->scene, event.value);
         break;
       case ControlEvent::Kind::kStop:
       case ControlEvent::Kind::kRearm:
@@ -131,17 +152,36 @@ void Haptics::follow_to(glm::dvec3 proxy, double dt_s) noexcept {
 
 glm::dvec3 Haptics::spring(glm::dvec3 probe, const TickInput& input) noexcept {
   const double k = run_->stiffness_n_per_m;
-  const glm::dvec3 hand = hand_.add(input.reading.time_ns, probe);
   glm::dvec3 force = k * (proxy_ - probe);
   const double kd = run_->scene->damping_n_s_per_m;
   // The damper acts between probe and proxy: in free space the proxy is at the probe and there is
   // nothing to damp.
-  if (kd > 0.0) force += kd * (point_.add(input.now_ns, proxy_) - hand);
+  if (kd > 0.0)
+    force += kd * (point_.add(input.now_ns, proxy_) - hand_.add(input.reading.time_ns, probe));
   if (adopted_)
     bridge_n_ = last_wanted_ - force;
   else
     bridge_n_ = towards_zero(bridge_n_, kBridge_n_per_s * std::clamp(input.dt_s, 0.0, kLongest_s));
   return force + bridge_n_;
+}
+
+/// Where the hand is for the scene, in device space. The guards take the position as it was read;
+/// the scene takes where the hand will be when the force acts.
+glm::dvec3 Haptics::read(const DeviceReading& reading, double dt_s) noexcept {
+  if (reading.fault != DeviceFault::kNone) {
+    lost_s_ += dt_s;
+  } else if (lost_s_ > 0.0) {
+    // No line joins what was before with what is now: the grip may have been put anywhere. After a
+    // moment the proxy still waits where the hand has to come back to; after longer it comes to it.
+    lead_.reset();
+    device_hand_.reset();
+    hand_.reset();
+    point_.reset();
+    if (lost_s_ > kMoment_s) placed_ = false;
+    lost_s_ = 0.0;
+  }
+  if (reading.fresh) device_hand_.add(reading.time_ns, reading.position_m);
+  return lead_.add(reading.time_ns, reading.position_m);
 }
 
 TickOutput Haptics::tick(const TickInput& input) noexcept {
@@ -151,18 +191,18 @@ TickOutput Haptics::tick(const TickInput& input) noexcept {
   guard.reading = input.reading;
   guard.late = input.late;
   guard.stop = input.stop;
-  guard.velocity_m_per_s = device_hand_.add(input.reading.time_ns, input.reading.position_m);
+  const double dt_s = std::isfinite(input.dt_s) ? std::clamp(input.dt_s, 0.0, kLongest_s) : 0.0;
+  const glm::dvec3 led_m = read(input.reading, dt_s);
+  guard.velocity_m_per_s = device_hand_.velocity_m_per_s();
   for (int e = 0; e < std::min(input.event_count, int(input.events.size())); ++e) {
     guard.stop |= input.events[e].kind == ControlEvent::Kind::kStop;
     guard.rearm |= input.events[e].kind == ControlEvent::Kind::kRearm;
   }
 
-  const double dt_s = std::isfinite(input.dt_s) ? std::clamp(input.dt_s, 0.0, kLongest_s) : 0.0;
   // A position that is no number is the guards' to tell; the scene goes on with the last one that
   // was.
   glm::dvec3 probe = last_probe_;
-  if (run_ && finite(input.reading.position_m))
-    probe = run_->scene->world_from_device.world_from_volume(input.reading.position_m);
+  if (run_ && finite(led_m)) probe = run_->scene->world_from_device.world_from_volume(led_m);
 
   if (run_) {
     if (!placed_) {

@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "module/haptics/delay_lead.h"
 #include "module/haptics/energy.h"
 #include "module/haptics/haptic_run.h"
 #include "module/haptics/safety.h"
@@ -15,6 +16,8 @@ struct HapticsOptions {
   SafetyOptions safety;
   EnergyTankOptions tank;
   bool meter_energy = true;  ///< off: for experiments with a simulated hand only
+  double period_s = 1e-3;  ///< of the loop: with the device's delay it says how far the probe leads
+  bool lead = true;        ///< take back part of what sampling and delay cost; see DelayLead
 };
 
 /// The haptic step: one frame of the method, section 6 (the paper's Fig. 13), for any number of
@@ -40,8 +43,12 @@ class Haptics final : public Ticker {
 
   const HapticRun* run() const { return run_.get(); }
   const EnergyTank& tank() const { return tank_; }
+  /// What a scene's stiffness becomes on this device: no more than it holds without humming, N/m in
+  /// the world. Any thread.
+  double stiffness_on_device(const HapticScene& scene, double wanted_n_per_m) const noexcept;
 
  private:
+  glm::dvec3 read(const DeviceReading& reading, double dt_s) noexcept;
   void control(const TickInput& input) noexcept;
   void move_on(const TickInput& input, double dt_s) noexcept;
   void follow_to(glm::dvec3 proxy, double dt_s) noexcept;
@@ -51,16 +58,19 @@ class Haptics final : public Ticker {
   HapticsOptions options_;
   Safety safety_;
   EnergyTank tank_;
+  double most_stiffness_n_per_m_;  ///< of the device; infinite: it does not say
+  DelayLead lead_;
   VelocityEstimate hand_, device_hand_, point_;
   std::unique_ptr<HapticRun> run_;
   glm::dvec3 proxy_{0.0};       ///< world
-  glm::dvec3 last_probe_{0.0};  ///< world; the last good one
+  glm::dvec3 last_probe_{0.0};  ///< world, leading; the last good one
   glm::dvec3 last_wanted_{0.0};
   glm::dvec3 bridge_n_{
       0.0};               ///< what is left of the difference between the scene before and this one
   bool placed_ = false;   ///< proxy_ has been put to a probe
   bool adopted_ = false;  ///< in this tick
   bool empty_ = true;
+  double lost_s_ = 0.0;  ///< for so long the device has given no position to trust
 };
 
 }  // namespace palpate

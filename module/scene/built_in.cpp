@@ -27,7 +27,7 @@ SceneSpec molecule_scene() {
   volume.source = "molecule";
   volume.drive.kind = DriveSpec::Kind::kTurn;
   volume.drive.rate_hz = 0.05;
-  volume.path = PosePath::kExact;
+  volume.path = usual_path(volume.drive.kind);
   ModeSpec lines;
   lines.name = "field lines";
   lines.kind = "follow";

@@ -62,6 +62,13 @@ enum class PosePath : uint8_t {
   kExact,   ///< the source is asked for the pose at the haptic frame's own time (scripted drives)
 };
 
+/// The best path for a drive: the exact pose where the source can give it, the smooth path where
+/// poses only come now and then.
+constexpr PosePath usual_path(DriveSpec::Kind drive) {
+  return drive == DriveSpec::Kind::kTurn || drive == DriveSpec::Kind::kSwing ? PosePath::kExact
+                                                                             : PosePath::kSmooth;
+}
+
 enum class BackTracking : uint8_t { kNewton, kPicard };
 
 struct MotionSpec {

@@ -33,7 +33,7 @@ std::vector<Field> cycle(const AccuracyBench& bench, const Sequence& frames, con
   std::vector<Field> fields(frames.frames.size());
   auto estimator = got(SequenceEstimator::open(
       bench.context, frames.frames[0].grid, options,
-      [&](Motion motion) { fields[motion.fixed_frame] = std::move(motion.field); }));
+      [&](PairMotion motion) { fields[motion.fixed_frame] = std::move(motion.field); }));
   for (size_t k = 0; k < frames.frames.size(); ++k) got(estimator->push(k, frames.frames[k]));
   got(estimator->finish());
   return fields;

@@ -21,7 +21,7 @@ const std::vector<Column> kColumns = {
 
 /// One whole cycle: the frames are in host memory at the start, the fields at the end.
 struct CycleRun {
-  std::vector<Motion> motions;
+  std::vector<PairMotion> motions;
   double open_s = 0.0;
   double whole_s = 0.0;
 };
@@ -34,7 +34,7 @@ CycleRun cycle(const Bench& bench, const Sequence& frames, const MotionOptions& 
   const double begin = now_s();
   auto estimator =
       SequenceEstimator::open(bench.context, frames.frames[0].grid, options,
-                              [&](Motion found) { run.motions.push_back(std::move(found)); });
+                              [&](PairMotion found) { run.motions.push_back(std::move(found)); });
   if (!estimator) throw Mismatch(estimator.error().message);
   const double opened = now_s();
   for (size_t k = 0; k < frames.frames.size(); ++k) {
@@ -66,7 +66,7 @@ std::vector<Cell> cycle_row(const Bench& bench, const Sequence& heart, const std
   const Score error = score(run.motions[0].field, heart_truth(grid, 0, 1, frames),
                             heart_shell(grid, 0, frames), "cycle, " + preset);
   double solve_s = 0.0;
-  for (const Motion& motion : run.motions) solve_s += motion.report.seconds;
+  for (const PairMotion& motion : run.motions) solve_s += motion.report.seconds;
   return {words(fmt::format("{} frames, cyclic", frames)),
           words(size_text(grid)),
           words(preset),

@@ -95,7 +95,7 @@ void demand_same_as_public(const std::shared_ptr<vulkan::Context>& context, cons
                            const MotionOptions& options) {
   EstimatorOptions whole;
   whole.motion = options;
-  const Result<Motion> motion = estimate_motion(context, fixed, moving, whole);
+  const Result<PairMotion> motion = estimate_motion(context, fixed, moving, whole);
   if (!motion) throw Mismatch(motion.error().message);
   const double apart = largest_difference_voxels(run.field, motion->field, fixed.grid);
   if (!(apart <= kSameVoxels)) {

@@ -33,7 +33,7 @@ class Estimator : public SolverTest {
 
   /// Pairs in the order in which they came.
   SequenceEstimator::OnMotion note(Pairs& pairs) {
-    return [&pairs](const Motion& motion) {
+    return [&pairs](const PairMotion& motion) {
       pairs.emplace_back(motion.fixed_frame, motion.moving_frame);
     };
   }
@@ -125,7 +125,7 @@ TEST_F(Estimator, StopsInTheMiddleOfAPairWhenCancelled) {
 TEST_F(Estimator, WakesAWaitingPushWhenCancelled) {
   std::promise<void> blocked;
   std::shared_future<void> go = blocked.get_future().share();
-  const auto estimator = open(preset("fast"), [&](const Motion&) { go.wait(); });
+  const auto estimator = open(preset("fast"), [&](const PairMotion&) { go.wait(); });
   auto pushing = std::async(std::launch::async, [&] {
     for (size_t k = 0; k < 100; ++k)
       if (!estimator->push(k, beat().frames[k % 4])) return true;
@@ -144,7 +144,7 @@ TEST_F(Estimator, LetsTheNewestFramesWinWhenItCanNotKeepUp) {
   std::promise<void> started, pushed_all;
   std::shared_future<void> go = pushed_all.get_future().share();
   std::once_flag first;
-  const auto estimator = open(options, [&](const Motion& motion) {
+  const auto estimator = open(options, [&](const PairMotion& motion) {
     std::call_once(first, [&] { started.set_value(); });
     go.wait();  // slower than any source
     pairs.emplace_back(motion.fixed_frame, motion.moving_frame);
@@ -170,7 +170,7 @@ TEST_F(Estimator, TwoAtOnceFindWhatEachFindsAlone) {
   const auto fields = [&](size_t first) {
     std::vector<Field> found;
     const auto estimator =
-        open(preset("fast"), [&](Motion motion) { found.push_back(std::move(motion.field)); });
+        open(preset("fast"), [&](PairMotion motion) { found.push_back(std::move(motion.field)); });
     for (size_t k = first; k < 4; ++k) EXPECT_TRUE(estimator->push(k, beat().frames[k]));
     EXPECT_TRUE(estimator->finish());
     return found;

@@ -16,7 +16,7 @@ class SolverPromise : public SolverTest {
   void expect_no_folds(const Volume& fixed, const Volume& moving, const std::string& what) {
     for (const std::string name : {"fast", "balanced", "best"}) {
       SCOPED_TRACE(what + ", " + name);
-      const Motion motion = motion_of(fixed, moving, preset(name));
+      const PairMotion motion = motion_of(fixed, moving, preset(name));
       EXPECT_EQ(motion.report.folded_cells, 0U) << motion.report.repaired << " rounds of repair";
       const Folds found = folds(resampled(motion.field, fixed.grid));
       EXPECT_EQ(found.folded, 0U);
@@ -35,7 +35,7 @@ bool same_bits(const Field& a, const Field& b) {
          std::memcmp(a.u_mm.data(), b.u_mm.data(), a.u_mm.size() * sizeof(glm::vec3)) == 0;
 }
 
-bool same_bits(const Motion& a, const Motion& b) {
+bool same_bits(const PairMotion& a, const PairMotion& b) {
   return same_bits(a.field, b.field) && a.confidence.values == b.confidence.values;
 }
 
@@ -75,7 +75,7 @@ TEST_F(SolverPromise, NoFoldsAreLeftWhereTheEstimationItselfFolds) {
   }
   for (const Grid& grid : grids) {
     SCOPED_TRACE(std::to_string(grid.size.z) + " slices");
-    const Motion motion = motion_of(noise_volume(grid, 1), noise_volume(grid, 2), options);
+    const PairMotion motion = motion_of(noise_volume(grid, 1), noise_volume(grid, 2), options);
     EXPECT_GT(motion.report.repaired, 0);
     EXPECT_EQ(motion.report.folded_cells, 0U);
     const Folds found = folds(resampled(motion.field, grid));
@@ -102,8 +102,8 @@ TEST_F(SolverPromise, TheSameBitsEveryTime) {
   map.shift_mm = {2.3, -1.4, 0.9};
   const MadePair pair = made_pair(plain_grid({40, 36, 44}), map);
   for (const std::string name : {"balanced", "classic"}) {
-    const Motion first = motion_of(pair.fixed, pair.moving, preset(name));
-    const Motion second = motion_of(pair.fixed, pair.moving, preset(name));
+    const PairMotion first = motion_of(pair.fixed, pair.moving, preset(name));
+    const PairMotion second = motion_of(pair.fixed, pair.moving, preset(name));
     EXPECT_TRUE(same_bits(first, second)) << name;
   }
 }
@@ -117,7 +117,7 @@ TEST_F(SolverPromise, TheSameBitsForTwoEstimationsAtOnceOnOneDevice) {
   const auto estimate = [&](int which) {
     return motion_of(pairs[which].fixed, pairs[which].moving, preset("balanced"));
   };
-  const Motion alone[2] = {estimate(0), estimate(1)};
+  const PairMotion alone[2] = {estimate(0), estimate(1)};
   auto first = std::async(std::launch::async, estimate, 0);
   auto second = std::async(std::launch::async, estimate, 1);
   EXPECT_TRUE(same_bits(first.get(), alone[0]));

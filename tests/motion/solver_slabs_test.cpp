@@ -33,7 +33,7 @@ MadePair tall_pair() {
 TEST_F(SolverSlabs, GiveTheSameFieldAsWholeImages) {
   const MadePair pair = tall_pair();
   const EstimatorOptions options = preset("balanced");
-  const Motion whole = motion_of(pair.fixed, pair.moving, options);
+  const PairMotion whole = motion_of(pair.fixed, pair.moving, options);
   const uint64_t needed = plan_motion(pair.fixed.grid, options.motion).device_bytes;
   size_t most = 1;
   for (const uint64_t tenths : {8, 6}) {
@@ -44,7 +44,7 @@ TEST_F(SolverSlabs, GiveTheSameFieldAsWholeImages) {
     EXPECT_GT(slabs_of(plan).size(), most);
     most = slabs_of(plan).size();
 
-    const Result<Motion> cut = estimate_motion(device, pair.fixed, pair.moving, options);
+    const Result<PairMotion> cut = estimate_motion(device, pair.fixed, pair.moving, options);
     ASSERT_TRUE(cut) << cut.error().message;
     EXPECT_LE(device->memory_peak_bytes(), needed * tenths / 10);
     EXPECT_TRUE(device->validation_messages().empty()) << device->validation_messages().front();
@@ -76,7 +76,7 @@ TEST_F(SolverSlabs, AnswerForEverySliceOnce) {
 
 TEST_F(SolverSlabs, SaysSoWhereEvenTheThinnestDoNotFit) {
   const MadePair pair = tall_pair();
-  const Result<Motion> motion =
+  const Result<PairMotion> motion =
       estimate_motion(small_device(1U << 20), pair.fixed, pair.moving, preset("balanced"));
   ASSERT_FALSE(motion);
   EXPECT_EQ(motion.error().kind, ErrorKind::kOutOfMemory);

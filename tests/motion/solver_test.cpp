@@ -67,7 +67,7 @@ TEST_F(Solver, GivesMillimetresAlongLpsOnAnObliqueAnisotropicGrid) {
   expect_found(pair, "balanced");
 
   // Said once more without any of our own measures: u in the middle is the shift.
-  const Motion motion = motion_of(pair.fixed, pair.moving, preset("balanced"));
+  const PairMotion motion = motion_of(pair.fixed, pair.moving, preset("balanced"));
   const glm::dvec3 u = sample_at_lps(motion.field, middle_of(grid));
   EXPECT_LT(glm::distance(u, map.shift_mm), kRigidP95 * grid.finest_mm());
 }
@@ -76,7 +76,7 @@ TEST_F(Solver, FindsTheBeatOfTheHeartPhantom) {
   const Sequence heart = heart_phantom(64);
   for (int k = 0; k < 2; ++k) {
     SCOPED_TRACE(k);
-    const Motion motion =
+    const PairMotion motion =
         motion_of(heart.frames[size_t(k)], heart.frames[size_t(k) + 1], preset("balanced"));
     const Grid& grid = heart.frames[0].grid;
     const Mask shell = heart_shell(grid, k);
@@ -91,7 +91,7 @@ TEST_F(Solver, FindsTheBeatOfTheHeartPhantom) {
 TEST_F(Solver, FindsNothingBetweenAFrameAndItself) {
   const MadePair pair = made_pair(plain_grid({33, 40, 29}), {});
   for (const std::string name : {"fast", "balanced", "best", "classic"}) {
-    const Motion motion = motion_of(pair.fixed, pair.fixed, preset(name));
+    const PairMotion motion = motion_of(pair.fixed, pair.fixed, preset(name));
     double largest = 0.0;
     for (const glm::vec3 u : motion.field.u_mm) largest = std::max(largest, double(glm::length(u)));
     EXPECT_LT(largest, kNoMotion) << name;
@@ -102,7 +102,7 @@ TEST_F(Solver, FindsNothingInFlatFrames) {
   const Grid grid = plain_grid({20, 24, 28});
   const Volume flat{grid, std::vector<float>(grid.count(), 37.0F)};
   for (const std::string name : {"fast", "classic"}) {
-    const Motion motion = motion_of(flat, flat, preset(name));
+    const PairMotion motion = motion_of(flat, flat, preset(name));
     for (const glm::vec3 u : motion.field.u_mm) ASSERT_LT(glm::length(u), kNoMotion) << name;
   }
 }
@@ -122,7 +122,7 @@ TEST_F(Solver, IsNotMisledByWhatLiesOutsideTheMask) {
     if (i >= 34) pair.fixed.values[at] = other.values[at];
     if (i >= 28) scored.values[at] = 0;
   }
-  const Motion motion = motion_of(pair.fixed, pair.moving, options);
+  const PairMotion motion = motion_of(pair.fixed, pair.moving, options);
   const Result<Distances> error = endpoint_error(motion.field, pair.truth, &scored);
   ASSERT_TRUE(error);
   EXPECT_LT(error->voxels.mean, kRigidMean);
@@ -143,7 +143,7 @@ TEST_F(Solver, FollowsWhatMovesOutOfTheMask) {
     options.mask->values[at] = i >= 14 && i < 26;
     scored.values[at] = scored.values[at] && options.mask->values[at];
   }
-  const Motion motion = motion_of(pair.fixed, pair.moving, options);
+  const PairMotion motion = motion_of(pair.fixed, pair.moving, options);
   const Result<Distances> error = endpoint_error(motion.field, pair.truth, &scored);
   ASSERT_TRUE(error);
   EXPECT_LT(error->voxels.mean, kRigidMean);
@@ -154,7 +154,7 @@ TEST_F(Solver, StopsWhenAskedTo) {
   const MadePair pair = made_pair(plain_grid({32, 32, 32}), {});
   std::stop_source stop;
   stop.request_stop();
-  const Result<Motion> motion =
+  const Result<PairMotion> motion =
       estimate_motion(context(), pair.fixed, pair.moving, preset("fast"), stop.get_token());
   ASSERT_FALSE(motion);
   EXPECT_EQ(motion.error().kind, ErrorKind::kCancelled);

@@ -16,14 +16,14 @@ class SolverTest : public DeviceTest {
     return options;
   }
 
-  Motion motion_of(const Volume& fixed, const Volume& moving, const EstimatorOptions& options) {
-    Result<Motion> motion = estimate_motion(context(), fixed, moving, options);
+  PairMotion motion_of(const Volume& fixed, const Volume& moving, const EstimatorOptions& options) {
+    Result<PairMotion> motion = estimate_motion(context(), fixed, moving, options);
     EXPECT_TRUE(motion) << motion.error().message;
-    return motion ? *motion : Motion{};
+    return motion ? *motion : PairMotion{};
   }
 
   /// Endpoint error in voxels where both frames show the same material.
-  Spread error_voxels(const MadePair& pair, const Motion& motion) {
+  Spread error_voxels(const MadePair& pair, const PairMotion& motion) {
     const Mask seen = seen_in_both(pair.truth, 3.0);
     const Result<Distances> error = endpoint_error(motion.field, pair.truth, &seen);
     EXPECT_TRUE(error);
