@@ -114,6 +114,8 @@ const char* sentence(DeviceFault fault) noexcept {
       return "The position jumped further than a hand can move.";
     case DeviceFault::kStuck:
       return "The position is stuck.";
+    case DeviceFault::kBusy:
+      return "Another program holds the device: close it.";
   }
   return "An unknown fault.";
 }

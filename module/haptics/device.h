@@ -37,6 +37,7 @@ enum class DeviceFault : uint8_t {
   kOutOfReach,  ///< the encoders say a place that the arms can not reach
   kJumped,      ///< the position jumped further than a hand can move
   kStuck,       ///< the position does not move at all while the force changes
+  kBusy,        ///< another program holds it
 };
 
 /// One sentence: what is wrong and what to do. Static storage.

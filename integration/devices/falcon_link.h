@@ -1,0 +1,80 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+
+#include "integration/devices/falcon_protocol.h"
+#include "integration/devices/falcon_setup.h"
+#include "integration/devices/usb.h"
+
+namespace palpate::devices::falcon {
+
+/// The fast road to an opened Falcon: one packet out, one in, by transfers that are made
+/// beforehand. Reading is asked for before the command is sent, so that the chip's answer finds it
+/// waiting.
+///
+/// Made, retired and destroyed by the worker; exchange() is the servo's. They agree elsewhere who
+/// may use it; only cut() may be called while the other exchanges.
+///
+/// Real-time: our code neither allocates nor locks. libusb does inside: each transfer submitted is
+/// one calloc, freed when it is done, and a few of its mutexes, which nobody else holds meanwhile.
+class FalconLink {
+ public:
+  FalconLink(usb::Context context, usb::Handle handle);
+  ~FalconLink();
+  FalconLink(const FalconLink&) = delete;
+  FalconLink& operator=(const FalconLink&) = delete;
+
+  /// False if there was no memory for its transfers.
+  bool usable() const noexcept { return in_ && out_ && cut_; }
+
+  struct Outcome {
+    bool answered = false;                       ///< newest() is new
+    bool garbage = false;                        ///< bytes came that were no answer
+    usb::Problem problem = usb::Problem::kNone;  ///< transfers do not work any more
+  };
+
+  /// Sends a command (unless the last one is still on its way) and waits until every command has
+  /// its answer, `wait_ns` at most. An answer that is late is taken by the next exchange. Servo
+  /// thread; real-time as said above.
+  Outcome exchange(const Packet& command, int64_t wait_ns) noexcept;
+
+  const Answer& newest() const noexcept { return stream_.newest(); }
+  uint64_t rejected_bytes() const noexcept { return stream_.rejected_bytes(); }
+
+  /// Motors off, past a servo thread that does not come. Any thread; does not wait.
+  void cut() noexcept;
+
+  /// Takes back what is in flight, so that the handle can be used for waiting transfers or closed.
+  /// Worker; the servo must not exchange. Returns after 200 ms at most.
+  void retire() noexcept;
+
+  libusb_device_handle* handle() const noexcept { return handle_.get(); }
+
+ private:
+  static void LIBUSB_CALL on_in(libusb_transfer* transfer);
+  static void LIBUSB_CALL on_out(libusb_transfer* transfer);
+  static void LIBUSB_CALL on_cut(libusb_transfer* transfer);
+  void submit_in() noexcept;
+  void submit_out(const Packet& command) noexcept;
+  void note(usb::Problem problem) noexcept;
+
+  // The order matters: the waiter needs the context, transfers need the handle.
+  usb::Context context_;
+  usb::Handle handle_;
+  usb::EventWaiter waiter_;
+  usb::Transfer in_, out_, cut_;
+  std::array<uint8_t, kInBytes> in_bytes_{};
+  Packet out_bytes_{}, cut_bytes_{};
+  bool in_flying_ = false, out_flying_ = false;
+  std::atomic<bool> cut_flying_ = false;
+  std::atomic<int> cuts_owed_ = 0;  ///< answers that cut() will bring
+
+  AnswerStream stream_;
+  int owed_ = 0;                                ///< commands without an answer yet
+  int answers_ = 0;                             ///< since the exchange began
+  usb::Problem problem_ = usb::Problem::kNone;  ///< the first since the exchange began
+};
+
+}  // namespace palpate::devices::falcon

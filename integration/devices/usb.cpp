@@ -1,0 +1,147 @@
+#include "integration/devices/usb.h"
+
+#include <algorithm>
+#include <ctime>
+
+namespace palpate::devices::usb {
+namespace {
+
+/// As the kernel names the device: bus, then the port at each hub on the way.
+std::string place_of(libusb_device* device) {
+  std::string place = "usb " + std::to_string(libusb_get_bus_number(device));
+  std::array<uint8_t, 7> ports{};  // USB's depth
+  const int count = libusb_get_port_numbers(device, ports.data(), int(ports.size()));
+  for (int n = 0; n < count; ++n) place += (n == 0 ? "-" : ".") + std::to_string(ports[size_t(n)]);
+  return place;
+}
+
+}  // namespace
+
+const char* sentence(Problem problem) noexcept {
+  switch (problem) {
+    case Problem::kNone:
+      return "The bus works.";
+    case Problem::kNoPermission:
+      return "This user may not open the device: install the udev rule 60-palpate.rules and plug "
+             "it in again.";
+    case Problem::kBusy:
+      return "Another program or driver holds the device: close it.";
+    case Problem::kGone:
+      return "The device was unplugged.";
+    case Problem::kStalled:
+      return "The device refused a transfer.";
+    case Problem::kTimedOut:
+      return "The device did not answer in time.";
+    case Problem::kFailed:
+      return "The USB bus failed: try another cable or port.";
+  }
+  return "The USB bus has an unknown problem.";
+}
+
+Problem problem_of(int libusb_code) noexcept {
+  if (libusb_code >= 0) return Problem::kNone;
+  switch (libusb_code) {
+    case LIBUSB_ERROR_ACCESS:
+      return Problem::kNoPermission;
+    case LIBUSB_ERROR_BUSY:
+      return Problem::kBusy;
+    case LIBUSB_ERROR_NO_DEVICE:
+    case LIBUSB_ERROR_NOT_FOUND:
+      return Problem::kGone;
+    case LIBUSB_ERROR_PIPE:
+      return Problem::kStalled;
+    case LIBUSB_ERROR_TIMEOUT:
+      return Problem::kTimedOut;
+    default:
+      return Problem::kFailed;
+  }
+}
+
+Problem problem_of(libusb_transfer_status status) noexcept {
+  switch (status) {
+    case LIBUSB_TRANSFER_COMPLETED:
+    case LIBUSB_TRANSFER_CANCELLED:  // only ever by us
+      return Problem::kNone;
+    case LIBUSB_TRANSFER_TIMED_OUT:
+      return Problem::kTimedOut;
+    case LIBUSB_TRANSFER_STALL:
+      return Problem::kStalled;
+    case LIBUSB_TRANSFER_NO_DEVICE:
+      return Problem::kGone;
+    default:
+      return Problem::kFailed;
+  }
+}
+
+Context make_context() noexcept {
+  libusb_context* context = nullptr;
+  if (libusb_init(&context) != LIBUSB_SUCCESS) return nullptr;
+  libusb_set_option(context, LIBUSB_OPTION_LOG_LEVEL, LIBUSB_LOG_LEVEL_NONE);
+  return Context(context);
+}
+
+std::vector<Found> find(libusb_context* context, bool (*wanted)(uint16_t, uint16_t)) {
+  std::vector<Found> found;
+  libusb_device** list = nullptr;
+  const ssize_t count = libusb_get_device_list(context, &list);
+  for (ssize_t n = 0; n < count; ++n) {
+    libusb_device_descriptor descriptor{};
+    if (libusb_get_device_descriptor(list[n], &descriptor) != LIBUSB_SUCCESS) continue;
+    if (!wanted(descriptor.idVendor, descriptor.idProduct)) continue;
+    found.push_back({Device(libusb_ref_device(list[n])), descriptor.idVendor, descriptor.idProduct,
+                     place_of(list[n])});
+  }
+  if (count >= 0) libusb_free_device_list(list, 1);
+  // libusb lists the newest first when devices are plugged in while it runs.
+  std::sort(found.begin(), found.end(),
+            [](const Found& a, const Found& b) { return a.place < b.place; });
+  return found;
+}
+
+Opened open(libusb_device* device, int interface) {
+  Opened opened;
+  libusb_device_handle* handle = nullptr;
+  opened.problem = problem_of(libusb_open(device, &handle));
+  if (opened.problem != Problem::kNone) return opened;
+  opened.handle.reset(handle);
+  opened.had_kernel_driver = kernel_driver_active(handle, interface);
+  libusb_set_auto_detach_kernel_driver(handle, 1);
+  opened.problem = problem_of(libusb_claim_interface(handle, interface));
+  if (opened.problem != Problem::kNone) opened.handle.reset();
+  return opened;
+}
+
+bool kernel_driver_active(libusb_device_handle* handle, int interface) noexcept {
+  return libusb_kernel_driver_active(handle, interface) == 1;
+}
+
+std::string product_name(libusb_device_handle* handle) {
+  libusb_device_descriptor descriptor{};
+  if (libusb_get_device_descriptor(libusb_get_device(handle), &descriptor) != LIBUSB_SUCCESS ||
+      descriptor.iProduct == 0)
+    return {};
+  std::array<unsigned char, 128> text{};
+  const int length = libusb_get_string_descriptor_ascii(handle, descriptor.iProduct, text.data(),
+                                                        int(text.size()));
+  return length > 0 ? std::string(text.begin(), text.begin() + length) : std::string();
+}
+
+EventWaiter::EventWaiter(libusb_context* context) : context_(context) {
+  const libusb_pollfd** list = libusb_get_pollfds(context);
+  for (size_t n = 0; list && list[n] && count_ < files_.size(); ++n)
+    files_[count_++] = {list[n]->fd, list[n]->events, 0};
+  libusb_free_pollfds(list);
+}
+
+void EventWaiter::wait(int64_t nanoseconds) noexcept {
+  const int64_t span = std::max<int64_t>(nanoseconds, 0);
+  const timespec time{time_t(span / 1'000'000'000), long(span % 1'000'000'000)};
+  if (ppoll(files_.data(), nfds_t(count_), &time, nullptr) > 0) handle();
+}
+
+void EventWaiter::handle() noexcept {
+  timeval none{0, 0};
+  libusb_handle_events_timeout_completed(context_, &none, nullptr);
+}
+
+}  // namespace palpate::devices::usb

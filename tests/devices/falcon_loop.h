@@ -1,0 +1,115 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <functional>
+#include <ostream>
+#include <thread>
+
+#include "integration/devices/falcon.h"
+#include "module/haptics/device.h"
+#include "tests/devices/emulated_falcon.h"
+
+namespace palpate {
+
+inline void PrintTo(DeviceFault fault, std::ostream* out) {
+  *out << '"' << sentence(fault) << '"';
+}
+
+}  // namespace palpate
+
+namespace palpate::devices::test {
+
+/// Nothing here is asserted in milliseconds: it is waited for in patience, and counted in
+/// exchanges.
+inline constexpr std::chrono::seconds kPatience{60};
+
+/// Times for machines that are busy with other things: an answer that comes at all comes in time.
+inline FalconOptions patient(FalconOptions options = {}) {
+  options.answer_wait_ns = 50'000'000;
+  options.away_ns = 5'000'000'000;
+  return options;
+}
+
+inline std::unique_ptr<FalconDevice> opened(const FalconOptions& options) {
+  auto device = FalconDevice::make(options);
+  if (!device) {
+    ADD_FAILURE() << device.error().message;
+    return nullptr;
+  }
+  return std::move(*device);
+}
+
+/// A small servo loop with a force that it always wants, let in by a ramp. After a fault it goes on
+/// commanding force for a while, as a ramp down does: that none of it arrives is the device's duty.
+/// Every step checks what must always hold of the commands the emulated device receives.
+class FalconLoop {
+ public:
+  FalconLoop(FalconDevice& device, EmulatedFalcon& falcon) : device_(device), falcon_(falcon) {}
+
+  glm::dvec3 wanted_n{0.5, -0.3, 2.0};
+  bool in_contact = true;
+  bool reachable = true;       ///< the OUT endpoint takes commands: what is received can be checked
+  std::function<void()> each;  ///< called before every exchange
+
+  DeviceReading step() {
+    if (each) each();
+    const bool trusted = last.fault == DeviceFault::kNone && steps > 0;
+    const size_t before = falcon_.received_count();
+    share_ = trusted ? std::min(1.0, share_ + 0.05) : std::max(0.0, share_ - 0.05);
+    last = device_.exchange({share_ * wanted_n, in_contact});
+    ++steps;
+    if (!reachable) return last;
+    if (last.fault != DeviceFault::kNone) {
+      EXPECT_FALSE(falcon_.last().pushes())
+          << "a force is left in the device after the exchange that gave: " << sentence(last.fault);
+    }
+    if (!trusted) {
+      const auto received = falcon_.received();
+      for (size_t n = before; n < received.size(); ++n)
+        EXPECT_FALSE(received[n].pushes()) << "a force before the device was said to work";
+    }
+    return last;
+  }
+
+  /// Steps until something holds; a failure if it never does.
+  bool until(const std::function<bool()>& holds, const char* what) {
+    const auto end = std::chrono::steady_clock::now() + kPatience;
+    while (!holds()) {
+      if (std::chrono::steady_clock::now() > end) {
+        ADD_FAILURE() << "waited in vain: " << what << "; last: " << sentence(last.fault);
+        return false;
+      }
+      step();
+      // With no device the loop would only burn the processor the worker needs.
+      if (last.fault != DeviceFault::kNone && !last.fresh)
+        std::this_thread::sleep_for(std::chrono::microseconds(300));
+    }
+    return true;
+  }
+  bool until_fault(DeviceFault fault) {
+    return until([&] { return steps > 0 && last.fault == fault; }, sentence(fault));
+  }
+  /// Until the full force is felt.
+  bool until_pushing() {
+    return until(
+        [&] {
+          return last.fault == DeviceFault::kNone && share_ >= 1.0 && falcon_.last().pushes();
+        },
+        "the force");
+  }
+  void run(int count) {
+    for (int n = 0; n < count; ++n) step();
+  }
+
+  DeviceReading last;
+  int steps = 0;
+
+ private:
+  FalconDevice& device_;
+  EmulatedFalcon& falcon_;
+  double share_ = 0.0;
+};
+
+}  // namespace palpate::devices::test
