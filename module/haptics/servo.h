@@ -15,7 +15,7 @@ struct ServoOptions {
   LoopOptions loop;
   RealTimeOptions real_time;
   /// Hear of every tick on the servo thread: a Recorder, a BlackBox. Borrowed, may be null.
-  std::array<TickListener*, 2> listeners = {};
+  TickListeners listeners = {};
 };
 
 /// The thread that lets the hand feel: a ServoLoop, once per period, with what the system gives of

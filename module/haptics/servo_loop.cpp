@@ -27,7 +27,7 @@ void ExchangePlan::add(const DeviceReading& reading, int64_t took_ns) noexcept {
 }
 
 ServoLoop::ServoLoop(ForceDevice& device, Ticker& ticker, ServoClock& clock, ServoPorts& ports,
-                     const LoopOptions& options, std::array<TickListener*, 2> listeners)
+                     const LoopOptions& options, TickListeners listeners)
     : device_(device),
       ticker_(ticker),
       clock_(clock),

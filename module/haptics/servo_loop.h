@@ -55,6 +55,9 @@ class TickListener {
   virtual void hear(const TickInput& input, const TickOutput& output) noexcept = 0;
 };
 
+/// Those who hear; null: nobody.
+using TickListeners = std::array<TickListener*, 4>;
+
 /// What goes into and comes out of the loop while it runs: one writer and one reader each.
 struct ServoPorts {
   static constexpr int kReaders = 2;
@@ -74,7 +77,7 @@ class ServoLoop {
  public:
   /// All are borrowed. Listeners may be null.
   ServoLoop(ForceDevice& device, Ticker& ticker, ServoClock& clock, ServoPorts& ports,
-            const LoopOptions& options, std::array<TickListener*, 2> listeners = {});
+            const LoopOptions& options, TickListeners listeners = {});
 
   /// One period: waits for its deadline, asks the device where it is, ticks, sends. False once it
   /// was asked to stop and the device had zero three times: then it is over.
@@ -97,7 +100,7 @@ class ServoLoop {
   ServoClock& clock_;
   ServoPorts& ports_;
   LoopOptions options_;
-  std::array<TickListener*, 2> listeners_;
+  TickListeners listeners_;
   ExchangePlan plan_;
 
   DeviceCommand command_;  ///< what the device has, or gets next

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <memory>
+
+#include "module/haptics/haptics.h"
+#include "module/haptics/mailbox.h"
+
+namespace palpate {
+
+/// Haptics whose scene its owner exchanges while the servo thread runs it: that is how fields
+/// arrive, modes are added and data are swapped. The old scene is deleted by the owner, never by
+/// the servo thread. Must outlive the Servo that runs it.
+class SceneTicker final : public Ticker {
+ public:
+  SceneTicker(const HapticsOptions& options, const DeviceInfo& device)
+      : haptics_(options, device) {}
+  ~SceneTicker() override;
+  SceneTicker(const SceneTicker&) = delete;
+  SceneTicker& operator=(const SceneTicker&) = delete;
+
+  /// Owner: the next tick runs this scene, without a step of the force (see Haptics::adopt). False
+  /// if too many wait to be taken back: try again a few ticks later. Allocates; one thread.
+  bool offer(std::shared_ptr<const HapticScene> scene);
+  /// Owner: deletes scenes that the loop no longer runs.
+  void collect() { handover_.collect(); }
+
+  TickOutput tick(const TickInput& input) noexcept override;
+
+  /// The step itself, for options and books; not while a Servo runs it.
+  const Haptics& haptics() const { return haptics_; }
+
+ private:
+  Handover<HapticRun> handover_;
+  Haptics haptics_;
+};
+
+}  // namespace palpate
