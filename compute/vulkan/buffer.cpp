@@ -9,7 +9,7 @@ Buffer::Buffer(std::shared_ptr<Context> context, uint64_t bytes, Kind kind)
   VkBufferCreateInfo create{VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO};
   create.size = bytes;
   create.usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT |
-                 VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+                 VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT;
   const VkDevice device = context_->device();
   check(vkCreateBuffer(device, &create, nullptr, &buffer_), "creating a buffer");
   VkMemoryRequirements needed;

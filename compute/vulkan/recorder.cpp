@@ -6,12 +6,14 @@ namespace palpate::vulkan {
 namespace {
 
 constexpr uint32_t kMaxStamps = 256;
-constexpr uint32_t kMaxBindingsPerDispatch = 10;
+constexpr uint32_t kMaxBindingsPerDispatch = 12;
 
 }  // namespace
 
 Recorder::Recorder(std::shared_ptr<Context> context, uint32_t max_dispatches)
-    : context_(std::move(context)), dispatches_left_(max_dispatches) {
+    : context_(std::move(context)),
+      max_dispatches_(max_dispatches),
+      dispatches_left_(max_dispatches) {
   const VkDevice device = context_->device();
   VkCommandPoolCreateInfo pool{VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO};
   pool.queueFamilyIndex = context_->queue_family();
@@ -45,15 +47,31 @@ Recorder::~Recorder() {
   vkDestroyCommandPool(device, pool_, nullptr);
 }
 
+void Recorder::restart() {
+  wait();
+  const VkDevice device = context_->device();
+  check(vkResetDescriptorPool(device, descriptors_, 0), "freeing descriptors");
+  check(vkResetCommandPool(device, pool_, 0), "forgetting a command list");
+  dispatches_left_ = max_dispatches_;
+  stamp_names_.clear();
+  recording_ = true;
+  concurrent_ = false;
+  const VkCommandBufferBeginInfo begin{VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
+  check(vkBeginCommandBuffer(commands_, &begin), "recording");
+  if (queries_) vkCmdResetQueryPool(commands_, queries_, 0, kMaxStamps);
+}
+
 void Recorder::barrier() {
   if (concurrent_) return;
   VkMemoryBarrier all{VK_STRUCTURE_TYPE_MEMORY_BARRIER};
   all.srcAccessMask = VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT;
   all.dstAccessMask = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT |
-                      VK_ACCESS_TRANSFER_READ_BIT | VK_ACCESS_TRANSFER_WRITE_BIT;
+                      VK_ACCESS_TRANSFER_READ_BIT | VK_ACCESS_TRANSFER_WRITE_BIT |
+                      VK_ACCESS_INDIRECT_COMMAND_READ_BIT;
   const VkPipelineStageFlags stages =
       VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
-  vkCmdPipelineBarrier(commands_, stages, stages, 0, 1, &all, 0, nullptr, 0, nullptr);
+  vkCmdPipelineBarrier(commands_, stages, stages | VK_PIPELINE_STAGE_DRAW_INDIRECT_BIT, 0, 1, &all,
+                       0, nullptr, 0, nullptr);
 }
 
 void Recorder::begin_concurrent() {
@@ -80,8 +98,7 @@ void Recorder::prepare(const Image& image) {
   vkCmdPipelineBarrier(commands_, stages, stages, 0, 0, nullptr, 0, nullptr, 1, &fresh);
 }
 
-void Recorder::dispatch(const Kernel& kernel, const std::vector<Binding>& bindings,
-                        const void* push, glm::ivec3 groups) {
+void Recorder::bind(const Kernel& kernel, const std::vector<Binding>& bindings, const void* push) {
   assert(recording_ && "recording ended with the first run()");
   assert(bindings.size() == kernel.bindings().size() && bindings.size() <= kMaxBindingsPerDispatch);
   if (dispatches_left_-- == 0)
@@ -134,7 +151,18 @@ void Recorder::dispatch(const Kernel& kernel, const std::vector<Binding>& bindin
     vkCmdPushConstants(commands_, kernel.layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0,
                        kernel.push_bytes(), push);
   }
+}
+
+void Recorder::dispatch(const Kernel& kernel, const std::vector<Binding>& bindings,
+                        const void* push, glm::ivec3 groups) {
+  bind(kernel, bindings, push);
   vkCmdDispatch(commands_, uint32_t(groups.x), uint32_t(groups.y), uint32_t(groups.z));
+}
+
+void Recorder::dispatch_indirect(const Kernel& kernel, const std::vector<Binding>& bindings,
+                                 const void* push, const Buffer& groups, uint64_t first_word) {
+  bind(kernel, bindings, push);
+  vkCmdDispatchIndirect(commands_, groups.handle(), 4 * first_word);
 }
 
 void Recorder::copy(const Buffer& from, const Image& to) {

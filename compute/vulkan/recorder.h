@@ -31,6 +31,8 @@ class Recorder {
   Recorder& operator=(const Recorder&) = delete;
   ~Recorder();
 
+  /// Forgets what was recorded, after waiting for it, and records anew.
+  void restart();
   /// Brings a fresh image into the layout in which it stays; its contents are undefined.
   void prepare(const Image& image);
   /// `push` must be as large as the kernel says; groups of the kernel's own workgroup size.
@@ -41,6 +43,10 @@ class Recorder {
                 glm::ivec3 groups) {
     dispatch(kernel, bindings, static_cast<const void*>(&push), groups);
   }
+  /// Groups as three words of a buffer say, the first at `first_word`: for work lists that the
+  /// device made.
+  void dispatch_indirect(const Kernel& kernel, const std::vector<Binding>& bindings,
+                         const void* push, const Buffer& groups, uint64_t first_word);
   void copy(const Buffer& from, const Image& to);
   void copy(const Image& from, const Buffer& to);
   void copy(const Buffer& from, const Buffer& to, uint64_t bytes);
@@ -66,6 +72,7 @@ class Recorder {
   std::vector<Stamp> timestamps();
 
  private:
+  void bind(const Kernel& kernel, const std::vector<Binding>& bindings, const void* push);
   void barrier();
   void finish();
 
@@ -76,7 +83,7 @@ class Recorder {
   VkFence fence_ = VK_NULL_HANDLE;
   VkQueryPool queries_ = VK_NULL_HANDLE;
   std::vector<std::string> stamp_names_;
-  uint32_t dispatches_left_ = 0;
+  uint32_t max_dispatches_ = 0, dispatches_left_ = 0;
   bool recording_ = true;
   bool concurrent_ = false;
   bool pending_ = false;

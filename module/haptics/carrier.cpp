@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "module/haptics/back_track.h"
-#include "module/haptics/cycle_closing.h"
+#include "module/scene/cycle_closing.h"
 #include "module/haptics/local_reader.h"
 #include "module/haptics/world_sink.h"
 

@@ -42,6 +42,7 @@ class SampledScalar final : public OnGrid {
   explicit SampledScalar(Volume volume) : OnGrid(volume.grid), values_(std::move(volume.values)) {}
 
   bool is_vector() const noexcept override { return false; }
+  ScalarSamples samples() const noexcept override { return {&place_, values_}; }
   double scalar(glm::dvec3 x_m) const noexcept override { return read(x_m).value; }
   glm::dvec3 scalar_gradient(glm::dvec3 x_m) const noexcept override {
     return scalar_and_gradient(x_m).gradient;

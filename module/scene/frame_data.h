@@ -2,8 +2,10 @@
 
 #include <glm/glm.hpp>
 #include <memory>
+#include <span>
 
 #include "compute/volume/volume.h"
+#include "module/scene/grid_place.h"
 
 namespace palpate {
 
@@ -11,6 +13,12 @@ namespace palpate {
 struct ScalarSample {
   double value = 0.0;
   glm::dvec3 gradient{0.0};  ///< per m
+};
+
+/// The samples that a sampled scalar frame is read from; no place where there are none.
+struct ScalarSamples {
+  const GridPlace* place = nullptr;
+  std::span<const float> values;  ///< shape (nz, ny, nx)
 };
 
 /// One frame of data as functions of a place in volume space (m, y up): sampled or analytic, scalar
@@ -37,6 +45,8 @@ class FrameData {
   /// Box in which there are data, m.
   virtual glm::dvec3 low_m() const noexcept = 0;
   virtual glm::dvec3 high_m() const noexcept = 0;
+  /// For those that lay the data out elsewhere, as the eye does.
+  virtual ScalarSamples samples() const noexcept { return {}; }
 };
 
 /// A sampled scalar frame, read by the cubic B-spline with the samples as coefficients (see

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "compute/volume/field.h"
@@ -50,6 +51,9 @@ class MotionMap {
   double largest_u_m() const { return largest_u_m_; }
   /// Edge of a cell along its shortest axis, m: the unit "voxel" of residuals.
   double cell_m() const { return cell_m_; }
+  /// Where the samples lie, and what they are: u in volume space (m) and confidence.
+  const GridPlace& place() const { return place_; }
+  std::span<const glm::vec4> samples() const { return samples_; }
 
  private:
   MotionMap() = default;

@@ -18,13 +18,13 @@ only() {
   fi
 }
 
-only 'vulkan/vulkan' 'compute/vulkan/' compute module integration tests
+only 'vulkan/vulkan' 'compute/vulkan/|module/view/|module/xr/' compute module integration tests
 only 'itk|gdcm' 'integration/files/|tests/files/|tests/bench/peers/' compute module integration tests
 only 'opencv2' 'integration/opencv/|tests/opencv/' compute module integration tests
 only 'cairo' 'integration/charts/|tests/charts/' compute module integration tests
 only 'CLI/' 'integration/app/|tests/bench/' compute module integration tests
 only 'integration/' 'integration/|tests/' compute module integration tests
-only 'compute/(motion|vulkan)' 'compute/motion/|compute/vulkan/|integration/|tests/' compute module integration tests
+only 'compute/(motion|vulkan)' 'compute/motion/|compute/vulkan/|module/view/|module/xr/|integration/|tests/' compute module integration tests
 only 'compute/motion' 'compute/motion/|integration/|tests/' compute module integration tests
 only 'libusb' 'integration/devices/|tests/devices/' compute module integration tests
 only 'module/haptics' 'module/haptics/|integration/|tests/' compute module integration tests

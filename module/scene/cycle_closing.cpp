@@ -1,4 +1,4 @@
-#include "module/haptics/cycle_closing.h"
+#include "module/scene/cycle_closing.h"
 
 namespace palpate {
 namespace {

@@ -1,0 +1,167 @@
+#include "module/scene/look.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+constexpr double kMostOpaque = 0.999;
+
+Error refused(const Look& look, const std::string& what) {
+  return {ErrorKind::kBadInput, "The look \"" + look.name + "\" can not be used: " + what + "."};
+}
+
+Look ct_bone() {
+  Look look{"CT bone", {}, {0.30, 0.80, 0.22}, 0.0};
+  look.points = {{-1000, {0.55, 0.20, 0.12}, 0.0}, {130, {0.62, 0.22, 0.14}, 0.0},
+                 {220, {0.86, 0.52, 0.36}, 0.06},  {350, {0.95, 0.82, 0.66}, 0.45},
+                 {700, {0.98, 0.93, 0.84}, 0.85},  {1500, {1.0, 0.98, 0.95}, 0.97}};
+  look.surface_slope = 60.0;
+  return look;
+}
+
+Look ct_heart() {
+  Look look{"CT heart", {}, {0.32, 0.78, 0.20}, 0.0};
+  look.points = {{-1000, {0.5, 0.15, 0.1}, 0.0},  {-30, {0.72, 0.28, 0.20}, 0.0},
+                 {40, {0.78, 0.27, 0.20}, 0.10},  {130, {0.82, 0.30, 0.20}, 0.22},
+                 {220, {0.88, 0.42, 0.24}, 0.55}, {400, {0.95, 0.72, 0.50}, 0.85},
+                 {900, {1.0, 0.95, 0.88}, 0.97}};
+  look.surface_slope = 40.0;
+  return look;
+}
+
+Look ct_lung() {
+  Look look{"CT lung", {}, {0.40, 0.70, 0.12}, 0.0};
+  look.points = {{-1024, {0.2, 0.3, 0.5}, 0.0},     {-960, {0.25, 0.36, 0.55}, 0.0},
+                 {-870, {0.45, 0.60, 0.80}, 0.012}, {-780, {0.60, 0.75, 0.90}, 0.015},
+                 {-620, {0.90, 0.72, 0.62}, 0.03},  {-400, {0.86, 0.42, 0.34}, 0.10},
+                 {-200, {0.80, 0.34, 0.26}, 0.12},  {0, {0.72, 0.30, 0.24}, 0.02},
+                 {90, {0.75, 0.35, 0.28}, 0.02},    {250, {0.95, 0.85, 0.70}, 0.50},
+                 {1200, {1.0, 0.97, 0.92}, 0.95}};
+  look.surface_slope = 60.0;
+  return look;
+}
+
+Look mr() {
+  Look look{"MR", {}, {0.38, 0.72, 0.14}, 0.0};
+  look.points = {{0.0, {0.05, 0.06, 0.10}, 0.0},    {150.0, {0.25, 0.24, 0.30}, 0.0},
+                 {300.0, {0.55, 0.45, 0.42}, 0.06}, {550.0, {0.85, 0.66, 0.52}, 0.25},
+                 {800.0, {0.95, 0.86, 0.72}, 0.55}, {1000.0, {1.0, 0.98, 0.95}, 0.85}};
+  return look;
+}
+
+Look phantom() {
+  // Lung is 100, blood 350, wall 1000; the hand's surface lies at 625.
+  Look look{"phantom", {}, {0.34, 0.78, 0.24}, 0.0};
+  look.points = {{0, {0.30, 0.02, 0.02}, 0.0},
+                 {550, {0.55, 0.10, 0.09}, 0.0},
+                 {625, {0.78, 0.22, 0.17}, 0.50},
+                 {720, {0.86, 0.33, 0.25}, 0.93},
+                 {1000, {0.92, 0.45, 0.34}, 0.97}};
+  look.surface_slope = 120.0;
+  return look;
+}
+
+Look molecule() {
+  // Electropotential in V: negative around chlorine, positive around hydrogen.
+  Look look{"molecule", {}, {0.45, 0.65, 0.25}, 0.0};
+  look.points = {{-2.4, {0.10, 0.25, 0.95}, 0.80}, {-1.0, {0.20, 0.45, 0.95}, 0.12},
+                 {-0.35, {0.45, 0.70, 0.98}, 0.0}, {0.35, {0.98, 0.70, 0.45}, 0.0},
+                 {1.0, {0.96, 0.42, 0.20}, 0.12},  {2.4, {0.95, 0.18, 0.10}, 0.80}};
+  return look;
+}
+
+}  // namespace
+
+double linear_from_srgb(double encoded) {
+  return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
+}
+
+double srgb_from_linear(double linear) {
+  return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1.0 / 2.4) - 0.055;
+}
+
+Status check(const Look& look) {
+  const auto share = [](double v, double most) { return v >= 0.0 && v <= most; };
+  for (size_t k = 0; k < look.points.size(); ++k) {
+    const LookPoint& p = look.points[k];
+    const std::string which = "point " + std::to_string(k);
+    if (!std::isfinite(p.value)) return refused(look, which + " has no finite value");
+    if (k > 0 && p.value < look.points[k - 1].value)
+      return refused(look, which + " lies below the one before; sort the points by value");
+    for (int c = 0; c < 3; ++c)
+      if (!share(p.colour[c], 1.0)) return refused(look, which + " has a colour outside 0 to 1");
+    if (!share(p.opacity, kMostOpaque))
+      return refused(look, which + " has an opacity outside 0 to 0.999");
+  }
+  for (const double s : {look.shine.ambient, look.shine.diffuse, look.shine.specular})
+    if (!share(s, 4.0)) return refused(look, "a share of its shine is outside 0 to 4");
+  if (!(look.surface_slope >= 0.0) || !std::isfinite(look.surface_slope))
+    return refused(look, "its surface slope is negative or not a number");
+  return Nothing{};
+}
+
+LookSample look_at(const Look& look, double value) {
+  if (look.points.empty() || std::isnan(value)) return {};
+  const auto above =
+      std::upper_bound(look.points.begin(), look.points.end(), value,
+                       [](double v, const LookPoint& point) { return v < point.value; });
+  LookPoint here;
+  if (above == look.points.begin()) {
+    here = *above;
+  } else if (above == look.points.end()) {
+    here = look.points.back();
+  } else {
+    const LookPoint &a = *(above - 1), &b = *above;
+    const double share = (value - a.value) / (b.value - a.value);
+    here.colour = a.colour + share * (b.colour - a.colour);
+    here.opacity = a.opacity + share * (b.opacity - a.opacity);
+  }
+  LookSample sample;
+  for (int c = 0; c < 3; ++c) sample.colour[c] = linear_from_srgb(here.colour[c]);
+  sample.extinction_per_mm = -std::log1p(-std::min(here.opacity, kMostOpaque));
+  return sample;
+}
+
+double level_of(const Look& look) {
+  return look.points.empty() ? 0.0 : 0.5 * (look.points.front().value + look.points.back().value);
+}
+
+double width_of(const Look& look) {
+  return look.points.empty() ? 0.0 : look.points.back().value - look.points.front().value;
+}
+
+Look windowed(Look look, double level, double width) {
+  const double old_level = level_of(look), old_width = width_of(look);
+  if (!(width > 0.0) || !(old_width > 0.0)) return look;
+  for (LookPoint& point : look.points)
+    point.value = level + (point.value - old_level) * (width / old_width);
+  look.surface_slope *= width / old_width;
+  return look;
+}
+
+std::vector<std::string> preset_names() {
+  return {"CT bone", "CT heart", "CT lung", "MR", "phantom", "molecule"};
+}
+
+Result<Look> preset_look(std::string_view name) {
+  for (Look (*make)() : {ct_bone, ct_heart, ct_lung, mr, phantom, molecule}) {
+    Look look = make();
+    if (look.name == name) return look;
+  }
+  std::string known;
+  for (const std::string& offered : preset_names()) known += (known.empty() ? "" : ", ") + offered;
+  return Error{ErrorKind::kBadInput,
+               "There is no look called \"" + std::string(name) + "\"; there are " + known + "."};
+}
+
+Look fitting_look(std::string_view volume_name, double lowest, double highest) {
+  if (volume_name.find("heart") != std::string_view::npos && lowest > -300.0 && highest < 1500.0)
+    return phantom();
+  if (volume_name.find("molecule") != std::string_view::npos) return molecule();
+  if (lowest < -300.0) return highest > 600.0 ? ct_bone() : ct_lung();
+  return windowed(mr(), 0.5 * (lowest + highest), std::max(highest - lowest, 1e-9));
+}
+
+}  // namespace palpate

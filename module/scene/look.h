@@ -1,0 +1,73 @@
+#pragma once
+
+#include <glm/glm.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "compute/volume/result.h"
+
+namespace palpate {
+
+/// What one value of the data looks like.
+struct LookPoint {
+  double value = 0.0;      ///< of the data, in its unit (HU for CT)
+  glm::dvec3 colour{1.0};  ///< sRGB, 0 to 1, as a person names colours
+  double opacity = 0.0;    ///< share of the light that 1 mm of it takes, 0 to 0.999
+  bool operator==(const LookPoint&) const = default;
+};
+
+/// How volumes answer light. Shares; what is not a surface glows as its colour says.
+struct Shine {
+  double ambient = 0.35;
+  double diffuse = 0.75;
+  double specular = 0.18;
+  bool operator==(const Shine&) const = default;
+};
+
+/// What a volume looks like: colour and opacity of every value, linear between points and held
+/// beyond them, and how surfaces shine.
+struct Look {
+  std::string name;
+  std::vector<LookPoint> points;  ///< values rising; empty: nothing is seen
+  Shine shine;
+  /// Slope at which a place counts as a surface and is fully shaded, in the data's unit per mm. 0:
+  /// a tenth of the points' range per mm.
+  double surface_slope = 0.0;
+  bool operator==(const Look&) const = default;
+};
+
+/// Colour and extinction of a value, as light is added up.
+struct LookSample {
+  glm::dvec3 colour{0.0};  ///< linear, not multiplied by anything
+  double extinction_per_mm = 0.0;
+};
+
+/// Empty if the look can be drawn, else what to change, in a sentence: values rising and finite,
+/// colours and opacities within their ranges.
+Status check(const Look& look);
+
+/// What `value` looks like. Opacity a per mm is the extinction -ln(1 - a); colours are blended as
+/// written, in sRGB, and then made linear. Nothing is seen of NaN.
+LookSample look_at(const Look& look, double value);
+
+/// The same look for another window: what stood at its first value stands at level - width / 2,
+/// what stood at its last one at level + width / 2. Needs width > 0.
+Look windowed(Look look, double level, double width);
+/// The level and width of a look as it is.
+double level_of(const Look& look);
+double width_of(const Look& look);
+
+/// "CT bone", "CT heart", "CT lung", "MR", "phantom" and "molecule"; kBadInput for another name.
+Result<Look> preset_look(std::string_view name);
+/// In the order in which they are offered.
+std::vector<std::string> preset_names();
+/// The preset that suits data of this range: CT in HU reaches below -300, the phantom from 0 to
+/// about 1000 is told by its name, all else is taken for MR and its window set to the range.
+Look fitting_look(std::string_view volume_name, double lowest, double highest);
+
+/// sRGB to linear light and back, 0 to 1.
+double linear_from_srgb(double encoded);
+double srgb_from_linear(double linear);
+
+}  // namespace palpate

@@ -1,0 +1,63 @@
+#include "module/view/kernels.h"
+
+#include <utility>
+
+#include "shaders/interface/view.h"
+#include "spirv/view/distance.h"
+#include "spirv/view/prefilter.h"
+#include "spirv/view/raycast.h"
+#include "spirv/view/resample.h"
+#include "spirv/view/surface.h"
+#include "spirv/view/track.h"
+
+namespace palpate::view {
+
+using namespace view_shaders;
+
+Kernels::Kernels(std::shared_ptr<vulkan::Context> context)
+    : context_(std::move(context)),
+      nearest_(context_, VK_FILTER_NEAREST),
+      linear_(context_, VK_FILTER_LINEAR) {}
+
+/// `bindings` names the kinds in order: b buffer, s sampled image, i storage image.
+template <size_t N>
+const vulkan::Kernel& Kernels::get(const uint32_t (&spirv)[N], const char* bindings,
+                                   uint32_t push_bytes, std::vector<uint32_t> specialisation) {
+  const std::lock_guard lock(mutex_);
+  vulkan::Kernel& kernel = kernels_[{spirv, specialisation}];
+  if (!kernel.pipeline()) {
+    vulkan::KernelOptions options;
+    options.spirv = spirv;
+    for (const char* kind = bindings; *kind; ++kind) {
+      options.bindings.push_back(*kind == 'b'   ? vulkan::BindingKind::kBuffer
+                                 : *kind == 's' ? vulkan::BindingKind::kSampledImage
+                                                : vulkan::BindingKind::kStorageImage);
+    }
+    options.push_bytes = push_bytes;
+    options.specialisation = std::move(specialisation);
+    kernel = vulkan::Kernel(context_, options);
+  }
+  return kernel;
+}
+
+const vulkan::Kernel& Kernels::prefilter() {
+  return get(k_view_prefilter, "bi", sizeof(PrefilterPush));
+}
+const vulkan::Kernel& Kernels::track() {
+  return get(k_view_track, "ssib", sizeof(TrackPush));
+}
+const vulkan::Kernel& Kernels::resample() {
+  return get(k_view_resample, "sssb", sizeof(ResamplePush));
+}
+const vulkan::Kernel& Kernels::surface() {
+  return get(k_view_surface, "bbib", sizeof(SurfacePush));
+}
+const vulkan::Kernel& Kernels::distance(int axis) {
+  return get(k_view_distance, "bbb", sizeof(DistancePush), {uint32_t(axis)});
+}
+const vulkan::Kernel& Kernels::raycast(int volumes, bool things, bool skip, bool count) {
+  return get(k_view_raycast, "bbbbbbbbssss", 0,
+             {uint32_t(volumes), things ? 1U : 0U, skip ? 1U : 0U, count ? 1U : 0U});
+}
+
+}  // namespace palpate::view

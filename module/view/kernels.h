@@ -1,0 +1,41 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "compute/vulkan/image.h"
+#include "compute/vulkan/kernel.h"
+
+namespace palpate::view {
+
+/// Every kernel of the view, compiled when first asked for and kept. Any thread.
+class Kernels {
+ public:
+  explicit Kernels(std::shared_ptr<vulkan::Context> context);
+
+  const vulkan::Kernel& prefilter();
+  const vulkan::Kernel& track();
+  const vulkan::Kernel& resample();
+  const vulkan::Kernel& surface();
+  const vulkan::Kernel& distance(int axis);
+  /// volumes: 1 to kMostVolumes. skip: off marches everywhere; count: samples are counted. Both
+  /// for measurements.
+  const vulkan::Kernel& raycast(int volumes, bool things, bool skip, bool count);
+
+  const vulkan::Sampler& linear() const { return linear_; }
+  const vulkan::Sampler& nearest() const { return nearest_; }
+
+ private:
+  template <size_t N>
+  const vulkan::Kernel& get(const uint32_t (&spirv)[N], const char* bindings, uint32_t push_bytes,
+                            std::vector<uint32_t> specialisation = {});
+
+  std::shared_ptr<vulkan::Context> context_;
+  vulkan::Sampler nearest_, linear_;
+  std::mutex mutex_;
+  std::map<std::pair<const uint32_t*, std::vector<uint32_t>>, vulkan::Kernel> kernels_;
+};
+
+}  // namespace palpate::view

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <span>
+
+#include "module/view/eye.h"
+#include "module/view/resident_volume.h"
+#include "module/view/view_scene.h"
+#include "shaders/interface/view.h"
+
+namespace palpate::view {
+
+/// The rays of an eye in the world, see ViewRays.
+view_shaders::ViewRays rays_of(const Eye& eye, PictureSize size);
+
+/// What the ray caster needs besides volumes: rays, clips, background.
+view_shaders::ViewParameters parameters_of(const ViewScene& scene, std::span<const Eye> eyes,
+                                           PictureSize size, double near_m);
+
+/// One volume's part; bricks and the table's first entry are left to the caller.
+view_shaders::ViewVolumeParameters volume_parameters_of(const ViewScene& scene,
+                                                        const ViewVolume& volume,
+                                                        std::span<const Eye> eyes, PictureSize size,
+                                                        const ResidentFrames& frames,
+                                                        double samples_per_voxel);
+
+/// Colour and extinction for each of the kTable values from lowest to highest, and for each of them
+/// the next one, itself included, that has extinction (kTable where none follows).
+void fill_table(const Look& look, double lowest, double highest, std::span<glm::vec4> table,
+                std::span<uint32_t> next);
+
+}  // namespace palpate::view

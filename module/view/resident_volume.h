@@ -1,0 +1,51 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "compute/vulkan/buffer.h"
+#include "compute/vulkan/image.h"
+#include "module/scene/moving_volume.h"
+#include "module/view/kernels.h"
+
+namespace palpate::view {
+
+/// A motion field on the device: u in voxels of the frames.
+struct ResidentField {
+  vulkan::Image image;
+  glm::ivec3 size{0};
+  glm::dmat3 from_voxel{1.0};  ///< field index = from_voxel * voxel + offset
+  glm::dvec3 offset{0.0};
+};
+
+/// Frames of one volume on the device: at each voxel what the hand reads there, as a share of the
+/// range of all frames. Shared by volumes that share frames.
+struct ResidentFrames {
+  GridPlace place;  ///< of the first frame; the others are brought onto it
+  glm::dvec3 spacing_mm{1.0};
+  double lowest = 0.0, highest = 1.0;
+  std::vector<vulkan::Image> images;
+  std::vector<std::shared_ptr<const FrameData>> sources;
+};
+
+/// A volume as it lies on the device, made off the frame loop.
+struct ResidentVolume {
+  std::shared_ptr<const MovingVolume> source;
+  std::shared_ptr<const ResidentFrames> frames;
+  /// By motion, then by step; null where the data stand still.
+  std::vector<std::vector<std::shared_ptr<const ResidentField>>> fields;
+};
+
+/// Uploads frames; those not sampled (formulas, vectors) are sampled as their detail asks, at most
+/// 256 along an axis. Throws Failure.
+std::shared_ptr<const ResidentFrames> upload_frames(const std::shared_ptr<vulkan::Context>& context,
+                                                    Kernels& kernels, const MovingVolume& volume);
+
+/// Uploads one step of a motion. The last step of a cycle gets what closes the cycle added, as the
+/// hand adds it (module/scene/cycle_closing.h). Throws Failure.
+std::shared_ptr<const ResidentField> upload_field(const std::shared_ptr<vulkan::Context>& context,
+                                                  const ResidentFrames& frames,
+                                                  const MovingVolume& volume, size_t motion,
+                                                  size_t step);
+
+}  // namespace palpate::view

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <glm/glm.hpp>
+#include <memory>
+#include <vector>
+
+#include "module/scene/look.h"
+#include "module/scene/moving_volume.h"
+#include "module/scene/transform.h"
+#include "module/view/things.h"
+
+namespace palpate {
+
+/// A volume as it is to be drawn now.
+struct ViewVolume {
+  std::shared_ptr<const MovingVolume> data;  ///< one that was given to set_volumes
+  Transform world_from_volume;
+  FramePointer pointer;  ///< as the hand's playback has it, for the time of display
+  Look look;
+  int motion = 0;             ///< which of the volume's motions moves the picture
+  bool blend_values = true;   ///< equation (24); off: the frame's own values are carried
+  bool whole_frames = false;  ///< the old way: the frame that the pointer is in, not moved
+};
+
+/// Kept is where dot(normal, x) >= offset_m.
+struct ClipPlane {
+  glm::dvec3 normal{1.0, 0.0, 0.0};  ///< world, unit length
+  double offset_m = 0.0;
+};
+
+/// The six planes of a box: what is inside is kept. low and high in the box's own axes, m.
+std::vector<ClipPlane> clip_box(const Transform& world_from_box, glm::dvec3 low_m,
+                                glm::dvec3 high_m);
+
+/// Everything that one picture shows. Values; nothing refers to the renderer.
+struct ViewScene {
+  std::vector<ViewVolume> volumes;  ///< at most 4
+  std::vector<RoundCone> things;    ///< opaque, world; see things.h
+  std::vector<ClipPlane> clips;     ///< at most 8, all hold; they clip volumes, not things
+  glm::dvec3 background_top{0.105, 0.125, 0.16};    ///< sRGB
+  glm::dvec3 background_bottom{0.03, 0.035, 0.05};  ///< sRGB
+  glm::dvec3 light{-0.35, 0.65, 0.67};              ///< towards the light, in the first eye's axes
+};
+
+}  // namespace palpate

@@ -1,0 +1,279 @@
+#include "module/view/volume_renderer.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "module/view/kernels.h"
+#include "module/view/parameters.h"
+#include "module/view/shown_volume.h"
+#include "shaders/interface/view.h"
+
+namespace palpate {
+
+using namespace view_shaders;
+using vulkan::Buffer;
+
+namespace {
+
+Error refused(const std::string& what) {
+  return {ErrorKind::kBadInput, "This scene can not be drawn: " + what + "."};
+}
+
+/// Runs what may throw Failure, and makes a Status of it.
+template <class Work>
+Status tried(const Work& work) {
+  try {
+    work();
+    return Nothing{};
+  } catch (const vulkan::Failure& failure) {
+    return failure.error();
+  }
+}
+
+}  // namespace
+
+Result<std::unique_ptr<VolumeRenderer>> VolumeRenderer::make(
+    std::shared_ptr<vulkan::Context> context, const RendererOptions& options) {
+  if (options.most.width < 1 || options.most.height < 1 || options.most_eyes < 1 ||
+      options.most_eyes > kMostEyes)
+    return refused("pictures need a size, and one or two eyes");
+  if (!(options.samples_per_voxel > 0.0) || !(options.near_m > 0.0))
+    return refused("samples per voxel and the nearest depth must be above 0");
+  try {
+    return std::unique_ptr<VolumeRenderer>(new VolumeRenderer(std::move(context), options));
+  } catch (const vulkan::Failure& failure) {
+    return failure.error();
+  }
+}
+
+VolumeRenderer::VolumeRenderer(std::shared_ptr<vulkan::Context> context,
+                               const RendererOptions& options)
+    : context_(std::move(context)),
+      options_(options),
+      kernels_(std::make_unique<view::Kernels>(context_)),
+      looks_(kMostVolumes) {
+  const uint64_t pixels =
+      uint64_t(options_.most.width) * uint64_t(options_.most.height) * uint64_t(options_.most_eyes);
+  const uint64_t entries = uint64_t(kMostVolumes) * kTable;
+  parameters_ = Buffer(context_, sizeof(ViewParameters), Buffer::Kind::kHostVisible);
+  table_staging_ = Buffer(context_, 16 * entries, Buffer::Kind::kHostVisible);
+  next_staging_ = Buffer(context_, 4 * entries, Buffer::Kind::kHostVisible);
+  tables_ = Buffer(context_, 16 * entries);
+  next_entries_ = Buffer(context_, 4 * entries);
+  thing_depth_ = Buffer(context_, 4 * pixels);
+  thing_colour_ = Buffer(context_, 4 * pixels);
+  colour_ = Buffer(context_, 4 * pixels);
+  depth_ = Buffer(context_, 4 * pixels);
+  samples_ = Buffer(context_, options_.count_samples ? 8 * pixels : 8);
+  recorder_ = std::make_unique<vulkan::Recorder>(context_, 64);
+}
+
+VolumeRenderer::~VolumeRenderer() {
+  // The device must be done with what is freed below, whatever became of it.
+  try {
+    recorder_->wait();
+  } catch (const vulkan::Failure&) {
+  }
+}
+
+Status VolumeRenderer::set_volumes(std::span<const std::shared_ptr<const MovingVolume>> volumes) {
+  if (volumes.size() > size_t(kMostVolumes))
+    return refused("there are more than " + std::to_string(kMostVolumes) + " volumes");
+  for (const auto& volume : volumes) {
+    if (!volume) return refused("one of its volumes is missing");
+    if (const Status status = check(*volume); !status) return status.error();
+  }
+  return tried([&] {
+    recorder_->wait();
+    upload(volumes);
+  });
+}
+
+void VolumeRenderer::upload(std::span<const std::shared_ptr<const MovingVolume>> volumes) {
+  std::vector<std::shared_ptr<const view::ResidentVolume>> residents;
+  for (const auto& volume : volumes) {
+    auto resident = std::make_shared<view::ResidentVolume>();
+    resident->source = volume;
+    const view::ResidentVolume* before = nullptr;
+    for (const auto& known : residents_)
+      if (known->frames->sources == volume->frames) before = known.get();
+    resident->frames = before ? before->frames : view::upload_frames(context_, *kernels_, *volume);
+    for (size_t m = 0; m < volume->motions.size(); ++m) {
+      auto& fields = resident->fields.emplace_back();
+      for (size_t s = 0; s < volume->motions[m].steps.size(); ++s) {
+        // A field's closing depends on all fields of its motion: only an equal motion is the same.
+        const bool known = before && m < before->source->motions.size() &&
+                           before->source->motions[m].steps == volume->motions[m].steps;
+        fields.push_back(known ? before->fields[m][s]
+                               : view::upload_field(context_, *resident->frames, *volume, m, s));
+      }
+    }
+    residents.push_back(std::move(resident));
+  }
+  const bool same_frames =
+      std::equal(residents.begin(), residents.end(), residents_.begin(), residents_.end(),
+                 [](const auto& a, const auto& b) { return a->frames == b->frames; });
+  residents_ = std::move(residents);
+  if (same_frames) {
+    for (size_t v = 0; v < residents_.size(); ++v) shown_[v]->set_resident(residents_[v]);
+    return;
+  }
+  shown_.clear();
+  int words = 0;
+  for (const auto& resident : residents_) {
+    shown_.push_back(std::make_unique<view::ShownVolume>(context_, *kernels_, resident,
+                                                         int(shown_.size()), words));
+    words += view::ShownVolume::skip_words(*resident);
+  }
+  skip_ = Buffer(context_, 4 * uint64_t(std::max(words, 4)));
+  looks_.assign(kMostVolumes, Look{});
+}
+
+view::ShownVolume* VolumeRenderer::shown_of(const ViewVolume& volume) {
+  for (size_t v = 0; v < residents_.size(); ++v)
+    if (residents_[v]->source == volume.data) return shown_[v].get();
+  return nullptr;
+}
+
+Status VolumeRenderer::start(const ViewScene& scene, std::span<const Eye> eyes, PictureSize size) {
+  if (eyes.empty() || int(eyes.size()) > options_.most_eyes)
+    return refused("it has no eyes, or more than the renderer was made for");
+  if (size.width < 1 || size.height < 1 || size.width > options_.most.width ||
+      size.height > options_.most.height)
+    return refused("the picture is empty, or larger than the renderer was made for");
+  if (scene.volumes.empty() || scene.volumes.size() > size_t(kMostVolumes))
+    return refused("it has no volumes, or more than " + std::to_string(kMostVolumes));
+  if (scene.clips.size() > size_t(kMostPlanes))
+    return refused("it has more than " + std::to_string(kMostPlanes) + " clip planes");
+  for (const ViewVolume& volume : scene.volumes) {
+    if (!shown_of(volume)) return refused("one of its volumes was not given to set_volumes");
+    if (const Status status = check(volume.look); !status) return status.error();
+  }
+  return tried([&] {
+    recorder_->restart();
+    record(scene, eyes, size);
+    recorder_->start();
+  });
+}
+
+bool VolumeRenderer::set_table(int slot, const Look& look) {
+  if (looks_[size_t(slot)] == look) return false;
+  looks_[size_t(slot)] = look;
+  const view::ResidentFrames& frames = *residents_[size_t(slot)]->frames;
+  view::fill_table(look, frames.lowest, frames.highest,
+                   table_staging_.as<glm::vec4>().subspan(size_t(slot) * kTable, kTable),
+                   next_staging_.as<uint32_t>().subspan(size_t(slot) * kTable, kTable));
+  return true;
+}
+
+void VolumeRenderer::record(const ViewScene& scene, std::span<const Eye> eyes, PictureSize size) {
+  vulkan::Recorder& recorder = *recorder_;
+  size_ = size;
+  eyes_ = int(eyes.size());
+  recorder.stamp("start");
+  std::vector<bool> look_changed;
+  for (const ViewVolume& volume : scene.volumes)
+    look_changed.push_back(set_table(shown_of(volume)->slot(), volume.look));
+  if (std::find(look_changed.begin(), look_changed.end(), true) != look_changed.end()) {
+    recorder.copy(table_staging_, tables_, tables_.bytes());
+    recorder.copy(next_staging_, next_entries_, next_entries_.bytes());
+  }
+  ViewParameters& parameters = parameters_.as<ViewParameters>()[0];
+  parameters = view::parameters_of(scene, eyes, size, options_.near_m);
+  std::vector<const view::ShownVolume*> drawn;
+  for (size_t v = 0; v < scene.volumes.size(); ++v) {
+    view::ShownVolume* shown = shown_of(scene.volumes[v]);
+    shown->record(recorder, view::moment_of(scene.volumes[v], shown->resident()), look_changed[v],
+                  next_entries_, skip_);
+    parameters.volumes[v] = view::volume_parameters_of(
+        scene, scene.volumes[v], eyes, size, *shown->resident().frames, options_.samples_per_voxel);
+    parameters.volumes[v].bricks = glm::ivec4(shown->bricks(), shown->first_skip_word());
+    parameters.volumes[v].table.z = float(kTable * shown->slot());
+    drawn.push_back(shown);
+  }
+  recorder.stamp("volumes");
+  std::vector<vulkan::Binding> bindings{parameters_,   tables_, skip_,  thing_depth_,
+                                        thing_colour_, colour_, depth_, samples_};
+  for (size_t v = 0; v < size_t(kMostVolumes); ++v)
+    bindings.emplace_back(drawn[std::min(v, drawn.size() - 1)]->surface(), kernels_->linear());
+  recorder.dispatch(
+      kernels_->raycast(int(drawn.size()), false, options_.skip_empty, options_.count_samples),
+      bindings, nullptr, {(size.width + 7) / 8, (size.height + 7) / 8, eyes_});
+  recorder.stamp("rays");
+}
+
+Status VolumeRenderer::wait() {
+  return tried([&] { recorder_->wait(); });
+}
+
+Result<Picture> VolumeRenderer::read_back(int eye) {
+  if (eye < 0 || eye >= eyes_) return refused("this eye was not drawn");
+  Picture picture;
+  picture.width = size_.width;
+  picture.height = size_.height;
+  const size_t pixels = size_t(size_.width) * size_t(size_.height), first = size_t(eye) * pixels;
+  const Status status = tried([&] {
+    recorder_->wait();
+    const uint64_t bytes = 4 * pixels * size_t(eyes_);
+    Buffer colours(context_, bytes, Buffer::Kind::kHostVisible);
+    Buffer depths(context_, bytes, Buffer::Kind::kHostVisible);
+    vulkan::Recorder reader(context_, 1);
+    reader.copy(colour_, colours, bytes);
+    reader.copy(depth_, depths, bytes);
+    reader.run();
+    const std::span<uint32_t> c = colours.as<uint32_t>().subspan(first, pixels);
+    const std::span<float> d = depths.as<float>().subspan(first, pixels);
+    picture.colours.assign(c.begin(), c.end());
+    picture.depths.assign(d.begin(), d.end());
+  });
+  if (!status) return status.error();
+  return picture;
+}
+
+ViewStatistics VolumeRenderer::statistics() {
+  ViewStatistics statistics;
+  const Status status = tried([&] {
+    recorder_->wait();
+    for (const auto& shown : shown_) statistics.held_nodes += shown->held().as<uint32_t>()[0];
+    if (!options_.count_samples) return;
+    const uint64_t pixels = uint64_t(size_.width) * uint64_t(size_.height) * uint64_t(eyes_);
+    Buffer counts(context_, 8 * pixels, Buffer::Kind::kHostVisible);
+    vulkan::Recorder reader(context_, 1);
+    reader.copy(samples_, counts, counts.bytes());
+    reader.run();
+    const std::span<uint32_t> words = counts.as<uint32_t>();
+    for (size_t i = 0; i < words.size(); i += 2) {
+      statistics.samples_taken += words[i];
+      statistics.samples_needed += words[i + 1];
+    }
+  });
+  return status ? statistics : ViewStatistics{};
+}
+
+VolumeRenderer::Times VolumeRenderer::times() {
+  Times times;
+  const Status status = tried([&] {
+    recorder_->wait();
+    const auto stamps = recorder_->timestamps();
+    if (stamps.size() < 3) return;
+    times.update_s = stamps[1].seconds;
+    times.rays_s = stamps.back().seconds - stamps[1].seconds;
+  });
+  return status ? times : Times{};
+}
+
+std::vector<ClipPlane> clip_box(const Transform& world_from_box, glm::dvec3 low_m,
+                                glm::dvec3 high_m) {
+  std::vector<ClipPlane> planes;
+  for (int a = 0; a < 3; ++a) {
+    glm::dvec3 axis(0.0);
+    axis[a] = 1.0;
+    // The faces of a scaled box stay normal to its axes.
+    const glm::dvec3 normal = world_from_box.rotation * axis;
+    planes.push_back({normal, glm::dot(normal, world_from_box.world_from_volume(low_m))});
+    planes.push_back({-normal, -glm::dot(normal, world_from_box.world_from_volume(high_m))});
+  }
+  return planes;
+}
+
+}  // namespace palpate

@@ -1,0 +1,108 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "compute/vulkan/buffer.h"
+#include "compute/vulkan/recorder.h"
+#include "module/view/eye.h"
+#include "module/view/view_scene.h"
+
+namespace palpate {
+
+namespace view {
+class Kernels;
+class ShownVolume;
+struct ResidentVolume;
+struct ResidentFrames;
+}  // namespace view
+
+/// What can be chosen once, for measurements mostly.
+struct RendererOptions {
+  PictureSize most{512, 512};  ///< largest picture of an eye
+  int most_eyes = 2;
+  double samples_per_voxel = 1.0;  ///< along rays, of the finest axis
+  double near_m = 0.02;            ///< nothing is drawn closer to an eye
+  bool skip_empty = true;          ///< off: every sample is taken
+  bool count_samples = false;      ///< statistics() then has samples
+};
+
+/// A picture on the host, an eye's: row 0 at the top.
+struct Picture {
+  int width = 0, height = 0;
+  std::vector<uint32_t>
+      colours;                ///< R in the lowest byte, then G, B, and how much is covered; sRGB
+  std::vector<float> depths;  ///< near_m / depth along the eye's axis; 0 where nothing is
+};
+
+struct ViewStatistics {
+  uint64_t samples_taken = 0;   ///< of the last picture, if they are counted
+  uint64_t samples_needed = 0;  ///< those with extinction where more than 1 % of the light is left
+  uint32_t held_nodes = 0;      ///< of the last change of phase: places where back-tracking held
+};
+
+/// Draws volumes and things for one or two eyes, by compute alone. Everything but set_volumes runs
+/// in the frame loop. One thread at a time. Errors: kDeviceFailed, kOutOfMemory; kBadInput in a
+/// sentence for scenes that can not be drawn.
+///
+///   auto renderer = VolumeRenderer::make(context, {});
+///   (*renderer)->set_volumes(volumes);
+///   (*renderer)->start(scene, eyes, size);   // records and submits; does not wait
+///   ... commands submitted to the same queue from here on may copy colour() and depth() ...
+///   (*renderer)->wait();
+///
+/// colour() and depth() hold the eyes one after the other, rows tight, 4 bytes a pixel: copy them
+/// to an image by vkCmdCopyBufferToImage (RGBA8 UNORM or SRGB: the bytes are encoded already; D32
+/// for depth, reversed and infinitely far: 1 at near_m, 0 at infinity), bufferOffset = eye * width
+/// * height * 4, after a barrier from COMPUTE_SHADER / SHADER_WRITE to TRANSFER / TRANSFER_READ.
+class VolumeRenderer {
+ public:
+  static Result<std::unique_ptr<VolumeRenderer>> make(std::shared_ptr<vulkan::Context> context,
+                                                      const RendererOptions& options = {});
+  ~VolumeRenderer();
+
+  /// Uploads what is new and forgets what is not given any more; frames and fields that were given
+  /// before are kept, so a volume that got fields is cheap. At most 4. Off the frame loop: takes
+  /// tens of ms per frame of data. Waits for the picture in the making.
+  Status set_volumes(std::span<const std::shared_ptr<const MovingVolume>> volumes);
+
+  /// Submits the passes that phases and looks need, and one dispatch for all eyes. Waits for the
+  /// picture before. size at most that of the options; 1 or 2 eyes.
+  Status start(const ViewScene& scene, std::span<const Eye> eyes, PictureSize size);
+  Status wait();
+
+  const vulkan::Buffer& colour() const { return colour_; }
+  const vulkan::Buffer& depth() const { return depth_; }
+  /// The last picture of an eye, after wait().
+  Result<Picture> read_back(int eye);
+  ViewStatistics statistics();
+  /// Seconds that the device spent on the last picture: bringing volumes to their phase, and rays.
+  struct Times {
+    double update_s = 0.0, rays_s = 0.0;
+  };
+  Times times();
+
+ private:
+  VolumeRenderer(std::shared_ptr<vulkan::Context> context, const RendererOptions& options);
+  void upload(std::span<const std::shared_ptr<const MovingVolume>> volumes);
+  void record(const ViewScene& scene, std::span<const Eye> eyes, PictureSize size);
+  bool set_table(int slot, const Look& look);
+  view::ShownVolume* shown_of(const ViewVolume& volume);
+
+  std::shared_ptr<vulkan::Context> context_;
+  RendererOptions options_;
+  std::unique_ptr<view::Kernels> kernels_;
+  std::vector<std::shared_ptr<const view::ResidentVolume>> residents_;
+  std::vector<std::unique_ptr<view::ShownVolume>> shown_;
+  std::vector<Look> looks_;  ///< by slot, as in the tables
+  vulkan::Buffer parameters_, tables_, next_entries_, skip_, thing_depth_, thing_colour_;
+  vulkan::Buffer colour_, depth_, samples_, table_staging_, next_staging_;
+  std::unique_ptr<vulkan::Recorder> recorder_;
+  PictureSize size_;
+  int eyes_ = 0;
+  bool counted_ = false;
+};
+
+}  // namespace palpate

@@ -1,0 +1,107 @@
+// What the view's kernels and C++ share: push constants, the frame's parameters, and the words of
+// the skip structure. Only 16-byte members, so that both languages lay them out the same way.
+#ifndef PALPATE_SHADERS_INTERFACE_VIEW_H
+#define PALPATE_SHADERS_INTERFACE_VIEW_H
+
+#ifdef __cplusplus
+#include <glm/glm.hpp>
+namespace palpate::view_shaders {
+using glm::ivec4;
+using glm::uvec4;
+using glm::vec4;
+#define PALPATE_SIZE(type, bytes) static_assert(sizeof(type) == (bytes))
+#define PALPATE_CONSTANT constexpr
+#else
+#define PALPATE_SIZE(type, bytes)
+#define PALPATE_CONSTANT const
+#endif
+
+PALPATE_CONSTANT int kBrick = 8;       // voxels along the edge of a brick: the unit of skipping
+PALPATE_CONSTANT int kNode = 4;        // voxels from one back-tracked node to the next
+PALPATE_CONSTANT int kMostVolumes = 4; // drawn into one picture
+PALPATE_CONSTANT int kMostPlanes = 8;  // that clip
+PALPATE_CONSTANT int kMostEyes = 2;
+PALPATE_CONSTANT int kTable = 2048;    // entries of a transfer table, each colour and extinction
+PALPATE_CONSTANT int kSkipWords = 3;   // per brick: how far to the next occupied brick, 64 bits of
+                                       // its blocks of 2 x 2 x 2 voxels
+PALPATE_CONSTANT int kFarthest = 63;   // bricks that can be skipped at once
+// Bit of the first word: every block of the brick is occupied.
+#ifdef __cplusplus
+constexpr unsigned kFull = 0x100U;
+#else
+const uint kFull = 0x100u;
+#endif
+
+// A ray of an eye: the point at depth t (m along the eye's axis) is
+// origin + t (first + x right + y down), x and y in pixels from the first pixel's centre.
+struct ViewRays {
+  vec4 origin;
+  vec4 first;
+  vec4 right;
+  vec4 down;
+};
+
+struct ViewVolumeParameters {
+  ViewRays rays[2];    // in voxels of the volume
+  vec4 size;           // voxels; w: 1 if the volume is drawn
+  ivec4 bricks;        // along each axis; w: first word of its skip structure
+  vec4 spacing_mm;     // of its voxels, w: samples per voxel
+  vec4 table;          // x, y: entry = x * value + y; z: first entry; w: slope (1/mm) of a full surface
+  vec4 shine;          // ambient, diffuse, specular, exponent
+  vec4 light;          // towards the light, along the volume's axes (of voxels)
+  vec4 head;           // towards the eyes, the same
+  vec4 stretch;        // normal = stretch * slope, for volumes scaled more along one axis
+};
+
+struct ViewParameters {
+  ViewRays rays[2];    // in the world, m
+  vec4 planes[8];      // kept is where dot(xyz, point) >= w, world, m
+  vec4 background;     // linear colour; w: nearest depth t, m
+  vec4 background_low; // at the bottom of the picture
+  ivec4 counts;        // eyes, planes, width, height
+  ViewVolumeParameters volumes[4];
+};
+PALPATE_SIZE(ViewRays, 64);
+PALPATE_SIZE(ViewVolumeParameters, 256);
+PALPATE_SIZE(ViewParameters, 1328);
+
+struct PrefilterPush {
+  ivec4 size;
+  vec4 weights;  // x, y: of the middle sample and of each neighbour; z, w: value = z * sum + w
+};
+PALPATE_SIZE(PrefilterPush, 32);
+
+struct TrackPush {
+  ivec4 nodes;          // along each axis; w: 1 = start from the nodes of the last phase
+  ivec4 field_size;     // samples of the field
+  vec4 field_from[3];   // rows: index of the field = row . (voxel, 1)
+  vec4 phase;           // x: g; y: how close is close enough, voxels
+};
+PALPATE_SIZE(TrackPush, 96);
+
+struct ResamplePush {
+  ivec4 size;
+  vec4 nodes;    // xyz: of the back-tracked nodes; w: phase, 0 = frame as it is
+  vec4 frames;   // x, y: weight of frame and next frame
+};
+PALPATE_SIZE(ResamplePush, 48);
+
+struct SurfacePush {
+  ivec4 size;
+  ivec4 bricks;
+  vec4 table;          // x, y: entry = x * value + y; z: first entry of the table; w: last one
+  vec4 per_mm;         // voxels per mm along each axis
+};
+PALPATE_SIZE(SurfacePush, 64);
+
+struct DistancePush {
+  ivec4 bricks;  // w: first word of the skip structure
+};
+PALPATE_SIZE(DistancePush, 16);
+
+#ifdef __cplusplus
+#undef PALPATE_SIZE
+#undef PALPATE_CONSTANT
+}  // namespace palpate::view_shaders
+#endif
+#endif

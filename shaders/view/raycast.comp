@@ -1,0 +1,272 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "interface/view.h"
+// The picture: front-to-back emission and absorption along a ray per pixel (Levoy 1988; Max 1995),
+//   C += T (1 - exp(-sigma ds)) c,   T *= exp(-sigma ds),
+// sigma the extinction (1/mm) and c the lit colour of every volume at the sample, until T is below
+// kStop. Samples lie on a lattice of depths t = (k + jitter) dt that does not know what is skipped,
+// so skipping changes no sample that shows anything, and both eyes have the same jitter at the same
+// pixel. Each sample stands for its share of the ray: the first and the last reach to the ends.
+//
+// binding  direction  format            shape                   unit
+// 0        in         ViewParameters    1
+// 1        in         vec4              kTable per volume       linear colour, extinction 1/mm
+// 2        in         uint              skip words, see distance.comp and surface.comp
+// 3        in         uint              eyes x height x width   bits of the depth t of things, m; ~0 none
+// 4        in         uint              the same                their colour, sRGB, and coverage, RGBA8
+// 5        out        uint              the same                colour, sRGB, RGBA8
+// 6        out        float             the same                near / depth, 0 where nothing is
+// 7        out        uint              2 per pixel             samples taken and needed (if kCount)
+// 8..11    in         any rgba          volumes (z, y, x)       see surface.comp
+//
+// kVolumes of the images are used. One invocation: one pixel of one eye. Border: a volume ends half
+// a voxel beyond its outermost samples, its value held. Precision: fp32. Race: each output written
+// once. CPU oracle: cast of tests/view/view_oracle.h.
+//
+// A CPU driver runs eight neighbouring pixels in step and works through both sides of every "if";
+// loops it leaves when no pixel needs them. So what is rarely needed stands in loops.
+layout(local_size_x = 64) in;
+layout(set = 0, binding = 0) readonly buffer Parameters { ViewParameters view; };
+layout(set = 0, binding = 1) readonly buffer Tables { vec4 table[]; };
+layout(set = 0, binding = 2) readonly buffer Skip { uint skip[]; };
+layout(set = 0, binding = 3) readonly buffer ThingDepth { uint thing_depth[]; };
+layout(set = 0, binding = 4) readonly buffer ThingColour { uint thing_colour[]; };
+layout(set = 0, binding = 5) writeonly buffer Colour { uint colour_out[]; };
+layout(set = 0, binding = 6) writeonly buffer Depth { float depth_out[]; };
+layout(set = 0, binding = 7) writeonly buffer Samples { uint samples_out[]; };
+layout(set = 0, binding = 8) uniform sampler3D volume0;
+layout(set = 0, binding = 9) uniform sampler3D volume1;
+layout(set = 0, binding = 10) uniform sampler3D volume2;
+layout(set = 0, binding = 11) uniform sampler3D volume3;
+layout(constant_id = 0) const int kVolumes = 1;
+layout(constant_id = 1) const int kThings = 1;
+layout(constant_id = 2) const int kSkip = 1;
+layout(constant_id = 3) const int kCount = 0;
+
+const float kStop = 1.0 / 256.0;
+const float kNeeded = 0.01;
+const float kFar = 1e30;
+
+// The ray in each volume's voxels, and where it is inside.
+vec3 start[kVolumes];
+vec3 way[kVolumes];
+vec3 per_way[kVolumes];
+float enters[kVolumes];
+float leaves[kVolumes];
+float mm_per_t[kVolumes];
+vec3 towards_eye[kVolumes];
+vec3 halfway[kVolumes];
+
+vec4 texel(int v, vec3 at) {
+  if (v == 0) return textureLod(volume0, at, 0.0);
+  if (v == 1) return textureLod(volume1, at, 0.0);
+  if (v == 2) return textureLod(volume2, at, 0.0);
+  return textureLod(volume3, at, 0.0);
+}
+
+// Whether the volume can show anything at t, and up to which t this holds.
+bool occupied(int v, float t, out float end) {
+  const ivec3 voxel = clamp(ivec3(start[v] + t * way[v]), ivec3(0), ivec3(view.volumes[v].size.xyz) - 1);
+  const ivec3 bricks = view.volumes[v].bricks.xyz;
+  const ivec3 brick = voxel >> 3;
+  const uint word = uint(view.volumes[v].bricks.w + kSkipWords * (brick.x + bricks.x * (brick.y + bricks.y * brick.z)));
+  const uint head = skip[word];
+  const ivec3 block = voxel >> 1 & 3;
+  const uint bits = skip[word + 1u + uint(block.z >> 1)];
+  const bool shows = (bits >> uint(block.x + 4 * block.y + 16 * (block.z & 1)) & 1u) != 0u;
+  // The box in which the answer is the same: bricks around an empty one, a full brick, or a block.
+  const int apart = int(head & 0xffu);
+  const bool whole = apart > 0 || head == kFull;
+  const int reach = max(apart, 1);
+  const ivec3 low = whole ? (brick - reach + 1) << 3 : voxel & ~1;
+  const ivec3 high = whole ? (brick + reach) << 3 : (voxel & ~1) + 2;
+  const vec3 border = mix(vec3(low), vec3(high), greaterThan(way[v], vec3(0.0)));
+  const vec3 exits = (border - start[v]) * per_way[v];
+  end = min(min(exits.x, exits.y), exits.z);
+  const bool before = t < enters[v], after = t >= leaves[v];
+  if (before) end = enters[v];
+  if (after) end = kFar;
+  return shows && !before && !after;
+}
+
+void set_out(int v, int eye, vec2 pixel) {
+  const ViewRays rays = view.volumes[v].rays[eye];
+  start[v] = rays.origin.xyz;
+  way[v] = rays.first.xyz + pixel.x * rays.right.xyz + pixel.y * rays.down.xyz;
+  // Never 0, so that no border is at 0 / 0.
+  way[v] = mix(way[v], vec3(1e-12), lessThan(abs(way[v]), vec3(1e-12)));
+  per_way[v] = 1.0 / way[v];
+  const vec3 a = (-0.5 - start[v]) * per_way[v];
+  const vec3 b = (view.volumes[v].size.xyz - 0.5 - start[v]) * per_way[v];
+  const vec3 low = min(a, b), high = max(a, b);
+  enters[v] = max(max(low.x, low.y), low.z);
+  leaves[v] = min(min(high.x, high.y), high.z);
+  const vec3 mm = way[v] * view.volumes[v].spacing_mm.xyz;
+  mm_per_t[v] = length(mm);
+  towards_eye[v] = -mm / mm_per_t[v];
+  halfway[v] = normalize(towards_eye[v] + view.volumes[v].light.xyz);
+}
+
+// Colour and extinction of one volume at t, lit.
+vec4 lit(int v, float t) {
+  const vec3 at = (start[v] + t * way[v] + 0.5) / view.volumes[v].size.xyz;
+  const vec4 read = texel(v, at);
+  const vec4 scale = view.volumes[v].table;
+  const float entry = clamp(scale.x * read.w + scale.y, 0.0, float(kTable - 1));
+  const vec4 look = table[uint(scale.z) + uint(entry)];
+  const vec3 slope = read.xyz * view.volumes[v].stretch.xyz;
+  const float square = dot(slope, slope);
+  const float surface = min(square * scale.w, 1.0);
+  const vec3 normal = slope * inversesqrt(max(square, 1e-20));
+  const float side = dot(normal, towards_eye[v]) > 0.0 ? 1.0 : -1.0;
+  const float diffuse = max(0.3 + 0.7 * side * dot(normal, view.volumes[v].light.xyz), 0.0);
+  float shine = max(side * dot(normal, halfway[v]), 0.0);
+  shine *= shine;
+  shine *= shine;
+  shine *= shine;
+  shine *= shine;
+  shine *= shine;
+  const vec4 how = view.volumes[v].shine;
+  const float light = mix(1.0, how.x + how.y * diffuse, surface);
+  return vec4(look.rgb * light + how.z * shine * surface, look.w);
+}
+
+vec3 encoded(vec3 c) {
+  c = clamp(c, 0.0, 1.0);
+  return mix(12.92 * c, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, greaterThan(c, vec3(0.0031308)));
+}
+vec3 decoded(vec3 c) {
+  return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), greaterThan(c, vec3(0.04045)));
+}
+
+// Jimenez 2014, interleaved gradient noise: neighbours differ, and it does not flicker.
+float jitter_of(vec2 pixel) {
+  return fract(52.9829189 * fract(dot(pixel, vec2(0.06711056, 0.00583715))));
+}
+
+void main() {
+  const uint l = gl_LocalInvocationIndex;
+  const ivec2 pixel = ivec2(8u * gl_WorkGroupID.xy) +
+                      ivec2(l & 3u | l >> 1 & 4u, l >> 2 & 1u | l >> 3 & 6u);
+  const int eye = int(gl_WorkGroupID.z);
+  const ivec2 size = view.counts.zw;
+  if (any(greaterThanEqual(pixel, size))) return;
+  const uint out_index = uint(pixel.x + size.x * (pixel.y + size.y * eye));
+
+  // The part of the ray that is looked at: in front of the eye and on the kept side of all planes.
+  const ViewRays world = view.rays[eye];
+  const vec3 direction = world.first.xyz + float(pixel.x) * world.right.xyz + float(pixel.y) * world.down.xyz;
+  float first = view.background.w, last = kFar;
+  for (int p = 0; p < view.counts.y; ++p) {
+    const float ahead = dot(view.planes[p].xyz, direction);
+    const float here = dot(view.planes[p].xyz, world.origin.xyz) - view.planes[p].w;
+    const float crossing = -here / (abs(ahead) > 1e-9 ? ahead : 1e-9);
+    if (ahead > 1e-9) first = max(first, crossing);
+    if (ahead < -1e-9) last = min(last, crossing);
+    if (abs(ahead) <= 1e-9 && here < 0.0) last = -kFar;
+  }
+  float dt = kFar, begin = kFar, finish = -kFar;
+  for (int v = 0; v < kVolumes; ++v) {
+    set_out(v, eye, vec2(pixel));
+    enters[v] = max(enters[v], first);
+    leaves[v] = min(leaves[v], last);
+    dt = min(dt, 1.0 / (length(way[v]) * view.volumes[v].spacing_mm.w));
+    if (enters[v] < leaves[v]) {
+      begin = min(begin, enters[v]);
+      finish = max(finish, leaves[v]);
+    } else {
+      enters[v] = kFar;
+      leaves[v] = kFar;
+    }
+  }
+
+  float thing_at = kFar;
+  vec4 thing = vec4(0.0);
+  if (kThings != 0) {
+    const uint depth_bits = thing_depth[out_index];
+    if (depth_bits != ~0u) {
+      thing_at = uintBitsToFloat(depth_bits);
+      thing = unpackUnorm4x8(thing_colour[out_index]);
+    }
+  }
+
+  const float jitter = jitter_of(vec2(pixel));
+  vec3 colour = vec3(0.0);
+  float through = 1.0, depth = 0.0;
+  uint taken = 0u, needed = 0u;
+  // In front of the thing, then, where its edge covers only part of the pixel, behind it.
+  float from = begin;
+  const int parts = kThings != 0 && thing_at < kFar ? 2 : 1;
+  for (int part = 0; part < parts && through > kStop; ++part) {
+    const float to = parts == 2 && part == 0 ? min(thing_at, finish) : finish;
+    float k = ceil(from / dt - jitter);
+    float t = (k + jitter) * dt;
+    // A way shorter than a step, between two lattice points: its middle stands for it.
+    if (t >= to) t = 0.5 * (from + to);
+    while (t < to && through > kStop) {
+      float end = kFar;
+      bool any_shows = false;
+      if (kSkip != 0) {
+        for (int v = 0; v < kVolumes; ++v) {
+          float until;
+          any_shows = occupied(v, t, until) || any_shows;
+          end = min(end, until);
+        }
+        end = min(end, to);
+      } else {
+        any_shows = true;
+        end = to;
+      }
+      if (!any_shows) {
+        k = max(k + 1.0, ceil(end / dt - jitter));
+        t = (k + jitter) * dt;
+      }
+      bool goes_on = any_shows;
+      while (goes_on) {
+        const float lower = t - dt < from ? from : t - 0.5 * dt;
+        const float upper = t + dt > to ? to : t + 0.5 * dt;
+        float sigma = 0.0;
+        vec3 glow = vec3(0.0);
+        for (int v = 0; v < kVolumes; ++v) {
+          vec4 found = lit(v, t);
+          if (kVolumes > 1 && (t < enters[v] || t >= leaves[v])) found.w = 0.0;
+          const float here = found.w * mm_per_t[v];
+          sigma += here;
+          glow += here * found.rgb;
+        }
+        const float passes = exp(-sigma * (upper - lower));
+        if (kCount != 0) {
+          taken += uint(kVolumes);
+          needed += sigma > 0.0 && through > kNeeded ? uint(kVolumes) : 0u;
+        }
+        const float before = through;
+        colour += through * (1.0 - passes) / max(sigma, 1e-20) * glow;
+        through *= passes;
+        if (before > 0.5 && through <= 0.5) depth = view.background.w / t;
+        k += 1.0;
+        t = (k + jitter) * dt;
+        goes_on = t < end && through > kStop;
+      }
+    }
+    if (parts == 2 && part == 0) {
+      const float before = through;
+      colour += through * thing.a * decoded(thing.rgb);
+      through *= 1.0 - thing.a;
+      if (before > 0.5 && through <= 0.5) depth = view.background.w / thing_at;
+      from = max(thing_at, begin);
+    }
+  }
+  // What is left of a ray that was stopped early is as if it had met more of the same.
+  if (through <= kStop) {
+    colour /= 1.0 - through;
+    through = 0.0;
+  }
+  const float down = (float(pixel.y) + 0.5) / float(size.y);
+  colour += through * mix(view.background.rgb, view.background_low.rgb, down);
+  colour_out[out_index] = packUnorm4x8(vec4(encoded(colour), 1.0 - through));
+  depth_out[out_index] = depth;
+  if (kCount != 0) {
+    samples_out[2u * out_index] = taken;
+    samples_out[2u * out_index + 1u] = needed;
+  }
+}

@@ -1,0 +1,98 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "interface/view.h"
+// Back-tracks nodes of a grid, one every kNode voxels, through the motion field: equation (26) of
+// Lundin Palmerius et al. 2008,  y + g u(y) = x,  by Newton's method with the trilinear Jacobian,
+// warm started from the last phase, a step that does not lower the miss halved.
+//
+// binding  direction  format    shape            unit
+// 0        in         rgba32f   field (z, y, x)  u in voxels of the volume; w: 1, or 0 = unusable
+// 1        in         rgba32f   nodes (z, y, x)  y - x of the last phase, voxels
+// 2        out        rgba32f   nodes            y - x; w: 1 = found, 0 = held
+// 3        in out     uint      1                nodes that are held
+//
+// Where no solution is found within kSteps, or the map is folded there (det(I + g du/dx) <= 0), the
+// node keeps what it had: the picture holds there, as the hand does.
+//
+// One invocation: one node. Border: the field's outermost samples are held. Precision: fp32; the
+// miss is below 1e-3 voxels where w = 1. Race: each output written once, held counted by an atomic.
+// CPU oracle: back_track of module/haptics.
+layout(local_size_x = 64) in;
+layout(set = 0, binding = 0) uniform sampler3D field;
+layout(set = 0, binding = 1) uniform sampler3D last;
+layout(set = 0, binding = 2) uniform writeonly image3D nodes;
+layout(set = 0, binding = 3) buffer Held { uint held[]; };
+layout(push_constant) uniform Push { TrackPush push; };
+
+const int kSteps = 12;
+
+struct Reading {
+  vec3 u;
+  mat3 slope;  // column j: du / d(field index j)
+};
+
+Reading read(vec3 index) {
+  const vec3 top = vec3(push.field_size.xyz - 1);
+  const vec3 inside = clamp(index, vec3(0.0), top);
+  const ivec3 low = ivec3(min(inside, max(top - 1.0, 0.0)));
+  const ivec3 high = min(low + 1, push.field_size.xyz - 1);
+  const vec3 w = inside - vec3(low);
+  const vec3 a = texelFetch(field, low, 0).xyz;
+  const vec3 b = texelFetch(field, ivec3(high.x, low.yz), 0).xyz;
+  const vec3 c = texelFetch(field, ivec3(low.x, high.y, low.z), 0).xyz;
+  const vec3 d = texelFetch(field, ivec3(high.xy, low.z), 0).xyz;
+  const vec3 e = texelFetch(field, ivec3(low.xy, high.z), 0).xyz;
+  const vec3 f = texelFetch(field, ivec3(high.x, low.y, high.z), 0).xyz;
+  const vec3 g = texelFetch(field, ivec3(low.x, high.yz), 0).xyz;
+  const vec3 h = texelFetch(field, high, 0).xyz;
+  const vec3 held = vec3(equal(inside, index));
+  Reading r;
+  const vec3 ab = mix(a, b, w.x), cd = mix(c, d, w.x), ef = mix(e, f, w.x), gh = mix(g, h, w.x);
+  const vec3 front = mix(ab, cd, w.y), back = mix(ef, gh, w.y);
+  r.u = mix(front, back, w.z);
+  r.slope[0] = held.x * mix(mix(b - a, d - c, w.y), mix(f - e, h - g, w.y), w.z);
+  r.slope[1] = held.y * mix(cd - ab, gh - ef, w.z);
+  r.slope[2] = held.z * (back - front);
+  return r;
+}
+
+vec3 field_index(vec3 voxel) {
+  const vec4 v = vec4(voxel, 1.0);
+  return vec3(dot(push.field_from[0], v), dot(push.field_from[1], v), dot(push.field_from[2], v));
+}
+
+void main() {
+  const ivec3 node = ivec3(gl_GlobalInvocationID);
+  if (any(greaterThanEqual(node, push.nodes.xyz))) return;
+  const float g = push.phase.x;
+  const vec3 x = float(kNode) * vec3(node);
+  const vec4 before = push.nodes.w != 0 ? texelFetch(last, node, 0) : vec4(0.0);
+  const mat3 turn = transpose(mat3(push.field_from[0].xyz, push.field_from[1].xyz, push.field_from[2].xyz));
+
+  vec3 best = x + before.xyz, step = vec3(0.0), at = best;
+  float best_miss = 3.0e38;
+  bool unfolded = false;
+  // One look per round; a look that is no better than the best one halves the step that led there.
+  for (int round = 0; round < kSteps && best_miss > push.phase.y; ++round) {
+    const Reading r = read(field_index(at));
+    const vec3 off = at + g * r.u - x;
+    const float miss = length(off);
+    if (miss < best_miss) {
+      best_miss = miss;
+      best = at;
+      mat3 m = g * (r.slope * turn);
+      m[0].x += 1.0;
+      m[1].y += 1.0;
+      m[2].z += 1.0;
+      const float det = determinant(m);
+      unfolded = det > 0.0;
+      step = det > 1e-4 ? -(inverse(m) * off) : -off;
+    } else {
+      step *= 0.5;
+    }
+    at = best + step;
+  }
+  const bool found = best_miss <= push.phase.y && unfolded;
+  if (!found) atomicAdd(held[0], 1u);
+  imageStore(nodes, node, found ? vec4(best - x, 1.0) : vec4(before.xyz, 0.0));
+}

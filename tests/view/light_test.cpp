@@ -1,0 +1,81 @@
+// What of the light comes through bodies whose line integral is known in closed form.
+#include "tests/view/view_scenes.h"
+
+namespace palpate::test {
+namespace {
+
+constexpr PictureSize kSize{64, 48};
+// The picture is rounded to 1/255; the sum itself is asked to be as good.
+constexpr double kOfLight = 1.0 / 255.0;
+
+/// Compares how much each pixel is covered with 1 - exp(-integral).
+void expect_covered(const Picture& picture, const Eye& eye,
+                    const std::function<double(glm::dvec3, glm::dvec3)>& integral) {
+  for (int y = 0; y < kSize.height; ++y)
+    for (int x = 0; x < kSize.width; ++x) {
+      const glm::dvec3 way = glm::normalize(ray_of(eye, kSize, x, y));
+      const double expected = 1.0 - std::exp(-integral(eye.position_m, way));
+      ASSERT_NEAR(channel(picture, x, y, 3) / 255.0, expected, kOfLight)
+          << "pixel " << x << ", " << y;
+    }
+}
+
+/// Length of the part of a ray inside a box around the origin, m.
+double inside_box(glm::dvec3 from, glm::dvec3 way, double half) {
+  double enters = 0.0, leaves = 1e9;
+  for (int a = 0; a < 3; ++a) {
+    const double low = (-half - from[a]) / way[a], high = (half - from[a]) / way[a];
+    enters = std::max(enters, std::min(low, high));
+    leaves = std::min(leaves, std::max(low, high));
+  }
+  return std::max(leaves - enters, 0.0);
+}
+
+using LightTest = ViewTest;
+
+TEST_F(LightTest, ThroughASlabFallsExponentially) {
+  // Two values, so that the range is not empty; only the value 1 is looked at.
+  const auto volume = still_volume(32, 1.5, [](glm::dvec3) { return 1.0; });
+  auto view = renderer({kSize, 1});
+  set(*view, {volume});
+  ViewScene scene;
+  for (const double per_mm : {0.004, 0.02, 0.05, 0.3}) {
+    scene.volumes = {{volume, {}, {}, proportional_look(per_mm)}};
+    const Eye eye = eye_at({0.05, 0.04, 0.11}, {0.003, -0.002, 0}, 0.6, kSize);
+    const Picture picture = draw(*view, scene, {eye}, kSize)[0];
+    expect_covered(picture, eye, [&](glm::dvec3 from, glm::dvec3 way) {
+      return per_mm * 1e3 * inside_box(from, way, 0.5 * 32 * 1.5e-3);
+    });
+  }
+}
+
+TEST_F(LightTest, ThroughASphereFollowsItsLineIntegral) {
+  // value = 1 - r^2/R^2: the integral along a line at distance b is 4/3 (R^2 - b^2)^(3/2) / R^2.
+  constexpr double kRadiusMm = 30.0;
+  const auto volume = still_volume(
+      64, 1.0, [](glm::dvec3 x) { return 1.0 - glm::dot(x, x) / (kRadiusMm * kRadiusMm); });
+  auto view = renderer({kSize, 1});
+  set(*view, {volume});
+  for (const double per_mm : {0.01, 0.04}) {
+    ViewScene scene;
+    // A turned and enlarged volume looks the same from a place that is turned and enlarged.
+    Transform turned;
+    turned.rotation = glm::angleAxis(0.7, glm::normalize(glm::dvec3(1, 2, -1)));
+    turned.scale = glm::dvec3(2.0);
+    turned.translation_m = {0.1, -0.2, 0.05};
+    scene.volumes = {{volume, turned, {}, proportional_look(per_mm)}};
+    const glm::dvec3 from = turned.world_from_volume({0.02, 0.03, 0.12});
+    const Eye eye = eye_at(from, turned.translation_m, 0.6, kSize);
+    const Picture picture = draw(*view, scene, {eye}, kSize)[0];
+    expect_covered(picture, eye, [&](glm::dvec3 origin, glm::dvec3 way) {
+      const glm::dvec3 o = 1e3 * turned.volume_from_world(origin);
+      const glm::dvec3 d = glm::conjugate(turned.rotation) * way;
+      const glm::dvec3 nearest = o - glm::dot(o, d) * d;
+      const double rest = kRadiusMm * kRadiusMm - glm::dot(nearest, nearest);
+      return rest > 0.0 ? per_mm * 4.0 / 3.0 * std::pow(rest, 1.5) / (kRadiusMm * kRadiusMm) : 0.0;
+    });
+  }
+}
+
+}  // namespace
+}  // namespace palpate::test

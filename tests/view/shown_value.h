@@ -1,0 +1,24 @@
+#pragma once
+
+#include "module/haptics/back_track.h"
+#include "module/scene/moving_volume.h"
+
+namespace palpate::test {
+
+/// What the hand reads at a place x (volume space, m) when the sequence stands at `at`:
+/// back-tracked by module/haptics, blended by equation (24). The oracle of the picture. Not closed
+/// over a cycle.
+inline double felt_value(const MovingVolume& volume, FramePointer at, glm::dvec3 x) {
+  const int frames = int(volume.frames.size());
+  const FrameData& frame = *volume.frames[size_t(at.frame)];
+  const FrameData& next = *volume.frames[size_t((at.frame + 1) % frames)];
+  if (at.phase <= 0.0) return frame.scalar(x);
+  const MotionMap* map =
+      volume.motions.empty() ? nullptr : volume.motions[0].steps[size_t(at.frame)].get();
+  if (!map) return (1.0 - at.phase) * frame.scalar(x) + at.phase * next.scalar(x);
+  const BackTrack found = back_track(*map, at.phase, x, x - at.phase * map->displacement(x));
+  return (1.0 - at.phase) * frame.scalar(found.x_m) +
+         at.phase * next.scalar(found.x_m + found.at.u_m);
+}
+
+}  // namespace palpate::test

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <memory>
+
+#include "module/scene/built_in.h"
+#include "module/scene/make_volume.h"
+#include "module/view/volume_renderer.h"
+#include "tests/support/device.h"
+
+namespace palpate::test {
+
+/// A volume that does not move: size^3 samples of spacing_mm, centred on the origin, of a function
+/// of the place (volume space, mm).
+inline std::shared_ptr<const MovingVolume> still_volume(
+    int size, double spacing_mm, const std::function<double(glm::dvec3)>& value) {
+  Volume volume;
+  volume.grid.size = glm::ivec3(size);
+  volume.grid.spacing_mm = glm::dvec3(spacing_mm);
+  volume.grid.origin_mm = glm::dvec3(-0.5 * spacing_mm * (size - 1));
+  for (int k = 0; k < size; ++k)
+    for (int j = 0; j < size; ++j)
+      for (int i = 0; i < size; ++i)
+        volume.values.push_back(
+            float(value(1e3 * volume_from_lps(volume.grid.lps_from_index(glm::dvec3(i, j, k))))));
+  MovingVolume moving;
+  moving.name = "made";
+  moving.times.times_s = {0.0};
+  moving.frames = {sampled_scalar(std::move(volume))};
+  return std::make_shared<const MovingVolume>(std::move(moving));
+}
+
+/// The built-in beating heart.
+inline std::shared_ptr<const MovingVolume> beating_heart() {
+  static const auto heart = std::make_shared<const MovingVolume>(*build(heart_scene().volumes[0]));
+  return heart;
+}
+
+/// Extinction that is proportional to the value: `per_mm` at 1, exact to 1e-4 between 0 and 1.
+inline Look proportional_look(double per_mm) {
+  Look look{"proportional", {}, {1.0, 0.0, 0.0}, 0.0};
+  for (int k = 0; k <= 256; ++k)
+    look.points.push_back({k / 256.0, glm::dvec3(1.0), 1.0 - std::exp(-per_mm * k / 256.0)});
+  return look;
+}
+
+/// Opaque from `level` on, nothing below.
+inline Look step_look(double level) {
+  Look look{"step", {}, {1.0, 0.0, 0.0}, 0.0};
+  look.points = {{level, glm::dvec3(1.0), 0.0}, {level, glm::dvec3(1.0), 0.999}};
+  return look;
+}
+
+/// The depth along the eye's axis of a unit step, the direction of the ray of a pixel, world.
+inline glm::dvec3 ray_of(const Eye& eye, PictureSize size, int x, int y) {
+  const double right = eye.tan_left + (x + 0.5) / size.width * (eye.tan_right - eye.tan_left);
+  const double up = eye.tan_up - (y + 0.5) / size.height * (eye.tan_up - eye.tan_down);
+  return eye.orientation * glm::dvec3(right, up, -1.0);
+}
+
+class ViewTest : public DeviceTest {
+ protected:
+  std::unique_ptr<VolumeRenderer> renderer(const RendererOptions& options) {
+    auto made = VolumeRenderer::make(context(), options);
+    EXPECT_TRUE(made) << made.error().message;
+    return made ? std::move(*made) : nullptr;
+  }
+
+  /// Draws and reads back; fails the test with the renderer's own words.
+  std::vector<Picture> draw(VolumeRenderer& renderer, const ViewScene& scene,
+                            const std::vector<Eye>& eyes, PictureSize size) {
+    std::vector<Picture> pictures;
+    const Status started = renderer.start(scene, eyes, size);
+    EXPECT_TRUE(started) << started.error().message;
+    if (!started) return std::vector<Picture>(eyes.size());
+    for (size_t e = 0; e < eyes.size(); ++e) {
+      Result<Picture> picture = renderer.read_back(int(e));
+      EXPECT_TRUE(picture) << picture.error().message;
+      pictures.push_back(picture ? std::move(*picture) : Picture{});
+    }
+    return pictures;
+  }
+
+  void set(VolumeRenderer& renderer, std::vector<std::shared_ptr<const MovingVolume>> volumes) {
+    const Status status = renderer.set_volumes(volumes);
+    ASSERT_TRUE(status) << status.error().message;
+  }
+};
+
+inline int channel(const Picture& picture, int x, int y, int c) {
+  return int(picture.colours[size_t(y) * size_t(picture.width) + size_t(x)] >> (8 * c) & 255U);
+}
+
+}  // namespace palpate::test
