@@ -18,6 +18,7 @@ Command add_motion(CLI::App& program);
 Command add_check(CLI::App& program);
 Command add_devices(CLI::App& program);
 Command add_demo(CLI::App& program);
+Command add_feel(CLI::App& program);
 Command add_phantom(CLI::App& program);
 
 }  // namespace palpate::app

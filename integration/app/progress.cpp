@@ -12,6 +12,7 @@ namespace {
 
 constexpr int kBarWidth = 24;
 constexpr auto kRedraw = std::chrono::milliseconds(100);
+constexpr auto kLiveLine = std::chrono::seconds(1);
 
 // Before this nothing can be said about the time left.
 constexpr double kEarlyShare = 0.02;
@@ -61,6 +62,22 @@ void Console::progress(double share, std::string_view doing) {
   share_ = std::clamp(share, 0.0, 1.0);
   doing_ = doing;
   draw_bar();
+}
+
+void Console::live(std::string_view line) {
+  if (quiet_) return;
+  const std::lock_guard lock(mutex_);
+  const auto now = Clock::now();
+  if (now - last_live_ < (has_bar_ ? kRedraw : kLiveLine)) return;
+  last_live_ = now;
+  if (has_bar_) {
+    fmt::print(stderr, "\r\033[K{}", line);
+    std::fflush(stderr);
+    drawn_ = true;
+  } else {
+    fmt::print(lines_, "{}\n", line);
+    std::fflush(lines_);
+  }
 }
 
 void Console::end_progress() {

@@ -34,6 +34,10 @@ class Console {
   /// elsewhere silent: the lines say how far it is.
   void progress(double share, std::string_view doing);
 
+  /// What happens now, for work without an end: on a terminal one line that is redrawn, elsewhere a
+  /// line each second. Calls in between are cheap.
+  void live(std::string_view line);
+
   /// Removes the bar; the next progress() starts the clock anew.
   void end_progress();
 
@@ -51,6 +55,7 @@ class Console {
   const bool has_bar_;
   bool running_ = false;
   bool drawn_ = false;
+  Clock::time_point last_live_{};
   double share_ = 0.0;
   std::string doing_;
   Clock::time_point start_;

@@ -29,6 +29,9 @@ Result<SceneSpec> parse_scene(const std::filesystem::path& file, std::string_vie
 /// relative to the file. kBadOutput if it can not be written. Any thread.
 Status write_scene(const SceneSpec& scene, const std::filesystem::path& file);
 
+/// The same as text; paths relative to where `file` would be. Any thread.
+std::string scene_text(const SceneSpec& scene, const std::filesystem::path& file = "scene.json");
+
 /// Whether a key of a mode has an effect on modes of this kind; a user's own kinds may use all. One
 /// without effect is refused.
 bool mode_key_applies(std::string_view kind, std::string_view key);

@@ -129,9 +129,13 @@ class SceneWriter {
 
 }  // namespace
 
-Status write_scene(const SceneSpec& scene, const fs::path& file) {
+std::string scene_text(const SceneSpec& scene, const fs::path& file) {
   const Json json = SceneWriter(file).scene(scene);
-  return write_text(file, json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+Status write_scene(const SceneSpec& scene, const fs::path& file) {
+  return write_text(file, scene_text(scene, file));
 }
 
 }  // namespace palpate::files

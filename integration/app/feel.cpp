@@ -1,0 +1,342 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <thread>
+
+#include "integration/app/cancel.h"
+#include "integration/app/commands.h"
+#include "integration/app/exit_code.h"
+#include "integration/app/feel_report.h"
+#include "integration/app/force_device.h"
+#include "integration/app/live_motion.h"
+#include "integration/app/palpation.h"
+#include "integration/app/replay.h"
+#include "integration/app/tick_log.h"
+#include "module/haptics/black_box.h"
+#include "module/haptics/emergency.h"
+#include "module/haptics/recording.h"
+
+namespace palpate::app {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+struct FeelCommand {
+  std::vector<fs::path> inputs;
+  SequenceChoices sequence;
+  ForceDeviceChoice device;
+  DeviceOptions gpu;
+  std::string preset = "balanced";
+  std::string scale = "fit";
+  double seconds = 0.0;
+  double stiffness_n_per_m = 0.0, max_force_n = 0.0;
+  double watchdog_ms = 0.0;
+  fs::path csv, picture, record, replay;
+  fs::path black_box = ".";
+  int core = -1;
+  bool dead_man = false, no_real_time = false, no_motion = false, quiet = false;
+};
+
+/// A hand that is not there can not be hurt by a late frame, and this machine may be busy.
+constexpr double kWatchdog_ms = 5.0, kSimulatedWatchdog_ms = 50.0;
+
+HapticsOptions haptics_options(const FeelCommand& command, const SceneSpec& spec, bool simulated) {
+  HapticsOptions options;
+  options.safety.max_force_n = spec.max_force_n;
+  options.safety.dead_man = command.dead_man;
+  const double watchdog_ms = command.watchdog_ms > 0.0 ? command.watchdog_ms
+                             : simulated               ? kSimulatedWatchdog_ms
+                                                       : kWatchdog_ms;
+  options.safety.late_s = 1e-3 * watchdog_ms;
+  options.safety.stale_s = std::max(options.safety.stale_s, 2.0 * options.safety.late_s);
+  return options;
+}
+
+ServoOptions servo_options(const FeelCommand& command, const HapticsOptions& haptics) {
+  ServoOptions options;
+  options.loop.watchdog_ns = int64_t(1e9 * haptics.safety.late_s);
+  options.real_time.core = command.core;
+  if (command.no_real_time)
+    options.real_time = {
+        .priority = 0, .core = command.core, .lock_memory = false, .cores_awake = false};
+  return options;
+}
+
+/// What can be said of the scene and the device before anything is felt.
+void announce(const FeelCommand& command, const FeltScene& scene, const OpenedDevice& opened,
+              const Haptics* haptics, Console& console) {
+  for (size_t v = 0; v < scene.data.size(); ++v) {
+    const MovingVolume& volume = *scene.data[v];
+    const size_t frames = volume.frames.size();
+    console.say(fmt::format(
+        "Volume    {}: {}", volume.name,
+        frames == 1
+            ? "one frame, which stands still"
+            : fmt::format("{} frames in {:.3g} s{}", frames, volume.times.length_s(),
+                          volume.motions.empty()
+                              ? command.no_motion ? ", felt frame by frame"
+                                                  : ", felt at once while its motion is estimated"
+                              : ", with its motion")));
+  }
+  console.say(fmt::format("Device    {}", opened.why));
+  for (const std::string& note : scene.notes) console.say("Note      " + note);
+  (void)haptics;
+}
+
+/// One run of the loop with everything that listens to it.
+class FeelRun {
+ public:
+  FeelRun(const FeelCommand& command, Console& console) : command_(command), console_(console) {}
+
+  int run(std::stop_token stop) {
+    auto scene = load_felt_scene(command_.inputs, command_.sequence);
+    if (!scene) return fail(console_, scene.error());
+    apply_choices(*scene);
+    auto opened = open_force_device(command_.device, *scene);
+    if (!opened) return fail(console_, opened.error());
+    opened_ = std::move(*opened);
+    // Only now is it known how far the device reaches; a path that touches the data is found anew.
+    if (scene->from_sequence && command_.scale == "fit") {
+      fit_to_reach(*scene, opened_.device->info());
+      if (opened_.simulated) {
+        auto again = open_force_device(command_.device, *scene);
+        if (!again) return fail(console_, again.error());
+        opened_ = std::move(*again);
+      }
+    }
+    announce(command_, *scene, opened_, nullptr, console_);
+    if (const Status ready = start_listeners(*scene); !ready) return fail(console_, ready.error());
+    const FeltScene at_start = *scene;
+    if (const Status started = start(std::move(*scene)); !started)
+      return fail(console_, started.error());
+    feel(at_start, stop);
+    return finish();
+  }
+
+ private:
+  void apply_choices(FeltScene& scene) const {
+    if (command_.stiffness_n_per_m > 0.0) scene.spec.stiffness_n_per_m = command_.stiffness_n_per_m;
+    if (command_.max_force_n > 0.0) scene.spec.max_force_n = command_.max_force_n;
+    if (scene.from_sequence && command_.scale != "fit")
+      scene.spec.volumes[0].transform.scale = glm::dvec3(std::stod(command_.scale));
+    if (command_.no_motion || !command_.record.empty()) scene.missing.clear();
+  }
+
+  Status start_listeners(const FeltScene& scene) {
+    auto log = TickLog::start(command_.csv);
+    if (!log) return log.error();
+    log_ = std::move(*log);
+    BlackBoxOptions box;
+    box.folder = command_.black_box;
+    black_box_ = std::make_unique<BlackBox>(box);
+    if (command_.record.empty()) return Nothing{};
+    auto recorder = Recorder::start(
+        command_.record, replay_key(scene, opened_.device->info(), options(scene)), 1'000'000);
+    if (!recorder) return recorder.error();
+    recorder_ = std::move(*recorder);
+    return Nothing{};
+  }
+
+  HapticsOptions options(const FeltScene& scene) const {
+    return haptics_options(command_, scene.spec, opened_.simulated);
+  }
+
+  Status start(FeltScene scene) {
+    const HapticsOptions haptics = options(scene);
+    ServoOptions servo = servo_options(command_, haptics);
+    servo.listeners = {log_.get(), black_box_.get(), recorder_.get()};
+    const double wanted = scene.spec.stiffness_n_per_m;
+    auto started = Palpation::start(std::move(scene), *opened_.device, haptics, servo);
+    if (!started) return started.error();
+    palpation_ = std::move(*started);
+    const double given =
+        Haptics(haptics, opened_.device->info()).stiffness_on_device(*palpation_->scene(), wanted);
+    if (given < wanted)
+      console_.say(fmt::format(
+          "Note      The spring is {:.0f} N/m instead of {:.0f}: more would make this device hum.",
+          given, wanted));
+    return Nothing{};
+  }
+
+  double seconds_to_run() const {
+    if (command_.seconds > 0.0) return command_.seconds;
+    return opened_.simulated ? opened_.path_s + 0.5 : 1e12;
+  }
+
+  void feel(const FeltScene& scene, std::stop_token stop) {
+    LiveMotion motion(
+        scene, command_.gpu, command_.preset,
+        [this](size_t volume, size_t step, std::shared_ptr<const MotionMap> map) {
+          return palpation_->take_motion(volume, step, std::move(map));
+        },
+        console_);
+    const auto begin = Clock::now();
+    const double most_s = seconds_to_run();
+    TickOutput tick;
+    size_t told = 0;
+    for (double now_s = 0.0; now_s < most_s && !stop.stop_requested() && !emergency::is_asked();
+         now_s = std::chrono::duration<double>(Clock::now() - begin).count()) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      palpation_->servo().newest(0, tick);
+      std::string line = live_text(tick, palpation_->servo().statistics(), now_s);
+      if (!motion.is_done())
+        line += fmt::format("  motion {} of {} steps", motion.steps_known(), motion.steps());
+      console_.live(line);
+      if (motion.is_done() && motion.steps() > 0 && told++ == 0) tell_motion(motion);
+    }
+    console_.end_progress();
+    palpation_->stop();
+  }
+
+  void tell_motion(const LiveMotion& motion) {
+    if (!motion.trouble().empty())
+      console_.complain("palpate: The motion is not known, so it is felt frame by frame: " +
+                        motion.trouble());
+    else
+      console_.say(fmt::format("Motion    {} steps known after {:.1f} s, while they were felt",
+                               motion.steps(), motion.seconds()));
+  }
+
+  int finish() {
+    Status done = log_->finish();
+    if (recorder_) {
+      const Status recorded = recorder_->finish();
+      if (done) done = recorded;
+    }
+    const auto& rows = log_->rows();
+    if (!command_.picture.empty() && done)
+      done = write_feel_picture(
+          command_.picture.string(),
+          fmt::format("Feeling {}", command_.inputs.front().filename().string()), rows);
+    console_.say(summary_text(numbers_of(rows), palpation_->servo().statistics(),
+                              palpation_->servo().report(), palpation_->haptics().tank().ledger()));
+    for (const fs::path& file : black_box_->files())
+      console_.say(fmt::format("Wrote     {}: the ticks around a fault", file.string()));
+    if (!command_.csv.empty()) console_.say(fmt::format("Wrote     {}", command_.csv.string()));
+    if (!command_.picture.empty())
+      console_.say(fmt::format("Wrote     {}", command_.picture.string()));
+    if (!command_.record.empty())
+      console_.say(fmt::format("Wrote     {}", command_.record.string()));
+    return done ? kExitOk : fail(console_, done.error());
+  }
+
+  const FeelCommand& command_;
+  Console& console_;
+  OpenedDevice opened_;
+  std::unique_ptr<TickLog> log_;
+  std::unique_ptr<BlackBox> black_box_;
+  std::unique_ptr<Recorder> recorder_;
+  std::unique_ptr<Palpation> palpation_;  ///< last: its servo thread ends first
+};
+
+int replay_run(const FeelCommand& command, Console& console) {
+  auto scene = load_felt_scene(command.inputs, command.sequence);
+  if (!scene) return fail(console, scene.error());
+  const auto replayed = replay_felt(*scene, command.replay);
+  if (!replayed) return fail(console, replayed.error());
+  console.say(fmt::format("Replayed  {} ticks: {}", replayed->ticks, replay_text(*replayed)));
+  return replayed->different ? kExitFailed : kExitOk;
+}
+
+int run(const FeelCommand& command) {
+  // In this order: the handlers of emergency stay in place below the waiting for Ctrl-C.
+  emergency::install();
+  const CancelOnSignal cancel;
+  Console console(command.quiet, false);
+  if (!command.replay.empty()) return replay_run(command, console);
+  return FeelRun(command, console).run(cancel.token());
+}
+
+void add_device(CLI::App& app, FeelCommand& command) {
+  app.add_option("--device", command.device.device, "Force device")
+      ->check(CLI::IsMember({"auto", "falcon", "simulated"}))
+      ->capture_default_str();
+  app.add_option("--falcon-firmware", command.device.falcon_firmware,
+                 "Your own copy of the Falcon's firmware; palpate ships none");
+  app.add_option("--path", command.device.path,
+                 "Simulated hand: press, tap, stroke, circle, sweep, or a file of t_s,x_m,y_m,z_m")
+      ->capture_default_str();
+  app.add_option("--hand", command.device.hand, "Simulated hand: human, loose, firm, none")
+      ->capture_default_str();
+  app.add_option("--lets-go", command.device.lets_go_at_s,
+                 "Simulated hand: lets go after so many s");
+  app.add_option("--stiffness", command.stiffness_n_per_m,
+                 "Of the spring, N/m, instead of the scene's")
+      ->check(CLI::Range(1.0, 1e5));
+  app.add_option("--max-force", command.max_force_n, "N, instead of the scene's")
+      ->check(CLI::Range(0.01, 100.0));
+  app.add_flag("--dead-man", command.dead_man, "Force only while a button of the device is held");
+}
+
+void add_loop(CLI::App& app, FeelCommand& command) {
+  app.add_option("--seconds", command.seconds,
+                 "End after so long; else with the simulated hand's path, or at Ctrl-C")
+      ->check(CLI::Range(0.1, 1e6));
+  app.add_option("--core", command.core, "Pin the servo thread to this core");
+  app.add_flag("--no-real-time", command.no_real_time,
+               "Ask the system for no priority and no locked memory");
+  app.add_option("--watchdog", command.watchdog_ms,
+                 "A tick later than this is a fault, ms (5; simulated: 50)")
+      ->check(CLI::Range(1.0, 1000.0));
+}
+
+void add_sequence(CLI::App& app, FeelCommand& command) {
+  app.add_option("--level", command.sequence.level,
+                 "Value of the surface to feel; else found in the data");
+  app.add_option("--width", command.sequence.width,
+                 "Over so many values around it the strength rises");
+  app.add_option("--strength", command.sequence.strength_n, "N that the surface holds")
+      ->capture_default_str();
+  app.add_option("--friction", command.sequence.friction, "Coulomb's mu")->capture_default_str();
+  app.add_option("--fps", command.sequence.frames_per_second,
+                 "Frames per second, instead of the file's times");
+  app.add_option(
+         "--fields", command.sequence.fields,
+         "Folder with the fields of 'palpate motion'; else they are estimated while it is felt")
+      ->check(CLI::ExistingDirectory);
+  app.add_option("--preset", command.preset, "Effort of the estimation, as in 'palpate motion'")
+      ->capture_default_str();
+  app.add_option("--scale", command.scale,
+                 "Size of the volume: fit (into the device's reach), or a number")
+      ->check([](const std::string& text) {
+        char* end = nullptr;
+        const double scale = std::strtod(text.c_str(), &end);
+        const bool number = *end == '\0' && scale >= 1e-4 && scale <= 1e4;
+        return text == "fit" || number ? std::string() : "is 'fit' or a number from 1e-4 to 1e4";
+      })
+      ->capture_default_str();
+  app.add_flag("--no-motion", command.no_motion,
+               "Feel the frames as they are, without motion between them");
+  app.add_flag("!--not-cyclic", command.sequence.cyclic,
+               "The last frame does not lead back to the first");
+}
+
+}  // namespace
+
+Command add_feel(CLI::App& program) {
+  auto command = std::make_shared<FeelCommand>();
+  CLI::App* app = program.add_subcommand(
+      "feel", "Feel heart, molecule, a scene file (.json) or a sequence, at 1 kHz");
+  app->add_option("input", command->inputs,
+                  "heart, molecule, a scene file, or a sequence as in 'palpate motion'")
+      ->required();
+  add_device(*app, *command);
+  add_loop(*app, *command);
+  add_sequence(*app, *command);
+  app->add_option("--csv", command->csv, "Write every tick");
+  app->add_option("--picture", command->picture, "Draw force, depth and phase over time (PNG)");
+  app->add_option("--record", command->record, "Record all that the loop depends on");
+  app->add_option("--replay", command->replay,
+                  "Run a recording again, without a device, and compare every bit")
+      ->check(CLI::ExistingFile);
+  app->add_option("--black-box", command->black_box, "Folder for the ticks around a fault")
+      ->check(CLI::ExistingDirectory)
+      ->capture_default_str();
+  app->add_option("--gpu", command->gpu.device,
+                  "Vulkan device for the estimation: number or part of a name");
+  app->add_flag("--quiet", command->quiet, "Print errors only");
+  return {app, [command] { return run(*command); }};
+}
+
+}  // namespace palpate::app

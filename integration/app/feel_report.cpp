@@ -1,0 +1,165 @@
+#include "integration/app/feel_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "integration/charts/timeline.h"
+
+namespace palpate::app {
+namespace {
+
+constexpr charts::Color kForce{0.80, 0.24, 0.16}, kWanted{0.93, 0.69, 0.55},
+    kDepth{0.13, 0.42, 0.62}, kPhase{0.25, 0.50, 0.30};
+
+double us(int64_t ns) {
+  return double(ns) * 1e-3;
+}
+
+void count_cause(FeelNumbers& numbers, const TickRow& row) {
+  if (row.cause == Cause::kNone) return;
+  const DeviceFault fault = row.cause == Cause::kDevice ? row.fault : DeviceFault::kNone;
+  for (CauseTime& known : numbers.causes)
+    if (known.cause == row.cause && known.fault == fault) {
+      known.seconds += row.dt_s;
+      return;
+    }
+  numbers.causes.push_back({row.cause, fault, row.dt_s, row.time_s});
+}
+
+std::string cause_line(const CauseTime& cause) {
+  const char* why =
+      cause.fault != DeviceFault::kNone ? sentence(cause.fault) : sentence(cause.cause);
+  return fmt::format("  {:<15} {:>7.2f} s, first at {:.2f} s: {}\n", word(cause.cause),
+                     cause.seconds, cause.from_s, why);
+}
+
+/// Stretches of ticks under one cause other than none and the usual start.
+std::vector<charts::Span> spans_of(const std::vector<TickRow>& rows) {
+  std::vector<charts::Span> spans;
+  Cause running = Cause::kNone;
+  for (const TickRow& row : rows) {
+    if (row.cause != running && row.cause != Cause::kNone)
+      spans.push_back({row.time_s, row.time_s, word(row.cause)});
+    running = row.cause;
+    if (running != Cause::kNone) spans.back().to = row.time_s + row.dt_s;
+  }
+  return spans;
+}
+
+}  // namespace
+
+FeelNumbers numbers_of(const std::vector<TickRow>& rows) {
+  FeelNumbers numbers;
+  double force_s = 0.0;
+  glm::dvec3 before(0.0);
+  for (const TickRow& row : rows) {
+    const double dt = std::clamp(row.dt_s, 0.0, 0.1);
+    numbers.seconds += dt;
+    const double force = glm::length(row.force_n);
+    numbers.most_force_n = std::max(numbers.most_force_n, force);
+    if (dt > 0.0)
+      numbers.steepest_n_per_ms =
+          std::max(numbers.steepest_n_per_ms, glm::length(row.force_n - before) / (dt * 1e3));
+    before = row.force_n;
+    if (row.in_contact) {
+      numbers.touched_s += dt;
+      force_s += force * dt;
+      numbers.deepest_m = std::max(numbers.deepest_m, glm::distance(row.probe_m, row.proxy_m));
+    }
+    numbers.worst_residual_m = std::max(numbers.worst_residual_m, row.residual_m);
+    numbers.most_newton_steps = std::max(numbers.most_newton_steps, int(row.newton_steps));
+    numbers.held += row.held;
+    count_cause(numbers, row);
+  }
+  if (numbers.touched_s > 0.0) numbers.mean_force_n = force_s / numbers.touched_s;
+  std::sort(numbers.causes.begin(), numbers.causes.end(),
+            [](const CauseTime& a, const CauseTime& b) { return a.seconds > b.seconds; });
+  return numbers;
+}
+
+std::string live_text(const TickOutput& tick, const ServoStatistics& statistics, double seconds) {
+  const uint64_t ticks = statistics.ticks.load();
+  const double mean_ns = statistics.period.mean_ns();
+  const char* state = tick.cause != Cause::kNone ? word(tick.cause)
+                      : tick.command.in_contact  ? "touching"
+                                                 : "free";
+  return fmt::format("{:7.1f} s  {:5.0f} Hz  {:5.2f} N  phase {:5.2f}  {}{}", seconds,
+                     mean_ns > 0.0 && ticks > 1 ? 1e9 / mean_ns : 0.0,
+                     glm::length(tick.command.force_n), tick.first.frame + tick.first.phase, state,
+                     tick.cause == Cause::kDevice ? fmt::format(": {}", sentence(tick.fault)) : "");
+}
+
+std::string summary_text(const FeelNumbers& n, const ServoStatistics& statistics,
+                         const ServoReport& report, const EnergyLedger& energy) {
+  std::string text = fmt::format(
+      "\nFelt      {:.1f} s, of which {:.1f} s touching: {:.2f} N on average, {:.2f} N at most,\n"
+      "          the hand up to {:.1f} mm behind the surface; no change above {:.3f} N per ms\n",
+      n.seconds, n.touched_s, n.mean_force_n, n.most_force_n, 1e3 * n.deepest_m,
+      n.steepest_n_per_ms);
+  if (n.most_newton_steps > 0)
+    text += fmt::format(
+        "Motion    turned around in {} steps at most, to {:.2g} um; {} ticks held their point\n",
+        n.most_newton_steps, 1e6 * n.worst_residual_m, n.held);
+  text += fmt::format(
+      "Energy    the scene gave {:.2f} mJ to the hand and took {:.2f} mJ; {:.2f} mJ were refused\n",
+      1e3 * energy.put_in_j, 1e3 * energy.dissipated_j, 1e3 * energy.refused_j);
+  text += fmt::format(
+      "Loop      {} ticks; period median {:.0f}, p99.9 {:.0f}, most {:.0f} us\n"
+      "          tick median {:.2f}, p99.99 {:.1f} us; device median {:.1f} us; {} periods "
+      "missed\n",
+      statistics.ticks.load(), us(statistics.period.quantile_ns(0.5)),
+      us(statistics.period.quantile_ns(0.999)), us(statistics.period.most_ns()),
+      us(statistics.tick.quantile_ns(0.5)), us(statistics.tick.quantile_ns(0.9999)),
+      us(statistics.device.quantile_ns(0.5)), statistics.all_misses());
+  for (int m = 0; m < kMissCauses; ++m)
+    if (const uint64_t misses = statistics.misses[size_t(m)].load())
+      text += fmt::format("          {} because of {}\n", misses, word(MissCause(m)));
+  text += fmt::format("System    {}", report.kernel);
+  for (const ServoReport::Item& item : report.items)
+    text += fmt::format("; {}{}", item.obtained ? "" : "no ", item.what);
+  text += "\n";
+  for (const ServoReport::Item& item : report.items)
+    if (!item.obtained) text += "          " + item.sentence + "\n";
+  if (!n.causes.empty()) {
+    text += "When the force was not the scene's\n";
+    for (const CauseTime& cause : n.causes) text += cause_line(cause);
+  }
+  return text;
+}
+
+Status write_feel_picture(const std::string& path, const std::string& title,
+                          const std::vector<TickRow>& rows) {
+  charts::Timeline timeline;
+  timeline.title = title;
+  const FeelNumbers n = numbers_of(rows);
+  timeline.subtitle = fmt::format(
+      "{:.1f} s, {:.1f} s touching: {:.2f} N on average, {:.2f} N at most, up to {:.1f} mm deep",
+      n.seconds, n.touched_s, n.mean_force_n, n.most_force_n, 1e3 * n.deepest_m);
+  charts::Strip force{
+      "force, N", {{"the scene's", {}, kWanted}, {"to the hand", {}, kForce, 2.0}}, spans_of(rows)};
+  charts::Strip depth{"behind the surface, mm", {{"", {}, kDepth, 2.0}}, {}};
+  charts::Strip phase{"frame and phase", {{"", {}, kPhase, 1.6}}, {}};
+  force.share = 2.0;
+  phase.share = 0.6;
+  double last = rows.empty() ? 0.0 : rows.front().pointer;
+  bool moves = false;
+  for (const TickRow& row : rows) {
+    timeline.x.push_back(row.time_s);
+    force.curves[0].values.push_back(glm::length(row.wanted_n));
+    force.curves[1].values.push_back(glm::length(row.force_n));
+    depth.curves[0].values.push_back(1e3 * glm::distance(row.probe_m, row.proxy_m));
+    // From the last frame to the first is no way on the paper.
+    const bool turned = std::abs(row.pointer - last) > 0.9;
+    phase.curves[0].values.push_back(turned ? std::nan("") : row.pointer);
+    moves |= row.pointer != last;
+    last = row.pointer;
+  }
+  force.low = depth.low = 0.0;
+  timeline.strips = {force, depth};
+  if (moves) timeline.strips.push_back(phase);
+  return charts::write_timeline(path, timeline);
+}
+
+}  // namespace palpate::app

@@ -1,0 +1,223 @@
+#include "integration/app/felt_scene.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "integration/app/summary.h"
+#include "integration/files/read_sequence.h"
+#include "integration/files/read_volume.h"
+#include "integration/files/scene_file.h"
+#include "integration/files/sentences.h"
+#include "module/scene/built_in.h"
+#include "module/scene/make_volume.h"
+
+namespace palpate::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The fields that a path stands for: itself, or of a folder its motion_*, in the order of their
+/// frames (palpate motion pads the numbers), or all its images if none is called so.
+Result<std::vector<fs::path>> files_of(const std::vector<fs::path>& paths, const char* prefix) {
+  std::vector<fs::path> files;
+  std::error_code error;
+  for (const fs::path& path : paths) {
+    if (!fs::is_directory(path, error)) {
+      files.push_back(path);
+      continue;
+    }
+    std::vector<fs::path> named, all;
+    for (const auto& entry : fs::directory_iterator(path, error)) {
+      if (!has_image_ending(entry.path())) continue;
+      all.push_back(entry.path());
+      if (entry.path().filename().string().starts_with(prefix)) named.push_back(entry.path());
+    }
+    std::vector<fs::path>& found = named.empty() ? all : named;
+    if (found.empty())
+      return files::bad_input(path, "holds no fields: name the folder that palpate motion filled");
+    std::sort(found.begin(), found.end());
+    files.insert(files.end(), found.begin(), found.end());
+  }
+  return files;
+}
+
+Result<MotionData> read_motion(const MotionSpec& spec) {
+  MotionData motion;
+  const auto fields = files_of(spec.fields, "motion_");
+  if (!fields) return fields.error();
+  for (const fs::path& file : *fields) {
+    auto field = files::read_field(file);
+    if (!field) return field.error();
+    motion.fields.push_back(std::move(*field));
+  }
+  const auto confidences = files_of(spec.confidences, "confidence_");
+  if (!confidences) return confidences.error();
+  for (const fs::path& file : *confidences) {
+    auto volume = files::read_volume(file);
+    if (!volume) return volume.error();
+    motion.confidences.push_back({volume->grid, std::move(volume->values)});
+  }
+  return motion;
+}
+
+/// All frames of files, a single one included. `first` (may be null) gets a copy of the first.
+Result<Sequence> read_frames(const std::vector<fs::path>& inputs, Volume* first) {
+  auto reader = files::SequenceReader::open(inputs);
+  if (!reader) return reader.error();
+  Sequence sequence;
+  sequence.name = reader->name();
+  for (size_t k = 0; k < reader->frame_count(); ++k) {
+    auto frame = reader->frame(k);
+    if (!frame) return frame.error();
+    if (k == 0 && first) *first = *frame;
+    sequence.frames.push_back(std::move(*frame));
+  }
+  sequence.times_known = reader->times_known();
+  if (sequence.times_known) sequence.times_s = reader->times_s();
+  return sequence;
+}
+
+Result<MovingVolume> read_volume_of(const VolumeSpec& spec, Volume* first = nullptr) {
+  if (!spec.source.empty()) return build(spec);
+  VolumeData data;
+  auto frames = read_frames(spec.files, first);
+  if (!frames) return frames.error();
+  data.frames = std::move(*frames);
+  for (const MotionSpec& motion : spec.motions) {
+    auto read = read_motion(motion);
+    if (!read) return read.error();
+    data.motions.push_back(std::move(*read));
+  }
+  return build(spec, std::move(data));
+}
+
+/// Adds a volume with its data at its place.
+void add(FeltScene& scene, size_t v, MovingVolume volume) {
+  VolumeSpec& spec = scene.spec.volumes[v];
+  spec.transform = start_transform(spec, volume);
+  spec.centred = false;
+  if (!volume.is_still() && volume.motions.empty() && spec.source.empty())
+    scene.missing.push_back({v, spec.files});
+  scene.data.push_back(std::make_shared<const MovingVolume>(std::move(volume)));
+}
+
+Result<FeltScene> of_spec(std::string name, SceneSpec spec) {
+  FeltScene scene;
+  scene.name = std::move(name);
+  scene.spec = std::move(spec);
+  for (size_t v = 0; v < scene.spec.volumes.size(); ++v) {
+    auto volume = read_volume_of(scene.spec.volumes[v]);
+    if (!volume) return volume.error();
+    add(scene, v, std::move(*volume));
+  }
+  return scene;
+}
+
+Result<FeltScene> of_sequence(const std::vector<fs::path>& inputs, const SequenceChoices& choices) {
+  FeltScene scene;
+  scene.name = inputs.front().string();
+  scene.from_sequence = true;
+  VolumeSpec spec;
+  spec.name = inputs.front().stem().string();
+  spec.files = inputs;
+  spec.frames_per_second = choices.frames_per_second;
+  spec.cyclic = choices.cyclic;
+  if (!choices.fields.empty()) {
+    MotionSpec motion;
+    motion.fields = {choices.fields};
+    std::error_code error;
+    for (const auto& entry : fs::directory_iterator(choices.fields, error))
+      if (entry.path().filename().string().starts_with("confidence_"))
+        motion.confidences = {choices.fields};
+    spec.motions = {motion};
+  }
+  Volume first;
+  auto volume = read_volume_of(spec, &first);
+  if (!volume) return volume.error();
+  const Surface found = surface_between_groups(first);
+  const double level = choices.level.value_or(found.level);
+  const double width = choices.width.value_or(found.width);
+  auto strength = TransferFunction::window(level, width, choices.strength_n);
+  if (!strength) return strength.error();
+  if (!choices.level)
+    scene.notes.push_back(fmt::format(
+        "The surface to feel is put at {:.4g}, between the two main groups of values: --level says "
+        "otherwise.",
+        level));
+  ModeSpec surface;
+  surface.name = "surface";
+  surface.volume = spec.name;
+  surface.strength = *strength;
+  surface.friction = TransferFunction::constant(choices.friction);
+  scene.spec.modes = {surface};
+  scene.spec.volumes = {spec};
+  add(scene, 0, std::move(*volume));
+  return scene;
+}
+
+}  // namespace
+
+Surface surface_between_groups(const Volume& frame) {
+  const auto [low, high] = std::minmax_element(frame.values.begin(), frame.values.end());
+  if (low == frame.values.end() || !(*high > *low))
+    return {frame.values.empty() ? 0.0 : double(*low), 0.0};
+  constexpr int kBins = 512;
+  std::array<double, kBins> bins{};
+  const double first = *low, width = (double(*high) - first) / kBins;
+  for (const float value : frame.values)
+    bins[size_t(std::clamp(int((value - first) / width), 0, kBins - 1))] += 1.0;
+  double all = 0.0, sum = 0.0;
+  for (int b = 0; b < kBins; ++b) all += bins[size_t(b)], sum += bins[size_t(b)] * b;
+  double below = 0.0, sum_below = 0.0, best = -1.0;
+  Surface surface;
+  for (int b = 0; b + 1 < kBins; ++b) {
+    below += bins[size_t(b)];
+    sum_below += bins[size_t(b)] * b;
+    if (below == 0.0 || below == all) continue;
+    const double mean_below = sum_below / below;
+    const double mean_above = (sum - sum_below) / (all - below);
+    const double between =
+        below * (all - below) * (mean_above - mean_below) * (mean_above - mean_below);
+    if (between <= best) continue;
+    best = between;
+    surface.level = first + width * 0.5 * (mean_below + mean_above + 1.0);
+    surface.width = 0.25 * width * (mean_above - mean_below);
+  }
+  return surface;
+}
+
+Result<FeltScene> load_felt_scene(const std::vector<fs::path>& inputs,
+                                  const SequenceChoices& choices) {
+  const std::string name = inputs.front().string();
+  if (inputs.size() == 1 && name == "heart") return of_spec(name, heart_scene());
+  if (inputs.size() == 1 && name == "molecule") return of_spec(name, molecule_scene());
+  if (inputs.size() == 1 && inputs.front().extension() == ".json") {
+    auto spec = files::read_scene(inputs.front());
+    if (!spec) return spec.error();
+    return of_spec(name, std::move(*spec));
+  }
+  return of_sequence(inputs, choices);
+}
+
+double fit_to_reach(FeltScene& scene, const DeviceInfo& device) {
+  VolumeSpec& spec = scene.spec.volumes.front();
+  const FrameData& frame = *scene.data.front()->frames.front();
+  const glm::dvec3 size = frame.high_m() - frame.low_m();
+  const double longest = std::max({size.x, size.y, size.z});
+  // Seven tenths of the reach on either side: corners stick out, and the hand has to come free.
+  const double room = 2.0 * 0.7 * device.workspace_radius_m;
+  if (!(room > 0.0) || longest <= room) return 1.0;
+  const double scale = room / longest;
+  const glm::dvec3 middle = 0.5 * (frame.low_m() + frame.high_m());
+  const glm::dvec3 world = spec.transform.world_from_volume(middle);
+  spec.transform.scale *= scale;
+  spec.transform.translation_m = world - spec.transform.rotation * (spec.transform.scale * middle);
+  scene.notes.push_back(fmt::format(
+      "It is shown at {:.2g} of its size so that the device reaches all of it.", scale));
+  return scale;
+}
+
+}  // namespace palpate::app

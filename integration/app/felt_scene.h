@@ -1,0 +1,61 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "compute/volume/result.h"
+#include "integration/app/frames.h"
+#include "module/haptics/device.h"
+#include "module/scene/moving_volume.h"
+#include "module/scene/scene.h"
+
+namespace palpate::app {
+
+/// How a sequence that comes without a scene is to be felt.
+struct SequenceChoices {
+  std::optional<double> level;  ///< the surface's value; none: found in the data
+  std::optional<double> width;
+  double strength_n = 4.0;
+  double friction = 0.2;
+  double frames_per_second = 0.0;  ///< 0: as the file says
+  std::filesystem::path fields;    ///< folder with fields of palpate motion; empty: none
+  bool cyclic = true;
+};
+
+/// A motion that no file gives: to be estimated while the data are felt.
+struct MissingMotion {
+  size_t volume = 0;
+  std::vector<std::filesystem::path> inputs;
+};
+
+/// A scene with its data, ready to be assembled. Transforms are those at the start.
+struct FeltScene {
+  std::string name;  ///< "heart", or the file
+  SceneSpec spec;
+  std::vector<std::shared_ptr<const MovingVolume>> data;  ///< one per volume, in order
+  std::vector<MissingMotion> missing;
+  std::vector<std::string> notes;  ///< what was chosen for the person, a sentence each
+  bool from_sequence = false;      ///< no scene file said where it is: it may be fitted to a device
+};
+
+/// "heart" or "molecule", a scene file (.json), or a sequence: a 4D file, a folder, a list of 3D
+/// files, or a single frame. kBadInput in one sentence. Any thread.
+Result<FeltScene> load_felt_scene(const std::vector<std::filesystem::path>& inputs,
+                                  const SequenceChoices& choices);
+
+/// The value that parts a frame best into two groups (Otsu 1979), and how soft the edge between
+/// them is taken: a quarter of the distance of their means. For data with one value only, that.
+struct Surface {
+  double level = 0.0;
+  double width = 0.0;
+};
+Surface surface_between_groups(const Volume& frame);
+
+/// Shrinks a sequence's volume so that its longest edge fits the device's reach; a smaller one
+/// stays as it is. Returns the scale.
+double fit_to_reach(FeltScene& scene, const DeviceInfo& device);
+
+}  // namespace palpate::app

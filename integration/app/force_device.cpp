@@ -1,0 +1,93 @@
+#include "integration/app/force_device.h"
+
+#include <fmt/format.h>
+
+#include <thread>
+
+#include "integration/app/touch.h"
+#include "integration/devices/falcon.h"
+#include "integration/devices/made_paths.h"
+
+namespace palpate::app {
+namespace {
+
+constexpr int kTrials = 100;  // of 10 ms: an open device answers in far less
+
+/// Whether a device is there at all. Its firmware or homing may still be in the way.
+bool answers(ForceDevice& device) {
+  for (int k = 0; k < kTrials; ++k) {
+    const DeviceFault fault = device.exchange({}).fault;
+    if (fault != DeviceFault::kNotOpened && fault != DeviceFault::kUnplugged) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  return false;
+}
+
+Result<OpenedDevice> simulated(const ForceDeviceChoice& choice, const FeltScene& scene,
+                               std::string why) {
+  auto options = simulated_options(choice);
+  if (!options) return options.error();
+  const DeviceInfo info = devices::SimulatedDevice(*options).info();
+  const auto touch = place_to_touch(scene, info);
+  devices::PathPlace place;
+  if (touch) {
+    place = *touch;
+  } else {
+    // Nothing to press: the hand goes round in the middle of what there is.
+    place.surface_m = info.workspace_centre_m;
+    place.reach_m = 0.4 * info.workspace_radius_m;
+    place.depth_m = 0.0;
+    place.clearance_m = 0.2 * info.workspace_radius_m;
+    place.times = 2;
+  }
+  const bool circle = !touch && choice.path == "press";
+  auto path = devices::path_named(circle ? "circle" : choice.path, place);
+  if (!path) return path.error();
+  options->path = *path;
+  OpenedDevice opened;
+  opened.why = fmt::format("{} {}", why,
+                           circle ? "Its hand goes round in circles: there is no surface to press."
+                                  : fmt::format("Its hand follows the path '{}'.", choice.path));
+  opened.simulated = true;
+  opened.path_s = path->duration_s();
+  opened.device = std::make_unique<devices::SimulatedDevice>(std::move(*options));
+  return opened;
+}
+
+}  // namespace
+
+Result<devices::SimulatedOptions> simulated_options(const ForceDeviceChoice& choice) {
+  devices::SimulatedOptions options;
+  options.real_time = true;
+  options.lets_go_at_s = choice.lets_go_at_s;
+  if (choice.hand == "human")
+    options.body.hand = devices::kHumanHand;
+  else if (choice.hand == "loose")
+    options.body.hand = devices::kLooseHand;
+  else if (choice.hand == "firm")
+    options.body.hand = devices::kFirmHand;
+  else if (choice.hand == "none")
+    options.body.hand = devices::kNoHand;
+  else
+    return Error{
+        ErrorKind::kBadInput,
+        fmt::format("There is no hand '{}': choose one of human, loose, firm, none", choice.hand)};
+  return options;
+}
+
+Result<OpenedDevice> open_force_device(const ForceDeviceChoice& choice, const FeltScene& scene) {
+  if (choice.device == "simulated") return simulated(choice, scene, "simulated device, as asked.");
+  devices::FalconOptions options;
+  options.firmware_file = choice.falcon_firmware.string();
+  auto falcon = devices::FalconDevice::make(options);
+  if (!falcon) return falcon.error();
+  if (choice.device == "auto" && !answers(**falcon))
+    return simulated(choice, scene, "simulated device, as no Falcon is plugged in.");
+  OpenedDevice opened;
+  opened.device = std::move(*falcon);
+  opened.why =
+      choice.device == "auto" ? "Novint Falcon, which is plugged in." : "Novint Falcon, as asked.";
+  return opened;
+}
+
+}  // namespace palpate::app

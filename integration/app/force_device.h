@@ -1,0 +1,38 @@
+#pragma once
+
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <string>
+
+#include "integration/app/felt_scene.h"
+#include "integration/devices/simulated.h"
+#include "module/haptics/device.h"
+
+namespace palpate::app {
+
+/// Which force device, as the command line says it.
+struct ForceDeviceChoice {
+  std::string device = "auto";            ///< auto, falcon, simulated
+  std::filesystem::path falcon_firmware;  ///< the user's own
+  std::string hand = "human";             ///< simulated: human, loose, firm, none
+  std::string path = "press";             ///< simulated: a made path or a file
+  double lets_go_at_s = std::numeric_limits<double>::infinity();
+};
+
+struct OpenedDevice {
+  std::unique_ptr<ForceDevice> device;
+  std::string why;  ///< which one, and why that one: a sentence
+  bool simulated = false;
+  double path_s = 0.0;  ///< simulated: how long the hand's path takes
+};
+
+/// The options of the simulated device for a choice; its path is still to be set. kBadInput for an
+/// unknown hand.
+Result<devices::SimulatedOptions> simulated_options(const ForceDeviceChoice& choice);
+
+/// A Falcon if it was asked for, or if one answers within a second and any may be taken; else the
+/// simulated device, its hand on a path that touches the scene. kBadInput in one sentence.
+Result<OpenedDevice> open_force_device(const ForceDeviceChoice& choice, const FeltScene& scene);
+
+}  // namespace palpate::app

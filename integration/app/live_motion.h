@@ -1,0 +1,63 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "integration/app/felt_scene.h"
+#include "integration/app/progress.h"
+#include "integration/app/session.h"
+#include "module/scene/motion_map.h"
+
+namespace palpate::app {
+
+/// Estimates the motion that no file gives, while the data are already felt: on threads of low
+/// priority, so that the hand comes first. Each step is handed over as soon as it is known.
+class LiveMotion {
+ public:
+  using OnStep =
+      std::function<Status(size_t volume, size_t step, std::shared_ptr<const MotionMap> map)>;
+
+  /// Starts at once if anything is missing. `on_step` comes from a thread of its own; the console
+  /// must outlive this.
+  LiveMotion(const FeltScene& scene, const DeviceOptions& device, const std::string& preset,
+             OnStep on_step, Console& console);
+  /// Cancels what is still running and waits for it.
+  ~LiveMotion();
+  LiveMotion(const LiveMotion&) = delete;
+  LiveMotion& operator=(const LiveMotion&) = delete;
+
+  bool is_done() const { return done_; }
+  size_t steps() const { return steps_; }        ///< that were missing
+  size_t steps_known() const { return known_; }  ///< of them, so far
+  double seconds() const { return seconds_; }    ///< it took; 0 until all are known
+  /// Why it ended early: a sentence, or nothing.
+  std::string trouble() const;
+  /// Waits until it is done.
+  void wait();
+
+ private:
+  struct Job {
+    MissingMotion missing;
+    bool cyclic = true;
+  };
+  void run(std::stop_token stop);
+  Status estimate(const Job& job, std::stop_token stop);
+
+  std::vector<Job> jobs_;
+  DeviceOptions device_;
+  std::string preset_;
+  OnStep on_step_;
+  Console& console_;
+  std::atomic<bool> done_{false};
+  std::atomic<size_t> steps_{0}, known_{0};
+  std::atomic<double> seconds_{0.0};
+  mutable std::mutex mutex_;
+  std::string trouble_;
+  std::jthread worker_;
+};
+
+}  // namespace palpate::app

@@ -1,0 +1,100 @@
+#include "integration/app/palpation.h"
+
+#include <algorithm>
+#include <chrono>
+
+#include "module/scene/drive.h"
+
+namespace palpate::app {
+namespace {
+
+constexpr std::chrono::milliseconds kPosePause{16};  // as often as a display asks
+
+int64_t monotonic_ns() {
+  return std::chrono::steady_clock::now().time_since_epoch().count();
+}
+
+}  // namespace
+
+bool needs_poses(const VolumeSpec& spec) {
+  const bool by_itself =
+      spec.drive.kind == DriveSpec::Kind::kTurn || spec.drive.kind == DriveSpec::Kind::kSwing;
+  return by_itself && spec.path != PosePath::kExact;
+}
+
+Result<std::unique_ptr<Palpation>> Palpation::start(FeltScene scene, ForceDevice& device,
+                                                    const HapticsOptions& haptics,
+                                                    const ServoOptions& servo) {
+  auto palpation =
+      std::unique_ptr<Palpation>(new Palpation(std::move(scene), haptics, device.info()));
+  {
+    const std::lock_guard lock(palpation->mutex_);
+    // A motion that is to come has its steps from the start, all still.
+    for (const MissingMotion& missing : palpation->felt_.missing) {
+      MovingVolume volume = *palpation->felt_.data[missing.volume];
+      const size_t steps = size_t(volume.times.steps());
+      volume.motions = {{"data", std::vector<std::shared_ptr<const MotionMap>>(steps)}};
+      palpation->felt_.data[missing.volume] = std::make_shared<const MovingVolume>(volume);
+    }
+    if (const Status status = palpation->hand_over(); !status) return status.error();
+  }
+  palpation->start_ns_ = monotonic_ns();
+  auto started = Servo::start(device, palpation->ticker_, servo);
+  if (!started) return started.error();
+  palpation->servo_ = std::move(*started);
+  const auto& volumes = palpation->felt_.spec.volumes;
+  const bool posed = std::any_of(volumes.begin(), volumes.end(), needs_poses);
+  palpation->poses_ =
+      std::make_unique<Background>(kPosePause, [palpation = palpation.get(), posed] {
+        if (posed) palpation->send_poses();
+        const std::lock_guard lock(palpation->mutex_);
+        if (palpation->waiting_)
+          palpation->waiting_ = !palpation->ticker_.offer(palpation->assembled_);
+        palpation->ticker_.collect();
+      });
+  return palpation;
+}
+
+Palpation::~Palpation() {
+  stop();
+}
+
+void Palpation::stop() {
+  poses_.reset();
+  if (servo_) servo_->stop();
+}
+
+/// With mutex_ held.
+Status Palpation::hand_over() {
+  auto assembled = assemble(felt_.spec, felt_.data);
+  if (!assembled) return assembled.error();
+  assembled_ = *assembled;
+  waiting_ = !ticker_.offer(assembled_);
+  return Nothing{};
+}
+
+Status Palpation::take_motion(size_t volume, size_t step, std::shared_ptr<const MotionMap> map) {
+  const std::lock_guard lock(mutex_);
+  MovingVolume known = *felt_.data[volume];
+  if (known.motions.empty() || step >= known.motions[0].steps.size()) return Nothing{};
+  known.motions[0].steps[step] = std::move(map);
+  felt_.data[volume] = std::make_shared<const MovingVolume>(std::move(known));
+  return hand_over();
+}
+
+std::shared_ptr<const HapticScene> Palpation::scene() const {
+  const std::lock_guard lock(mutex_);
+  return assembled_;
+}
+
+void Palpation::send_poses() {
+  const int64_t now_ns = monotonic_ns();
+  const auto& volumes = felt_.spec.volumes;
+  for (size_t v = 0; v < volumes.size(); ++v)
+    if (needs_poses(volumes[v]))
+      servo_->send(PoseUpdate{
+          int(v), driven(volumes[v].drive, volumes[v].transform, double(now_ns - start_ns_) * 1e-9),
+          now_ns});
+}
+
+}  // namespace palpate::app

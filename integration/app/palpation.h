@@ -1,0 +1,60 @@
+#pragma once
+
+#include <memory>
+#include <mutex>
+
+#include "integration/app/felt_scene.h"
+#include "module/haptics/background.h"
+#include "module/haptics/scene_ticker.h"
+#include "module/haptics/servo.h"
+
+namespace palpate::app {
+
+/// A scene that is being felt: joins scene, haptic step and servo thread, sends the poses of
+/// volumes that move by themselves, and takes motion that arrives while it runs.
+class Palpation {
+ public:
+  /// Starts the servo thread. `device` is borrowed, and so are the listeners. kBadInput if the
+  /// scene can not be put together.
+  static Result<std::unique_ptr<Palpation>> start(FeltScene scene, ForceDevice& device,
+                                                  const HapticsOptions& haptics,
+                                                  const ServoOptions& servo);
+  /// As stop().
+  ~Palpation();
+  Palpation(const Palpation&) = delete;
+  Palpation& operator=(const Palpation&) = delete;
+
+  /// One step of a volume's motion is known now: it is felt from the next ticks on, without a step
+  /// of the force. Any thread.
+  Status take_motion(size_t volume, size_t step, std::shared_ptr<const MotionMap> map);
+
+  /// The scene as it is felt now. Any thread.
+  std::shared_ptr<const HapticScene> scene() const;
+
+  Servo& servo() { return *servo_; }
+  /// Ramps to zero and ends the servo thread. Further calls do nothing.
+  void stop();
+  /// The step's books; after stop() only.
+  const Haptics& haptics() const { return ticker_.haptics(); }
+
+ private:
+  Palpation(FeltScene scene, const HapticsOptions& haptics, const DeviceInfo& device)
+      : felt_(std::move(scene)), ticker_(haptics, device) {}
+  Status hand_over();
+  void send_poses();
+
+  mutable std::mutex mutex_;  ///< of felt_, assembled_ and offers; never the servo thread's
+  FeltScene felt_;
+  std::shared_ptr<const HapticScene> assembled_;
+  bool waiting_ = false;  ///< a scene that could not be offered yet
+  SceneTicker ticker_;
+  std::unique_ptr<Servo> servo_;
+  int64_t start_ns_ = 0;
+  std::unique_ptr<Background> poses_;
+};
+
+/// Whether the program has to send this volume's poses: it moves by itself, but the loop is not to
+/// ask for the exact pose.
+bool needs_poses(const VolumeSpec& spec);
+
+}  // namespace palpate::app

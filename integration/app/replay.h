@@ -1,0 +1,24 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "integration/app/felt_scene.h"
+#include "module/haptics/haptics.h"
+#include "module/haptics/recording.h"
+
+namespace palpate::app {
+
+/// What a recording has to know of the run besides its ticks: the scene, the device and the
+/// options, as JSON.
+std::string replay_key(const FeltScene& scene, const DeviceInfo& device,
+                       const HapticsOptions& options);
+
+/// Runs a recording again with the scene as it was loaded now. kBadInput if it was made with
+/// another scene, is damaged, or lost ticks.
+Result<Replay> replay_felt(const FeltScene& scene, const std::filesystem::path& file);
+
+/// "every output is the recorded one, bit by bit", or where it is not.
+std::string replay_text(const Replay& replay);
+
+}  // namespace palpate::app
