@@ -8,6 +8,7 @@
 #include "spirv/view/raycast.h"
 #include "spirv/view/resample.h"
 #include "spirv/view/surface.h"
+#include "spirv/view/things.h"
 #include "spirv/view/track.h"
 
 namespace palpate::view {
@@ -54,6 +55,9 @@ const vulkan::Kernel& Kernels::surface() {
 }
 const vulkan::Kernel& Kernels::distance(int axis) {
   return get(k_view_distance, "bbb", sizeof(DistancePush), {uint32_t(axis)});
+}
+const vulkan::Kernel& Kernels::things() {
+  return get(k_view_things, "bbbbb", sizeof(ThingsPush));
 }
 const vulkan::Kernel& Kernels::raycast(int volumes, bool things, bool skip, bool count) {
   return get(k_view_raycast, "bbbbbbbbssss", 0,

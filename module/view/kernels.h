@@ -20,6 +20,7 @@ class Kernels {
   const vulkan::Kernel& resample();
   const vulkan::Kernel& surface();
   const vulkan::Kernel& distance(int axis);
+  const vulkan::Kernel& things();
   /// volumes: 1 to kMostVolumes. skip: off marches everywhere; count: samples are counted. Both
   /// for measurements.
   const vulkan::Kernel& raycast(int volumes, bool things, bool skip, bool count);

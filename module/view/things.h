@@ -1,8 +1,11 @@
 #pragma once
 
-#include <array>
 #include <glm/glm.hpp>
 #include <vector>
+
+#include "module/scene/frame_data.h"
+#include "module/scene/transform.h"
+#include "module/view/eye.h"
 
 namespace palpate {
 
@@ -13,5 +16,44 @@ struct RoundCone {
   double from_radius_m = 1e-3, to_radius_m = 1e-3;
   glm::dvec3 colour{0.9};  ///< sRGB
 };
+
+/// All functions below append to `things`; positions are world, m.
+using Things = std::vector<RoundCone>;
+
+void add_sphere(Things& things, glm::dvec3 centre, double radius_m, glm::dvec3 colour);
+
+/// The probe as a pen: its tip (of radius_m) at `tip`, its shaft going away along `away` (unit).
+void add_pen(Things& things, glm::dvec3 tip, glm::dvec3 away, double radius_m, double length_m,
+             glm::dvec3 colour);
+
+/// A force: an arrow from `from` by force_n * m_per_n. Nothing where it would be shorter than its
+/// own thickness.
+void add_arrow(Things& things, glm::dvec3 from, glm::dvec3 force_n, double m_per_n, double radius_m,
+               glm::dvec3 colour);
+
+/// The edges of a box, given in a volume's space.
+void add_box(Things& things, const Transform& world_from_volume, glm::dvec3 low_m,
+             glm::dvec3 high_m, double radius_m, glm::dvec3 colour);
+
+/// The letters of the patient's sides beside the faces of a box in a volume's space (x = L, y = S,
+/// z = -P): L at +x, R at -x, S at +y, I at -y, A at +z, P at -z. They face the eye and stand
+/// upright for it. height_m: of a letter.
+void add_letters(Things& things, const Transform& world_from_volume, glm::dvec3 low_m,
+                 glm::dvec3 high_m, const Eye& eye, double height_m, glm::dvec3 colour);
+
+/// How stream tubes are laid.
+struct TubeOptions {
+  int seeds_per_axis = 6;  ///< of a lattice over the data's box
+  int most_segments = 80;  ///< of one tube, to either side of its seed
+  double radius_m = 0.0008;
+  double least_length = 0.0;  ///< vectors shorter than this end a tube
+  bool gradient = false;      ///< along the gradient of scalar data instead of the vectors
+};
+
+/// Tubes along the field lines of vector data through a lattice of seeds, by the classic
+/// Runge-Kutta method with steps of one detail_m; coloured by the vectors' length from blue (least
+/// met) over white to red (greatest), logarithmically.
+void add_stream_tubes(Things& things, const Transform& world_from_volume, const FrameData& data,
+                      const TubeOptions& options);
 
 }  // namespace palpate

@@ -6,6 +6,7 @@
 #include "module/view/kernels.h"
 #include "module/view/parameters.h"
 #include "module/view/shown_volume.h"
+#include "module/view/thing_list.h"
 #include "shaders/interface/view.h"
 
 namespace palpate {
@@ -51,6 +52,7 @@ VolumeRenderer::VolumeRenderer(std::shared_ptr<vulkan::Context> context,
     : context_(std::move(context)),
       options_(options),
       kernels_(std::make_unique<view::Kernels>(context_)),
+      things_(std::make_unique<view::ThingList>(context_)),
       looks_(kMostVolumes) {
   const uint64_t pixels =
       uint64_t(options_.most.width) * uint64_t(options_.most.height) * uint64_t(options_.most_eyes);
@@ -192,12 +194,16 @@ void VolumeRenderer::record(const ViewScene& scene, std::span<const Eye> eyes, P
     drawn.push_back(shown);
   }
   recorder.stamp("volumes");
+  const bool things = !scene.things.empty();
+  if (things)
+    things_->record(recorder, *kernels_, scene.things, eyes, size, options_.near_m, parameters_,
+                    thing_depth_, thing_colour_);
   std::vector<vulkan::Binding> bindings{parameters_,   tables_, skip_,  thing_depth_,
                                         thing_colour_, colour_, depth_, samples_};
   for (size_t v = 0; v < size_t(kMostVolumes); ++v)
     bindings.emplace_back(drawn[std::min(v, drawn.size() - 1)]->surface(), kernels_->linear());
   recorder.dispatch(
-      kernels_->raycast(int(drawn.size()), false, options_.skip_empty, options_.count_samples),
+      kernels_->raycast(int(drawn.size()), things, options_.skip_empty, options_.count_samples),
       bindings, nullptr, {(size.width + 7) / 8, (size.height + 7) / 8, eyes_});
   recorder.stamp("rays");
 }

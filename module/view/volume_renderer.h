@@ -15,6 +15,7 @@ namespace palpate {
 namespace view {
 class Kernels;
 class ShownVolume;
+class ThingList;
 struct ResidentVolume;
 struct ResidentFrames;
 }  // namespace view
@@ -94,6 +95,7 @@ class VolumeRenderer {
   std::shared_ptr<vulkan::Context> context_;
   RendererOptions options_;
   std::unique_ptr<view::Kernels> kernels_;
+  std::unique_ptr<view::ThingList> things_;
   std::vector<std::shared_ptr<const view::ResidentVolume>> residents_;
   std::vector<std::unique_ptr<view::ShownVolume>> shown_;
   std::vector<Look> looks_;  ///< by slot, as in the tables

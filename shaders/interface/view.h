@@ -58,12 +58,28 @@ struct ViewParameters {
   vec4 planes[8];      // kept is where dot(xyz, point) >= w, world, m
   vec4 background;     // linear colour; w: nearest depth t, m
   vec4 background_low; // at the bottom of the picture
+  vec4 light;          // towards the light, world
   ivec4 counts;        // eyes, planes, width, height
   ViewVolumeParameters volumes[4];
 };
 PALPATE_SIZE(ViewRays, 64);
 PALPATE_SIZE(ViewVolumeParameters, 256);
-PALPATE_SIZE(ViewParameters, 1328);
+PALPATE_SIZE(ViewParameters, 1344);
+
+// A round cone: all spheres between two.
+struct ViewThing {
+  vec4 from;    // world, m; w: radius
+  vec4 to;
+  vec4 colour;  // linear
+};
+PALPATE_SIZE(ViewThing, 48);
+
+PALPATE_CONSTANT int kItemPixels = 64;  // along the edge of the part of a picture that a group draws
+
+struct ThingsPush {
+  ivec4 pass;  // x: 0 depth, 1 colour
+};
+PALPATE_SIZE(ThingsPush, 16);
 
 struct PrefilterPush {
   ivec4 size;

@@ -1,0 +1,184 @@
+#include "module/view/things.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+void add_rod(Things& things, glm::dvec3 from, glm::dvec3 to, double radius_m, glm::dvec3 colour) {
+  things.push_back({from, to, radius_m, radius_m, colour});
+}
+
+using Stroke = std::vector<glm::dvec2>;
+
+/// The strokes of a letter, x to the right and y up, one unit high around the origin.
+std::vector<Stroke> strokes_of(char letter) {
+  const Stroke bowl{{-0.28, 0.5}, {0.06, 0.5}, {0.2, 0.46}, {0.28, 0.36}, {0.3, 0.25},
+                    {0.28, 0.14}, {0.2, 0.04}, {0.06, 0.0}, {-0.28, 0.0}};
+  switch (letter) {
+    case 'L':
+      return {{{-0.26, 0.5}, {-0.26, -0.5}, {0.3, -0.5}}};
+    case 'R':
+      return {{{-0.28, -0.5}, {-0.28, 0.5}}, bowl, {{0.02, 0.0}, {0.32, -0.5}}};
+    case 'P':
+      return {{{-0.28, -0.5}, {-0.28, 0.5}}, bowl};
+    case 'A':
+      return {{{-0.36, -0.5}, {0.0, 0.5}, {0.36, -0.5}}, {{-0.23, -0.15}, {0.23, -0.15}}};
+    case 'S':
+      return {{{0.28, 0.34},
+               {0.2, 0.45},
+               {0.06, 0.5},
+               {-0.1, 0.5},
+               {-0.23, 0.44},
+               {-0.28, 0.31},
+               {-0.25, 0.16},
+               {-0.14, 0.06},
+               {0.12, -0.04},
+               {0.25, -0.13},
+               {0.3, -0.27},
+               {0.26, -0.4},
+               {0.12, -0.49},
+               {-0.06, -0.5},
+               {-0.21, -0.45},
+               {-0.3, -0.33}}};
+    default:
+      return {
+          {{0.0, 0.5}, {0.0, -0.5}}, {{-0.16, 0.5}, {0.16, 0.5}}, {{-0.16, -0.5}, {0.16, -0.5}}};
+  }
+}
+
+/// Blue over white to red, 0 to 1, sRGB.
+glm::dvec3 heat(double share) {
+  const glm::dvec3 cold(0.23, 0.45, 0.92), middle(0.93, 0.92, 0.88), hot(0.90, 0.26, 0.18);
+  return share < 0.5 ? glm::mix(cold, middle, 2.0 * share)
+                     : glm::mix(middle, hot, 2.0 * share - 1.0);
+}
+
+/// Field lines in volume space.
+class Tracer {
+ public:
+  Tracer(const FrameData& data, const TubeOptions& options) : data_(data), options_(options) {}
+
+  glm::dvec3 vector(glm::dvec3 x) const {
+    return options_.gradient ? data_.scalar_gradient(x) : data_.vector(x);
+  }
+  bool inside(glm::dvec3 x) const {
+    return glm::all(glm::greaterThan(x, data_.low_m())) &&
+           glm::all(glm::lessThan(x, data_.high_m()));
+  }
+  /// The places of a line from its seed on, with or against the vectors.
+  std::vector<glm::dvec3> line(glm::dvec3 x, double direction) const {
+    const double h = direction * data_.detail_m();
+    std::vector<glm::dvec3> places{x};
+    while (int(places.size()) <= options_.most_segments) {
+      const glm::dvec3 k1 = unit(x), k2 = unit(x + 0.5 * h * k1), k3 = unit(x + 0.5 * h * k2),
+                       k4 = unit(x + h * k3);
+      const glm::dvec3 step = h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
+      // At a source or sink the directions cancel, and the line ends.
+      if (glm::length(step) < 0.5 * std::abs(h)) break;
+      x += step;
+      if (!inside(x)) break;
+      places.push_back(x);
+    }
+    return places;
+  }
+
+ private:
+  glm::dvec3 unit(glm::dvec3 x) const {
+    const glm::dvec3 v = vector(x);
+    const double length = glm::length(v);
+    return length > std::max(options_.least_length, 1e-300) ? v / length : glm::dvec3(0.0);
+  }
+  const FrameData& data_;
+  const TubeOptions& options_;
+};
+
+}  // namespace
+
+void add_sphere(Things& things, glm::dvec3 centre, double radius_m, glm::dvec3 colour) {
+  add_rod(things, centre, centre, radius_m, colour);
+}
+
+void add_pen(Things& things, glm::dvec3 tip, glm::dvec3 away, double radius_m, double length_m,
+             glm::dvec3 colour) {
+  const double shaft = 1.9 * radius_m, cone = std::min(9.0 * radius_m, 0.4 * length_m);
+  things.push_back({tip, tip + cone * away, radius_m, shaft, colour});
+  add_rod(things, tip + cone * away, tip + length_m * away, shaft, 0.55 * colour);
+}
+
+void add_arrow(Things& things, glm::dvec3 from, glm::dvec3 force_n, double m_per_n, double radius_m,
+               glm::dvec3 colour) {
+  const glm::dvec3 way = m_per_n * force_n;
+  const double length = glm::length(way);
+  if (!(length > 2.0 * radius_m)) return;
+  const double head = std::min(6.0 * radius_m, 0.5 * length);
+  const glm::dvec3 neck = from + way * (1.0 - head / length);
+  add_rod(things, from, neck, radius_m, colour);
+  things.push_back({neck, from + way, 2.4 * radius_m, 0.15 * radius_m, colour});
+}
+
+void add_box(Things& things, const Transform& world_from_volume, glm::dvec3 low_m,
+             glm::dvec3 high_m, double radius_m, glm::dvec3 colour) {
+  const auto corner = [&](int c) {
+    const glm::dvec3 end(c & 1, c >> 1 & 1, c >> 2);
+    return world_from_volume.world_from_volume(glm::mix(low_m, high_m, end));
+  };
+  for (int c = 0; c < 8; ++c)
+    for (int axis = 0; axis < 3; ++axis)
+      if (!(c >> axis & 1)) add_rod(things, corner(c), corner(c | 1 << axis), radius_m, colour);
+}
+
+void add_letters(Things& things, const Transform& world_from_volume, glm::dvec3 low_m,
+                 glm::dvec3 high_m, const Eye& eye, double height_m, glm::dvec3 colour) {
+  constexpr char kLetters[3][2] = {{'R', 'L'}, {'I', 'S'}, {'P', 'A'}};
+  const glm::dvec3 right = eye.orientation * glm::dvec3(1.0, 0.0, 0.0);
+  const glm::dvec3 up = eye.orientation * glm::dvec3(0.0, 1.0, 0.0);
+  const glm::dvec3 middle = 0.5 * (low_m + high_m);
+  for (int axis = 0; axis < 3; ++axis)
+    for (int side = 0; side < 2; ++side) {
+      glm::dvec3 face = middle;
+      face[axis] = side ? high_m[axis] : low_m[axis];
+      glm::dvec3 out(0.0);
+      out[axis] = side ? 1.0 : -1.0;
+      const glm::dvec3 place = world_from_volume.world_from_volume(face) +
+                               world_from_volume.rotation * (1.1 * height_m * out);
+      for (const Stroke& stroke : strokes_of(kLetters[axis][side]))
+        for (size_t k = 1; k < stroke.size(); ++k) {
+          const auto at = [&](glm::dvec2 p) { return place + height_m * (p.x * right + p.y * up); };
+          add_rod(things, at(stroke[k - 1]), at(stroke[k]), 0.07 * height_m, colour);
+        }
+    }
+}
+
+void add_stream_tubes(Things& things, const Transform& world_from_volume, const FrameData& data,
+                      const TubeOptions& options) {
+  const Tracer tracer(data, options);
+  const glm::dvec3 extent = data.high_m() - data.low_m();
+  struct Segment {
+    glm::dvec3 from, to;
+    double length;
+  };
+  std::vector<Segment> segments;
+  const int n = options.seeds_per_axis;
+  for (int seed = 0; seed < n * n * n; ++seed) {
+    const glm::dvec3 cell(seed % n, seed / n % n, seed / n / n);
+    const glm::dvec3 start = data.low_m() + extent * (cell + 0.5) / double(n);
+    for (const double direction : {1.0, -1.0}) {
+      const std::vector<glm::dvec3> places = tracer.line(start, direction);
+      for (size_t k = 1; k < places.size(); ++k)
+        segments.push_back({places[k - 1], places[k],
+                            glm::length(tracer.vector(0.5 * (places[k - 1] + places[k])))});
+    }
+  }
+  double least = 1e300, most = 0.0;
+  for (const Segment& s : segments)
+    if (s.length > 0.0) least = std::min(least, s.length), most = std::max(most, s.length);
+  const double scale = least < most ? 1.0 / std::log(most / least) : 0.0;
+  for (const Segment& s : segments)
+    add_rod(things, world_from_volume.world_from_volume(s.from),
+            world_from_volume.world_from_volume(s.to), options.radius_m,
+            heat(s.length > 0.0 ? std::log(s.length / least) * scale : 0.0));
+}
+
+}  // namespace palpate
