@@ -1,10 +1,13 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "integration/app/commands.h"
 #include "integration/app/exit_code.h"
 #include "integration/app/session.h"
+#include "integration/devices/list.h"
 
 namespace palpate::app {
 namespace {
@@ -49,30 +52,101 @@ void print_table(const std::vector<vulkan::DeviceInfo>& devices, int chosen) {
                device.usable ? "yes" : "no: " + device.missing);
   }
   if (chosen >= 0)
-    fmt::print("* is used unless --device says otherwise, with a number or part of a name.\n");
+    fmt::print("  * is used unless --device says otherwise, with a number or part of a name.\n");
+}
+
+nlohmann::json json_of(const devices::ListedDevice& device) {
+  const DeviceInfo& info = device.info;
+  return {{"kind", info.kind},
+          {"role", device.role == devices::ListedDevice::Role::kForce ? "force" : "second hand"},
+          {"name", info.name},
+          {"place", info.place},
+          {"usb_id", device.usb_id},
+          {"usable", device.usable},
+          {"wrong", device.wrong},
+          {"notes", device.notes},
+          {"max_force_n", info.max_force_n},
+          {"max_stiffness_n_per_m", info.max_stiffness_n_per_m},
+          {"workspace_radius_m", info.workspace_radius_m},
+          {"resolution_m", info.resolution_m},
+          {"sensed_dof", info.sensed_dof},
+          {"actuated_dof", info.actuated_dof},
+          {"buttons", info.buttons}};
+}
+
+/// What it can do, in the words of a data sheet; empty if that is not known.
+std::string abilities(const DeviceInfo& info) {
+  std::vector<std::string> words;
+  if (info.max_force_n > 0.0)
+    words.push_back(fmt::format("{:.1f} N in every direction", info.max_force_n));
+  if (info.max_stiffness_n_per_m > 0.0)
+    words.push_back(fmt::format("up to {:.0f} N/m", info.max_stiffness_n_per_m));
+  if (info.workspace_radius_m > 0.0)
+    words.push_back(fmt::format("a ball of {:.0f} mm radius", 1e3 * info.workspace_radius_m));
+  if (info.resolution_m > 0.0)
+    words.push_back(fmt::format("resolves {:.0f} um", 1e6 * info.resolution_m));
+  if (info.sensed_dof == 6) words.push_back("moves and turns");
+  if (info.buttons > 0) words.push_back(fmt::format("{} buttons", info.buttons));
+  return fmt::format("{}", fmt::join(words, ", "));
+}
+
+void print_hand(const devices::ListedDevice& device) {
+  const DeviceInfo& info = device.info;
+  fmt::print("  {:<10}  {}{}\n", info.kind, info.name,
+             info.place.empty() ? "" : fmt::format(", {} ({})", info.place, device.usb_id));
+  if (const std::string words = abilities(info); device.usable && !words.empty())
+    fmt::print("              {}\n", words);
+  fmt::print("              {}\n", device.usable ? "Ready." : device.wrong);
+  if (!device.notes.empty()) fmt::print("              {}\n", device.notes);
+}
+
+void print_hands(const devices::DeviceList& list) {
+  using Role = devices::ListedDevice::Role;
+  fmt::print("\nThe hand that feels\n");
+  for (const auto& device : list.devices)
+    if (device.role == Role::kForce) print_hand(device);
+  if (list.devices.front().info.kind == "simulated")
+    fmt::print("  No real one is plugged in: a Novint Falcon would do.\n");
+  fmt::print("\nThe hand that moves the volume\n");
+  bool any = false;
+  for (const auto& device : list.devices) {
+    if (device.role != Role::kSecondHand) continue;
+    print_hand(device);
+    any = true;
+  }
+  if (!any) fmt::print("  None is plugged in: a 3Dconnexion SpaceMouse would do.\n");
+  if (!list.wrong.empty()) fmt::print("\n{}\n", list.wrong);
 }
 
 int run(bool json) {
-  const auto devices = vulkan::list_devices();
+  const auto computing = vulkan::list_devices();
   const int chosen = default_device();
+  const devices::DeviceList hands = devices::list_devices();
   if (json) {
-    auto list = nlohmann::json::array();
-    for (const auto& device : devices) list.push_back(json_of(device, device.index == chosen));
-    fmt::print("{}\n", list.dump(2));
-  } else if (!devices.empty()) {
-    print_table(devices, chosen);
+    nlohmann::json all = {{"vulkan", nlohmann::json::array()},
+                          {"hands", nlohmann::json::array()},
+                          {"wrong", hands.wrong}};
+    for (const auto& device : computing)
+      all["vulkan"].push_back(json_of(device, device.index == chosen));
+    for (const auto& device : hands.devices) all["hands"].push_back(json_of(device));
+    fmt::print("{}\n", all.dump(2));
+  } else {
+    fmt::print("What computes\n");
+    if (!computing.empty()) print_table(computing, chosen);
+    print_hands(hands);
   }
   if (chosen >= 0) return kExitOk;
+  std::fflush(stdout);
   fmt::print(stderr, "palpate: {}\n",
-             devices.empty() ? kNoDriver : "None of these devices can be used.");
+             computing.empty() ? kNoDriver : "None of the Vulkan devices can be used.");
   return kExitBad;
 }
 
 }  // namespace
 
 Command add_devices(CLI::App& program) {
-  CLI::App* app =
-      program.add_subcommand("devices", "List the Vulkan devices and say which is used");
+  CLI::App* app = program.add_subcommand(
+      "devices", "List what computes, what lets you feel and what moves the volume");
   auto json = std::make_shared<bool>(false);
   app->add_flag("--json", *json, "Print JSON");
   return {app, [json] { return run(*json); }};

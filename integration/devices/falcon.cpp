@@ -4,6 +4,7 @@
 #include <iterator>
 #include <vector>
 
+#include "integration/devices/falcon_kinematics.h"
 #include "integration/devices/falcon_worker.h"
 
 namespace palpate::devices {
@@ -29,6 +30,19 @@ Result<std::vector<uint8_t>> read_firmware(const std::string& path) {
 }
 
 }  // namespace
+
+DeviceInfo falcon_info() {
+  DeviceInfo info;
+  info.kind = "falcon";
+  info.name = "Novint Falcon";
+  info.max_force_n = falcon::kForceEverywhere;
+  info.max_stiffness_n_per_m = 3000.0;  // what CHAI3D gives it with
+  info.workspace_centre_m = falcon::kWorkspaceCentre;
+  info.workspace_radius_m = falcon::kWorkspaceRadius;
+  info.resolution_m = falcon::kResolutionAtCentre;
+  info.buttons = 4;
+  return info;
+}
 
 Result<std::unique_ptr<FalconDevice>> FalconDevice::make(const FalconOptions& options) {
   auto firmware = read_firmware(options.firmware_file);

@@ -32,6 +32,9 @@ struct FalconCounts {
   bool event_character = false;  ///< the fast turnaround is on; else the latency timer's pace
 };
 
+/// What every Falcon is like; place is empty. Its delay_s is 0 because nobody has measured it.
+DeviceInfo falcon_info();
+
 /// A Novint Falcon (USB 0403:cb48), without its maker's driver.
 ///
 /// A thread of its own looks for the device, opens it, loads firmware if it has none and the user

@@ -146,7 +146,7 @@ Settings set_up(libusb_device_handle* handle) {
   return settings;
 }
 
-Problem find_firmware(libusb_device_handle* handle, const StopFlag& stop) {
+Problem find_firmware(libusb_device_handle* handle, const StopFlag& stop, Answer* answer) {
   const Packet zero = encode({});
   for (int n = 0; n < kFirmwareTries && !stop; ++n) {
     Problem problem = write(handle, zero, kPacketTimeout);
@@ -162,6 +162,7 @@ Problem find_firmware(libusb_device_handle* handle, const StopFlag& stop) {
           return answered;
         },
         kPacketTimeout, stop);
+    if (problem == Problem::kNone && answer) *answer = stream.newest();
     if (problem != Problem::kTimedOut) return problem;
   }
   return Problem::kTimedOut;

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "integration/devices/falcon_protocol.h"
 #include "integration/devices/usb.h"
 
 /// Getting a Falcon ready to speak: the settings of its USB chip (an FTDI serial converter), its
@@ -30,8 +31,9 @@ struct Settings {
 Settings set_up(libusb_device_handle* handle);
 
 /// Whether firmware runs: it answers a packet of zero force. kTimedOut: nothing that is a packet
-/// came back within about a second.
-usb::Problem find_firmware(libusb_device_handle* handle, const StopFlag& stop);
+/// came back within about a second. Its answer goes to `answer` unless that is null.
+usb::Problem find_firmware(libusb_device_handle* handle, const StopFlag& stop,
+                           Answer* answer = nullptr);
 
 /// Loads the user's firmware image into the device, once; kFailed or kTimedOut if the loader in
 /// it does not answer as it should, which happens and is worth another try. Takes several seconds.

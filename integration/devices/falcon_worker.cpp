@@ -4,6 +4,7 @@
 #include <ctime>
 
 #include "integration/devices/falcon_kinematics.h"
+#include "integration/devices/usb_faults.h"
 
 namespace palpate::devices {
 namespace {
@@ -18,25 +19,6 @@ int64_t now_ns() noexcept {
   timespec now{};
   clock_gettime(CLOCK_MONOTONIC, &now);
   return int64_t(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
-}
-
-DeviceFault fault_of(Problem problem) noexcept {
-  switch (problem) {
-    case Problem::kNone:
-      return DeviceFault::kNone;
-    case Problem::kNoPermission:
-      return DeviceFault::kNoPermission;
-    case Problem::kBusy:
-      return DeviceFault::kBusy;
-    case Problem::kGone:
-      return DeviceFault::kUnplugged;
-    case Problem::kTimedOut:
-      return DeviceFault::kTimeout;
-    case Problem::kStalled:
-    case Problem::kFailed:
-      return DeviceFault::kTransfer;
-  }
-  return DeviceFault::kTransfer;
 }
 
 bool is_falcon(uint16_t vendor, uint16_t product) {
@@ -59,19 +41,9 @@ FalconDevice::Worker::~Worker() {
 }
 
 DeviceInfo FalconDevice::Worker::info() const {
-  DeviceInfo info;
-  info.kind = "falcon";
-  info.name = "Novint Falcon";
-  {
-    const std::lock_guard lock(info_mutex_);
-    info.place = place_;
-  }
-  info.max_force_n = falcon::kForceEverywhere;
-  info.max_stiffness_n_per_m = 3000.0;  // what CHAI3D gives it with
-  info.workspace_centre_m = falcon::kWorkspaceCentre;
-  info.workspace_radius_m = falcon::kWorkspaceRadius;
-  info.resolution_m = falcon::kResolutionAtCentre;
-  info.buttons = 4;
+  DeviceInfo info = falcon_info();
+  const std::lock_guard lock(info_mutex_);
+  info.place = place_;
   return info;
 }
 

@@ -107,8 +107,31 @@ Opened open(libusb_device* device, int interface) {
   opened.had_kernel_driver = kernel_driver_active(handle, interface);
   libusb_set_auto_detach_kernel_driver(handle, 1);
   opened.problem = problem_of(libusb_claim_interface(handle, interface));
-  if (opened.problem != Problem::kNone) opened.handle.reset();
+  if (opened.problem == Problem::kNone)
+    opened.handle.get_deleter().interface = interface;
+  else
+    opened.handle.reset();
   return opened;
+}
+
+std::optional<HidInput> hid_input(libusb_device* device) {
+  libusb_config_descriptor* config = nullptr;
+  if (libusb_get_active_config_descriptor(device, &config) != LIBUSB_SUCCESS) return std::nullopt;
+  const std::unique_ptr<libusb_config_descriptor, void (*)(libusb_config_descriptor*)> freed(
+      config, libusb_free_config_descriptor);
+  for (int i = 0; i < config->bNumInterfaces; ++i) {
+    if (config->interface[i].num_altsetting < 1) continue;
+    const libusb_interface_descriptor& setting = config->interface[i].altsetting[0];
+    if (setting.bInterfaceClass != LIBUSB_CLASS_HID) continue;
+    for (int e = 0; e < setting.bNumEndpoints; ++e) {
+      const libusb_endpoint_descriptor& endpoint = setting.endpoint[e];
+      const int kind = endpoint.bmAttributes & LIBUSB_TRANSFER_TYPE_MASK;
+      if (kind == LIBUSB_TRANSFER_TYPE_INTERRUPT &&
+          (endpoint.bEndpointAddress & LIBUSB_ENDPOINT_DIR_MASK) == LIBUSB_ENDPOINT_IN)
+        return HidInput{setting.bInterfaceNumber, endpoint.bEndpointAddress};
+    }
+  }
+  return std::nullopt;
 }
 
 bool kernel_driver_active(libusb_device_handle* handle, int interface) noexcept {

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -33,8 +34,13 @@ Problem problem_of(libusb_transfer_status status) noexcept;  ///< of an asynchro
 struct CloseContext {
   void operator()(libusb_context* context) const noexcept { libusb_exit(context); }
 };
+/// Also gives the interface back: closing alone would leave it without the kernel's driver.
 struct CloseHandle {
-  void operator()(libusb_device_handle* handle) const noexcept { libusb_close(handle); }
+  int interface = -1;  ///< none is claimed
+  void operator()(libusb_device_handle* handle) const noexcept {
+    if (interface >= 0) libusb_release_interface(handle, interface);
+    libusb_close(handle);
+  }
 };
 struct Unref {
   void operator()(libusb_device* device) const noexcept { libusb_unref_device(device); }
@@ -69,6 +75,14 @@ struct Opened {
 
 /// Opens and claims, taking the interface from the kernel's driver if there is one.
 Opened open(libusb_device* device, int interface);
+
+/// Where a device of the HID class says what happens to it.
+struct HidInput {
+  int interface = 0;
+  uint8_t endpoint = 0x81;
+};
+/// The first such interface with an endpoint that interrupts; nothing if there is none.
+std::optional<HidInput> hid_input(libusb_device* device);
 
 /// Whether a driver of the kernel holds the interface.
 bool kernel_driver_active(libusb_device_handle* handle, int interface) noexcept;

@@ -2,7 +2,7 @@
 
 namespace palpate::devices::usb {
 
-Watch::Watch(uint16_t vendor) : context_(make_context()) {
+Watch::Watch(int vendor) : context_(make_context()) {
   if (!context_ || !libusb_has_capability(LIBUSB_CAP_HAS_HOTPLUG)) return;
   watching_ =
       libusb_hotplug_register_callback(

@@ -7,12 +7,14 @@
 
 namespace palpate::devices::usb {
 
+inline constexpr int kAnyVendor = LIBUSB_HOTPLUG_MATCH_ANY;
+
 /// Tells a thread when something of a kind is plugged in or out. Has a context of its own, so that
 /// no other thread's transfers are handled by who waits here. One thread.
 class Watch {
  public:
   /// Where the system can not tell (no hot-plug in its libusb), sleep() just sleeps.
-  explicit Watch(uint16_t vendor);
+  explicit Watch(int vendor);
   ~Watch();
   Watch(const Watch&) = delete;
   Watch& operator=(const Watch&) = delete;

@@ -145,11 +145,21 @@ TEST(DevicesCommand, NamesADefaultOrSaysWhyThereIsNone) {
   const Outcome json = run({"devices", "--json"});
   EXPECT_EQ(table.exit_code, json.exit_code);
   size_t defaults = 0;
-  for (const auto& device : json.json()) defaults += device["default"] == true;
+  for (const auto& device : json.json()["vulkan"]) defaults += device["default"] == true;
   EXPECT_EQ(defaults, json.exit_code == 0 ? 1U : 0U);
   if (json.exit_code != 0) {
     EXPECT_THAT(table.err, HasSubstr("Vulkan"));
   }
+}
+
+TEST(DevicesCommand, ListsASimulatedHandEverywhere) {
+  EXPECT_THAT(run({"devices"}).out, HasSubstr("simulated"));
+  const auto json = run({"devices", "--json"}).json();
+  ASSERT_FALSE(json["hands"].empty());
+  const auto& last = json["hands"].back();
+  EXPECT_EQ(last["kind"], "simulated");
+  EXPECT_EQ(last["usable"], true);
+  EXPECT_GT(last["max_force_n"], 0.0);
 }
 
 }  // namespace

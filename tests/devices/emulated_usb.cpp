@@ -99,6 +99,7 @@ EmulatedBus::EmulatedBus() {
   // umockdev sleeps for zero microseconds after every request, which the default slack makes 50.
   prctl(PR_SET_TIMERSLACK, 1);
   testbed_ = umockdev_testbed_new();
+  chmod(root().c_str(), 0777);  // a thread that plays an ordinary user puts its sockets there
 }
 
 std::string EmulatedBus::root() const {
@@ -153,6 +154,8 @@ void EmulatedDevice::plug() {
   GError* error = nullptr;
   umockdev_testbed_attach_ioctl(bus.testbed(), ("/dev/" + node()).c_str(), handler_, &error);
   ASSERT_EQ(error, nullptr) << error->message;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(bus.root() + "/ioctl"))
+    chmod(entry.path().c_str(), 0777);  // sockets as well: a thread may play an ordinary user
 
   // The node is a FIFO of one page: with a byte in it, it is not writable, which is how usbfs says
   // that no transfer is done. It is made before the uevent, so that nobody opens a plain file.

@@ -4,26 +4,15 @@
 
 #include <chrono>
 #include <functional>
-#include <ostream>
 #include <thread>
 
 #include "integration/devices/falcon.h"
 #include "module/haptics/device.h"
 #include "tests/devices/emulated_falcon.h"
-
-namespace palpate {
-
-inline void PrintTo(DeviceFault fault, std::ostream* out) {
-  *out << '"' << sentence(fault) << '"';
-}
-
-}  // namespace palpate
+#include "tests/devices/print_fault.h"
+#include "tests/devices/wait_for.h"
 
 namespace palpate::devices::test {
-
-/// Nothing here is asserted in milliseconds: it is waited for in patience, and counted in
-/// exchanges.
-inline constexpr std::chrono::seconds kPatience{60};
 
 /// Times for machines that are busy with other things: an answer that comes at all comes in time.
 inline FalconOptions patient(FalconOptions options = {}) {

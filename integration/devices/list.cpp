@@ -1,0 +1,111 @@
+#include "integration/devices/list.h"
+
+#include <fmt/format.h>
+
+#include "integration/devices/falcon.h"
+#include "integration/devices/falcon_setup.h"
+#include "integration/devices/simulated.h"
+#include "integration/devices/spacemouse_protocol.h"
+#include "integration/devices/usb.h"
+#include "integration/devices/usb_faults.h"
+
+namespace palpate::devices {
+namespace {
+
+using usb::Problem;
+
+constexpr const char* kFirmwareMissing =
+    "It has no firmware. palpate may not ship it: take the image from its maker's driver disc or "
+    "SDK and give it with --falcon-firmware FILE.";
+constexpr const char* kNotHomed =
+    "After power-up, pull the grip all the way out, then push it all the way in.";
+constexpr const char* kFromKernel =
+    "A driver of the kernel holds it; palpate takes it over while it runs and gives it back.";
+
+bool is_ours(uint16_t vendor, uint16_t product) {
+  return (vendor == falcon::kVendor && product == falcon::kProduct) ||
+         spacemouse::model_of(vendor, product) != nullptr;
+}
+
+/// The bus problem in a sentence that fits into a list.
+std::string wrong_of(Problem problem) {
+  return problem == Problem::kNone ? "" : usb::sentence(problem);
+}
+
+void look_at_falcon(libusb_device* device, ListedDevice& listed) {
+  listed.info = falcon_info();
+  const usb::Opened opened = usb::open(device, 0);
+  listed.wrong = wrong_of(opened.problem);
+  if (opened.problem != Problem::kNone) return;
+  if (opened.had_kernel_driver) listed.notes = kFromKernel;
+  const std::string name = usb::product_name(opened.handle.get());
+  if (!name.empty() && name != falcon::kProductName) {
+    listed.info = {};
+    listed.info.kind = "other";
+    listed.info.name = name;
+    listed.wrong = "It has a Falcon's USB id but is another device: palpate leaves it alone.";
+    return;
+  }
+  const falcon::StopFlag stop = false;
+  Problem problem = falcon::set_up(opened.handle.get()).problem;
+  falcon::Answer answer;
+  if (problem == Problem::kNone)
+    problem = falcon::find_firmware(opened.handle.get(), stop, &answer);
+  if (problem == Problem::kTimedOut)
+    listed.wrong = kFirmwareMissing;
+  else
+    listed.wrong = wrong_of(problem);
+  if (problem == Problem::kNone && answer.homed != falcon::kAllHomed)
+    listed.notes += (listed.notes.empty() ? "" : " ") + std::string(kNotHomed);
+}
+
+void look_at_spacemouse(const usb::Found& found, ListedDevice& listed) {
+  listed.role = ListedDevice::Role::kSecondHand;
+  listed.info.kind = "spacemouse";
+  listed.info.name =
+      std::string("3Dconnexion ") + spacemouse::model_of(found.vendor, found.product)->name;
+  listed.info.sensed_dof = 6;
+  listed.info.actuated_dof = 0;
+  const auto input = usb::hid_input(found.device.get());
+  if (!input) {
+    listed.wrong = "It has no input that palpate understands.";
+    return;
+  }
+  const usb::Opened opened = usb::open(found.device.get(), input->interface);
+  listed.wrong = wrong_of(opened.problem);
+  if (opened.had_kernel_driver) listed.notes = kFromKernel;
+}
+
+ListedDevice simulated() {
+  ListedDevice listed;
+  listed.info = SimulatedDevice(SimulatedOptions()).info();
+  listed.usable = true;
+  return listed;
+}
+
+}  // namespace
+
+DeviceList list_devices() {
+  DeviceList list;
+  const usb::Context context = usb::make_context();
+  if (!context)
+    list.wrong =
+        "This system shows no USB bus: only the simulated device is here (in a container, pass "
+        "/dev/bus/usb in).";
+  else
+    for (const usb::Found& found : usb::find(context.get(), is_ours)) {
+      ListedDevice listed;
+      listed.usb_id = fmt::format("{:04x}:{:04x}", found.vendor, found.product);
+      if (found.vendor == falcon::kVendor)
+        look_at_falcon(found.device.get(), listed);
+      else
+        look_at_spacemouse(found, listed);
+      listed.info.place = found.place;
+      listed.usable = listed.wrong.empty();
+      list.devices.push_back(std::move(listed));
+    }
+  list.devices.push_back(simulated());
+  return list;
+}
+
+}  // namespace palpate::devices
