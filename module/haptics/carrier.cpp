@@ -1,6 +1,7 @@
 #include "module/haptics/carrier.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "module/haptics/back_track.h"
 #include "module/scene/cycle_closing.h"
@@ -18,10 +19,32 @@ constexpr double kStridePerVoxel = 0.45;
 // smooth in between.
 constexpr double kNoConfidence = 0.10, kFullConfidence = 0.35;
 
+// A plane counts as standing across the gradient if the cosine is this close to 1: rounding.
+constexpr double kAcross = 1e-9;
+
 double worth(double confidence) {
   const double t =
       std::clamp((confidence - kNoConfidence) / (kFullConfidence - kNoConfidence), 0.0, 1.0);
   return t * t * (3.0 - 2.0 * t);
+}
+
+/// Gives the planes that were placed from `first` on their levels: those that stand at the proxy
+/// (`at`, world) across the data's gradient. `derivative` is that of the map from the data frame to
+/// the world.
+void tell_levels(const LocalData& data, const ModeSpec& mode, const glm::dmat3& derivative,
+                 glm::dvec3 at, int first, Placed& out) noexcept {
+  for (int i = first; i < out.set.count(); ++i) out.level[i] = {};
+  if (mode.scalar != ScalarProperty::kValue || first == out.set.count()) return;
+  const glm::dvec3 a = derivative[0], b = derivative[1], c = derivative[2];
+  const glm::dvec3 bc = glm::cross(b, c), uphill = data.scalar_gradient();
+  const glm::dvec3 gradient =
+      (uphill.x * bc + uphill.y * glm::cross(c, a) + uphill.z * glm::cross(a, b)) / glm::dot(a, bc);
+  const double steepness = glm::length(gradient);
+  for (int i = first; i < out.set.count(); ++i) {
+    if (out.set[i].kind != Primitive::Kind::kPlane || out.set[i].position != at) continue;
+    const double slope = glm::dot(gradient, out.set[i].direction);
+    if (std::abs(slope) > (1.0 - kAcross) * steepness) out.level[i] = {data.scalar(), slope};
+  }
 }
 
 /// Data that do not move. The volume's pose may: then the point rides with it.
@@ -39,11 +62,13 @@ class StillCarrier final : public Carrier {
     return true;
   }
   void place(const HapticMode& mode, glm::dvec3 probe, double dt_s, double weight, double cap_n,
-             PrimitiveSet& out) noexcept override {
+             Placed& out) noexcept override {
     const StillReader data(frame_, mode.spec, material_);
     const auto forward = [this](glm::dvec3 x) { return volume_.world(x); };
-    WorldSink sink(out, volume_.linear, material_, at_, weight, cap_n, forward);
+    WorldSink sink(out.set, volume_.linear, material_, at_, weight, cap_n, forward);
+    const int first = out.set.count();
     mode.mode->place({data, material_, volume_.volume(probe), dt_s}, sink);
+    tell_levels(data, mode.spec, volume_.linear, at_, first, out);
   }
 
  private:
@@ -97,7 +122,7 @@ class FlowingCarrier final : public Carrier {
   }
 
   void place(const HapticMode& mode, glm::dvec3 probe, double dt_s, double weight, double cap_n,
-             PrimitiveSet& out) noexcept override {
+             Placed& out) noexcept override {
     const double phase = volume_.pointer.phase;
     report_.confidence = motion_.confidence;
     weight *= worth(motion_.confidence);
@@ -107,17 +132,20 @@ class FlowingCarrier final : public Carrier {
       const MotionMap* map = step(frame_);
       return volume_.world(map ? forward(x, map->displacement(x)) : x);
     };
-    WorldSink sink(out, derivative, material_, at_, weight, cap_n, to_world);
+    WorldSink sink(out.set, derivative, material_, at_, weight, cap_n, to_world);
     const glm::dvec3 probe_here = mode.mode->wants_probe() ? taken_back(probe) : material_;
     const FrameData& frame = *data_.frames[frame_];
+    const int first = out.set.count();
     if (blend_ && phase > 0.0) {
       const FrameData& next = *data_.frames[next_of(frame_)];
       const BlendedReader data(frame, next, mode.spec, material_,
                                material_ + motion_.u_m + closing_, motion_.jacobian, phase);
       mode.mode->place({data, material_, probe_here, dt_s}, sink);
+      tell_levels(data, mode.spec, derivative, at_, first, out);
     } else {
       const StillReader data(frame, mode.spec, material_);
       mode.mode->place({data, material_, probe_here, dt_s}, sink);
+      tell_levels(data, mode.spec, derivative, at_, first, out);
     }
   }
 

@@ -4,8 +4,8 @@
 #include <memory>
 
 #include "module/haptics/haptic_scene.h"
+#include "module/haptics/placed.h"
 #include "module/haptics/pose_path.h"
-#include "module/haptics/primitive.h"
 #include "module/scene/playback.h"
 
 namespace palpate {
@@ -50,10 +50,10 @@ class Carrier {
   /// Makes the material at `world` the material point: equation (26). False, and nothing changed,
   /// if it can not be found.
   virtual bool go_to(glm::dvec3 world) noexcept = 0;
-  /// Places a mode's primitives, carried forward to the world. weight scales strengths, cap bounds
-  /// them (N).
+  /// Places a mode's primitives, carried forward to the world, and their levels. weight scales
+  /// strengths, cap bounds them (N).
   virtual void place(const HapticMode& mode, glm::dvec3 probe_world, double dt_s, double weight,
-                     double cap_n, PrimitiveSet& out) noexcept = 0;
+                     double cap_n, Placed& out) noexcept = 0;
 
   /// Where the material point is now.
   glm::dvec3 at() const { return at_; }

@@ -17,6 +17,8 @@ struct ModeRun {
   double gain = 1.0;
   double wanted_gain = 1.0;
   bool on = true;
+  bool on_level = false;  ///< the proxy rests on its surface, and has not been pressed through it
+  double level = 0.0;     ///< the data's value where it was met
 };
 
 /// A carrier, and what is left of its force when its point could not be found: held, then faded.

@@ -19,6 +19,17 @@ constexpr double kContact_m = 0.2e-6;
 constexpr double kAgainst =
     1e-9;  // a plane is in the way if its normal has more than this against the way
 
+// A surface whose normal turns by more than this cosine within a piece is looked at twice as
+// closely, down to a sixteenth of a stride.
+constexpr double kBend = 0.9;
+constexpr double kClosestLook = 1.0 / 16.0;
+// What puts a slide back on its level is a small part of its length, or the data are too rough for
+// it.
+constexpr double kMostBack = 0.25;
+// How deep below the value it was met with a surface may be left alone, and how fast it may take
+// the proxy along by its values alone, per frame; in strides.
+constexpr double kSunk = 0.2, kMostSettled = 0.1;
+
 class Way {
  public:
   Way(HapticRun& run, glm::dvec3 probe, double stiffness, double dt_s)
@@ -28,6 +39,7 @@ class Way {
     Sweep result;
     Placed *here = &run_.scratch[0], *there = &run_.scratch[1], *between = &run_.scratch[2];
     place(*here);
+    settle(*here);
     while (result.pieces < kMostPieces) {
       Balance balance = solve(*here, result);
       const glm::dvec3 dir = measure(balance.proxy);
@@ -38,21 +50,27 @@ class Way {
       }
       ++result.pieces;
       mark();
-      double share = std::min(1.0, 1.0 / strides_);
+      double share = std::min(1.0, look_ / strides_);
       advance(share, balance.proxy);
       place(*there);
       if (const uint32_t met = against(*there, dir) & ~pressed(*here)) {
         find_contact(met, dir, share, balance.proxy, *there);
+        keep_levels(*there, met);
         std::swap(here, there);
         continue;
       }
       if (alike(*here, *there)) {
         if (!here->set.empty()) {
           reset();
+          if (look_ > kClosestLook && bends(*here, *there)) {
+            look_ *= 0.5;
+            continue;
+          }
           mean(*here, *there, *between);
           balance = solve(*between, result);
           measure(balance.proxy);
-          share = length_ > 0.0 ? std::min(1.0, 1.0 / strides_) : 1.0;
+          share = length_ > 0.0 ? std::min(1.0, look_ / strides_) : 1.0;
+          balance.proxy = on_level(*here, *there, share, balance.proxy);
           advance(share, balance.proxy);
         }
         if (share == 1.0) {
@@ -61,6 +79,7 @@ class Way {
         }
         if (!here->set.empty()) place(*there);
       }
+      look_ = std::min(1.0, 2.0 * look_);
       std::swap(here, there);
     }
     // Out of pieces: the proxy waits where the way was cut, with what acts there.
@@ -89,7 +108,7 @@ class Way {
       const double weight = mode.weight * mode.gain * carrier.fade;
       if (!(weight > 0.0)) continue;
       const int before = placed.set.count();
-      carrier.carrier->place(plan, probe_, dt_s_, weight, carrier.cap_n * carrier.fade, placed.set);
+      carrier.carrier->place(plan, probe_, dt_s_, weight, carrier.cap_n * carrier.fade, placed);
       for (int i = before; i < placed.set.count(); ++i) placed.owner[i] = uint8_t(m);
     }
     placed.pull = probe_;
@@ -140,6 +159,84 @@ class Way {
         modes |= 1u << placed.owner[i];
     }
     return modes;
+  }
+
+  /// Whether primitive i holds the proxy at both places: it slides along it.
+  bool slides(const Placed& here, const Placed& there, int i) const noexcept {
+    const auto holds = [&](const Placed& placed) {
+      const Primitive& p = placed.set[i];
+      return p.kind == Primitive::Kind::kPlane &&
+             glm::dot(placed.pull - p.position, p.direction) < 0.0 && margin(placed, p) >= 0.0;
+    };
+    return holds(here) && holds(there);
+  }
+
+  bool bends(const Placed& here, const Placed& there) const noexcept {
+    for (int i = 0; i < here.set.count(); ++i)
+      if (slides(here, there, i) && glm::dot(here.set[i].direction, there.set[i].direction) < kBend)
+        return true;
+    return false;
+  }
+
+  /// A slide that is to end at share of the way to a point, corrected by what the data at `there`
+  /// say of its end: sliding along a surface does not change the value. Without this, small errors
+  /// add up, and on rough data the proxy creeps through a thin surface.
+  glm::dvec3 on_level(const Placed& here, const Placed& there, double share,
+                      glm::dvec3 to) const noexcept {
+    for (int i = 0; i < here.set.count(); ++i) {
+      const double slope = there.level[i].slope_per_m;
+      if (slope == 0.0 || here.level[i].slope_per_m == 0.0 || !slides(here, there, i)) continue;
+      const Primitive& p = there.set[i];
+      const glm::dvec3 from = here.set[i].position, way = share * (to - from);
+      const double ahead = glm::dot(from + way - p.position, p.direction);
+      const double back = (here.level[i].value - there.level[i].value) / slope - ahead;
+      const double most = kMostBack * glm::length(way);
+      to += p.direction * (std::clamp(back, -most, most) / share);
+    }
+    return to;
+  }
+
+  /// Surfaces newly met: from now on the proxy keeps to their values.
+  void keep_levels(const Placed& there, uint32_t met) noexcept {
+    for (int i = 0; i < there.set.count(); ++i) {
+      if (!(met >> there.owner[i] & 1u) || there.level[i].slope_per_m == 0.0) continue;
+      ModeRun& mode = run_.modes[there.owner[i]];
+      mode.on_level = true;
+      mode.level = there.level[i].value;
+    }
+  }
+
+  /// What the time since the last frame did to the surfaces that the proxy rests on: where the
+  /// values at its point of the material have grown, the surface that was met has moved out past
+  /// it, and takes it along as soon as it has sunk in by a good part of a voxel. Nothing else would
+  /// ever bring it out again: values fall short here and there as they change, each time it sinks,
+  /// and in the end it is through a surface that never yielded. A surface that yields, or that
+  /// nothing presses on, is not kept to any longer.
+  void settle(Placed& here) noexcept {
+    uint32_t kept = 0, pressed_on = 0;
+    for (size_t m = 0; m < run_.modes.size(); ++m) kept |= uint32_t(run_.modes[m].on_level) << m;
+    if (!kept) return;
+    glm::dvec3 way(0.0);
+    for (int i = 0; i < here.set.count(); ++i) {
+      if (!(kept >> here.owner[i] & 1u) || !slides(here, here, i)) continue;
+      pressed_on |= 1u << here.owner[i];
+      if (here.level[i].slope_per_m == 0.0) continue;
+      const glm::dvec3 out = here.set[i].direction;
+      const double deep =
+          (run_.modes[here.owner[i]].level - here.level[i].value) / here.level[i].slope_per_m -
+          glm::dot(way, out);
+      const double stride = carrier_of(here.owner[i]).carrier->stride_m();
+      way += out * std::clamp(deep - kSunk * stride, 0.0, kMostSettled * stride);
+    }
+    for (size_t m = 0; m < run_.modes.size(); ++m)
+      run_.modes[m].on_level = (kept & pressed_on) >> m & 1u;
+    if (way == glm::dvec3(0.0)) return;
+    for (CarrierRun& run : run_.carriers)
+      if (!run.held && !run.carrier->go_to(run.carrier->at() + way)) run.held = true;
+    place(here);
+  }
+  CarrierRun& carrier_of(int mode) const noexcept {
+    return run_.carriers[run_.scene->modes[mode].carrier];
   }
 
   /// The modes of which a plane stands against the way and would hold.
@@ -251,6 +348,7 @@ class Way {
   glm::dvec3 probe_;
   double stiffness_, dt_s_;
   double strides_ = 0.0, length_ = 0.0;
+  double look_ = 1.0;  // strides to a piece
   bool inside_side_ = false;
   std::array<Carrier::Mark, kMostCarriers> marks_;
 };

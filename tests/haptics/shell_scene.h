@@ -116,10 +116,12 @@ inline SceneSpec shell_spec(double strength_n, double friction, double stiffness
   return spec;
 }
 
-/// Options without guards in the way: what is tested is the scene's own force.
+/// Options without guards in the way: what is tested is the scene's own force, at the very place
+/// where the hand is.
 inline HapticsOptions unmetered() {
   HapticsOptions options;
   options.meter_energy = false;
+  options.lead = false;
   return options;
 }
 
