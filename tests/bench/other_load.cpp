@@ -11,7 +11,7 @@
 
 #include <fmt/format.h>
 
-#include "tests/bench/warm_pair.h"
+#include "tests/bench/measuring.h"
 
 namespace palpate::bench {
 namespace {

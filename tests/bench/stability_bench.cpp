@@ -4,39 +4,16 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <atomic>
 #include <cstdio>
 #include <memory>
 #include <thread>
 #include <vector>
 
 #include "module/haptics/delay_lead.h"
-#include "tests/haptics/stability_run.h"
+#include "tests/bench/stability_grid.h"
 
 namespace palpate::test {
 namespace {
-
-struct Run {
-  StabilityCase at;
-  StabilityResult result;
-};
-
-std::vector<Run> run_all(int runs, uint32_t seed, double c, double share, unsigned threads) {
-  std::vector<Run> done(size_t(runs), Run{});
-  std::atomic<int> next{0};
-  const auto work = [&] {
-    for (int n = next++; n < runs; n = next++) {
-      Run& run = done[size_t(n)];
-      run.at = stability_case(seed + uint32_t(n), c);
-      run.result = run_stability(run.at, share);
-    }
-  };
-  std::vector<std::jthread> others;
-  for (unsigned n = 1; n < threads; ++n) others.emplace_back(work);
-  work();
-  others.clear();
-  return done;
-}
 
 double quantile(std::vector<double> values, double part) {
   if (values.empty()) return 0.0;
@@ -45,7 +22,7 @@ double quantile(std::vector<double> values, double part) {
   return *at;
 }
 
-void print_row(const char* loop, double c, const std::vector<Run>& runs) {
+void print_row(const char* loop, double c, const std::vector<StabilityOutcome>& runs) {
   int cycles = 0, hums = 0, felt = 0;
   std::vector<double> counts, forces;
   for (const auto& [at, r] : runs) {
@@ -65,7 +42,8 @@ void print_row(const char* loop, double c, const std::vector<Run>& runs) {
   std::fflush(stdout);
 }
 
-void write_rows(std::FILE* csv, const char* loop, double c, const std::vector<Run>& runs) {
+void write_rows(std::FILE* csv, const char* loop, double c,
+                const std::vector<StabilityOutcome>& runs) {
   for (const auto& [at, r] : runs) {
     fmt::print(
         csv, "{},{},{:.6g},{:.6g},{:.6g},{:.6g},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{}\n",
@@ -114,7 +92,7 @@ int main(int argc, char** argv) {
   for (const double c : levels) {
     for (const bool leads : {false, true}) {
       if (loops == (leads ? "plain" : "lead")) continue;
-      const auto done = run_all(runs, seed, c, leads ? share : 0.0, threads);
+      const auto done = run_stability_grid(runs, seed, c, leads ? share : 0.0, threads);
       print_row(leads ? "lead" : "plain", c, done);
       if (csv) write_rows(csv.get(), leads ? "lead" : "plain", c, done);
     }

@@ -1,7 +1,6 @@
 #include "tests/bench/warm_pair.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 
@@ -60,16 +59,6 @@ PairRun WarmPair::run(const Volume& fixed, const Volume& moving) {
   run.solve_s = solved - prepared;
   run.download_s = now_s() - solved;
   return run;
-}
-
-double now_s() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + std::ptrdiff_t((values.size() - 1) / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 PairRun median_run(std::vector<PairRun> runs) {

@@ -1,20 +1,13 @@
 #pragma once
 
 #include <memory>
-#include <stdexcept>
 #include <vector>
 
 #include "compute/motion/pyramid.h"
 #include "compute/motion/solver.h"
+#include "tests/bench/measuring.h"
 
 namespace palpate::bench {
-
-/// A benchmark's own check failed, or what it needs is not there; what() is a sentence for a
-/// person.
-class Mismatch : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 /// What one estimation gave, and the seconds of its parts.
 struct PairRun {
@@ -51,13 +44,6 @@ class WarmPair {
   FramePyramid fixed_, moving_;
   std::unique_ptr<FieldSolver> solver_;
 };
-
-/// Seconds since some moment.
-double now_s();
-
-/// The middle value (of an even number, the lower one of the two in the middle). Needs one at
-/// least.
-double median(std::vector<double> values);
 
 /// The run with the middle total. Needs one at least.
 PairRun median_run(std::vector<PairRun> runs);
