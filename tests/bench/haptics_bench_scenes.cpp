@@ -116,8 +116,8 @@ void HeartHand::next(TickInput& input, FramePointer first) noexcept {
 TickOutput PaperLoop::tick(const TickInput& input) noexcept {
   TickOutput out;
   const glm::dvec3 probe = input.reading.position_m;
-  if (!placed_) run_.place_proxy(probe);
-  placed_ = true;
+  if (!started_) run_.place_proxy(probe);
+  started_ = true;
   run_.time_s += input.dt_s;
   for (int p = 0; p < input.pose_count; ++p)
     run_.volumes[size_t(input.poses[size_t(p)].volume)].pose.add(input.poses[size_t(p)].transform,
@@ -134,14 +134,14 @@ TickOutput PaperLoop::tick(const TickInput& input) noexcept {
     volume.pointer = volume.playback.step(input.dt_s);
     volume.crossed = volume.playback.crossed();
   }
-  set_.clear();
+  placed_.set.clear();
   for (CarrierRun& carrier : run_.carriers) carrier.carrier->carry();
   for (const HapticMode& mode : run_.scene->modes)
-    run_.carriers[size_t(mode.carrier)].carrier->place(mode, probe, input.dt_s, 1.0, 1e9, set_);
-  out.proxy_m = balance(set_, probe, run_.stiffness_n_per_m).proxy;
+    run_.carriers[size_t(mode.carrier)].carrier->place(mode, probe, input.dt_s, 1.0, 1e9, placed_);
+  out.proxy_m = balance(placed_.set, probe, run_.stiffness_n_per_m).proxy;
   // Where the fixed point does not converge, the paper goes on with the better guess.
   for (CarrierRun& carrier : run_.carriers) carrier.carrier->go_to(out.proxy_m);
-  out.primitives = uint8_t(set_.count());
+  out.primitives = uint8_t(placed_.set.count());
   out.probe_m = probe;
   out.wanted_n = run_.stiffness_n_per_m * (out.proxy_m - probe);
   if (!run_.playing.empty()) out.first = run_.volumes[size_t(run_.playing.front())].pointer;

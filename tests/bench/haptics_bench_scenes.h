@@ -49,8 +49,8 @@ class PaperLoop {
 
  private:
   HapticRun run_;
-  PrimitiveSet set_;
-  bool placed_ = false;
+  Placed placed_;
+  bool started_ = false;
 };
 
 /// What a Hand is, for the paper's loop.
