@@ -24,11 +24,12 @@ struct Error {
 };
 
 /// A value, or the reason why there is none. Library code never prints and never exits: it returns this.
-template <class T>
+/// Reason: Error, or the own error type of a folder whose callers must tell more kinds of trouble apart.
+template <class T, class Reason = Error>
 class [[nodiscard]] Result {
  public:
   Result(T value) : state_(std::move(value)) {}
-  Result(Error error) : state_(std::move(error)) {}
+  Result(Reason error) : state_(std::move(error)) {}
 
   explicit operator bool() const { return state_.index() == 0; }
   T& operator*() {
@@ -41,10 +42,10 @@ class [[nodiscard]] Result {
   }
   T* operator->() { return &**this; }
   const T* operator->() const { return &**this; }
-  const Error& error() const { return std::get<1>(state_); }
+  const Reason& error() const { return std::get<1>(state_); }
 
  private:
-  std::variant<T, Error> state_;
+  std::variant<T, Reason> state_;
 };
 
 struct Nothing {};

@@ -42,7 +42,7 @@ bool has_layer(const char* wanted) {
 
 constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
 
-VkResult create_instance(bool validation, VkInstance* instance) {
+VkResult create_instance(bool validation, VkInstance* instance, DeviceMaker* maker = nullptr) {
   VkApplicationInfo application{VK_STRUCTURE_TYPE_APPLICATION_INFO};
   application.pApplicationName = "palpate";
   application.apiVersion = VK_API_VERSION_1_2;
@@ -60,7 +60,8 @@ VkResult create_instance(bool validation, VkInstance* instance) {
     create.enabledExtensionCount = 1;
     create.ppEnabledExtensionNames = &extension;
   }
-  return vkCreateInstance(&create, nullptr, instance);
+  return maker ? maker->create_instance(create, instance)
+               : vkCreateInstance(&create, nullptr, instance);
 }
 
 std::vector<VkPhysicalDevice> physical_devices(VkInstance instance) {
@@ -210,6 +211,23 @@ Result<int> choose(const std::vector<DeviceInfo>& devices, const std::string& wa
           : "No usable Vulkan device matches '" + wanted + "': found " + known + "."};
 }
 
+/// The index in `devices` of the device that `maker` insists on.
+Result<int> choose_through(DeviceMaker& maker, VkInstance instance,
+                           const std::vector<VkPhysicalDevice>& devices,
+                           const std::vector<DeviceInfo>& infos) {
+  VkPhysicalDevice wanted = VK_NULL_HANDLE;
+  const VkResult asked = maker.choose_device(instance, &wanted);
+  if (asked != VK_SUCCESS) return Failure(asked, "asking which device drives the display").error();
+  const auto at = std::find(devices.begin(), devices.end(), wanted);
+  if (at == devices.end())
+    return Error{ErrorKind::kNoDevice, "The device that drives the display is not listed here."};
+  const DeviceInfo& info = infos[size_t(at - devices.begin())];
+  if (info.usable) return info.index;
+  return Error{ErrorKind::kNoDevice, "The device that drives the display, " + info.name +
+                                         ", can not do what palpate needs: it lacks " +
+                                         info.missing + "."};
+}
+
 }  // namespace
 
 Failure::Failure(VkResult result, const std::string& doing)
@@ -249,32 +267,35 @@ VkBool32 VKAPI_PTR Context::on_message(VkDebugUtilsMessageSeverityFlagBitsEXT,
   return VK_FALSE;
 }
 
+void Context::listen() {
+  VkDebugUtilsMessengerCreateInfoEXT create{
+      VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT};
+  create.messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT |
+                           VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
+  // Not the performance hints: they advise against layout GENERAL, in which our images stay
+  // because each is sampled, written and copied in turn.
+  create.messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT;
+  create.pfnUserCallback = &Context::on_message;
+  create.pUserData = this;
+  auto create_messenger = reinterpret_cast<PFN_vkCreateDebugUtilsMessengerEXT>(
+      vkGetInstanceProcAddr(instance_, "vkCreateDebugUtilsMessengerEXT"));
+  if (create_messenger) create_messenger(instance_, &create, nullptr, &messenger_);
+}
+
 Result<std::shared_ptr<Context>> Context::open(const ContextOptions& options) {
   std::shared_ptr<Context> self(new Context);
   self->memory_cap_ = options.memory_cap_bytes;
   const bool validation = options.validation && has_layer(kValidationLayer);
-  if (create_instance(validation, &self->instance_) != VK_SUCCESS)
+  if (create_instance(validation, &self->instance_, options.maker) != VK_SUCCESS)
     return choose({}, options.device).error();
-
-  if (validation) {
-    VkDebugUtilsMessengerCreateInfoEXT create{
-        VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT};
-    create.messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT |
-                             VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
-    // Not the performance hints: they advise against layout GENERAL, in which our images stay
-    // because each is sampled, written and copied in turn.
-    create.messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT;
-    create.pfnUserCallback = &Context::on_message;
-    create.pUserData = self.get();
-    auto create_messenger = reinterpret_cast<PFN_vkCreateDebugUtilsMessengerEXT>(
-        vkGetInstanceProcAddr(self->instance_, "vkCreateDebugUtilsMessengerEXT"));
-    if (create_messenger) create_messenger(self->instance_, &create, nullptr, &self->messenger_);
-  }
+  if (validation) self->listen();
 
   const std::vector<VkPhysicalDevice> devices = physical_devices(self->instance_);
   std::vector<DeviceInfo> infos;
   for (VkPhysicalDevice device : devices) infos.push_back(describe(device, int(infos.size())));
-  const Result<int> index = choose(infos, options.device);
+  const Result<int> index = options.maker
+                                ? choose_through(*options.maker, self->instance_, devices, infos)
+                                : choose(infos, options.device);
   if (!index) return index.error();
   self->info_ = infos[size_t(*index)];
   self->physical_device_ = devices[size_t(*index)];
@@ -298,7 +319,9 @@ Result<std::shared_ptr<Context>> Context::open(const ContextOptions& options) {
   create.pEnabledFeatures = &features;
   create.queueCreateInfoCount = 1;
   create.pQueueCreateInfos = &queue;
-  const VkResult created = vkCreateDevice(self->physical_device_, &create, nullptr, &self->device_);
+  const VkResult created =
+      options.maker ? options.maker->create_device(self->physical_device_, create, &self->device_)
+                    : vkCreateDevice(self->physical_device_, &create, nullptr, &self->device_);
   if (created != VK_SUCCESS) return Failure(created, "opening " + self->info_.name).error();
   vkGetDeviceQueue(self->device_, self->queue_family_, 0, &self->queue_);
   return self;

@@ -46,10 +46,24 @@ struct DeviceInfo {
 /// is no driver.
 std::vector<DeviceInfo> list_devices();
 
+/// Somebody who must stand between the context and the three calls that make it: the runtime of a
+/// headset adds the extensions that it needs and insists on the device that drives the display.
+/// Called by Context::open on its thread, in this order; each returns what the Vulkan call
+/// returned.
+class DeviceMaker {
+ public:
+  virtual ~DeviceMaker() = default;
+  virtual VkResult create_instance(const VkInstanceCreateInfo& create, VkInstance* instance) = 0;
+  virtual VkResult choose_device(VkInstance instance, VkPhysicalDevice* device) = 0;
+  virtual VkResult create_device(VkPhysicalDevice device, const VkDeviceCreateInfo& create,
+                                 VkDevice* made) = 0;
+};
+
 struct ContextOptions {
   std::string device;       ///< index or part of the name; empty: the first GPU, else the CPU
   bool validation = false;  ///< Khronos validation with synchronisation validation, if installed
   uint64_t memory_cap_bytes = 0;  ///< pretend that the device has no more than this; 0: no cap
+  DeviceMaker* maker = nullptr;   ///< makes and chooses the device; `device` is not looked at then
 };
 
 /// An opened device with one compute queue: owner of everything below it, so it must outlive
@@ -62,6 +76,7 @@ class Context {
   Context(const Context&) = delete;
   Context& operator=(const Context&) = delete;
 
+  VkInstance instance() const { return instance_; }
   VkDevice device() const { return device_; }
   VkPhysicalDevice physical_device() const { return physical_device_; }
   uint32_t queue_family() const { return queue_family_; }
@@ -82,12 +97,19 @@ class Context {
 
   void submit(VkCommandBuffer commands, VkFence fence);
 
+  /// Keeps everybody else off the one queue while it lives: for calls of others that use the queue
+  /// (a headset's runtime, presenting to a window). submit() must not be called by its holder.
+  [[nodiscard]] std::unique_lock<std::mutex> hold_queue() { return std::unique_lock(queue_mutex_); }
+  /// The queue itself, index 0 of its family: only while hold_queue() is held.
+  VkQueue queue() const { return queue_; }
+
   /// Messages of the validation layers so far (tests demand none). Any thread.
   std::vector<std::string> validation_messages() const;
   bool validation_active() const { return messenger_ != VK_NULL_HANDLE; }
 
  private:
   Context() = default;
+  void listen();
   static VkBool32 VKAPI_PTR on_message(VkDebugUtilsMessageSeverityFlagBitsEXT,
                                        VkDebugUtilsMessageTypeFlagsEXT,
                                        const VkDebugUtilsMessengerCallbackDataEXT*, void* context);

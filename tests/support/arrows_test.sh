@@ -18,7 +18,8 @@ only() {
   fi
 }
 
-only 'vulkan/vulkan' 'compute/vulkan/|module/view/|module/xr/' compute module integration tests
+only 'vulkan/vulkan' 'compute/vulkan/|module/view/|module/xr/|tests/xr/' compute module integration tests
+only 'openxr/' 'module/xr/|tests/xr/' compute module integration tests
 only 'itk|gdcm' 'integration/files/|tests/files/|tests/bench/peers/' compute module integration tests
 only 'opencv2' 'integration/opencv/|tests/opencv/' compute module integration tests
 only 'cairo' 'integration/charts/|tests/charts/' compute module integration tests

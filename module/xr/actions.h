@@ -1,0 +1,48 @@
+#pragma once
+
+#include <array>
+
+#include "module/xr/bindings.h"
+#include "module/xr/hands.h"
+#include "module/xr/session.h"
+
+namespace palpate::xr {
+
+/// Seventh in the life cycle: what the hands do. Made once per session, before it begins.
+/// Move-only.
+class Actions {
+ public:
+  static Outcome<Actions> make(const Instance& instance, const Session& session);
+
+  /// Reads everything for the display time. Unfocused: at rest, nothing is asked.
+  Outcome<Hands> read(const Session& session, XrSpace base, XrTime time,
+                      const Pose& world_from_base);
+
+  /// Starts a vibration, or stops what runs (amplitude 0).
+  Done vibrate(const Session& session, int hand, double amplitude, int64_t duration_ns);
+
+  /// Asks again which controllers are in the hands: after XrEventDataInteractionProfileChanged.
+  Done ask_profiles(const Instance& instance, const Session& session);
+
+ private:
+  using Set = Handle<XrActionSet, xrDestroyActionSet>;
+  using Space = Handle<XrSpace, xrDestroySpace>;
+
+  Done make_actions(const Instance& instance);
+  Done suggest(const Instance& instance);
+  Done attach(const Session& session);
+  XrAction action(Act act) const { return actions_[size_t(act)]; }
+  XrActionStateGetInfo about(Act act, XrPath hand) const;
+  Outcome<XrActionStateBoolean> button(const Session& session, Act act, XrPath hand) const;
+  Done read_hand(const Session& session, size_t side, XrSpace base, XrTime time,
+                 const Pose& world_from_base, Hand& hand) const;
+  Done read_buttons(const Session& session, Hands& hands) const;
+
+  Set set_;
+  std::array<XrAction, size_t(Act::kCount)> actions_{};  ///< die with the set
+  std::array<XrPath, 2> sides_{};
+  std::array<Space, 2> grips_, aims_;
+  std::array<std::string, 2> profile_names_;
+};
+
+}  // namespace palpate::xr

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+namespace palpate::xr {
+
+/// What a person can do with controllers. The order is that of kActions.
+enum class Act : uint8_t {
+  kGrip,     ///< where the palm is
+  kAim,      ///< where the controller points
+  kGrab,     ///< hold on to the volume
+  kDeadMan,  ///< held: the force device may push
+  kClip,     ///< held: the clip plane lies on this controller
+  kPlayPause,
+  kRecentre,
+  kPresetNext,
+  kPresetPrevious,
+  kScrub,    ///< -1 to 1
+  kVibrate,  ///< output
+  kCount
+};
+
+enum class ActKind : uint8_t { kPose, kButton, kAxis, kVibration };
+
+struct ActSpec {
+  Act act;
+  const char* name;   ///< as OpenXR wants names: lower case
+  const char* label;  ///< for people, in the runtime's menus
+  ActKind kind;
+  bool per_hand;  ///< left and right are told apart
+};
+std::span<const ActSpec> acts();
+
+/// One line of the table: this act by this part of this controller.
+struct Binding {
+  Act act;
+  const char* path;
+};
+struct Profile {
+  const char* path;
+  std::span<const Binding> bindings;
+};
+/// Simple, touch, vive, index and WMR controllers.
+std::span<const Profile> profiles();
+
+}  // namespace palpate::xr

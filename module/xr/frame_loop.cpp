@@ -1,0 +1,199 @@
+#include "module/xr/frame_loop.h"
+
+namespace palpate::xr {
+
+/// The projection layer of one frame; its parts point at each other, so it stays where it is made.
+struct FrameLoop::Layer {
+  std::array<XrView, 2> views{{{XR_TYPE_VIEW}, {XR_TYPE_VIEW}}};
+  std::array<XrCompositionLayerProjectionView, 2> projection{};
+  std::array<XrCompositionLayerDepthInfoKHR, 2> depth{};
+  XrCompositionLayerProjection layer{XR_TYPE_COMPOSITION_LAYER_PROJECTION};
+  bool shown = false, with_depth = false;
+};
+
+namespace {
+
+Fov fov_of(const XrFovf& fov) {
+  return {fov.angleLeft, fov.angleRight, fov.angleUp, fov.angleDown};
+}
+
+Target target_of(const Swapchain& chain, VkImage image) {
+  return {image, chain.format(), chain.size()};
+}
+
+}  // namespace
+
+Outcome<FrameResult> FrameLoop::run(const FrameParts& parts) {
+  XrFrameState state{XR_TYPE_FRAME_STATE};
+  XrFrameWaitInfo wait{XR_TYPE_FRAME_WAIT_INFO};
+  Done step = done("xrWaitFrame", xrWaitFrame(parts.session.handle(), &wait, &state));
+  if (!step) return step.error();
+  {
+    const auto queue = context_->hold_queue();
+    XrFrameBeginInfo begin{XR_TYPE_FRAME_BEGIN_INFO};
+    step = done("xrBeginFrame", xrBeginFrame(parts.session.handle(), &begin));
+  }
+  if (!step) return step.error();
+  Layer layer;
+  std::optional<vulkan::Failure> failure;
+  try {
+    step = fill(parts, state, layer);
+  } catch (const vulkan::Failure& caught) {
+    failure = caught;
+    layer.shown = false;
+  }
+  const Done ended = end(parts, state.predictedDisplayTime, layer);
+  if (failure) throw *failure;
+  // The first problem is the cause of what follows it.
+  if (!step) return step.error();
+  if (!ended) return ended.error();
+  return FrameResult{layer.shown, layer.shown && layer.with_depth, state.predictedDisplayPeriod};
+}
+
+Done FrameLoop::fill(const FrameParts& parts, const XrFrameState& state, Layer& layer) {
+  const XrTime time = state.predictedDisplayTime;
+  const auto moment = moment_of(parts.instance, time, state.predictedDisplayPeriod, monotonic_ns());
+  if (!moment) return moment.error();
+  parts.colocation.advance(time);
+  const auto stage_from_local = parts.spaces.stage_from_local(time);
+  if (!stage_from_local) return stage_from_local.error();
+  if (*stage_from_local) parts.colocation.place_by(**stage_from_local);
+
+  Frame frame;
+  frame.display_time_ns = moment->ns;
+  frame.display_time_exact = moment->exact;
+  frame.period_ns = state.predictedDisplayPeriod;
+  const Outcome<Hands> hands = parts.actions.read(parts.session, parts.spaces.base(), time,
+                                                  parts.colocation.world_from_base());
+  if (!hands) return hands.error();
+  frame.hands = &*hands;
+  if (!state.shouldRender) return Nothing{};
+
+  Done ready = prepare(parts);
+  if (!ready) return ready;
+  bool valid = false;
+  ready = locate_eyes(parts, time, layer, frame, valid);
+  if (!ready || !valid) return ready;
+  const Outcome<Drawn> drawn = draw(parts, frame);
+  if (!drawn) return drawn.error();
+  layer.shown = drawn->color;
+  layer.with_depth = drawn->depth && chains_->depth;
+  for (XrCompositionLayerDepthInfoKHR& depth : layer.depth) {
+    depth.nearZ = drawn->depth_0_m;
+    depth.farZ = drawn->depth_1_m;
+  }
+  return Nothing{};
+}
+
+Done FrameLoop::prepare(const FrameParts& parts) {
+  if (!commands_) commands_ = std::make_unique<FrameCommands>(context_);
+  if (!chains_) {
+    auto made = Swapchains::make(parts.session, parts.system, parts.instance.has_depth_layer(),
+                                 view_scale_);
+    if (!made) return made.error();
+    chains_.emplace(std::move(*made));
+  }
+  for (uint32_t view = 0; view < 2; ++view) {
+    if (masks_known_[view]) continue;
+    auto mesh = hidden_mesh(parts.instance, parts.session, view);
+    if (!mesh) return mesh.error();
+    masks_[view] = std::move(*mesh);
+    masks_known_[view] = true;
+  }
+  return Nothing{};
+}
+
+Done FrameLoop::locate_eyes(const FrameParts& parts, XrTime time, Layer& layer, Frame& frame,
+                            bool& valid) {
+  XrViewLocateInfo locate{XR_TYPE_VIEW_LOCATE_INFO};
+  locate.viewConfigurationType = kStereo;
+  locate.displayTime = time;
+  locate.space = parts.spaces.base();
+  XrViewState state{XR_TYPE_VIEW_STATE};
+  uint32_t count = 0;
+  const XrResult result = xrLocateViews(parts.session.handle(), &locate, &state,
+                                        uint32_t(layer.views.size()), &count, layer.views.data());
+  if (XR_FAILED(result)) return problem_of("xrLocateViews", result);
+  constexpr XrViewStateFlags kValid =
+      XR_VIEW_STATE_POSITION_VALID_BIT | XR_VIEW_STATE_ORIENTATION_VALID_BIT;
+  // A picture for a head of unknown place would jump: none is better.
+  valid = (state.viewStateFlags & kValid) == kValid;
+  const Pose world_from_base = parts.colocation.world_from_base();
+  for (size_t eye = 0; eye < 2; ++eye) {
+    frame.eyes[eye].world_from_eye = world_from_base * pose_of(layer.views[eye].pose);
+    frame.eyes[eye].fov = fov_of(layer.views[eye].fov);
+    frame.eyes[eye].size = chains_->eyes[eye];
+    frame.eyes[eye].hidden = &masks_[eye];
+  }
+  return Nothing{};
+}
+
+Outcome<Drawn> FrameLoop::draw(const FrameParts& parts, Frame& frame) {
+  Swapchain* depth = chains_->depth ? &*chains_->depth : nullptr;
+  const auto color_image = chains_->color.acquire();
+  if (!color_image) return color_image.error();
+  if (!*color_image) return Drawn{};
+  frame.color = target_of(chains_->color, **color_image);
+  if (depth) {
+    const auto depth_image = depth->acquire();
+    if (!depth_image) return depth_image.error();
+    if (*depth_image) frame.depth = target_of(*depth, **depth_image);
+  }
+  Drawn drawn;
+  std::optional<vulkan::Failure> failure;
+  try {
+    drawn = commands_->run(frame.color, frame.depth, [&](VkCommandBuffer commands) {
+      return parts.source.record(frame, commands);
+    });
+  } catch (const vulkan::Failure& caught) {
+    failure = caught;
+  }
+  // Given back in any case: the runtime must not be left without its images.
+  Done released = chains_->color.release();
+  if (depth && depth->waited()) {
+    const Done depth_released = depth->release();
+    if (released) released = depth_released;
+  }
+  if (failure) throw *failure;
+  if (!released) return released.error();
+  drawn.depth = drawn.depth && frame.depth.image;
+  return drawn;
+}
+
+Done FrameLoop::end(const FrameParts& parts, XrTime time, const Layer& filled) {
+  Layer layer = filled;
+  XrFrameEndInfo end{XR_TYPE_FRAME_END_INFO};
+  end.displayTime = time;
+  end.environmentBlendMode = parts.blend;
+  for (size_t eye = 0; layer.shown && eye < 2; ++eye) {
+    const auto part_of = [&](const Swapchain& chain) {
+      const VkExtent2D size = chains_->eyes[eye];
+      return XrSwapchainSubImage{
+          chain.handle(), {{0, 0}, {int32_t(size.width), int32_t(size.height)}}, uint32_t(eye)};
+    };
+    XrCompositionLayerProjectionView& view = layer.projection[eye];
+    view.type = XR_TYPE_COMPOSITION_LAYER_PROJECTION_VIEW;
+    view.pose = layer.views[eye].pose;
+    view.fov = layer.views[eye].fov;
+    view.subImage = part_of(chains_->color);
+    if (!layer.with_depth) continue;
+    layer.depth[eye].type = XR_TYPE_COMPOSITION_LAYER_DEPTH_INFO_KHR;
+    layer.depth[eye].subImage = part_of(*chains_->depth);
+    layer.depth[eye].maxDepth = 1.0F;
+    view.next = &layer.depth[eye];
+  }
+  layer.layer.space = parts.spaces.base();
+  layer.layer.viewCount = uint32_t(layer.projection.size());
+  layer.layer.views = layer.projection.data();
+  if (parts.blend == XR_ENVIRONMENT_BLEND_MODE_ALPHA_BLEND)
+    layer.layer.layerFlags = XR_COMPOSITION_LAYER_BLEND_TEXTURE_SOURCE_ALPHA_BIT;
+  const auto* header = reinterpret_cast<const XrCompositionLayerBaseHeader*>(&layer.layer);
+  if (layer.shown) {
+    end.layerCount = 1;
+    end.layers = &header;
+  }
+  const auto queue = context_->hold_queue();
+  return done("xrEndFrame", xrEndFrame(parts.session.handle(), &end));
+}
+
+}  // namespace palpate::xr

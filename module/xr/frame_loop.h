@@ -1,0 +1,66 @@
+#pragma once
+
+#include <array>
+
+#include "module/xr/actions.h"
+#include "module/xr/clock.h"
+#include "module/xr/frame_commands.h"
+#include "module/xr/spaces.h"
+#include "module/xr/swapchains.h"
+#include "module/xr/visibility.h"
+
+namespace palpate::xr {
+
+/// The parts of a session that a frame needs.
+struct FrameParts {
+  const Instance& instance;
+  const System& system;
+  const Session& session;
+  const Spaces& spaces;
+  Actions& actions;
+  Colocation& colocation;
+  FrameSource& source;
+  XrEnvironmentBlendMode blend;
+};
+
+/// What became of a frame.
+struct FrameResult {
+  bool drawn = false;  ///< a picture was handed over
+  bool depth = false;
+  int64_t period_ns = 0;
+};
+
+/// Eighth and last in the life cycle: wait, begin, locate, draw, end. Swapchains are made by the
+/// first frame that is to be seen, because a session may run for long without one.
+class FrameLoop {
+ public:
+  FrameLoop(std::shared_ptr<vulkan::Context> context, double view_scale)
+      : context_(std::move(context)), view_scale_(view_scale) {}
+
+  /// One whole frame: blocks in xrWaitFrame. Whatever fails between xrBeginFrame and xrEndFrame,
+  /// the frame is ended, without a picture, before the problem is returned. Throws vulkan::Failure,
+  /// likewise after the end.
+  Outcome<FrameResult> run(const FrameParts& parts);
+
+  /// The mask of this view changed: it is asked for again.
+  void forget_mask(uint32_t view) {
+    if (view < 2) masks_known_[view] = false;
+  }
+
+ private:
+  struct Layer;
+  Done prepare(const FrameParts& parts);
+  Done locate_eyes(const FrameParts& parts, XrTime time, Layer& layer, Frame& frame, bool& valid);
+  Outcome<Drawn> draw(const FrameParts& parts, Frame& frame);
+  Done fill(const FrameParts& parts, const XrFrameState& state, Layer& layer);
+  Done end(const FrameParts& parts, XrTime time, const Layer& layer);
+
+  std::shared_ptr<vulkan::Context> context_;
+  double view_scale_;
+  std::optional<Swapchains> chains_;
+  std::unique_ptr<FrameCommands> commands_;  ///< goes first: its work uses the images
+  std::array<HiddenMesh, 2> masks_;
+  std::array<bool, 2> masks_known_{};
+};
+
+}  // namespace palpate::xr

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <vulkan/vulkan.h>
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "compute/vulkan/context.h"
+#include "module/xr/hands.h"
+#include "module/xr/pose.h"
+
+namespace palpate::xr {
+
+/// Half angles of one eye's picture, radians; left and down are negative as a rule.
+struct Fov {
+  double left = 0, right = 0, up = 0, down = 0;
+};
+
+/// What of an eye's picture the optics hide: triangles in the plane z = -1 of the eye. Empty: all
+/// is seen, or the runtime does not say.
+struct HiddenMesh {
+  std::vector<glm::vec2> vertices;
+  std::vector<uint32_t> triangles;  ///< three indices each
+};
+
+/// One eye of a frame.
+struct Eye {
+  Pose world_from_eye;
+  Fov fov;
+  VkExtent2D size{};                   ///< pixels to fill, from the image's corner (0, 0)
+  const HiddenMesh* hidden = nullptr;  ///< never null; lives as long as the frame
+};
+
+/// An image of the runtime, in layout TRANSFER_DST_OPTIMAL while the source records; array layer i
+/// is eye i. What the source does not write is undefined.
+struct Target {
+  VkImage image = VK_NULL_HANDLE;
+  VkFormat format = VK_FORMAT_UNDEFINED;
+  VkExtent2D size{};
+};
+
+/// A frame to draw.
+struct Frame {
+  int64_t display_time_ns = 0;     ///< of the monotonic clock: when the person will see it
+  bool display_time_exact = true;  ///< false: the runtime can not convert its time, it was guessed
+  int64_t period_ns = 0;           ///< of the display
+  std::array<Eye, 2> eyes;         ///< left, right
+  const Hands* hands = nullptr;    ///< never null; at the display time
+  Target color;
+  Target depth;  ///< image is null where the runtime takes no depth
+};
+
+/// How the source drew.
+struct Drawn {
+  bool color = false;  ///< false: nothing to show this time
+  bool depth = false;  ///< the depth target was written
+  /// Distances that depth 0 and 1 stand for, m. Reversed depth: near is the larger; infinity is
+  /// allowed.
+  float depth_0_m = 0.1F;
+  float depth_1_m = 100.0F;
+};
+
+/// What is shown in the headset. All on the thread that calls Headset::step.
+///
+/// sRGB: `color.format` is an _SRGB one wherever the runtime offers one. Its bytes are to be
+/// sRGB-encoded already (vkCmdCopyImage from an R8G8B8A8_UNORM image into which encoded values were
+/// written). B8G8R8A8 wants blue first; a format that is not _SRGB wants linear values.
+class FrameSource {
+ public:
+  virtual ~FrameSource() = default;
+  /// The device on which record() will work, called before the first record() and again whenever it
+  /// is another one. What it takes to draw may be made here. An error is taken as kNoGraphics.
+  virtual Status use(const std::shared_ptr<vulkan::Context>& context) = 0;
+  /// Everything made on the device of the last use() must go: its work has ended.
+  virtual void drop() noexcept = 0;
+  /// Draws both eyes. The commands of the frame before have ended. Barriers towards its own
+  /// resources are the source's; those of the targets are the caller's. May throw vulkan::Failure.
+  virtual Drawn record(const Frame& frame, VkCommandBuffer commands) = 0;
+};
+
+}  // namespace palpate::xr

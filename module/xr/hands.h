@@ -1,0 +1,34 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+
+#include "module/xr/pose.h"
+
+namespace palpate::xr {
+
+/// One controller at the predicted display time.
+struct Hand {
+  bool active = false;                 ///< a controller is there and tells where it is
+  Pose world_from_grip;                ///< the palm; valid if active
+  std::optional<Pose> world_from_aim;  ///< where it points
+  glm::dvec3 velocity_m_per_s{0.0};    ///< of the grip, world; 0 where the runtime does not say
+  bool grabs = false;                  ///< holds on to the volume
+  bool dead_man = false;               ///< holds the button without which a force device stays limp
+  bool clip = false;                   ///< holds the clip plane on this controller
+  std::string profile;                 ///< the controller's interaction profile; empty: none
+};
+
+/// Everything the person did since the frame before. While the session is not focused all of it is
+/// at rest: nothing is grabbed, no dead-man is held.
+struct Hands {
+  std::array<Hand, 2> hand;  ///< left, right
+  bool play_pause = false;   ///< was pressed since the last frame
+  bool recentre = false;     ///< was pressed since the last frame
+  int preset_steps = 0;      ///< to the next (+) or the one before (-) since the last frame
+  double scrub = 0.0;        ///< -1 to 1: how fast to move through the sequence
+  bool focused = false;      ///< the runtime gives input to this program now
+};
+
+}  // namespace palpate::xr

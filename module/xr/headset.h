@@ -1,0 +1,95 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "module/xr/colocation.h"
+#include "module/xr/frame_source.h"
+#include "module/xr/problem.h"
+
+namespace palpate::xr {
+
+/// Where the headset's story is. Every state has a way on, see docs/decisions/xr.md.
+enum class State {
+  kNoRuntime,  ///< there is nothing to talk to; look_again() starts over
+  kWaiting,    ///< nothing was asked yet, or runtime down, headset off, or something refused: asked
+               ///< again (Report says when)
+  kIdle,       ///< a session is there; the runtime wants no frames (headset laid down)
+  kHidden,     ///< frames run but are not seen
+  kVisible,    ///< seen, but input goes elsewhere (a menu of the runtime)
+  kFocused,    ///< seen, with input
+  kEnded,      ///< the person or the program ended it; look_again() starts over
+};
+const char* name(State state);
+
+enum class Blend { kOpaque, kAdditive, kAlpha };
+enum class Origin { kStage, kLocal, kView };
+
+struct HeadsetOptions {
+  bool validation = false;         ///< Vulkan validation layers, if installed
+  Origin origin = Origin::kStage;  ///< kStage falls back to kLocal where there is none
+  Blend blend = Blend::kOpaque;    ///< used where offered, else the runtime's first choice
+  /// Picture size as a fraction of what the runtime recommends.
+  double view_scale = 1.0;
+  uint64_t memory_cap_bytes = 0;  ///< for vulkan::ContextOptions
+};
+
+/// What there is to know after a step.
+struct Report {
+  State state = State::kWaiting;
+  std::string sentence;            ///< for a person, whenever it changes; empty: nothing new
+  Problem problem;                 ///< the last one; `call` is empty if there was none
+  std::string runtime;             ///< name and version
+  std::string system;              ///< name of the headset
+  Origin origin = Origin::kStage;  ///< as it is
+  Blend blend = Blend::kOpaque;
+  bool depth = false;     ///< the depth layer is handed over
+  uint64_t frames = 0;    ///< ended with xrEndFrame since the program's start
+  uint64_t drawn = 0;     ///< of these with a picture
+  uint64_t sessions = 0;  ///< begun since the program's start
+};
+
+/// A picture in a headset through whatever OpenXR runtime there is, for as long as the program
+/// lives: finds the runtime, opens session after session, goes on after every loss. Owns the Vulkan
+/// device that goes with it. One thread (the render thread), never the servo thread.
+class Headset {
+ public:
+  /// `source` must outlive it.
+  Headset(HeadsetOptions options, FrameSource& source);
+  ~Headset();
+  Headset(const Headset&) = delete;
+  Headset& operator=(const Headset&) = delete;
+
+  /// Does what is due at now_ns (monotonic): polls the runtime's events and, if it wants one, draws
+  /// one frame, which waits for the display (xrWaitFrame). Without a running session it returns at
+  /// once: the caller's desktop view goes on at its own pace. Throws nothing.
+  const Report& step(int64_t now_ns);
+  /// As of the last step.
+  const Report& report() const;
+
+  /// After kNoRuntime or kEnded: starts over at the next step.
+  void look_again();
+
+  /// Asks the runtime to end the session, as the rules of OpenXR have it; step() is to be called
+  /// until the state is kEnded. A runtime that does not answer within two seconds of now_ns is
+  /// left.
+  void end(int64_t now_ns);
+
+  /// Lets controller `hand` (0 left, 1 right) vibrate, 0 to 1, for about two frames: call it once
+  /// per frame with vibration() of the force. Nothing happens while not focused.
+  void vibrate(int hand, double amplitude);
+
+  /// Where the device of the hand stands in the room; see colocation.h.
+  Colocation& colocation();
+
+  /// The headset's Vulkan device; null before there was one. It outlives sessions and runtimes: the
+  /// desktop view may go on with it. FrameSource::use and drop say when it changes.
+  std::shared_ptr<vulkan::Context> context() const;
+
+ private:
+  class Story;
+  std::unique_ptr<Story> story_;
+};
+
+}  // namespace palpate::xr

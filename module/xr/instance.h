@@ -1,0 +1,54 @@
+#pragma once
+
+#include <vulkan/vulkan.h>
+// Vulkan comes first: openxr_platform.h speaks of its types.
+#define XR_USE_GRAPHICS_API_VULKAN
+#define XR_USE_TIMESPEC
+#include <openxr/openxr.h>
+#include <openxr/openxr_platform.h>
+
+#include <optional>
+#include <string>
+
+#include "module/xr/call.h"
+
+namespace palpate::xr {
+
+/// First in the life cycle: the connection to a runtime, with the extensions that palpate uses.
+/// Move-only.
+class Instance {
+ public:
+  /// Connects to the runtime that the loader finds. kNoRuntime, kRuntimeDown, kUnsupported.
+  static Outcome<Instance> make();
+
+  XrInstance handle() const { return handle_.get(); }
+  /// Name and version, for people.
+  const std::string& runtime() const { return runtime_; }
+
+  bool has_depth_layer() const { return depth_layer_; }
+  bool has_visibility_mask() const { return get_visibility_mask != nullptr; }
+  bool has_clock() const { return convert_time_to_timespec != nullptr; }
+
+  /// The next event, or none.
+  Outcome<std::optional<XrEventDataBuffer>> next_event() const;
+
+  Outcome<XrPath> path(const char* text) const;
+
+  // XR_KHR_vulkan_enable2, never null.
+  PFN_xrGetVulkanGraphicsRequirements2KHR get_vulkan_requirements = nullptr;
+  PFN_xrCreateVulkanInstanceKHR create_vulkan_instance = nullptr;
+  PFN_xrGetVulkanGraphicsDevice2KHR get_vulkan_device = nullptr;
+  PFN_xrCreateVulkanDeviceKHR create_vulkan_device = nullptr;
+  // Null where the runtime lacks the extension.
+  PFN_xrConvertTimeToTimespecTimeKHR convert_time_to_timespec = nullptr;
+  PFN_xrGetVisibilityMaskKHR get_visibility_mask = nullptr;
+
+ private:
+  Done load_functions(bool clock, bool mask);
+
+  Handle<XrInstance, xrDestroyInstance> handle_;
+  std::string runtime_;
+  bool depth_layer_ = false;
+};
+
+}  // namespace palpate::xr

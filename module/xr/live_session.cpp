@@ -1,0 +1,131 @@
+#include "module/xr/live_session.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace palpate::xr {
+namespace {
+
+XrEnvironmentBlendMode blend_mode(Blend wanted, const System& system) {
+  const XrEnvironmentBlendMode mode =
+      wanted == Blend::kAdditive ? XR_ENVIRONMENT_BLEND_MODE_ADDITIVE
+      : wanted == Blend::kAlpha  ? XR_ENVIRONMENT_BLEND_MODE_ALPHA_BLEND
+                                 : XR_ENVIRONMENT_BLEND_MODE_OPAQUE;
+  const auto& offered = system.blend_modes;
+  const bool there = std::find(offered.begin(), offered.end(), mode) != offered.end();
+  return there ? mode : offered.front();
+}
+
+/// The event as its own type. A buffer may not be read through another type's pointer.
+template <class Event>
+Event as(const XrEventDataBuffer& buffer) {
+  Event event;
+  static_assert(sizeof(Event) <= sizeof(XrEventDataBuffer));
+  std::memcpy(&event, &buffer, sizeof event);
+  return event;
+}
+
+}  // namespace
+
+Outcome<std::unique_ptr<LiveSession>> LiveSession::make(const Instance& instance,
+                                                        const System& system,
+                                                        std::shared_ptr<vulkan::Context> context,
+                                                        const HeadsetOptions& options,
+                                                        Colocation& colocation) {
+  auto session = Session::make(instance, system, context);
+  if (!session) return session.error();
+  auto spaces = Spaces::make(*session, options.origin);
+  if (!spaces) return spaces.error();
+  auto actions = Actions::make(instance, *session);
+  if (!actions) return actions.error();
+  colocation.set_base(spaces->origin() == Origin::kStage ? Room::kStage : Room::kLocal);
+  return std::unique_ptr<LiveSession>(new LiveSession(
+      instance, system, colocation, std::move(*session), std::move(*spaces), std::move(*actions),
+      FrameLoop(std::move(context), options.view_scale), blend_mode(options.blend, system)));
+}
+
+LiveSession::LiveSession(const Instance& instance, const System& system, Colocation& colocation,
+                         Session session, Spaces spaces, Actions actions, FrameLoop loop,
+                         XrEnvironmentBlendMode blend)
+    : instance_(instance),
+      system_(system),
+      colocation_(colocation),
+      session_(std::move(session)),
+      spaces_(std::move(spaces)),
+      actions_(std::move(actions)),
+      loop_(std::move(loop)),
+      blend_(blend) {}
+
+Outcome<Round> LiveSession::round(FrameSource& source) {
+  Round round;
+  const Outcome<Duty> duty = poll();
+  if (!duty) return duty.error();
+  round.duty = *duty;
+  if (*duty != Duty::kNone || !session_.life().running()) return round;
+  const auto frame =
+      loop_.run({instance_, system_, session_, spaces_, actions_, colocation_, source, blend_});
+  if (!frame) return frame.error();
+  round.framed = true;
+  round.frame = *frame;
+  period_ns_ = frame->period_ns;
+  return round;
+}
+
+Outcome<Duty> LiveSession::poll() {
+  for (;;) {
+    const auto event = instance_.next_event();
+    if (!event) return event.error();
+    if (!*event) return Duty::kNone;
+    const Outcome<Duty> duty = obey(**event);
+    if (!duty || *duty != Duty::kNone) return duty;
+  }
+}
+
+Outcome<Duty> LiveSession::obey(const XrEventDataBuffer& event) {
+  switch (event.type) {
+    case XR_TYPE_EVENT_DATA_SESSION_STATE_CHANGED: {
+      const auto changed = as<XrEventDataSessionStateChanged>(event);
+      if (changed.session != session_.handle()) return Duty::kNone;
+      const bool was_focused = session_.life().focused();
+      const Outcome<Duty> duty = session_.announced(changed.state);
+      // A controller left vibrating would go on for as long as it was told.
+      if (was_focused && !session_.life().focused()) vibrating_ = {};
+      return duty;
+    }
+    case XR_TYPE_EVENT_DATA_REFERENCE_SPACE_CHANGE_PENDING: {
+      const auto change = as<XrEventDataReferenceSpaceChangePending>(event);
+      if (change.session == session_.handle()) space_changes(change);
+      return Duty::kNone;
+    }
+    case XR_TYPE_EVENT_DATA_INTERACTION_PROFILE_CHANGED: {
+      const Done asked = actions_.ask_profiles(instance_, session_);
+      if (!asked) return asked.error();
+      return Duty::kNone;
+    }
+    case XR_TYPE_EVENT_DATA_VISIBILITY_MASK_CHANGED_KHR:
+      loop_.forget_mask(as<XrEventDataVisibilityMaskChangedKHR>(event).viewIndex);
+      return Duty::kNone;
+    case XR_TYPE_EVENT_DATA_INSTANCE_LOSS_PENDING:
+      return problem_of("xrPollEvent", XR_ERROR_INSTANCE_LOST);
+    default:
+      return Duty::kNone;
+  }
+}
+
+void LiveSession::space_changes(const XrEventDataReferenceSpaceChangePending& change) {
+  const bool stage = change.referenceSpaceType == XR_REFERENCE_SPACE_TYPE_STAGE;
+  if (!stage && change.referenceSpaceType != XR_REFERENCE_SPACE_TYPE_LOCAL) return;
+  std::optional<Pose> previous_from_new;
+  if (change.poseValid) previous_from_new = pose_of(change.poseInPreviousSpace);
+  colocation_.change(stage ? Room::kStage : Room::kLocal, change.changeTime, previous_from_new);
+}
+
+Done LiveSession::vibrate(int hand, double amplitude) {
+  if (!session_.life().focused()) return Nothing{};
+  bool& running = vibrating_[size_t(hand)];
+  if (!(amplitude > 0.0) && !running) return Nothing{};
+  running = amplitude > 0.0;
+  return actions_.vibrate(session_, hand, amplitude, 2 * period_ns_);
+}
+
+}  // namespace palpate::xr

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <memory>
+
+#include "module/xr/frame_loop.h"
+
+namespace palpate::xr {
+
+/// What became of one round of a live session.
+struct Round {
+  Duty duty = Duty::kNone;  ///< kDropLost, kDropEnded, or kNone: go on
+  bool framed = false;
+  FrameResult frame;
+};
+
+/// A session with all that hangs on it, made and torn down in order. Not movable.
+class LiveSession {
+ public:
+  static Outcome<std::unique_ptr<LiveSession>> make(const Instance& instance, const System& system,
+                                                    std::shared_ptr<vulkan::Context> context,
+                                                    const HeadsetOptions& options,
+                                                    Colocation& colocation);
+  LiveSession(const LiveSession&) = delete;
+  LiveSession& operator=(const LiveSession&) = delete;
+
+  /// Polls events, obeys the session's state, and runs a frame if one is wanted. Throws
+  /// vulkan::Failure.
+  Outcome<Round> round(FrameSource& source);
+  Done request_exit() { return session_.request_exit(); }
+  Done vibrate(int hand, double amplitude);
+
+  const Session& session() const { return session_; }
+  Origin origin() const { return spaces_.origin(); }
+  XrEnvironmentBlendMode blend() const { return blend_; }
+
+ private:
+  LiveSession(const Instance& instance, const System& system, Colocation& colocation,
+              Session session, Spaces spaces, Actions actions, FrameLoop loop,
+              XrEnvironmentBlendMode blend);
+  Outcome<Duty> poll();
+  Outcome<Duty> obey(const XrEventDataBuffer& event);
+  void space_changes(const XrEventDataReferenceSpaceChangePending& change);
+
+  const Instance& instance_;
+  const System& system_;
+  Colocation& colocation_;
+  Session session_;
+  Spaces spaces_;
+  Actions actions_;
+  FrameLoop loop_;
+  XrEnvironmentBlendMode blend_;
+  std::array<bool, 2> vibrating_{};
+  int64_t period_ns_ = 0;
+};
+
+}  // namespace palpate::xr

@@ -1,0 +1,73 @@
+#include "module/xr/problem.h"
+
+#include <string_view>
+
+#include "module/xr/call.h"
+
+namespace palpate::xr {
+namespace {
+
+Trouble trouble_of(std::string_view call, XrResult result) {
+  switch (result) {
+    case XR_ERROR_RUNTIME_UNAVAILABLE:
+    case XR_ERROR_FILE_ACCESS_ERROR:
+    case XR_ERROR_FILE_CONTENTS_INVALID:
+      return Trouble::kNoRuntime;
+    case XR_ERROR_INSTANCE_LOST:
+      return Trouble::kInstanceLost;
+    case XR_ERROR_SESSION_LOST:
+      return Trouble::kSessionLost;
+    case XR_ERROR_FORM_FACTOR_UNAVAILABLE:
+      return Trouble::kNoHeadset;
+    case XR_ERROR_API_VERSION_UNSUPPORTED:
+    case XR_ERROR_EXTENSION_NOT_PRESENT:
+    case XR_ERROR_FORM_FACTOR_UNSUPPORTED:
+    case XR_ERROR_VIEW_CONFIGURATION_TYPE_UNSUPPORTED:
+    case XR_ERROR_REFERENCE_SPACE_UNSUPPORTED:
+    case XR_ERROR_SWAPCHAIN_FORMAT_UNSUPPORTED:
+      return Trouble::kUnsupported;
+    case XR_ERROR_GRAPHICS_DEVICE_INVALID:
+      return Trouble::kNoGraphics;
+    default:
+      break;
+  }
+  // A runtime whose service does not run has no other way to say so.
+  const bool first_calls =
+      call == "xrCreateInstance" || call == "xrEnumerateInstanceExtensionProperties";
+  return first_calls ? Trouble::kRuntimeDown : Trouble::kRefused;
+}
+
+std::string sentence(Trouble trouble, const char* call, XrResult result) {
+  const std::string which = std::string(" (") + call + " returned " + std::to_string(result) + ")";
+  switch (trouble) {
+    case Trouble::kNoRuntime:
+      return "There is no OpenXR runtime: start one (Monado, SteamVR) or let XR_RUNTIME_JSON name "
+             "its manifest" +
+             which + ".";
+    case Trouble::kRuntimeDown:
+      return "The OpenXR runtime does not answer: start its service, it is asked again" + which +
+             ".";
+    case Trouble::kUnsupported:
+      return "The OpenXR runtime can not do what palpate needs" + which + ".";
+    case Trouble::kNoHeadset:
+      return "The headset is off or unplugged: switch it on, it is waited for" + which + ".";
+    case Trouble::kNoGraphics:
+      return "The headset can not be driven by this Vulkan device" + which + ".";
+    case Trouble::kInstanceLost:
+      return "The OpenXR runtime went away: it is waited for" + which + ".";
+    case Trouble::kSessionLost:
+      return "The headset was taken away: it is waited for" + which + ".";
+    case Trouble::kRefused:
+      return "The OpenXR runtime refused a call: it is tried again" + which + ".";
+  }
+  return which;
+}
+
+}  // namespace
+
+Problem problem_of(const char* call, XrResult result) {
+  const Trouble trouble = trouble_of(call, result);
+  return {trouble, sentence(trouble, call, result), call, int(result)};
+}
+
+}  // namespace palpate::xr

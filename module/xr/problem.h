@@ -1,0 +1,37 @@
+#pragma once
+
+#include <string>
+
+#include "compute/volume/result.h"
+
+namespace palpate::xr {
+
+/// Why there is no picture in the headset, and with that what comes next. Every OpenXR call of this
+/// folder that fails is one of these; none ends the program.
+enum class Trouble {
+  kNoRuntime,     ///< No OpenXR runtime is installed or chosen. Not asked again by itself.
+  kRuntimeDown,   ///< A runtime is installed but does not answer: its service does not run. Asked
+                  ///< again.
+  kUnsupported,   ///< The runtime lacks something that palpate needs; the message says what. Asked
+                  ///< again.
+  kNoHeadset,     ///< The runtime runs, the headset is off or unplugged. Asked again.
+  kNoGraphics,    ///< No Vulkan device could be made for the headset, or it was lost. Asked again.
+  kInstanceLost,  ///< The runtime went away (crashed, restarted, updated). All is made anew.
+  kSessionLost,  ///< The runtime took the session away (headset unplugged). A new one is asked for.
+  kRefused,  ///< The runtime refused a call for any other reason. All is made anew, more and more
+             ///< seldom.
+};
+
+/// One failed call.
+struct Problem {
+  Trouble trouble = Trouble::kRefused;
+  std::string message;    ///< one sentence for a person: what is wrong and what to do
+  const char* call = "";  ///< the OpenXR (or Vulkan) call that failed
+  int result = 0;         ///< its XrResult
+};
+
+template <class T>
+using Outcome = Result<T, Problem>;
+using Done = Outcome<Nothing>;
+
+}  // namespace palpate::xr

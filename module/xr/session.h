@@ -1,0 +1,38 @@
+#pragma once
+
+#include <memory>
+
+#include "compute/vulkan/context.h"
+#include "module/xr/lifecycle.h"
+#include "module/xr/system.h"
+
+namespace palpate::xr {
+
+/// Fourth in the life cycle: the session, and the calls that move it along. Move-only; what was
+/// made from it must be gone before it.
+class Session {
+ public:
+  static Outcome<Session> make(const Instance& instance, const System& system,
+                               std::shared_ptr<vulkan::Context> context);
+  ~Session();
+  Session(Session&&) = default;
+  Session& operator=(Session&&) = delete;
+
+  /// Does what the announcement asks for (xrBeginSession, xrEndSession) and returns what is left to
+  /// do for the owner: kDropLost, kDropEnded or kNone.
+  Outcome<Duty> announced(XrSessionState state);
+  /// Asks the runtime to let the session end; nothing to ask while it does not run.
+  Done request_exit();
+
+  XrSession handle() const { return handle_.get(); }
+  const Lifecycle& life() const { return life_; }
+  vulkan::Context& context() const { return *context_; }
+
+ private:
+  Session() = default;
+  std::shared_ptr<vulkan::Context> context_;
+  Handle<XrSession, xrDestroySession> handle_;
+  Lifecycle life_;
+};
+
+}  // namespace palpate::xr

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <optional>
+
+#include "module/xr/colocation.h"
+#include "module/xr/headset.h"
+#include "module/xr/session.h"
+
+namespace palpate::xr {
+
+/// Fifth in the life cycle: the reference spaces. Frames are located in the base space; the other
+/// one of stage and local is kept to find the way back when the base moves unseen. Move-only.
+class Spaces {
+ public:
+  static Outcome<Spaces> make(const Session& session, Origin wanted);
+
+  /// The space in which views and hands are located.
+  XrSpace base() const { return base_.get(); }
+  Origin origin() const { return origin_; }
+
+  /// stage_from_local at a time; none while the runtime does not know it or offers only one.
+  Outcome<std::optional<Pose>> stage_from_local(XrTime time) const;
+
+ private:
+  using Space = Handle<XrSpace, xrDestroySpace>;
+  Space base_, stage_, local_;
+  Origin origin_ = Origin::kLocal;
+};
+
+/// base_from_space at a time, or none where position and orientation are not both valid.
+/// velocity: filled in where the runtime knows it.
+Outcome<std::optional<Pose>> locate(XrSpace space, XrSpace base, XrTime time,
+                                    glm::dvec3* velocity_m_per_s = nullptr);
+
+}  // namespace palpate::xr

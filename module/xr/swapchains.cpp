@@ -1,0 +1,156 @@
+#include "module/xr/swapchains.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace palpate::xr {
+namespace {
+
+constexpr XrDuration kPatience = 1'000'000'000;  // ns: far more than any frame, less than a hang
+
+Outcome<std::vector<int64_t>> offered_formats(const Session& session) {
+  constexpr const char* kCall = "xrEnumerateSwapchainFormats";
+  uint32_t count = 0;
+  XrResult result = xrEnumerateSwapchainFormats(session.handle(), 0, &count, nullptr);
+  if (XR_FAILED(result)) return problem_of(kCall, result);
+  std::vector<int64_t> offered(count);
+  result = xrEnumerateSwapchainFormats(session.handle(), count, &count, offered.data());
+  if (XR_FAILED(result)) return problem_of(kCall, result);
+  offered.resize(count);
+  return offered;
+}
+
+/// The first of ours that is offered: the runtime's own order does not matter for 8-bit colour,
+/// ours does, because only R8G8B8A8_SRGB takes the renderer's bytes as they are.
+template <size_t n>
+std::optional<VkFormat> first(const std::array<VkFormat, n>& ours,
+                              const std::vector<int64_t>& offered) {
+  for (const VkFormat format : ours)
+    if (std::find(offered.begin(), offered.end(), int64_t(format)) != offered.end()) return format;
+  return std::nullopt;
+}
+
+VkExtent2D scaled(const XrViewConfigurationView& view, const System& system, double scale) {
+  const auto one = [&](uint32_t recommended, uint32_t view_max, uint32_t system_max) {
+    const uint32_t most = system_max ? std::min(view_max, system_max) : view_max;
+    const double wanted = std::round(double(recommended) * scale);
+    return uint32_t(std::clamp(wanted, 1.0, std::max(1.0, double(most))));
+  };
+  return {one(view.recommendedImageRectWidth, view.maxImageRectWidth, system.max_width),
+          one(view.recommendedImageRectHeight, view.maxImageRectHeight, system.max_height)};
+}
+
+}  // namespace
+
+Outcome<Swapchain> Swapchain::make(const Session& session, VkFormat format, VkExtent2D size,
+                                   XrSwapchainUsageFlags usage) {
+  XrSwapchainCreateInfo create{XR_TYPE_SWAPCHAIN_CREATE_INFO};
+  create.usageFlags = usage;
+  create.format = int64_t(format);
+  create.sampleCount = 1;
+  create.width = size.width;
+  create.height = size.height;
+  create.faceCount = 1;
+  create.arraySize = 2;
+  create.mipCount = 1;
+  Swapchain made(session.context());
+  made.format_ = format;
+  made.size_ = size;
+  {
+    const auto queue = made.context_->hold_queue();
+    const Done created =
+        done("xrCreateSwapchain", xrCreateSwapchain(session.handle(), &create, made.handle_.out()));
+    if (!created) return created.error();
+  }
+  const Done known = made.enumerate();
+  if (!known) return known.error();
+  return made;
+}
+
+Done Swapchain::enumerate() {
+  constexpr const char* kCall = "xrEnumerateSwapchainImages";
+  uint32_t count = 0;
+  XrResult result = xrEnumerateSwapchainImages(handle(), 0, &count, nullptr);
+  if (XR_FAILED(result)) return problem_of(kCall, result);
+  std::vector<XrSwapchainImageVulkan2KHR> images(count, {XR_TYPE_SWAPCHAIN_IMAGE_VULKAN2_KHR});
+  result = xrEnumerateSwapchainImages(handle(), count, &count,
+                                      reinterpret_cast<XrSwapchainImageBaseHeader*>(images.data()));
+  if (XR_FAILED(result)) return problem_of(kCall, result);
+  for (const XrSwapchainImageVulkan2KHR& image : images) images_.push_back(image.image);
+  return Nothing{};
+}
+
+Swapchain::~Swapchain() {
+  if (!handle_) return;
+  const auto queue = context_->hold_queue();
+  handle_ = {};
+}
+
+Outcome<std::optional<VkImage>> Swapchain::acquire() {
+  if (!acquired_) {
+    const auto queue = context_->hold_queue();
+    XrSwapchainImageAcquireInfo acquire{XR_TYPE_SWAPCHAIN_IMAGE_ACQUIRE_INFO};
+    const XrResult result = xrAcquireSwapchainImage(handle(), &acquire, &index_);
+    if (XR_FAILED(result)) return problem_of("xrAcquireSwapchainImage", result);
+    acquired_ = true;
+  }
+  // Not under the queue's lock: the compositor may be long, and others have work.
+  XrSwapchainImageWaitInfo wait{XR_TYPE_SWAPCHAIN_IMAGE_WAIT_INFO};
+  wait.timeout = kPatience;
+  const XrResult result = xrWaitSwapchainImage(handle(), &wait);
+  if (XR_FAILED(result)) return problem_of("xrWaitSwapchainImage", result);
+  if (result == XR_TIMEOUT_EXPIRED) return std::optional<VkImage>();
+  waited_ = true;
+  if (index_ >= images_.size())
+    return problem_of("xrAcquireSwapchainImage", XR_ERROR_RUNTIME_FAILURE);
+  return std::optional<VkImage>(images_[index_]);
+}
+
+Done Swapchain::release() {
+  acquired_ = waited_ = false;
+  const auto queue = context_->hold_queue();
+  XrSwapchainImageReleaseInfo release{XR_TYPE_SWAPCHAIN_IMAGE_RELEASE_INFO};
+  return done("xrReleaseSwapchainImage", xrReleaseSwapchainImage(handle(), &release));
+}
+
+Outcome<Swapchains> Swapchains::make(const Session& session, const System& system, bool depth,
+                                     double view_scale) {
+  const auto offered = offered_formats(session);
+  if (!offered) return offered.error();
+  const auto color_format = first(std::array{VK_FORMAT_R8G8B8A8_SRGB, VK_FORMAT_B8G8R8A8_SRGB,
+                                             VK_FORMAT_R8G8B8A8_UNORM, VK_FORMAT_B8G8R8A8_UNORM},
+                                  *offered);
+  if (!color_format) {
+    return Problem{Trouble::kUnsupported,
+                   "The OpenXR runtime offers no 8-bit colour format: choose another one with "
+                   "XR_RUNTIME_JSON.",
+                   "xrEnumerateSwapchainFormats", XR_SUCCESS};
+  }
+  std::array<VkExtent2D, 2> eyes{};
+  VkExtent2D both{};
+  for (size_t eye = 0; eye < 2; ++eye) {
+    eyes[eye] = scaled(system.views[eye], system, view_scale);
+    both = {std::max(both.width, eyes[eye].width), std::max(both.height, eyes[eye].height)};
+  }
+  constexpr XrSwapchainUsageFlags kShared =
+      XR_SWAPCHAIN_USAGE_TRANSFER_DST_BIT | XR_SWAPCHAIN_USAGE_SAMPLED_BIT;
+  auto color = Swapchain::make(session, *color_format, both,
+                               kShared | XR_SWAPCHAIN_USAGE_COLOR_ATTACHMENT_BIT);
+  if (!color) return color.error();
+  Swapchains made{std::move(*color), std::nullopt, eyes};
+  const auto depth_format = first(std::array{VK_FORMAT_D32_SFLOAT}, *offered);
+  if (depth && depth_format) {
+    auto chain = Swapchain::make(session, *depth_format, both,
+                                 kShared | XR_SWAPCHAIN_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT);
+    // The picture does not need it: a runtime that offers depth but can not make it goes without.
+    if (chain)
+      made.depth.emplace(std::move(*chain));
+    else if (chain.error().trouble == Trouble::kInstanceLost ||
+             chain.error().trouble == Trouble::kSessionLost)
+      return chain.error();
+  }
+  return made;
+}
+
+}  // namespace palpate::xr

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "compute/vulkan/context.h"
+#include "module/xr/session.h"
+
+namespace palpate::xr {
+
+/// Images shared with the compositor, two layers each, one per eye. Move-only. The calls that may
+/// use the queue hold it.
+class Swapchain {
+ public:
+  static Outcome<Swapchain> make(const Session& session, VkFormat format, VkExtent2D size,
+                                 XrSwapchainUsageFlags usage);
+  ~Swapchain();
+  Swapchain(Swapchain&&) = default;
+  Swapchain& operator=(Swapchain&&) = delete;
+
+  /// Takes the next image and waits until the compositor has left it; none if that takes longer
+  /// than a second. The image stays taken either way until release().
+  Outcome<std::optional<VkImage>> acquire();
+  Done release();
+  bool acquired() const { return acquired_; }
+  /// It was acquired and its wait has succeeded: only then may it be released.
+  bool waited() const { return waited_; }
+
+  XrSwapchain handle() const { return handle_.get(); }
+  VkFormat format() const { return format_; }
+  VkExtent2D size() const { return size_; }
+
+ private:
+  explicit Swapchain(vulkan::Context& context) : context_(&context) {}
+  Done enumerate();
+
+  vulkan::Context* context_;
+  Handle<XrSwapchain, xrDestroySwapchain> handle_;
+  std::vector<VkImage> images_;
+  VkFormat format_ = VK_FORMAT_UNDEFINED;
+  VkExtent2D size_{};
+  uint32_t index_ = 0;
+  bool acquired_ = false, waited_ = false;
+};
+
+/// Sixth in the life cycle: colour, and depth where the runtime takes it.
+struct Swapchains {
+  Swapchain color;
+  std::optional<Swapchain> depth;
+  std::array<VkExtent2D, 2> eyes;  ///< what of the images each eye fills
+
+  /// Sizes are the recommended ones times view_scale, within what the runtime can. kUnsupported if
+  /// it offers no 8-bit colour format.
+  static Outcome<Swapchains> make(const Session& session, const System& system, bool depth,
+                                  double view_scale);
+};
+
+}  // namespace palpate::xr

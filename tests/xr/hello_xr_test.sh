@@ -1,0 +1,28 @@
+#!/usr/bin/env bash
+# Debian's own hello_xr must run on our runtime, so that the runtime is not only what our module expects of it.
+# usage: hello_xr_test.sh MANIFEST
+set -euo pipefail
+if ! command -v hello_xr >/dev/null; then
+  echo "SKIPPED: hello_xr is not installed (Debian: libopenxr-utils)."
+  exit 77
+fi
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+# It ends at the first key or the end of its input: a pipe that both stays open and says nothing.
+mkfifo "$folder/keys"
+export XR_RUNTIME_JSON=$1 PALPATE_FAKE_XR_FRAMES=60 PALPATE_FAKE_XR_REPORT=$folder/report
+rc=0
+timeout 120 hello_xr -g Vulkan2 0<>"$folder/keys" >"$folder/log" 2>&1 || rc=$?
+if [[ $rc != 0 ]]; then
+  cat "$folder/log"
+  echo "hello_xr ended with $rc."
+  exit 1
+fi
+cat "$folder/report"
+grep -qx "frames 60" "$folder/report"
+grep -qx "violations 0" "$folder/report"
+# The session went all the way up and down again.
+for state in READY SYNCHRONIZED VISIBLE FOCUSED STOPPING IDLE EXITING; do
+  grep -q -- "->XR_SESSION_STATE_$state" "$folder/log"
+done
+! grep -qi "validation error" "$folder/log"

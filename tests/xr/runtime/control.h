@@ -1,0 +1,118 @@
+#pragma once
+
+#include <openxr/openxr.h>
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+/// What a test says to the fault-injecting OpenXR runtime in the same process, and what it hears of
+/// it. The runtime is a shared library that the OpenXR loader finds by XR_RUNTIME_JSON; a program
+/// of others (hello_xr) that knows nothing of this header gets the defaults and the environment
+/// variables named in control.cpp.
+namespace palpate::test::fake {
+
+/// What the runtime is and offers. Read when an instance, system or session asks.
+struct Setup {
+  std::vector<std::string> extensions;  ///< all that it knows by default
+  std::vector<int64_t> formats;         ///< of swapchains, in order of preference
+  std::vector<XrReferenceSpaceType> spaces;
+  std::vector<XrEnvironmentBlendMode> blend_modes;
+  uint32_t view_width = 64, view_height = 48;
+  double rate_hz = 90.0;
+  bool headset_on = true;  ///< false: FORM_FACTOR_UNAVAILABLE
+  bool runtime_up = true;  ///< false: xrCreateInstance gives RUNTIME_FAILURE
+  bool own_devices_only =
+      false;              ///< sessions only with the last VkDevice made through this instance
+  bool automatic = true;  ///< the session's states come by themselves
+  bool should_render = true;
+  bool keep_pictures = false;     ///< read the projection layer back at xrEndFrame
+  bool tracked = true;            ///< false: poses are not valid
+  uint32_t vulkan_minor = 0;      ///< least Vulkan 1.x
+  uint64_t end_after_frames = 0;  ///< asks the session to stop after so many; 0: never
+  std::string profile = "/interaction_profiles/khr/simple_controller";
+};
+
+struct Picture {
+  uint32_t width = 0, height = 0;
+  std::vector<uint32_t> rgba;  ///< as stored, one word per pixel
+  std::vector<float> depth;    ///< empty without a depth layer
+  float near_m = 0, far_m = 0;
+};
+
+struct Haptic {
+  std::string action;
+  XrPath hand = 0;
+  float amplitude = 0;
+  int64_t duration_ns = 0;
+};
+
+/// A frame as it was ended.
+struct Ended {
+  XrTime display_time = 0;
+  XrEnvironmentBlendMode blend{};
+  uint32_t layers = 0;
+  bool depth = false;
+  XrCompositionLayerFlags flags = 0;
+  XrReferenceSpaceType space{};
+  XrPosef eyes[2]{};
+};
+
+using PoseScript = std::function<XrPosef(XrTime)>;
+
+class Control {
+ public:
+  virtual ~Control() = default;
+  /// Back to the defaults; there must be no instance.
+  virtual void reset() = 0;
+  virtual Setup& setup() = 0;
+
+  /// The nth (from 1) call of `function` from now on gives `result` and does nothing else;
+  /// INSTANCE_LOST and SESSION_LOST then hold for everything below until it is destroyed, as they
+  /// do in life.
+  virtual void inject(const std::string& function, int nth, XrResult result) = 0;
+  /// All later ones, too.
+  virtual void inject_always(const std::string& function, XrResult result) = 0;
+  virtual bool injected_all() const = 0;  ///< no injection is left that did not happen
+  virtual int calls(const std::string& function) const = 0;
+  virtual const std::map<std::string, int>& all_calls() const = 0;
+
+  /// Everything that was wrong in how the runtime was called.
+  virtual std::vector<std::string> violations() const = 0;
+  /// Handles alive, by kind; empty if all were destroyed.
+  virtual std::string alive() const = 0;
+
+  virtual void announce(XrSessionState state) = 0;  ///< of the newest session
+  virtual void lose_instance() = 0;                 ///< event, then every call says so
+  virtual void lose_session() = 0;
+  virtual void push_event(const XrEventDataBuffer& event) = 0;
+  virtual XrSession session() const = 0;  ///< the newest, or null
+  virtual XrSessionState state() const = 0;
+  /// The origin of a space moves at `time`: poseInPreviousSpace as given. Poses located later are
+  /// in the new space. `say_pose` false: poseValid is false.
+  virtual void recentre(XrReferenceSpaceType space, XrTime time, const XrPosef& pose,
+                        bool say_pose) = 0;
+
+  /// Where things are in the room, which never moves.
+  virtual void script_head(PoseScript room_from_head) = 0;
+  virtual void script_hand(int hand, PoseScript room_from_hand) = 0;
+  virtual void set_input(const std::string& path, float value) = 0;  ///< full path of the part
+  /// room_from_space now, of reference spaces.
+  virtual XrPosef room_from(XrReferenceSpaceType space, XrTime time) const = 0;
+
+  virtual XrTime now() const = 0;  ///< of the virtual clock
+  virtual int64_t monotonic_of(XrTime time) const = 0;
+  virtual uint64_t frames() const = 0;  ///< ended
+  virtual Ended last_frame() const = 0;
+  virtual std::vector<Picture> pictures()
+      const = 0;  ///< of the last frame with layers, one per eye
+  virtual std::vector<Haptic> haptics() const = 0;
+  virtual int stops() const = 0;  ///< xrStopHapticFeedback calls
+};
+
+/// The one runtime of this process.
+__attribute__((visibility("default"))) Control& control();
+
+}  // namespace palpate::test::fake

@@ -1,0 +1,303 @@
+// Sessions, their states, frames and views.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "tests/xr/runtime/world.h"
+
+namespace palpate::test::fake {
+namespace {
+
+XrSpace nothing() {
+  return XR_NULL_HANDLE;
+}
+
+/// What is wrong with a view of a projection layer; empty if nothing.
+std::string check_view(Session& session, const XrCompositionLayerProjectionView& view, bool depth,
+                       const XrSwapchainSubImage& part) {
+  World& w = world();
+  if (!unit(view.pose.orientation)) return "orientation not of unit length";
+  if (!(view.fov.angleLeft < view.fov.angleRight && view.fov.angleDown < view.fov.angleUp))
+    return "field of view upside down";
+  const auto* chain = w.find<Swapchain>(Kind::kSwapchain, id_of(part.swapchain));
+  if (!chain || chain->parent != session.id) return "no such swapchain";
+  if (chain->last_released < 0) return "nothing was released yet";
+  if (!chain->acquired.empty()) return "image not released";
+  const XrRect2Di& rect = part.imageRect;
+  if (rect.offset.x < 0 || rect.offset.y < 0 || rect.extent.width <= 0 || rect.extent.height <= 0 ||
+      uint32_t(rect.offset.x + rect.extent.width) > chain->info.width ||
+      uint32_t(rect.offset.y + rect.extent.height) > chain->info.height)
+    return "rectangle outside the image";
+  if (part.imageArrayIndex >= chain->info.arraySize) return "no such layer";
+  const bool is_depth =
+      (chain->info.usageFlags & XR_SWAPCHAIN_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT) != 0;
+  return is_depth == depth ? "" : "colour and depth swapped";
+}
+
+void keep_picture(Session& session, const XrCompositionLayerProjectionView& view,
+                  const XrCompositionLayerDepthInfoKHR* depth, Picture& picture) {
+  World& w = world();
+  const auto* chain = w.find<Swapchain>(Kind::kSwapchain, id_of(view.subImage.swapchain));
+  picture.width = uint32_t(view.subImage.imageRect.extent.width);
+  picture.height = uint32_t(view.subImage.imageRect.extent.height);
+  if (!read_back(session, *chain, view.subImage.imageArrayIndex, view.subImage.imageRect,
+                 picture.rgba))
+    w.violation("xrEndFrame: the picture can not be read back");
+  if (!depth) return;
+  const auto* depths = w.find<Swapchain>(Kind::kSwapchain, id_of(depth->subImage.swapchain));
+  std::vector<uint32_t> words;
+  if (!read_back(session, *depths, depth->subImage.imageArrayIndex, depth->subImage.imageRect,
+                 words))
+    w.violation("xrEndFrame: the depth can not be read back");
+  picture.depth.resize(words.size());
+  std::memcpy(picture.depth.data(), words.data(), words.size() * sizeof(float));
+  picture.near_m = depth->nearZ;
+  picture.far_m = depth->farZ;
+}
+
+XrResult take_layer(Session& session, const XrCompositionLayerProjection& layer) {
+  World& w = world();
+  const auto* space = w.find<Space>(Kind::kSpace, id_of(layer.space));
+  if (!space || space->parent != session.id)
+    return w.violation("xrEndFrame: space", XR_ERROR_HANDLE_INVALID);
+  if (layer.viewCount != 2) return w.violation("xrEndFrame: views", XR_ERROR_LAYER_INVALID);
+  w.ended.flags = layer.layerFlags;
+  w.ended.space = space->type;
+  std::vector<Picture> pictures(2);
+  for (uint32_t i = 0; i < 2; ++i) {
+    const XrCompositionLayerProjectionView& view = layer.views[i];
+    if (view.type != XR_TYPE_COMPOSITION_LAYER_PROJECTION_VIEW)
+      return w.violation("xrEndFrame: view type");
+    std::string bad = check_view(session, view, false, view.subImage);
+    const auto* depth = static_cast<const XrCompositionLayerDepthInfoKHR*>(view.next);
+    if (bad.empty() && depth) {
+      if (depth->type != XR_TYPE_COMPOSITION_LAYER_DEPTH_INFO_KHR)
+        return w.violation("xrEndFrame: unknown chain");
+      bad = check_view(session, view, true, depth->subImage);
+      if (!(depth->minDepth >= 0 && depth->maxDepth <= 1 && depth->minDepth < depth->maxDepth))
+        bad = "depth range";
+      if (depth->nearZ == depth->farZ || std::isnan(depth->nearZ) || std::isnan(depth->farZ))
+        bad = "depth planes";
+      w.ended.depth = true;
+    }
+    if (!bad.empty()) return w.violation("xrEndFrame: " + bad, XR_ERROR_LAYER_INVALID);
+    w.ended.eyes[i] = view.pose;
+    if (w.setup().keep_pictures) keep_picture(session, view, depth, pictures[i]);
+  }
+  w.shown = std::move(pictures);
+  return XR_SUCCESS;
+}
+
+}  // namespace
+
+XrResult xr_CreateSession(XrInstance handle, const XrSessionCreateInfo* create, XrSession* made) {
+  const Call call("xrCreateSession", handle);
+  if (call.answered()) return call.answer();
+  World& w = world();
+  const auto* binding = static_cast<const XrGraphicsBindingVulkanKHR*>(create->next);
+  if (!binding || binding->type != XR_TYPE_GRAPHICS_BINDING_VULKAN_KHR)
+    return w.violation("xrCreateSession: no Vulkan", XR_ERROR_GRAPHICS_DEVICE_INVALID);
+  if (!call.instance->asked_requirements) {
+    return w.violation("xrCreateSession before the requirements",
+                       XR_ERROR_GRAPHICS_REQUIREMENTS_CALL_MISSING);
+  }
+  if (binding->physicalDevice != call.instance->device)
+    return w.violation("xrCreateSession: device", XR_ERROR_GRAPHICS_DEVICE_INVALID);
+  if (w.setup().own_devices_only && binding->device != call.instance->made)
+    return XR_ERROR_GRAPHICS_DEVICE_INVALID;
+  for (const auto& [id, object] : w.objects)
+    if (object->kind == Kind::kSession)
+      return w.violation("xrCreateSession: a second one", XR_ERROR_LIMIT_REACHED);
+  Session& session = w.add<Session>(Kind::kSession, call.instance->id);
+  session.vk_instance = binding->instance;
+  session.physical = binding->physicalDevice;
+  session.device = binding->device;
+  session.family = binding->queueFamilyIndex;
+  vkGetDeviceQueue(session.device, session.family, binding->queueIndex, &session.queue);
+  *made = handle_of<XrSession>(session.id);
+  if (w.setup().automatic) {
+    w.set_state(session, XR_SESSION_STATE_IDLE);
+    w.set_state(session, XR_SESSION_STATE_READY);
+  }
+  return XR_SUCCESS;
+}
+
+XrResult xr_DestroySession(XrSession handle) {
+  const Call call("xrDestroySession", handle);
+  if (!call.session) return call.answer();
+  world().remove(call.session->id);
+  return XR_SUCCESS;
+}
+
+XrResult xr_BeginSession(XrSession handle, const XrSessionBeginInfo* begin) {
+  const Call call("xrBeginSession", handle);
+  if (call.answered()) return call.answer();
+  World& w = world();
+  Session& session = *call.session;
+  if (session.running) return w.violation("xrBeginSession: runs", XR_ERROR_SESSION_RUNNING);
+  if (session.state != XR_SESSION_STATE_READY)
+    return w.violation("xrBeginSession: not ready", XR_ERROR_SESSION_NOT_READY);
+  if (begin->primaryViewConfigurationType != XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO)
+    return w.violation("xrBeginSession: views", XR_ERROR_VIEW_CONFIGURATION_TYPE_UNSUPPORTED);
+  session.running = session.ever_begun = true;
+  session.exit_asked = session.begun = false;
+  session.waited = 0;
+  session.frames_this_run = 0;
+  return XR_SUCCESS;
+}
+
+XrResult xr_EndSession(XrSession handle) {
+  const Call call("xrEndSession", handle);
+  if (call.answered()) return call.answer();
+  World& w = world();
+  Session& session = *call.session;
+  if (!session.running)
+    return w.violation("xrEndSession: not running", XR_ERROR_SESSION_NOT_RUNNING);
+  if (session.state != XR_SESSION_STATE_STOPPING)
+    return w.violation("xrEndSession: not stopping", XR_ERROR_SESSION_NOT_STOPPING);
+  session.running = false;
+  if (w.setup().automatic) {
+    w.set_state(session, XR_SESSION_STATE_IDLE);
+    if (session.exit_asked) w.set_state(session, XR_SESSION_STATE_EXITING);
+  }
+  return XR_SUCCESS;
+}
+
+static void ask_to_stop(Session& session) {
+  World& w = world();
+  session.exit_asked = true;
+  if (!w.setup().automatic) return;
+  // The way down has every step.
+  if (session.state == XR_SESSION_STATE_FOCUSED) w.set_state(session, XR_SESSION_STATE_VISIBLE);
+  if (session.state == XR_SESSION_STATE_VISIBLE)
+    w.set_state(session, XR_SESSION_STATE_SYNCHRONIZED);
+  w.set_state(session, XR_SESSION_STATE_STOPPING);
+}
+
+XrResult xr_RequestExitSession(XrSession handle) {
+  const Call call("xrRequestExitSession", handle);
+  if (call.answered()) return call.answer();
+  if (!call.session->running)
+    return world().violation("xrRequestExitSession", XR_ERROR_SESSION_NOT_RUNNING);
+  ask_to_stop(*call.session);
+  return XR_SUCCESS;
+}
+
+XrResult xr_WaitFrame(XrSession handle, const XrFrameWaitInfo*, XrFrameState* state) {
+  const Call call("xrWaitFrame", handle);
+  if (call.answered()) return call.answer();
+  World& w = world();
+  Session& session = *call.session;
+  if (!session.running)
+    return w.violation("xrWaitFrame: not running", XR_ERROR_SESSION_NOT_RUNNING);
+  if (state->type != XR_TYPE_FRAME_STATE) return w.violation("xrWaitFrame: type");
+  if (session.waited > 0) return w.violation("xrWaitFrame twice", XR_ERROR_CALL_ORDER_INVALID);
+  // The virtual clock: a frame takes a period, however long it really took.
+  w.time += w.period();
+  ++session.waited;
+  session.waited_time = w.time + w.period();
+  state->predictedDisplayTime = session.waited_time;
+  state->predictedDisplayPeriod = w.period();
+  state->shouldRender = w.setup().should_render && (session.state == XR_SESSION_STATE_VISIBLE ||
+                                                    session.state == XR_SESSION_STATE_FOCUSED);
+  return XR_SUCCESS;
+}
+
+XrResult xr_BeginFrame(XrSession handle, const XrFrameBeginInfo*) {
+  const Call call("xrBeginFrame", handle);
+  if (call.answered()) return call.answer();
+  World& w = world();
+  Session& session = *call.session;
+  if (!session.running)
+    return w.violation("xrBeginFrame: not running", XR_ERROR_SESSION_NOT_RUNNING);
+  if (session.waited == 0)
+    return w.violation("xrBeginFrame without xrWaitFrame", XR_ERROR_CALL_ORDER_INVALID);
+  --session.waited;
+  const bool discarded = session.begun;
+  session.begun = true;
+  session.open_time = session.waited_time;
+  if (discarded) w.violation("xrBeginFrame: the frame before was not ended");
+  return discarded ? XR_FRAME_DISCARDED : XR_SUCCESS;
+}
+
+XrResult xr_EndFrame(XrSession handle, const XrFrameEndInfo* end) {
+  const Call call("xrEndFrame", handle);
+  if (call.answered()) return call.answer();
+  World& w = world();
+  Session& session = *call.session;
+  if (!session.running) return w.violation("xrEndFrame: not running", XR_ERROR_SESSION_NOT_RUNNING);
+  if (!session.begun) return w.violation("xrEndFrame without begin", XR_ERROR_CALL_ORDER_INVALID);
+  if (end->displayTime != session.open_time)
+    return w.violation("xrEndFrame: another time", XR_ERROR_TIME_INVALID);
+  const auto& modes = w.setup().blend_modes;
+  if (std::find(modes.begin(), modes.end(), end->environmentBlendMode) == modes.end())
+    return w.violation("xrEndFrame: blend", XR_ERROR_ENVIRONMENT_BLEND_MODE_UNSUPPORTED);
+  session.begun = false;
+  w.ended = {};
+  w.ended.display_time = end->displayTime;
+  w.ended.blend = end->environmentBlendMode;
+  w.ended.layers = end->layerCount;
+  for (uint32_t i = 0; i < end->layerCount; ++i) {
+    const XrCompositionLayerBaseHeader* layer = end->layers[i];
+    if (!layer || layer->type != XR_TYPE_COMPOSITION_LAYER_PROJECTION)
+      return w.violation("xrEndFrame: layer", XR_ERROR_LAYER_INVALID);
+    const XrResult taken =
+        take_layer(session, *reinterpret_cast<const XrCompositionLayerProjection*>(layer));
+    if (XR_FAILED(taken)) return taken;
+  }
+  ++w.ended_frames;
+  const uint64_t frames = ++session.frames;
+  const uint64_t this_run = ++session.frames_this_run;
+  if (w.setup().automatic && !session.exit_asked) {
+    if (this_run == 1) w.set_state(session, XR_SESSION_STATE_SYNCHRONIZED);
+    if (this_run == 2) w.set_state(session, XR_SESSION_STATE_VISIBLE);
+    if (this_run == 3) w.set_state(session, XR_SESSION_STATE_FOCUSED);
+    if (w.setup().end_after_frames && frames >= w.setup().end_after_frames) ask_to_stop(session);
+  }
+  return XR_SUCCESS;
+}
+
+XrResult xr_LocateViews(XrSession handle, const XrViewLocateInfo* locate, XrViewState* state,
+                        uint32_t capacity, uint32_t* count, XrView* views) {
+  const Call call("xrLocateViews", handle);
+  if (call.answered()) return call.answer();
+  World& w = world();
+  const auto* space = w.find<Space>(Kind::kSpace, id_of(locate->space));
+  if (!space || locate->space == nothing())
+    return w.violation("xrLocateViews: space", XR_ERROR_HANDLE_INVALID);
+  if (locate->displayTime <= 0) return w.violation("xrLocateViews", XR_ERROR_TIME_INVALID);
+  const XrPosef room_from_space =
+      compose(w.room_from(space->type, locate->displayTime), space->offset);
+  const XrPosef space_from_head = compose(inverted(room_from_space), w.head(locate->displayTime));
+  std::vector<XrView> both(2, {XR_TYPE_VIEW});
+  for (int eye = 0; eye < 2; ++eye) {
+    XrPosef side = identity();
+    side.position.x = eye ? 0.0315F : -0.0315F;
+    both[size_t(eye)].pose = compose(space_from_head, side);
+    const float in = 0.7F, out = 0.9F;
+    both[size_t(eye)].fov = {eye ? -in : -out, eye ? out : in, 0.8F, -0.8F};
+  }
+  state->viewStateFlags = w.setup().tracked ? 0xF : 0;
+  return enumerate(both, capacity, count, views, [](const auto& from, auto& to) { to = from; });
+}
+
+XrResult xr_GetVisibilityMaskKHR(XrSession handle, XrViewConfigurationType, uint32_t view,
+                                 XrVisibilityMaskTypeKHR type, XrVisibilityMaskKHR* mask) {
+  const Call call("xrGetVisibilityMaskKHR", handle);
+  if (call.answered()) return call.answer();
+  if (view > 1) return world().violation("xrGetVisibilityMaskKHR", XR_ERROR_VALIDATION_FAILURE);
+  std::vector<XrVector2f> vertices;
+  std::vector<uint32_t> indices;
+  if (type == XR_VISIBILITY_MASK_TYPE_HIDDEN_TRIANGLE_MESH_KHR) {
+    vertices = {{-1, 1}, {-0.6F, 1}, {-1, 0.6F}, {1, -1}, {0.6F, -1}, {1, -0.6F}};
+    indices = {0, 1, 2, 3, 4, 5};
+  }
+  const auto copy = [](const auto& from, auto& to) { to = from; };
+  const XrResult first = enumerate(vertices, mask->vertexCapacityInput, &mask->vertexCountOutput,
+                                   mask->vertices, copy);
+  const XrResult second =
+      enumerate(indices, mask->indexCapacityInput, &mask->indexCountOutput, mask->indices, copy);
+  return XR_FAILED(first) ? first : second;
+}
+
+}  // namespace palpate::test::fake

@@ -1,0 +1,291 @@
+#include "tests/xr/runtime/world.h"
+
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <glm/glm.hpp>
+#include <glm/gtc/quaternion.hpp>
+
+namespace palpate::test::fake {
+namespace {
+
+XrPosef standing_head(XrTime time) {
+  // A head that breathes: 1.6 m high, 5 mm sideways at 0.5 Hz.
+  const double phase = 2 * 3.14159265358979 * 0.5 * double(time) * 1e-9;
+  return {{0, 0, 0, 1}, {float(0.005 * std::sin(phase)), 1.6F, 0.0F}};
+}
+
+Setup defaults() {
+  Setup setup;
+  setup.extensions = {
+      XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME, XR_KHR_COMPOSITION_LAYER_DEPTH_EXTENSION_NAME,
+      XR_KHR_VISIBILITY_MASK_EXTENSION_NAME, XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME};
+  setup.formats = {VK_FORMAT_B8G8R8A8_SRGB, VK_FORMAT_R8G8B8A8_SRGB, VK_FORMAT_R8G8B8A8_UNORM,
+                   VK_FORMAT_D32_SFLOAT};
+  setup.spaces = {XR_REFERENCE_SPACE_TYPE_VIEW, XR_REFERENCE_SPACE_TYPE_LOCAL,
+                  XR_REFERENCE_SPACE_TYPE_STAGE};
+  setup.blend_modes = {XR_ENVIRONMENT_BLEND_MODE_OPAQUE, XR_ENVIRONMENT_BLEND_MODE_ALPHA_BLEND};
+  // For programs that know nothing of Control.
+  if (const char* frames = std::getenv("PALPATE_FAKE_XR_FRAMES"))
+    setup.end_after_frames = uint64_t(std::atoll(frames));
+  return setup;
+}
+
+bool is_lasting(XrResult result) {
+  return result == XR_ERROR_INSTANCE_LOST || result == XR_ERROR_SESSION_LOST;
+}
+
+}  // namespace
+
+World& world() {
+  // Never destroyed: programs may still call while they end.
+  static auto* one = new World;
+  return *one;
+}
+
+Control& control() {
+  return world();
+}
+
+const char* name(Kind kind) {
+  constexpr const char* kNames[] = {"instance",  "session",    "space",
+                                    "swapchain", "action set", "action"};
+  return kNames[size_t(kind)];
+}
+
+World::World() {
+  reset();
+}
+
+void World::reset() {
+  const std::lock_guard lock(mutex);
+  setup_ = defaults();
+  objects.clear();
+  counts.clear();
+  faults.clear();
+  wrong.clear();
+  events.clear();
+  paths.clear();
+  changes.clear();
+  inputs.clear();
+  shown.clear();
+  vibrations.clear();
+  vibration_stops = 0;
+  ended = {};
+  ended_frames = 0;
+  time = kStart;
+  head = standing_head;
+  hands[0] = [](XrTime) { return XrPosef{{0, 0, 0, 1}, {-0.2F, 1.1F, -0.4F}}; };
+  hands[1] = [](XrTime) { return XrPosef{{0, 0, 0, 1}, {0.2F, 1.1F, -0.4F}}; };
+}
+
+void World::inject(const std::string& function, int nth, XrResult result) {
+  faults[function].push_back({nth, result, false});
+}
+
+void World::inject_always(const std::string& function, XrResult result) {
+  faults[function].push_back({1, result, true});
+}
+
+bool World::injected_all() const {
+  for (const auto& [function, list] : faults)
+    for (const Fault& fault : list)
+      if (!fault.always) return false;
+  return true;
+}
+
+int World::calls(const std::string& function) const {
+  const auto at = counts.find(function);
+  return at == counts.end() ? 0 : at->second;
+}
+
+std::string World::alive() const {
+  std::map<std::string, int> kinds;
+  for (const auto& [id, object] : objects) ++kinds[name(object->kind)];
+  std::string text;
+  for (const auto& [kind, count] : kinds) text += kind + " x" + std::to_string(count) + " ";
+  return text;
+}
+
+XrResult World::violation(const std::string& what, XrResult result) {
+  wrong.push_back(what);
+  return result;
+}
+
+void World::remove(uint64_t id) {
+  std::vector<uint64_t> below;
+  for (const auto& [child, object] : objects)
+    if (object->parent == id) below.push_back(child);
+  for (const uint64_t child : below) remove(child);
+  if (auto* chain = find<Swapchain>(Kind::kSwapchain, id)) {
+    if (auto* session = find<Session>(Kind::kSession, chain->parent))
+      for (SwapchainImage& image : chain->images) destroy_image(*session, image);
+  }
+  objects.erase(id);
+}
+
+Session* World::newest_session() {
+  Session* newest = nullptr;
+  for (const auto& [id, object] : objects)
+    if (object->kind == Kind::kSession && (!newest || id > newest->id))
+      newest = static_cast<Session*>(object.get());
+  return newest;
+}
+
+XrSession World::session() const {
+  Session* newest = const_cast<World*>(this)->newest_session();
+  return newest ? handle_of<XrSession>(newest->id) : XR_NULL_HANDLE;
+}
+
+XrSessionState World::state() const {
+  Session* newest = const_cast<World*>(this)->newest_session();
+  return newest ? newest->state : XR_SESSION_STATE_UNKNOWN;
+}
+
+void World::set_state(Session& session, XrSessionState state) {
+  session.state = state;
+  XrEventDataSessionStateChanged changed{XR_TYPE_EVENT_DATA_SESSION_STATE_CHANGED};
+  changed.session = handle_of<XrSession>(session.id);
+  changed.state = state;
+  changed.time = time;
+  XrEventDataBuffer buffer{XR_TYPE_EVENT_DATA_BUFFER};
+  std::memcpy(&buffer, &changed, sizeof changed);
+  events.push_back(buffer);
+}
+
+void World::announce(XrSessionState state) {
+  const std::lock_guard lock(mutex);
+  if (Session* session = newest_session()) set_state(*session, state);
+}
+
+void World::lose_instance() {
+  const std::lock_guard lock(mutex);
+  XrEventDataInstanceLossPending pending{XR_TYPE_EVENT_DATA_INSTANCE_LOSS_PENDING};
+  pending.lossTime = time;
+  XrEventDataBuffer buffer{XR_TYPE_EVENT_DATA_BUFFER};
+  std::memcpy(&buffer, &pending, sizeof pending);
+  events.push_back(buffer);
+}
+
+void World::lose_session() {
+  const std::lock_guard lock(mutex);
+  if (Session* session = newest_session()) session->lost = true;
+}
+
+void World::recentre(XrReferenceSpaceType space, XrTime at, const XrPosef& pose, bool say_pose) {
+  const std::lock_guard lock(mutex);
+  // The newest of the changes that will have happened by then is what this one moves.
+  changes.push_back({space, at, compose(room_from(space, at), pose)});
+  XrEventDataReferenceSpaceChangePending pending{XR_TYPE_EVENT_DATA_REFERENCE_SPACE_CHANGE_PENDING};
+  pending.session = session();
+  pending.referenceSpaceType = space;
+  pending.changeTime = at;
+  pending.poseValid = say_pose;
+  pending.poseInPreviousSpace = say_pose ? pose : identity();
+  XrEventDataBuffer buffer{XR_TYPE_EVENT_DATA_BUFFER};
+  std::memcpy(&buffer, &pending, sizeof pending);
+  events.push_back(buffer);
+}
+
+XrPosef World::room_from(XrReferenceSpaceType space, XrTime at) const {
+  if (space == XR_REFERENCE_SPACE_TYPE_VIEW) return head(at);
+  XrPosef pose = identity();
+  if (space == XR_REFERENCE_SPACE_TYPE_LOCAL) pose.position.y = 1.6F;
+  for (const SpaceChange& change : changes)
+    if (change.type == space && change.time <= at) pose = change.room_from_new;
+  return pose;
+}
+
+void World::write_report() const {
+  const char* path = std::getenv("PALPATE_FAKE_XR_REPORT");
+  if (!path) return;
+  std::ofstream file(path);
+  file << "frames " << ended_frames << "\nviolations " << wrong.size() << "\n";
+  for (const std::string& what : wrong) file << what << "\n";
+}
+
+Call::Call(const char* function) : lock_(world().mutex) {
+  World& w = world();
+  const int count = ++w.counts[function];
+  (void)count;
+  const auto at = w.faults.find(function);
+  if (at == w.faults.end()) return;
+  for (auto fault = at->second.begin(); fault != at->second.end(); ++fault) {
+    if (!fault->always && --fault->nth > 0) continue;
+    answer_ = fault->result;
+    if (!fault->always) at->second.erase(fault);
+    break;
+  }
+  if (at->second.empty()) w.faults.erase(at);
+}
+
+void Call::check_instance(uint64_t id, const char* function) {
+  World& w = world();
+  instance = w.find<Instance>(Kind::kInstance, id);
+  if (!instance) {
+    answer_ = w.violation(std::string(function) + ": no such instance", XR_ERROR_HANDLE_INVALID);
+    return;
+  }
+  if (answer_ == XR_ERROR_INSTANCE_LOST) instance->lost = true;
+  if (instance->lost) answer_ = XR_ERROR_INSTANCE_LOST;
+}
+
+Call::Call(const char* function, XrInstance handle) : Call(function) {
+  check_instance(id_of(handle), function);
+}
+
+Call::Call(const char* function, XrSession handle) : Call(function) {
+  World& w = world();
+  session = w.find<Session>(Kind::kSession, id_of(handle));
+  if (!session) {
+    answer_ = w.violation(std::string(function) + ": no such session", XR_ERROR_HANDLE_INVALID);
+    return;
+  }
+  check_instance(session->parent, function);
+  if (answer_ && is_lasting(*answer_) && *answer_ == XR_ERROR_SESSION_LOST) session->lost = true;
+  if (!answer_ && session->lost) answer_ = XR_ERROR_SESSION_LOST;
+}
+
+XrResult copy_text(const std::string& text, uint32_t capacity, uint32_t* count, char* to) {
+  *count = uint32_t(text.size() + 1);
+  if (capacity == 0) return XR_SUCCESS;
+  if (capacity < *count) return XR_ERROR_SIZE_INSUFFICIENT;
+  std::memcpy(to, text.c_str(), text.size() + 1);
+  return XR_SUCCESS;
+}
+
+XrPosef identity() {
+  return {{0, 0, 0, 1}, {0, 0, 0}};
+}
+
+namespace {
+glm::dquat quat(const XrQuaternionf& q) {
+  return glm::normalize(glm::dquat(q.w, q.x, q.y, q.z));
+}
+glm::dvec3 vec(const XrVector3f& v) {
+  return {v.x, v.y, v.z};
+}
+XrPosef posef(glm::dquat q, glm::dvec3 p) {
+  return {{float(q.x), float(q.y), float(q.z), float(q.w)}, {float(p.x), float(p.y), float(p.z)}};
+}
+}  // namespace
+
+XrPosef compose(const XrPosef& a, const XrPosef& b) {
+  const glm::dquat qa = quat(a.orientation);
+  return posef(qa * quat(b.orientation), vec(a.position) + qa * vec(b.position));
+}
+
+XrPosef inverted(const XrPosef& pose) {
+  const glm::dquat back = glm::conjugate(quat(pose.orientation));
+  return posef(back, back * -vec(pose.position));
+}
+
+bool unit(const XrQuaternionf& q) {
+  const double length =
+      double(q.x) * q.x + double(q.y) * q.y + double(q.z) * q.z + double(q.w) * q.w;
+  // The specification allows 1 % for what rounding does to applications.
+  return std::abs(length - 1.0) < 0.01;
+}
+
+}  // namespace palpate::test::fake

@@ -1,0 +1,246 @@
+#pragma once
+
+#include <vulkan/vulkan.h>
+#define XR_USE_GRAPHICS_API_VULKAN
+#define XR_USE_TIMESPEC
+#include <openxr/openxr.h>
+#include <openxr/openxr_platform.h>
+
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <unordered_map>
+
+#include "tests/xr/runtime/control.h"
+
+/// What the runtime knows. One lock over everything: calls may come from several threads.
+namespace palpate::test::fake {
+
+enum class Kind { kInstance, kSession, kSpace, kSwapchain, kActionSet, kAction };
+const char* name(Kind kind);
+
+/// Handles are numbers that are never used twice, so that a stale one is recognised.
+struct Object {
+  Kind kind{};
+  uint64_t id = 0, parent = 0;
+  virtual ~Object() = default;
+};
+
+struct Instance : Object {
+  std::set<std::string> extensions;
+  bool lost = false;
+  bool asked_system = false;
+  bool asked_requirements = false;
+  VkPhysicalDevice device = VK_NULL_HANDLE;
+  VkDevice made = VK_NULL_HANDLE;
+  std::map<uint64_t, std::set<std::string>> suggested;  ///< profile -> action@path
+};
+
+struct SwapchainImage {
+  VkImage image = VK_NULL_HANDLE;
+  VkDeviceMemory memory = VK_NULL_HANDLE;
+};
+
+struct Session : Object {
+  VkInstance vk_instance = VK_NULL_HANDLE;
+  VkPhysicalDevice physical = VK_NULL_HANDLE;
+  VkDevice device = VK_NULL_HANDLE;
+  VkQueue queue = VK_NULL_HANDLE;
+  uint32_t family = 0;
+  XrSessionState state = XR_SESSION_STATE_UNKNOWN;
+  bool running = false, lost = false, exit_asked = false, ever_begun = false;
+  int waited = 0;      ///< waits not yet begun
+  bool begun = false;  ///< a frame is open
+  XrTime open_time = 0, waited_time = 0;
+  uint64_t frames = 0, frames_this_run = 0;
+  std::vector<uint64_t> attached;
+  bool synced = false;
+  std::map<std::string, float> input, input_before;  ///< at the last two syncs
+};
+
+struct Space : Object {
+  bool reference = false;
+  XrReferenceSpaceType type{};
+  XrPosef offset{};
+  uint64_t action = 0;
+  int hand = -1;
+};
+
+struct Swapchain : Object {
+  XrSwapchainCreateInfo info{};
+  std::vector<SwapchainImage> images;
+  std::deque<uint32_t> acquired;
+  bool waited = false;
+  uint32_t next = 0;
+  int last_released = -1;
+};
+
+struct ActionSet : Object {
+  std::string name;
+  bool attached = false;
+};
+
+struct Action : Object {
+  std::string name;
+  XrActionType type{};
+  std::vector<XrPath> hands;
+};
+
+struct Fault {
+  int nth = 1;
+  XrResult result{};
+  bool always = false;
+};
+
+struct SpaceChange {
+  XrReferenceSpaceType type{};
+  XrTime time = 0;
+  XrPosef room_from_new{};
+};
+
+class World : public Control {
+ public:
+  World();
+
+  // Control
+  void reset() override;
+  Setup& setup() override { return setup_; }
+  void inject(const std::string& function, int nth, XrResult result) override;
+  void inject_always(const std::string& function, XrResult result) override;
+  bool injected_all() const override;
+  int calls(const std::string& function) const override;
+  const std::map<std::string, int>& all_calls() const override { return counts; }
+  std::vector<std::string> violations() const override { return wrong; }
+  std::string alive() const override;
+  void announce(XrSessionState state) override;
+  void lose_instance() override;
+  void lose_session() override;
+  void push_event(const XrEventDataBuffer& event) override { events.push_back(event); }
+  XrSession session() const override;
+  XrSessionState state() const override;
+  void recentre(XrReferenceSpaceType space, XrTime time, const XrPosef& pose,
+                bool say_pose) override;
+  void script_head(PoseScript room_from_head) override { head = std::move(room_from_head); }
+  void script_hand(int hand, PoseScript script) override { hands[hand] = std::move(script); }
+  void set_input(const std::string& path, float value) override { inputs[path] = value; }
+  XrPosef room_from(XrReferenceSpaceType space, XrTime time) const override;
+  XrTime now() const override { return time; }
+  int64_t monotonic_of(XrTime at) const override { return at + kClockOffset; }
+  uint64_t frames() const override { return ended_frames; }
+  Ended last_frame() const override { return ended; }
+  std::vector<Picture> pictures() const override { return shown; }
+  std::vector<Haptic> haptics() const override { return vibrations; }
+  int stops() const override { return vibration_stops; }
+
+  // The rest of the runtime
+  static constexpr XrTime kStart = 1'000'000'000;
+  static constexpr int64_t kClockOffset = 123'456'789'012;  ///< CLOCK_MONOTONIC less XrTime, ns
+
+  XrTime period() const { return XrTime(1e9 / setup_.rate_hz + 0.5); }
+  /// Notes what was called wrongly and returns `result` for the caller.
+  XrResult violation(const std::string& what, XrResult result = XR_ERROR_VALIDATION_FAILURE);
+  template <class T>
+  T* find(Kind kind, uint64_t id) {
+    const auto at = objects.find(id);
+    if (at == objects.end() || at->second->kind != kind) return nullptr;
+    return static_cast<T*>(at->second.get());
+  }
+  template <class T>
+  T& add(Kind kind, uint64_t parent) {
+    auto made = std::make_unique<T>();
+    made->kind = kind;
+    made->id = next_id++;
+    made->parent = parent;
+    T& kept = *made;
+    objects[kept.id] = std::move(made);
+    return kept;
+  }
+  /// With everything below it.
+  void remove(uint64_t id);
+  void set_state(Session& session, XrSessionState state);
+  Session* newest_session();
+  void write_report() const;
+
+  std::recursive_mutex mutex;
+  Setup setup_;
+  std::unordered_map<uint64_t, std::unique_ptr<Object>> objects;
+  uint64_t next_id = 0x1000;
+  std::map<std::string, int> counts;
+  std::map<std::string, std::vector<Fault>> faults;
+  std::vector<std::string> wrong;
+  std::deque<XrEventDataBuffer> events;
+  std::vector<std::string> paths;  ///< path i + 1
+  XrTime time = kStart;
+  std::vector<SpaceChange> changes;
+  PoseScript head;
+  PoseScript hands[2];
+  std::map<std::string, float> inputs;
+  uint64_t ended_frames = 0;
+  Ended ended;
+  std::vector<Picture> shown;
+  std::vector<Haptic> vibrations;
+  int vibration_stops = 0;
+};
+
+World& world();
+
+template <class Handle>
+uint64_t id_of(Handle handle) {
+  return reinterpret_cast<uint64_t>(handle);
+}
+template <class Handle>
+Handle handle_of(uint64_t id) {
+  return reinterpret_cast<Handle>(id);
+}
+
+/// The beginning of every call: the lock, the count, the injected fault.
+class Call {
+ public:
+  explicit Call(const char* function);
+  /// With the object that it is about: unknown or lost ones are answered here.
+  Call(const char* function, XrInstance instance);
+  Call(const char* function, XrSession session);
+
+  bool answered() const { return answer_.has_value(); }
+  XrResult answer() const { return *answer_; }
+  Instance* instance = nullptr;
+  Session* session = nullptr;
+
+ private:
+  void check_instance(uint64_t id, const char* function);
+  std::unique_lock<std::recursive_mutex> lock_;
+  std::optional<XrResult> answer_;
+};
+
+/// Two-call idiom: how many, then the values.
+template <class From, class To, class Copy>
+XrResult enumerate(const std::vector<From>& from, uint32_t capacity, uint32_t* count, To* to,
+                   Copy copy) {
+  *count = uint32_t(from.size());
+  if (capacity == 0) return XR_SUCCESS;
+  if (capacity < from.size()) return XR_ERROR_SIZE_INSUFFICIENT;
+  for (size_t i = 0; i < from.size(); ++i) copy(from[i], to[i]);
+  return XR_SUCCESS;
+}
+
+XrResult copy_text(const std::string& text, uint32_t capacity, uint32_t* count, char* to);
+
+// Poses, in double inside.
+XrPosef identity();
+XrPosef compose(const XrPosef& a, const XrPosef& b);
+XrPosef inverted(const XrPosef& pose);
+bool unit(const XrQuaternionf& q);
+
+// vulkan_images.cpp
+VkResult make_image(Session& session, const XrSwapchainCreateInfo& info, SwapchainImage& made);
+void destroy_image(Session& session, SwapchainImage& image);
+/// Reads one layer of a released image back.
+bool read_back(Session& session, const Swapchain& chain, uint32_t layer, const XrRect2Di& rect,
+               std::vector<uint32_t>& words);
+
+/// What xrGetInstanceProcAddr gives out; null if unknown.
+PFN_xrVoidFunction function_named(const std::string& name);
+
+}  // namespace palpate::test::fake
