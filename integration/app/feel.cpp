@@ -65,7 +65,7 @@ ServoOptions servo_options(const FeelCommand& command, const HapticsOptions& hap
 
 /// What can be said of the scene and the device before anything is felt.
 void announce(const FeelCommand& command, const FeltScene& scene, const OpenedDevice& opened,
-              const Haptics* haptics, Console& console) {
+              Console& console) {
   for (size_t v = 0; v < scene.data.size(); ++v) {
     const MovingVolume& volume = *scene.data[v];
     const size_t frames = volume.frames.size();
@@ -75,13 +75,13 @@ void announce(const FeelCommand& command, const FeltScene& scene, const OpenedDe
             ? "one frame, which stands still"
             : fmt::format("{} frames in {:.3g} s{}", frames, volume.times.length_s(),
                           volume.motions.empty()
-                              ? command.no_motion ? ", felt frame by frame"
-                                                  : ", felt at once while its motion is estimated"
+                              ? command.no_motion
+                                    ? ", felt frame by frame"
+                                    : ", still at first: its motion is estimated while you feel it"
                               : ", with its motion")));
   }
   console.say(fmt::format("Device    {}", opened.why));
   for (const std::string& note : scene.notes) console.say("Note      " + note);
-  (void)haptics;
 }
 
 /// One run of the loop with everything that listens to it.
@@ -105,7 +105,7 @@ class FeelRun {
         opened_ = std::move(*again);
       }
     }
-    announce(command_, *scene, opened_, nullptr, console_);
+    announce(command_, *scene, opened_, console_);
     if (const Status ready = start_listeners(*scene); !ready) return fail(console_, ready.error());
     const FeltScene at_start = *scene;
     if (const Status started = start(std::move(*scene)); !started)
@@ -159,9 +159,11 @@ class FeelRun {
     return Nothing{};
   }
 
-  double seconds_to_run() const {
+  /// When it is over; a simulated hand presses once, or once more after the motion is known.
+  double end_s(double motion_known_s) const {
     if (command_.seconds > 0.0) return command_.seconds;
-    return opened_.simulated ? opened_.path_s + 0.5 : 1e12;
+    if (!opened_.simulated) return 1e12;
+    return motion_known_s + opened_.path_s + 0.5;
   }
 
   void feel(const FeltScene& scene, std::stop_token stop) {
@@ -172,18 +174,22 @@ class FeelRun {
         },
         console_);
     const auto begin = Clock::now();
-    const double most_s = seconds_to_run();
     TickOutput tick;
-    size_t told = 0;
-    for (double now_s = 0.0; now_s < most_s && !stop.stop_requested() && !emergency::is_asked();
-         now_s = std::chrono::duration<double>(Clock::now() - begin).count()) {
+    double motion_known_s = motion.is_done() ? 0.0 : 1e12;
+    double now_s = 0.0;
+    while (now_s < end_s(motion_known_s) && !stop.stop_requested() && !emergency::is_asked()) {
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      now_s = std::chrono::duration<double>(Clock::now() - begin).count();
       palpation_->servo().newest(0, tick);
       std::string line = live_text(tick, palpation_->servo().statistics(), now_s);
       if (!motion.is_done())
         line += fmt::format("  motion {} of {} steps", motion.steps_known(), motion.steps());
       console_.live(line);
-      if (motion.is_done() && motion.steps() > 0 && told++ == 0) tell_motion(motion);
+      if (!motion.is_done() || motion_known_s < 1e12) continue;
+      motion_known_s = now_s;
+      tell_motion(motion);
+      if (motion.trouble().empty())
+        for (const MissingMotion& missing : scene.missing) palpation_->play(missing.volume);
     }
     console_.end_progress();
     palpation_->stop();
@@ -191,10 +197,10 @@ class FeelRun {
 
   void tell_motion(const LiveMotion& motion) {
     if (!motion.trouble().empty())
-      console_.complain("palpate: The motion is not known, so it is felt frame by frame: " +
+      console_.complain("palpate: The motion could not be estimated, so the first frame is felt: " +
                         motion.trouble());
     else
-      console_.say(fmt::format("Motion    {} steps known after {:.1f} s, while they were felt",
+      console_.say(fmt::format("Motion    {} steps known after {:.1f} s; now it moves",
                                motion.steps(), motion.seconds()));
   }
 

@@ -13,6 +13,8 @@ namespace {
 
 constexpr int kTrials = 100;  // of 10 ms: an open device answers in far less
 
+constexpr int kTimesWhileWaiting = 100;
+
 /// Whether a device is there at all. Its firmware or homing may still be in the way.
 bool answers(ForceDevice& device) {
   for (int k = 0; k < kTrials; ++k) {
@@ -41,7 +43,12 @@ Result<OpenedDevice> simulated(const ForceDeviceChoice& choice, const FeltScene&
     place.times = 2;
   }
   const bool circle = !touch && choice.path == "press";
-  auto path = devices::path_named(circle ? "circle" : choice.path, place);
+  const std::string name = circle ? "circle" : choice.path;
+  const auto once = devices::path_named(name, place);
+  if (!once) return once.error();
+  // While motion is awaited the hand goes on.
+  if (!scene.missing.empty()) place.times = kTimesWhileWaiting;
+  const auto path = devices::path_named(name, place);
   if (!path) return path.error();
   options->path = *path;
   OpenedDevice opened;
@@ -49,7 +56,7 @@ Result<OpenedDevice> simulated(const ForceDeviceChoice& choice, const FeltScene&
                            circle ? "Its hand goes round in circles: there is no surface to press."
                                   : fmt::format("Its hand follows the path '{}'.", choice.path));
   opened.simulated = true;
-  opened.path_s = path->duration_s();
+  opened.path_s = once->duration_s();
   opened.device = std::make_unique<devices::SimulatedDevice>(std::move(*options));
   return opened;
 }

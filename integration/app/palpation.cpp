@@ -29,12 +29,15 @@ Result<std::unique_ptr<Palpation>> Palpation::start(FeltScene scene, ForceDevice
       std::unique_ptr<Palpation>(new Palpation(std::move(scene), haptics, device.info()));
   {
     const std::lock_guard lock(palpation->mutex_);
+    for (const VolumeSpec& volume : palpation->felt_.spec.volumes)
+      palpation->rates_.push_back(volume.rate);
     // A motion that is to come has its steps from the start, all still.
     for (const MissingMotion& missing : palpation->felt_.missing) {
       MovingVolume volume = *palpation->felt_.data[missing.volume];
       const size_t steps = size_t(volume.times.steps());
       volume.motions = {{"data", std::vector<std::shared_ptr<const MotionMap>>(steps)}};
       palpation->felt_.data[missing.volume] = std::make_shared<const MovingVolume>(volume);
+      palpation->felt_.spec.volumes[missing.volume].rate = 0.0;
     }
     if (const Status status = palpation->hand_over(); !status) return status.error();
   }
@@ -80,6 +83,15 @@ Status Palpation::take_motion(size_t volume, size_t step, std::shared_ptr<const 
   known.motions[0].steps[step] = std::move(map);
   felt_.data[volume] = std::make_shared<const MovingVolume>(std::move(known));
   return hand_over();
+}
+
+bool Palpation::send(const ControlEvent& event) {
+  const std::lock_guard lock(mutex_);
+  return servo_->send(event);
+}
+
+void Palpation::play(size_t volume) {
+  send({ControlEvent::Kind::kRate, int(volume), rates_[volume]});
 }
 
 std::shared_ptr<const HapticScene> Palpation::scene() const {

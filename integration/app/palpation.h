@@ -11,7 +11,9 @@
 namespace palpate::app {
 
 /// A scene that is being felt: joins scene, haptic step and servo thread, sends the poses of
-/// volumes that move by themselves, and takes motion that arrives while it runs.
+/// volumes that move by themselves, and takes motion that arrives while it runs. A volume whose
+/// motion is still missing stands still: frames that fade into each other where they are would let
+/// surfaces jump, or vanish under the hand.
 class Palpation {
  public:
   /// Starts the servo thread. `device` is borrowed, and so are the listeners. kBadInput if the
@@ -28,6 +30,11 @@ class Palpation {
   /// of the force. Any thread.
   Status take_motion(size_t volume, size_t step, std::shared_ptr<const MotionMap> map);
 
+  /// Into the loop; false if too much waits there already. Any thread.
+  bool send(const ControlEvent& event);
+  /// A volume whose motion was awaited begins to move. Any thread.
+  void play(size_t volume);
+
   /// The scene as it is felt now. Any thread.
   std::shared_ptr<const HapticScene> scene() const;
 
@@ -43,8 +50,9 @@ class Palpation {
   Status hand_over();
   void send_poses();
 
-  mutable std::mutex mutex_;  ///< of felt_, assembled_ and offers; never the servo thread's
+  mutable std::mutex mutex_;  ///< of all that follows but poses_; never the servo thread's
   FeltScene felt_;
+  std::vector<double> rates_;  ///< per volume, as the scene wants them
   std::shared_ptr<const HapticScene> assembled_;
   bool waiting_ = false;  ///< a scene that could not be offered yet
   SceneTicker ticker_;

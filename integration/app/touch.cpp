@@ -1,16 +1,25 @@
 #include "integration/app/touch.h"
 
 #include <algorithm>
+#include <vector>
 
 namespace palpate::app {
 namespace {
 
 constexpr double kStep_m = 0.25e-3;
-constexpr double kRoom_m = 0.004;  // least way in free space before the surface
+constexpr double kRoom_m = 0.003;      // least way in free space before the surface
+constexpr double kFarthest_m = 0.030;  // a surface farther away than this is not looked for
+constexpr double kGrid_m = 0.004;      // of places to start from, inside
+constexpr double kCoarse_m = 0.001;
 
-/// Half of the strength of the strongest surface, in [0, 1] of it: how much of it holds at a place.
-double hold_at(const FeltScene& scene, glm::dvec3 world) {
-  double hold = 0.0;
+/// A place that no data reach.
+constexpr double kOutside = -1.0;
+
+/// How much of the strongest surface's strength holds at a place of the device, 0 to 1; kOutside if
+/// no volume with a surface has data there.
+double hold_at(const FeltScene& scene, glm::dvec3 device_m) {
+  const glm::dvec3 world = scene.spec.world_from_device.world_from_volume(device_m);
+  double hold = kOutside;
   for (const ModeSpec& mode : scene.spec.modes) {
     if (mode.kind != "surface" || mode.leaving || mode.scalar != ScalarProperty::kValue) continue;
     for (size_t v = 0; v < scene.data.size(); ++v) {
@@ -28,40 +37,98 @@ double hold_at(const FeltScene& scene, glm::dvec3 world) {
   return hold;
 }
 
-/// The surface on the way from the edge of the reach to the centre, as a distance from the centre.
-std::optional<double> first_surface(const FeltScene& scene, const DeviceInfo& device,
-                                    glm::dvec3 direction) {
-  const Transform& world = scene.spec.world_from_device;
+const std::vector<glm::dvec3>& directions() {
+  // From the front first, then from above and from the sides: where a person would reach in.
+  static const std::vector<glm::dvec3> all = [] {
+    std::vector<glm::dvec3> list = {{0, 0, 1}, {0, 1, 0}, {1, 0, 0}, {-1, 0, 0}};
+    for (int n = 0; n < 27; ++n) {
+      const glm::dvec3 d(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
+      if (glm::length(d) > 0.0) list.push_back(glm::normalize(d));
+    }
+    return list;
+  }();
+  return all;
+}
+
+devices::PathPlace place_at(glm::dvec3 surface_m, glm::dvec3 outward, double clearance_m) {
+  devices::PathPlace place;
+  place.surface_m = surface_m;
+  place.outward = outward;
+  place.clearance_m = clearance_m;
+  place.depth_m = 0.014;
+  place.reach_m = 0.008;
+  place.hold_s = 2.5;
+  return place;
+}
+
+/// From outside: the first surface on the way from the edge of the reach to the centre, with free
+/// data before it. A face at which the data were cut off is no surface.
+std::optional<devices::PathPlace> from_outside(const FeltScene& scene, const DeviceInfo& device,
+                                               glm::dvec3 out) {
+  double free_m = 0.0;
   const double edge = 0.9 * device.workspace_radius_m;
   for (double r = edge; r > 0.1 * device.workspace_radius_m; r -= kStep_m) {
-    const glm::dvec3 at = world.world_from_volume(device.workspace_centre_m + r * direction);
-    if (hold_at(scene, at) < 0.5) continue;
-    if (r > edge - kRoom_m) return std::nullopt;
-    return r;
+    const glm::dvec3 at = device.workspace_centre_m + r * out;
+    const double hold = hold_at(scene, at);
+    if (hold < 0.0) continue;
+    if (hold < 0.5) {
+      free_m += kStep_m;
+      continue;
+    }
+    if (free_m < kRoom_m) return std::nullopt;
+    return place_at(at, out, std::min(0.010, edge - r));
   }
   return std::nullopt;
+}
+
+/// How far it is from a free place to a surface; 0 if the data end before.
+double way_to_surface(const FeltScene& scene, glm::dvec3 from, glm::dvec3 direction, double step) {
+  for (double way = 0.0; way < kFarthest_m; way += step) {
+    const double hold = hold_at(scene, from + way * direction);
+    if (hold < 0.0) return 0.0;
+    if (hold >= 0.5) return way;
+  }
+  return kFarthest_m;
+}
+
+/// From inside: the widest free place within reach, and the surface next to it.
+std::optional<devices::PathPlace> from_inside(const FeltScene& scene, const DeviceInfo& device) {
+  const double reach = 0.7 * device.workspace_radius_m;
+  const int n = int(reach / kGrid_m);
+  double widest = kRoom_m;
+  std::optional<glm::dvec3> best;
+  for (int z = -n; z <= n; ++z)
+    for (int y = -n; y <= n; ++y)
+      for (int x = -n; x <= n; ++x) {
+        const glm::dvec3 offset = kGrid_m * glm::dvec3(x, y, z);
+        if (glm::length(offset) > reach) continue;
+        const glm::dvec3 at = device.workspace_centre_m + offset;
+        double room = kFarthest_m;
+        for (size_t d = 0; d < directions().size() && room > widest; ++d)
+          room = std::min(room, way_to_surface(scene, at, directions()[d], kCoarse_m));
+        if (room > widest && room < kFarthest_m) {
+          widest = room;
+          best = at;
+        }
+      }
+  if (!best) return std::nullopt;
+  std::optional<devices::PathPlace> place;
+  double nearest = kFarthest_m;
+  for (const glm::dvec3 direction : directions()) {
+    const double way = way_to_surface(scene, *best, direction, kStep_m);
+    if (way <= 0.0 || way >= nearest) continue;
+    nearest = way;
+    place = place_at(*best + way * direction, -direction, std::min(0.010, way));
+  }
+  return place;
 }
 
 }  // namespace
 
 std::optional<devices::PathPlace> place_to_touch(const FeltScene& scene, const DeviceInfo& device) {
-  const glm::dvec3 from[] = {{0, 0, 1},  {0, 1, 0},  {1, 0, 0},  {-1, 0, 0}, {0, 1, 1},
-                             {1, 0, 1},  {-1, 0, 1}, {1, 1, 0},  {-1, 1, 0}, {1, 1, 1},
-                             {-1, 1, 1}, {0, -1, 0}, {0, 0, -1}, {0, -1, 1}, {0, 1, -1}};
-  for (const glm::dvec3 direction : from) {
-    const glm::dvec3 out = glm::normalize(direction);
-    const auto surface = first_surface(scene, device, out);
-    if (!surface) continue;
-    devices::PathPlace place;
-    place.surface_m = device.workspace_centre_m + *surface * out;
-    place.outward = out;
-    place.clearance_m = std::min(0.010, 0.95 * device.workspace_radius_m - *surface);
-    place.depth_m = 0.014;
-    place.reach_m = 0.008;
-    place.hold_s = 2.5;
-    return place;
-  }
-  return std::nullopt;
+  for (const glm::dvec3 out : directions())
+    if (const auto place = from_outside(scene, device, out)) return place;
+  return from_inside(scene, device);
 }
 
 }  // namespace palpate::app
