@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <thread>
 
@@ -12,6 +13,7 @@
 #include "integration/app/palpation.h"
 #include "integration/app/replay.h"
 #include "integration/app/tick_log.h"
+#include "integration/devices/spacemouse.h"
 #include "module/haptics/black_box.h"
 #include "module/haptics/emergency.h"
 #include "module/haptics/recording.h"
@@ -120,6 +122,11 @@ class FeelRun {
     if (command_.max_force_n > 0.0) scene.spec.max_force_n = command_.max_force_n;
     if (scene.from_sequence && command_.scale != "fit")
       scene.spec.volumes[0].transform.scale = glm::dvec3(std::stod(command_.scale));
+    // A recording holds what goes into the loop; a scene that is exchanged meanwhile does not.
+    if (!command_.record.empty() && !scene.missing.empty())
+      scene.notes.push_back(
+          "No motion is estimated while recording: find it first with 'palpate motion', and name "
+          "its folder with --fields.");
     if (command_.no_motion || !command_.record.empty()) scene.missing.clear();
   }
 
@@ -147,7 +154,13 @@ class FeelRun {
     ServoOptions servo = servo_options(command_, haptics);
     servo.listeners = {log_.get(), black_box_.get(), recorder_.get()};
     const double wanted = scene.spec.stiffness_n_per_m;
-    auto started = Palpation::start(std::move(scene), *opened_.device, haptics, servo);
+    const auto& volumes = scene.spec.volumes;
+    if (std::any_of(volumes.begin(), volumes.end(), [](const VolumeSpec& volume) {
+          return volume.drive.kind == DriveSpec::Kind::kSecondHand;
+        }))
+      second_hand_ = std::make_unique<devices::SpaceMouse>();
+    auto started =
+        Palpation::start(std::move(scene), *opened_.device, haptics, servo, second_hand_.get());
     if (!started) return started.error();
     palpation_ = std::move(*started);
     const double given =
@@ -181,6 +194,7 @@ class FeelRun {
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
       now_s = std::chrono::duration<double>(Clock::now() - begin).count();
       palpation_->servo().newest(0, tick);
+      tell_second_hand();
       std::string line = live_text(tick, palpation_->servo().statistics(), now_s);
       if (!motion.is_done())
         line += fmt::format("  motion {} of {} steps", motion.steps_known(), motion.steps());
@@ -193,6 +207,20 @@ class FeelRun {
     }
     console_.end_progress();
     palpation_->stop();
+  }
+
+  /// When it comes, goes or can not be used.
+  void tell_second_hand() {
+    if (!second_hand_) return;
+    const DeviceFault fault = second_hand_->read().fault;
+    if (second_hand_fault_ == fault) return;
+    second_hand_fault_ = fault;
+    if (fault == DeviceFault::kNone)
+      console_.say("Second    " + second_hand_->info().name + " moves the volume");
+    else if (fault == DeviceFault::kNotOpened)
+      console_.say("Second    no SpaceMouse is plugged in: the volume stays until one is");
+    else
+      console_.say(fmt::format("Second    {}", sentence(fault)));
   }
 
   void tell_motion(const LiveMotion& motion) {
@@ -233,7 +261,9 @@ class FeelRun {
   std::unique_ptr<TickLog> log_;
   std::unique_ptr<BlackBox> black_box_;
   std::unique_ptr<Recorder> recorder_;
-  std::unique_ptr<Palpation> palpation_;  ///< last: its servo thread ends first
+  std::unique_ptr<devices::SpaceMouse> second_hand_;
+  std::optional<DeviceFault> second_hand_fault_;  ///< as it was told
+  std::unique_ptr<Palpation> palpation_;          ///< last: its servo thread ends first
 };
 
 int replay_run(const FeelCommand& command, Console& console) {

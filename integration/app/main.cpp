@@ -10,7 +10,7 @@ namespace palpate::app {
 namespace {
 
 constexpr const char* kAbout =
-    "palpate: dense motion fields of moving volumes, with a word on whether to trust them.\n"
+    "palpate: put a hand into a moving volume: how its data move, what they feel and look like.\n"
     "Exit codes: 0 ok, 1 device or program failed or was stopped, 2 input or output can not be\n"
     "used, 3 the result is suspect, 4 the result failed.";
 
@@ -18,9 +18,9 @@ int run(int argc, char** argv) {
   CLI::App program(kAbout, "palpate");
   program.require_subcommand(1);
   program.set_version_flag("--version", "palpate " PALPATE_VERSION);
-  const std::vector<Command> commands = {add_motion(program),  add_check(program),
-                                         add_devices(program), add_phantom(program),
-                                         add_feel(program),    add_demo(program)};
+  const std::vector<Command> commands = {
+      add_motion(program), add_check(program), add_devices(program), add_phantom(program),
+      add_feel(program),   add_plan(program),  add_demo(program)};
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

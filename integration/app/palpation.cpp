@@ -17,6 +17,7 @@ int64_t monotonic_ns() {
 }  // namespace
 
 bool needs_poses(const VolumeSpec& spec) {
+  if (spec.drive.kind == DriveSpec::Kind::kSecondHand) return true;
   const bool by_itself =
       spec.drive.kind == DriveSpec::Kind::kTurn || spec.drive.kind == DriveSpec::Kind::kSwing;
   return by_itself && spec.path != PosePath::kExact;
@@ -24,13 +25,16 @@ bool needs_poses(const VolumeSpec& spec) {
 
 Result<std::unique_ptr<Palpation>> Palpation::start(FeltScene scene, ForceDevice& device,
                                                     const HapticsOptions& haptics,
-                                                    const ServoOptions& servo) {
+                                                    const ServoOptions& servo,
+                                                    const devices::SecondHand* second_hand) {
   auto palpation =
       std::unique_ptr<Palpation>(new Palpation(std::move(scene), haptics, device.info()));
   {
     const std::lock_guard lock(palpation->mutex_);
-    for (const VolumeSpec& volume : palpation->felt_.spec.volumes)
+    for (const VolumeSpec& volume : palpation->felt_.spec.volumes) {
       palpation->rates_.push_back(volume.rate);
+      palpation->moved_.push_back(volume.transform);
+    }
     // A motion that is to come has its steps from the start, all still.
     for (const MissingMotion& missing : palpation->felt_.missing) {
       MovingVolume volume = *palpation->felt_.data[missing.volume];
@@ -41,7 +45,8 @@ Result<std::unique_ptr<Palpation>> Palpation::start(FeltScene scene, ForceDevice
     }
     if (const Status status = palpation->hand_over(); !status) return status.error();
   }
-  palpation->start_ns_ = monotonic_ns();
+  palpation->second_hand_ = second_hand;
+  palpation->start_ns_ = palpation->last_ns_ = monotonic_ns();
   auto started = Servo::start(device, palpation->ticker_, servo);
   if (!started) return started.error();
   palpation->servo_ = std::move(*started);
@@ -101,12 +106,22 @@ std::shared_ptr<const HapticScene> Palpation::scene() const {
 
 void Palpation::send_poses() {
   const int64_t now_ns = monotonic_ns();
+  const double dt_s = double(now_ns - last_ns_) * 1e-9;
+  last_ns_ = now_ns;
   const auto& volumes = felt_.spec.volumes;
-  for (size_t v = 0; v < volumes.size(); ++v)
-    if (needs_poses(volumes[v]))
-      servo_->send(PoseUpdate{
-          int(v), driven(volumes[v].drive, volumes[v].transform, double(now_ns - start_ns_) * 1e-9),
-          now_ns});
+  for (size_t v = 0; v < volumes.size(); ++v) {
+    if (!needs_poses(volumes[v])) continue;
+    if (volumes[v].drive.kind != DriveSpec::Kind::kSecondHand) {
+      moved_[v] = driven(volumes[v].drive, volumes[v].transform, double(now_ns - start_ns_) * 1e-9);
+    } else if (second_hand_) {
+      const FrameData& frame = *felt_.data[v]->frames.front();
+      const glm::dvec3 middle = 0.5 * (frame.low_m() + frame.high_m());
+      devices::MoveLimits limits;
+      limits.home_m = volumes[v].transform.world_from_volume(middle);
+      moved_[v] = devices::moved(moved_[v], second_hand_->read(), dt_s, middle, limits);
+    }
+    servo_->send(PoseUpdate{int(v), moved_[v], now_ns});
+  }
 }
 
 }  // namespace palpate::app

@@ -4,6 +4,7 @@
 #include <mutex>
 
 #include "integration/app/felt_scene.h"
+#include "integration/devices/second_hand.h"
 #include "module/haptics/background.h"
 #include "module/haptics/scene_ticker.h"
 #include "module/haptics/servo.h"
@@ -16,11 +17,13 @@ namespace palpate::app {
 /// surfaces jump, or vanish under the hand.
 class Palpation {
  public:
-  /// Starts the servo thread. `device` is borrowed, and so are the listeners. kBadInput if the
-  /// scene can not be put together.
+  /// Starts the servo thread. `device` is borrowed, and so are the listeners and the second hand
+  /// (may be null: volumes that it would move stand still). kBadInput if the scene can not be put
+  /// together.
   static Result<std::unique_ptr<Palpation>> start(FeltScene scene, ForceDevice& device,
                                                   const HapticsOptions& haptics,
-                                                  const ServoOptions& servo);
+                                                  const ServoOptions& servo,
+                                                  const devices::SecondHand* second_hand = nullptr);
   /// As stop().
   ~Palpation();
   Palpation(const Palpation&) = delete;
@@ -57,12 +60,14 @@ class Palpation {
   bool waiting_ = false;  ///< a scene that could not be offered yet
   SceneTicker ticker_;
   std::unique_ptr<Servo> servo_;
-  int64_t start_ns_ = 0;
+  const devices::SecondHand* second_hand_ = nullptr;
+  std::vector<Transform> moved_;  ///< per volume: where the second hand has taken it
+  int64_t start_ns_ = 0, last_ns_ = 0;
   std::unique_ptr<Background> poses_;
 };
 
-/// Whether the program has to send this volume's poses: it moves by itself, but the loop is not to
-/// ask for the exact pose.
+/// Whether the program has to send this volume's poses: a second hand moves it, or it moves by
+/// itself but the loop is not to ask for the exact pose.
 bool needs_poses(const VolumeSpec& spec);
 
 }  // namespace palpate::app

@@ -140,10 +140,14 @@ std::shared_ptr<const MotionMap> MotionMap::of(const Field& field, const Confide
     map->worst_determinant_ = std::min(map->worst_determinant_, determinant);
     map->folded_cells_ += folded;
   });
+  size_t moving = 0;
   for (glm::vec4& sample : map->samples_) {
     sample.w = std::max(sample.w, 0.0F);
-    map->largest_u_m_ = std::max(map->largest_u_m_, glm::length(glm::dvec3(sample)));
+    const double u_m = glm::length(glm::dvec3(sample));
+    map->largest_u_m_ = std::max(map->largest_u_m_, u_m);
+    moving += u_m > 0.01 * map->cell_m_;
   }
+  map->moving_share_ = double(moving) / double(map->samples_.size());
   return map;
 }
 

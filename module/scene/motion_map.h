@@ -49,6 +49,11 @@ class MotionMap {
   float worst_determinant() const { return worst_determinant_; }
   size_t folded_cells() const { return folded_cells_; }  ///< cells whose determinant bound is <= 0
   double largest_u_m() const { return largest_u_m_; }
+  /// Share of the samples that move by more than a hundredth of a cell.
+  double moving_share() const { return moving_share_; }
+  size_t bytes() const {
+    return samples_.size() * sizeof(glm::vec4) + cells_.size() * sizeof(CellCertificate);
+  }
   /// Edge of a cell along its shortest axis, m: the unit "voxel" of residuals.
   double cell_m() const { return cell_m_; }
   /// Where the samples lie, and what they are: u in volume space (m) and confidence.
@@ -62,7 +67,7 @@ class MotionMap {
   std::vector<CellCertificate> cells_;  ///< (size + 1) along each axis: the first and last are held
   float worst_contraction_ = 0, worst_determinant_ = 1;
   size_t folded_cells_ = 0;
-  double largest_u_m_ = 0, cell_m_ = 0;
+  double largest_u_m_ = 0, cell_m_ = 0, moving_share_ = 0;
 };
 
 }  // namespace palpate

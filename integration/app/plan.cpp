@@ -1,0 +1,43 @@
+#include "module/scene/plan.h"
+
+#include <fmt/format.h>
+
+#include "integration/app/commands.h"
+#include "integration/app/exit_code.h"
+#include "integration/app/felt_scene.h"
+#include "integration/app/progress.h"
+#include "module/haptics/haptic_scene.h"
+
+namespace palpate::app {
+namespace {
+
+int run(const std::vector<std::filesystem::path>& inputs, const SequenceChoices& choices) {
+  Console console(false, false);
+  const auto scene = load_felt_scene(inputs, choices);
+  if (!scene) return fail(console, scene.error());
+  // What could not be felt is refused here too.
+  if (const auto assembled = assemble(scene->spec, scene->data); !assembled)
+    return fail(console, assembled.error());
+  console.say(text(plan(scene->spec, scene->data)));
+  for (const MissingMotion& missing : scene->missing)
+    console.say(fmt::format(
+        "The motion of {} is not known yet: 'palpate feel' estimates it while the still frame is "
+        "felt.",
+        scene->spec.volumes[missing.volume].name));
+  return kExitOk;
+}
+
+}  // namespace
+
+Command add_plan(CLI::App& program) {
+  auto inputs = std::make_shared<std::vector<std::filesystem::path>>();
+  auto choices = std::make_shared<SequenceChoices>();
+  CLI::App* app = program.add_subcommand(
+      "plan", "Say what a scene needs in each haptic frame, what is left out, and why");
+  app->add_option("input", *inputs, "heart, molecule, a scene file, or a sequence")->required();
+  app->add_option("--fields", choices->fields, "Folder with the fields of 'palpate motion'")
+      ->check(CLI::ExistingDirectory);
+  return {app, [inputs, choices] { return run(*inputs, *choices); }};
+}
+
+}  // namespace palpate::app

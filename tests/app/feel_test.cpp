@@ -1,0 +1,180 @@
+// The program as a person runs it to feel: with a simulated hand, in real time. Nothing here asks
+// how long anything took.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <fstream>
+#include <sstream>
+
+#include "tests/app/program.h"
+#include "tests/app/scenes.h"
+
+namespace palpate::app {
+namespace {
+
+using files::TemporaryFolder;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+/// The columns of a CSV by name.
+class Table {
+ public:
+  explicit Table(const std::filesystem::path& file) {
+    std::ifstream in(file);
+    std::string line;
+    std::getline(in, line);
+    names_ = cells_of(line);
+    while (std::getline(in, line)) rows_.push_back(cells_of(line));
+  }
+  size_t size() const { return rows_.size(); }
+  const std::string& text(size_t row, const std::string& name) const {
+    for (size_t c = 0; c < names_.size(); ++c)
+      if (names_[c] == name) return rows_[row].at(c);
+    throw std::runtime_error("no column " + name);
+  }
+  double number(size_t row, const std::string& name) const { return std::stod(text(row, name)); }
+  double force(size_t row) const {
+    return std::hypot(number(row, "force_x_n"), number(row, "force_y_n"), number(row, "force_z_n"));
+  }
+
+ private:
+  static std::vector<std::string> cells_of(const std::string& line) {
+    std::vector<std::string> cells;
+    std::stringstream stream(line);
+    for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(cell);
+    return cells;
+  }
+  std::vector<std::string> names_;
+  std::vector<std::vector<std::string>> rows_;
+};
+
+std::vector<std::string> feel(const std::string& what, std::vector<std::string> more) {
+  // A busy machine must not trip the watchdog in a test of something else.
+  std::vector<std::string> all = {"feel", what, "--device", "simulated", "--watchdog", "1000"};
+  all.insert(all.end(), more.begin(), more.end());
+  return all;
+}
+
+TEST(Feel, PressesTheBeatingHeartAndDrawsWhatItFelt) {
+  const TemporaryFolder folder;
+  const Outcome result = run(feel("heart", {"--csv", folder / "ticks.csv", "--picture",
+                                            folder / "felt.png", "--black-box", folder / "."}));
+  ASSERT_EQ(result.exit_code, 0) << result.out << result.err;
+  EXPECT_THAT(result.out, AllOf(HasSubstr("4 frames in 2 s, with its motion"),
+                                HasSubstr("follows the path 'press'"), HasSubstr("Felt")));
+  EXPECT_TRUE(std::filesystem::exists(folder / "felt.png"));
+  const Table ticks(folder / "ticks.csv");
+  ASSERT_GT(ticks.size(), 100u);
+  double most = 0.0, at_start = 0.0;
+  bool touched = false;
+  for (size_t k = 0; k < ticks.size(); ++k) {
+    most = std::max(most, ticks.force(k));
+    if (ticks.text(k, "cause") == "starting") at_start = std::max(at_start, ticks.force(k));
+    touched |= ticks.text(k, "contact") == "1";
+    EXPECT_EQ(ticks.text(k, "held"), "0") << "row " << k;
+  }
+  // The hand means to be 14 mm deep and is 135 N/m stiff: 1.9 N at rest, a beating wall under it.
+  EXPECT_GT(most, 1.0);
+  EXPECT_LT(most, 4.0);
+  EXPECT_LT(at_start, 0.3);
+  EXPECT_TRUE(touched);
+  EXPECT_EQ(ticks.force(ticks.size() - 1), 0.0);
+}
+
+TEST(Feel, RecordsARunAndReplaysItBitByBit) {
+  const TemporaryFolder folder;
+  const std::string file = folder / "run.ticks";
+  const Outcome felt =
+      run(feel("molecule", {"--seconds", "3", "--record", file, "--black-box", folder / "."}));
+  ASSERT_EQ(felt.exit_code, 0) << felt.out << felt.err;
+  const Outcome again = run({"feel", "molecule", "--replay", file});
+  EXPECT_EQ(again.exit_code, 0) << again.out << again.err;
+  EXPECT_THAT(again.out, HasSubstr("every output is the recorded one, bit by bit"));
+  const Outcome other = run({"feel", "heart", "--replay", file});
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_THAT(other.err, HasSubstr("was made with another scene"));
+}
+
+TEST(Feel, EstimatesTheMotionOfASequenceWhileTheStillFrameIsFelt) {
+  NEEDS_DEVICE();
+  const TemporaryFolder folder;
+  const std::string heart = written(small_heart(), folder / "heart.seq.nrrd");
+  const Outcome result = run(feel(
+      heart, {"--csv", folder / "ticks.csv", "--preset", "fast", "--black-box", folder / "."}));
+  ASSERT_EQ(result.exit_code, 0) << result.out << result.err;
+  EXPECT_THAT(result.out, AllOf(HasSubstr("still at first"), HasSubstr("between the two main"),
+                                HasSubstr("4 steps known")));
+  const Table ticks(folder / "ticks.csv");
+  ASSERT_GT(ticks.size(), 100u);
+  // Still until the motion is known, but for the 20 ms in which it comes to rest; then it plays.
+  EXPECT_LT(ticks.number(50, "frame_and_phase"), 0.1);
+  double farthest = 0.0;
+  for (size_t k = 0; k < ticks.size(); ++k)
+    farthest = std::max(farthest, ticks.number(k, "frame_and_phase"));
+  EXPECT_GT(farthest, 2.0);
+}
+
+TEST(Feel, UsesTheFieldsThatMotionHasWritten) {
+  NEEDS_DEVICE();
+  const TemporaryFolder folder;
+  const std::string heart = written(small_heart(), folder / "heart.seq.nrrd");
+  ASSERT_EQ(run({"motion", heart, "-o", folder / "fields", "--cyclic", "--confidence", "--preset",
+                 "fast", "--no-verdict", "--quiet"})
+                .exit_code,
+            0);
+  const Outcome planned = run({"plan", heart, "--fields", folder / "fields"});
+  EXPECT_EQ(planned.exit_code, 0) << planned.err;
+  EXPECT_THAT(planned.out, AllOf(HasSubstr("4 of 4 steps known"), HasSubstr("back-tracking by")));
+  const Outcome result = run(
+      feel(heart, {"--fields", folder / "fields", "--seconds", "1", "--black-box", folder / "."}));
+  EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
+  EXPECT_THAT(result.out, HasSubstr("4 frames in 4 s, with its motion"));
+}
+
+TEST(Feel, EndsByARampWithItsSummaryOnCtrlC) {
+  const TemporaryFolder folder;
+  Program program(feel("molecule", {"--seconds", "600", "--black-box", folder / "."}));
+  ASSERT_TRUE(program.wait_for(" Hz "));
+  program.signal(SIGINT);
+  const Outcome result = program.wait();
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, AllOf(HasSubstr("Felt"), HasSubstr("stopped")));
+}
+
+TEST(Feel, SaysInOneSentenceWhatIsWrong) {
+  const TemporaryFolder folder;
+  const std::string scene = folder / "scene.json";
+  std::ofstream(scene) << R"({"volumes": [{"name": "a", "source": "heart", "colour": 3}],
+                              "modes": [{"volume": "a", "strength": 2}]})";
+  const std::pair<std::vector<std::string>, std::string> cases[] = {
+      {{"feel", "hart"}, "'hart' does not exist"},
+      {{"feel", scene}, "colour"},
+      {{"feel", "heart", "--device", "simulated", "--hand", "third"}, "There is no hand 'third'"},
+      {{"feel", "heart", "--device", "simulated", "--path", "wiggle"}, "'wiggle' is no file"},
+      {{"feel", "heart", "--device", "haptic"}, "haptic"},
+      {{"feel", "heart", "--device", "simulated", "--csv", "/nowhere/x.csv"}, "/nowhere/x.csv"},
+      {{"feel", "heart", "--falcon-firmware", scene, "--device", "falcon"}, scene},
+      {{"plan", scene}, "colour"},
+  };
+  for (const auto& [arguments, sentence] : cases) {
+    const Outcome result = run(arguments);
+    EXPECT_EQ(result.exit_code, 2) << arguments[1] << "\n" << result.out;
+    EXPECT_THAT(result.err, HasSubstr(sentence));
+    EXPECT_THAT(result.out, Not(HasSubstr("Felt")));
+  }
+}
+
+TEST(Plan, NamesWhatIsNeededAndWhatIsLeftOut) {
+  const Outcome heart = run({"plan", "heart"});
+  EXPECT_EQ(heart.exit_code, 0) << heart.err;
+  EXPECT_THAT(heart.out, AllOf(HasSubstr("4 of 4 steps known"), HasSubstr("felt by    wall"),
+                               HasSubstr("pose: its transform does not change")));
+  const Outcome molecule = run({"plan", "molecule"});
+  EXPECT_THAT(molecule.out, AllOf(HasSubstr("turning, at the tick's own time"),
+                                  HasSubstr("left out   phase, back-tracking, blending")));
+}
+
+}  // namespace
+}  // namespace palpate::app
