@@ -98,7 +98,9 @@ bool FalconJudge::stuck(const Exchange& exchange) noexcept {
   }
   least_force_ = glm::min(least_force_, exchange.force_n);
   most_force_ = glm::max(most_force_, exchange.force_n);
-  const bool all = ++still_ >= kStill && glm::distance(least_force_, most_force_) >= kStillForce;
+  // Counted from when the force has changed: the hand needs time to give way.
+  if (glm::distance(least_force_, most_force_) >= kStillForce) ++still_;
+  const bool all = still_ >= kStill;
 
   // One: nobody moves the grip far and leaves one arm where it is to the count.
   bool one = false;

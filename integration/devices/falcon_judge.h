@@ -20,7 +20,7 @@ class FalconJudge {
   static constexpr int kGiveUp = 100;  ///< ...: the device has to be opened again
   static constexpr int kSettle = 200;  ///< good answers after homing, before force is allowed
   static constexpr int kRecover = 20;  ///< good answers in a row after any other fault
-  static constexpr int kStill = 100;   ///< exchanges without a count while the force changes
+  static constexpr int kStill = 100;   ///< exchanges without a count after the force has changed
   static constexpr double kStillForce = 1.0;  ///< N, by which it has to change
   static constexpr int kPassed = 400;  ///< counts that both other arms move while one stands: stuck
   static constexpr double kHandSpeed = 5.0;   ///< m/s; no hand is faster
@@ -67,8 +67,8 @@ class FalconJudge {
   bool placed_ = false;
 
   std::array<int16_t, 3> counts_{};
-  std::array<std::array<int, 3>, 3> path_{};       ///< [e][o]: counts o moved since e last did
-  int still_ = 0;                                  ///< exchanges since any encoder moved
+  std::array<std::array<int, 3>, 3> path_{};  ///< [e][o]: counts o moved since e last did
+  int still_ = 0;  ///< exchanges with another force than when an encoder moved last
   glm::dvec3 least_force_{0.0}, most_force_{0.0};  ///< sent meanwhile
 };
 

@@ -37,12 +37,13 @@ FalconLink::~FalconLink() {
 }
 
 FalconLink::Outcome FalconLink::exchange(const Packet& command, int64_t wait_ns) noexcept {
-  const int64_t end = now_ns() + wait_ns;
   const uint64_t rejected = rejected_bytes();
   answers_ = 0;
   problem_ = usb::Problem::kNone;
   owed_ += cuts_owed_.exchange(0, std::memory_order_acq_rel);
   if (in_flying_ || out_flying_ || cut_flying_.load(std::memory_order_acquire)) waiter_.handle();
+  if (unsure_ && owed_ == 0) read_surplus(now_ns() + wait_ns);
+  const int64_t end = now_ns() + wait_ns;
   if (problem_ == usb::Problem::kNone && !in_flying_) submit_in();
   if (problem_ == usb::Problem::kNone && !out_flying_) submit_out(command);
   while (problem_ == usb::Problem::kNone && (owed_ > 0 || out_flying_)) {
@@ -51,8 +52,24 @@ FalconLink::Outcome FalconLink::exchange(const Packet& command, int64_t wait_ns)
     waiter_.wait(left);
   }
   // Of several owed answers one was lost, if this one came and the others did not within the wait.
-  if (answers_ > 0 && owed_ > 0) owed_ = 0;
+  if (answers_ > 0 && owed_ > 0) {
+    owed_ = 0;
+    unsure_ = true;  // or it is only later than that
+  }
   return {answers_ > 0, rejected_bytes() != rejected, problem_};
+}
+
+void FalconLink::read_surplus(int64_t until_ns) noexcept {
+  do {
+    if (!in_flying_) submit_in();
+    while (problem_ == usb::Problem::kNone && in_flying_) {
+      const int64_t left = until_ns - now_ns();
+      if (left <= 0) return;
+      waiter_.wait(left);
+    }
+  } while (problem_ == usb::Problem::kNone && !nothing_);
+  unsure_ = problem_ != usb::Problem::kNone;
+  answers_ = 0;  // they answer nothing that is asked now
 }
 
 void FalconLink::cut() noexcept {
@@ -66,6 +83,7 @@ void FalconLink::cut() noexcept {
 void FalconLink::retire() noexcept {
   if (!usable()) return;
   owed_ = 0;  // so that what comes back is not asked for again
+  unsure_ = true;
   if (in_flying_) libusb_cancel_transfer(in_.get());
   if (out_flying_) libusb_cancel_transfer(out_.get());
   if (cut_flying_) libusb_cancel_transfer(cut_.get());
@@ -99,11 +117,15 @@ void FalconLink::on_in(libusb_transfer* transfer) {
   link->note(usb::problem_of(transfer->status));
   if (transfer->status != LIBUSB_TRANSFER_COMPLETED) return;
   const auto length = size_t(std::max(transfer->actual_length, 0));
+  link->nothing_ = length <= kStatusBytes;
   if (length > kStatusBytes) {
     const auto bytes = std::span<const uint8_t>(link->in_bytes_).first(length);
-    const int answers = link->stream_.read(bytes.subspan(kStatusBytes));
+    // A command that the chip has not taken yet can not have been answered: what comes before is
+    // left over, and its own answer is still waited for.
+    const int possible = std::max(0, link->owed_ - (link->out_flying_ ? 1 : 0));
+    const int answers = std::min(link->stream_.read(bytes.subspan(kStatusBytes)), possible);
     link->answers_ += answers;
-    link->owed_ = std::max(0, link->owed_ - answers);
+    link->owed_ -= answers;
   }
   if (link->owed_ > 0) link->submit_in();  // the chip had nothing to say yet, or not all
 }

@@ -36,8 +36,13 @@ class FalconLink {
   };
 
   /// Sends a command (unless the last one is still on its way) and waits until every command has
-  /// its answer, `wait_ns` at most. An answer that is late is taken by the next exchange. Servo
-  /// thread; real-time as said above.
+  /// its answer, `wait_ns` at most. An answer that is late is taken by the next exchange.
+  ///
+  /// Answers have no number, so one that nobody fetched would make every later one an exchange old.
+  /// Where that may be (at the start, after an answer that was given up) the next exchange first
+  /// reads until the chip says that it has nothing, and takes up to 2 wait_ns for once; one that is
+  /// later still is known by coming before the command has gone out. Servo thread; real-time as
+  /// said above.
   Outcome exchange(const Packet& command, int64_t wait_ns) noexcept;
 
   const Answer& newest() const noexcept { return stream_.newest(); }
@@ -56,6 +61,7 @@ class FalconLink {
   static void LIBUSB_CALL on_in(libusb_transfer* transfer);
   static void LIBUSB_CALL on_out(libusb_transfer* transfer);
   static void LIBUSB_CALL on_cut(libusb_transfer* transfer);
+  void read_surplus(int64_t until_ns) noexcept;
   void submit_in() noexcept;
   void submit_out(const Packet& command) noexcept;
   void note(usb::Problem problem) noexcept;
@@ -72,8 +78,10 @@ class FalconLink {
   std::atomic<int> cuts_owed_ = 0;  ///< answers that cut() will bring
 
   AnswerStream stream_;
-  int owed_ = 0;                                ///< commands without an answer yet
-  int answers_ = 0;                             ///< since the exchange began
+  bool unsure_ = true;    ///< the chip may hold answers to commands that are not counted any more
+  bool nothing_ = false;  ///< the last read brought the chip's status alone
+  int owed_ = 0;          ///< commands without an answer yet
+  int answers_ = 0;       ///< since the exchange began
   usb::Problem problem_ = usb::Problem::kNone;  ///< the first since the exchange began
 };
 

@@ -86,6 +86,7 @@ void EmulatedFalcon::power_cycle() {
   was_out_.fill(false);
   buffer_.clear();
   coming_.clear();
+  received_.emplace_back();  // motors without power hold nothing
 }
 
 void EmulatedFalcon::set(Faults faults) {
@@ -97,6 +98,11 @@ void EmulatedFalcon::change(const std::function<void(Faults&)>& change) {
   change(faults_);
   stuck_at_ = counts_;
   changed();
+}
+
+void EmulatedFalcon::delay_next(std::deque<int64_t> delays_ns) {
+  const Lock lock(mutex_);
+  delays_ns_ = std::move(delays_ns);
 }
 
 int EmulatedFalcon::uploads() const {
@@ -221,7 +227,12 @@ void EmulatedFalcon::obey() {
     commands_.erase(commands_.begin(), commands_.begin() + 16);
     home(flags & 1);
     if (faults_.silent) continue;
-    say(faults_.mangle ? faults_.mangle(answer()) : answer(), options_.answer_delay_ns);
+    int64_t delay_ns = options_.answer_delay_ns;
+    if (!delays_ns_.empty()) {
+      delay_ns += delays_ns_.front();
+      delays_ns_.pop_front();
+    }
+    say(faults_.mangle ? faults_.mangle(answer()) : answer(), delay_ns);
   }
 }
 

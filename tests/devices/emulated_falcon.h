@@ -63,6 +63,8 @@ class EmulatedFalcon : public EmulatedDevice {
   };
   void set(Faults faults);
   void change(const std::function<void(Faults&)>& change);
+  /// The next answers take this much longer each.
+  void delay_next(std::deque<int64_t> delays_ns);
 
   int uploads() const;
   bool runs_firmware() const;
@@ -95,6 +97,7 @@ class EmulatedFalcon : public EmulatedDevice {
   int64_t last_packet_ns_ = 0;
   std::deque<std::pair<int64_t, Bytes>> coming_;  ///< on the wire: when they are in
   Bytes buffer_;                                  ///< in the chip, for the host
+  std::deque<int64_t> delays_ns_;                 ///< of the next answers
   Bytes commands_;                                ///< from the host, not yet a whole packet
 
   // the firmware and the arms
