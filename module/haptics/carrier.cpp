@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "module/haptics/back_track.h"
-#include "module/scene/cycle_closing.h"
 #include "module/haptics/local_reader.h"
 #include "module/haptics/world_sink.h"
+#include "module/scene/cycle_closing.h"
 
 namespace palpate {
 namespace {
@@ -121,6 +121,13 @@ class FlowingCarrier final : public Carrier {
     return true;
   }
 
+  bool put(glm::dvec3 world) noexcept override {
+    closing_ = glm::dvec3(0.0);
+    if (!go_to(world)) return false;
+    set_closing();
+    return closing_ == glm::dvec3(0.0) || go_to(world);
+  }
+
   void place(const HapticMode& mode, glm::dvec3 probe, double dt_s, double weight, double cap_n,
              Placed& out) noexcept override {
     const double phase = volume_.pointer.phase;
@@ -220,7 +227,8 @@ VolumeRun::VolumeRun(const HapticVolume& volume)
   set(volume.spec.transform);
 }
 
-void VolumeRun::set(const Transform& transform) noexcept {
+void VolumeRun::set(const Transform& to) noexcept {
+  transform = to;
   linear = transform.linear();
   offset = transform.translation_m;
   // R S: its inverse is S^-1 R^T, exact where a general inverse would only be close.

@@ -20,12 +20,13 @@ struct VolumeRun {
   Playback playback;
   FramePointer pointer;
   int crossed = 0;         ///< of this haptic frame: the frame border its playback went over
+  Transform transform;     ///< world from volume, as set()
   glm::dmat3 linear{1.0};  ///< world from volume: x_world = linear * x + offset
   glm::dmat3 inverse{1.0};
   glm::dvec3 offset{0.0};
   double least_scale = 1.0;  ///< of the axes: how large a voxel is in the world
 
-  void set(const Transform& transform) noexcept;
+  void set(const Transform& to) noexcept;
   glm::dvec3 world(glm::dvec3 x) const { return linear * x + offset; }
   glm::dvec3 volume(glm::dvec3 x) const { return inverse * (x - offset); }
 };
@@ -50,6 +51,8 @@ class Carrier {
   /// Makes the material at `world` the material point: equation (26). False, and nothing changed,
   /// if it can not be found.
   virtual bool go_to(glm::dvec3 world) noexcept = 0;
+  /// The same where nothing is known of what was before: at the start.
+  virtual bool put(glm::dvec3 world) noexcept { return go_to(world); }
   /// Places a mode's primitives, carried forward to the world, and their levels. weight scales
   /// strengths, cap bounds them (N).
   virtual void place(const HapticMode& mode, glm::dvec3 probe_world, double dt_s, double weight,

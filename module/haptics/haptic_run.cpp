@@ -2,7 +2,32 @@
 
 #include <algorithm>
 
+#include "module/scene/drive.h"
+
 namespace palpate {
+namespace {
+
+constexpr double kSwitchRamp_s = 0.1;     // of a mode switched on or off, or the gain changed by 1
+constexpr double kStiffness_per_s = 5.0;  // a change of stiffness, as a share of itself
+
+double towards(double from, double to, double by) {
+  return from < to ? std::min(to, from + by) : std::max(to, from - by);
+}
+
+/// A factor on a strength of `unit_n` on its way to what is wanted, by at most `most_n`. What lies
+/// above `felt_n` can not be felt, and is left out at once.
+double turned(double from, double to, double unit_n, double felt_n, double dt_s, double most_n) {
+  if (from == to) return to;
+  if (to < from) from = std::max(to, std::min(from, felt_n / unit_n));
+  return towards(from, to, std::min(dt_s / kSwitchRamp_s, most_n / unit_n));
+}
+
+/// Whether a surface is still where it was, in data and in space.
+bool unmoved(const VolumeRun& a, const VolumeRun& b) {
+  return a.plan->data->frames == b.plan->data->frames && a.transform == b.transform;
+}
+
+}  // namespace
 
 HapticRun::HapticRun(std::shared_ptr<const HapticScene> of) : scene(std::move(of)) {
   stiffness_n_per_m = wanted_stiffness_n_per_m = scene->stiffness_n_per_m;
@@ -18,8 +43,12 @@ HapticRun::HapticRun(std::shared_ptr<const HapticScene> of) : scene(std::move(of
     run.carrier->carry();
     carriers.push_back(std::move(run));
   }
-  for (const HapticMode& mode : scene->modes)
-    modes.push_back({mode.spec.on ? 1.0 : 0.0, 1.0, 1.0, mode.spec.on});
+  for (const HapticMode& mode : scene->modes) {
+    ModeRun run;
+    run.on = mode.spec.on;
+    run.weight = run.on ? 1.0 : 0.0;
+    modes.push_back(run);
+  }
 }
 
 void HapticRun::take_over(const HapticRun& before) noexcept {
@@ -28,31 +57,60 @@ void HapticRun::take_over(const HapticRun& before) noexcept {
   for (VolumeRun& volume : volumes)
     for (const VolumeRun& old : before.volumes) {
       if (old.plan->spec.name != volume.plan->spec.name) continue;
-      if (old.plan->spec.path == volume.plan->spec.path) volume.pose = old.pose;
-      volume.linear = old.linear;
-      volume.inverse = old.inverse;
-      volume.offset = old.offset;
-      volume.least_scale = old.least_scale;
+      const VolumeSpec& spec = volume.plan->spec;
+      if (old.plan->posed || volume.plan->posed) volume.set(old.transform);
+      volume.pose =
+          old.plan->spec.path == spec.path ? old.pose : MovingPose(spec.path, volume.transform);
+      if (volume.plan->asks_drive()) volume.set(driven(spec.drive, spec.transform, time_s));
       volume.playback = old.playback;
       volume.playback.set_times(&volume.plan->data->times);
       volume.pointer = volume.playback.now();
     }
-  for (size_t m = 0; m < modes.size(); ++m)
-    for (size_t o = 0; o < before.modes.size(); ++o)
-      if (before.scene->modes[o].spec.name == scene->modes[m].spec.name) {
-        modes[m].weight = before.modes[o].weight;
-        modes[m].gain = before.modes[o].gain;
-        modes[m].wanted_gain = before.modes[o].wanted_gain;
-        modes[m].on = before.modes[o].on;
-      }
+  for (size_t m = 0; m < modes.size(); ++m) {
+    modes[m].weight = 0.0;
+    for (size_t o = 0; o < before.modes.size(); ++o) {
+      const HapticMode &mode = scene->modes[m], &old = before.scene->modes[o];
+      if (old.spec.name != mode.spec.name) continue;
+      modes[m] = before.modes[o];
+      const VolumeRun& volume = volumes[scene->carriers[mode.carrier].volume];
+      modes[m].on_level =
+          modes[m].on_level &&
+          unmoved(volume, before.volumes[before.scene->carriers[old.carrier].volume]);
+    }
+  }
   for (CarrierRun& run : carriers) run.carrier->carry();
 }
 
 void HapticRun::place_proxy(glm::dvec3 world) noexcept {
   for (CarrierRun& run : carriers) {
-    run.held = !run.carrier->go_to(world);
+    run.held = !run.carrier->put(world);
     run.fade = run.held ? 0.0 : 1.0;
   }
+}
+
+void HapticRun::turn(double dt_s, double felt_n) noexcept {
+  double placed_n = 0.0;
+  int turning = 0;
+  for (const ModeRun& mode : modes) {
+    placed_n += mode.placed_n * mode.weight * mode.gain;
+    turning += mode.turns();
+  }
+  const double share_n = kTurned_n_per_s * dt_s / std::max(turning, 1);
+  for (size_t m = 0; m < modes.size(); ++m) {
+    ModeRun& mode = modes[m];
+    if (!mode.turns()) continue;
+    // In balance with hand and other modes: it gives no more than they.
+    const double most_n = felt_n + placed_n - mode.placed_n * mode.weight * mode.gain;
+    const double unit_n = std::max(
+        mode.placed_n > 0.0 ? mode.placed_n : scene->modes[m].spec.strength.highest(), 1e-3);
+    mode.weight = turned(mode.weight, mode.wanted_weight(), unit_n * std::max(mode.gain, 1e-3),
+                         most_n, dt_s, share_n);
+    mode.gain = turned(mode.gain, mode.wanted_gain, unit_n * std::max(mode.weight, 1e-3), most_n,
+                       dt_s, share_n);
+  }
+  const double share_per_s = std::min(kStiffness_per_s, kTurned_n_per_s / std::max(felt_n, 1e-3));
+  stiffness_n_per_m =
+      towards(stiffness_n_per_m, wanted_stiffness_n_per_m, share_per_s * dt_s * stiffness_n_per_m);
 }
 
 }  // namespace palpate

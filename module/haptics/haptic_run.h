@@ -16,9 +16,12 @@ struct ModeRun {
   double weight = 1.0;  ///< follows `on` in a ramp, so that switching is no step
   double gain = 1.0;
   double wanted_gain = 1.0;
+  double placed_n = 0.0;  ///< strongest of what it placed last, before weight and gain
   bool on = true;
   bool on_level = false;  ///< the proxy rests on its surface, and has not been pressed through it
   double level = 0.0;     ///< the data's value where it was met
+  double wanted_weight() const { return on ? 1.0 : 0.0; }
+  bool turns() const { return weight != wanted_weight() || gain != wanted_gain; }
 };
 
 /// A carrier, and what is left of its force when its point could not be found: held, then faded.
@@ -29,6 +32,10 @@ struct CarrierRun {
                                                            ///< force did when it was lost
   bool held = false;                                       ///< in this haptic frame
 };
+
+/// How fast switching and retuning may change the force. With what friction adds to it, below the
+/// 20 N/s (0.02 N per ms) at which a hand at rest begins to take a change for an event.
+constexpr double kTurned_n_per_s = 12.0;
 
 /// A scene as it runs: everything that changes from one haptic frame to the next. Made by prepare()
 /// off the servo thread with all its memory; the frames themselves allocate nothing.
@@ -52,11 +59,15 @@ struct HapticRun {
   HapticRun& operator=(const HapticRun&) = delete;
 
   /// Goes on where `before` is for volumes and modes of the same name: pose, playback, switches.
-  /// Real-time safe.
+  /// Modes that are new come in as if they were switched on now; a volume that stood and stands
+  /// still is where the new scene has it. Real-time safe.
   void take_over(const HapticRun& before) noexcept;
   /// Makes the material at `world` the proxy in every volume; where it can not be found the carrier
   /// starts faded out. Real-time safe.
   void place_proxy(glm::dvec3 world) noexcept;
+  /// Takes switches, gains and the stiffness on towards what is wanted, no faster than a hand may
+  /// feel it: by at most kTurned_n_per_s, where felt_n is the force on it now. Real-time safe.
+  void turn(double dt_s, double felt_n) noexcept;
 };
 
 }  // namespace palpate

@@ -17,6 +17,11 @@ struct HapticVolume {
   VolumeSpec spec;  ///< transform, drive, path, back-tracking, rate, blending
   std::shared_ptr<const MovingVolume> data;  ///< frames, times, motions
   bool posed = false;                        ///< its transform may change while the loop runs
+  /// Its pose is the drive's own, at every haptic frame's time.
+  bool asks_drive() const {
+    return posed && spec.path == PosePath::kExact &&
+           spec.drive.kind != DriveSpec::Kind::kSecondHand;
+  }
 };
 
 /// A mode ready to be felt.

@@ -3,19 +3,18 @@
 #include <algorithm>
 #include <cmath>
 
-#include "module/haptics/sweep.h"
 #include "module/scene/drive.h"
 
 namespace palpate {
 namespace {
 
-constexpr double kSwitchRamp_s = 0.1;     // of a mode switched on or off
 constexpr double kFade_s = 0.020;         // of a carrier whose point is lost ...
 constexpr double kFade_n_per_s = 50.0;    // ... but no faster than this: 0.05 N per ms
 constexpr double kBridge_n_per_s = 15.0;  // of what a new scene changes at once: 0.015 N per ms
-constexpr double kStiffness_per_s = 5.0;  // a change of stiffness, as a share of itself
 constexpr double kLongest_s =
     0.010;  // a later frame is taken as this long: time lost is not made up for in one jump
+
+constexpr int kFirstRounds = 4;  // after which a slide from anywhere has come to its end
 
 constexpr double kMoment_s = 0.5;  // a device lost for longer may have been put elsewhere
 
@@ -28,10 +27,6 @@ bool finite(glm::dvec3 v) {
 glm::dvec3 towards_zero(glm::dvec3 v, double by) {
   const double length = glm::length(v);
   return length > by ? v * (1.0 - by / length) : glm::dvec3(0.0);
-}
-
-double towards(double from, double to, double by) {
-  return from < to ? std::min(to, from + by) : std::max(to, from - by);
 }
 
 }  // namespace
@@ -65,9 +60,28 @@ std::unique_ptr<HapticRun> Haptics::adopt(std::unique_ptr<HapticRun> next) noexc
   if (run_ && next) next->take_over(*run_);
   std::swap(run_, next);
   empty_ = !run_ || run_->modes.empty();
-  if (run_ && placed_) {
+  if (!run_) {
+    placed_ = false;
+    return next;
+  }
+  const Transform& device = run_->scene->world_from_device;
+  if (placed_ && !(device == device_)) {
+    // The world is seen from elsewhere: hand, proxy and force stay what they are to the hand.
+    proxy_ = device.world_from_volume(device_.volume_from_world(proxy_));
+    last_probe_ = device.world_from_volume(device_.volume_from_world(last_probe_));
+    last_wanted_ = device.rotation * (glm::conjugate(device_.rotation) * last_wanted_);
+    hand_.reset();
+    point_.reset();
+    tank_.restart();
+  }
+  device_ = device;
+  if (placed_) {
+    // What the new scene gives where hand and proxy are now: the difference is bridged, and what
+    // the hand does next is felt at once.
     run_->place_proxy(proxy_);
-    adopted_ = true;
+    for (int i = 0; i < kFirstRounds; ++i) move_proxy(last_probe_, 0.0);
+    bridge_n_ =
+        last_wanted_ - spring_n(last_probe_, point_.velocity_m_per_s(), hand_.velocity_m_per_s());
   }
   return next;
 }
@@ -112,22 +126,15 @@ void Haptics::move_on(const TickInput& input, double dt_s) noexcept {
   for (const int v : run_->posed) {
     VolumeRun& volume = run_->volumes[v];
     const VolumeSpec& spec = volume.plan->spec;
-    volume.set(spec.path == PosePath::kExact && spec.drive.kind != DriveSpec::Kind::kSecondHand
-                   ? driven(spec.drive, spec.transform, run_->time_s)
-                   : volume.pose.at(input.now_ns));
+    volume.set(volume.plan->asks_drive() ? driven(spec.drive, spec.transform, run_->time_s)
+                                         : volume.pose.at(input.now_ns));
   }
   for (const int v : run_->playing) {
     VolumeRun& volume = run_->volumes[v];
     volume.pointer = volume.playback.step(dt_s);
     volume.crossed = volume.playback.crossed();
   }
-  for (ModeRun& mode : run_->modes) {
-    mode.weight = towards(mode.weight, mode.on ? 1.0 : 0.0, dt_s / kSwitchRamp_s);
-    mode.gain =
-        towards(mode.gain, mode.wanted_gain, dt_s / kSwitchRamp_s * std::max(mode.gain, 1.0));
-  }
-  run_->stiffness_n_per_m = towards(run_->stiffness_n_per_m, run_->wanted_stiffness_n_per_m,
-                                    kStiffness_per_s * dt_s * run_->stiffness_n_per_m);
+  run_->turn(dt_s, glm::length(last_wanted_));
   for (CarrierRun& carrier : run_->carriers) {
     carrier.held = false;
     carrier.carrier->clear_report();
@@ -150,19 +157,32 @@ void Haptics::follow_to(glm::dvec3 proxy, double dt_s) noexcept {
   }
 }
 
-glm::dvec3 Haptics::spring(glm::dvec3 probe, const TickInput& input) noexcept {
+/// Takes the proxy to its balance, as far as the energy allows.
+Sweep Haptics::move_proxy(glm::dvec3 probe, double dt_s) noexcept {
   const double k = run_->stiffness_n_per_m;
-  glm::dvec3 force = k * (proxy_ - probe);
-  const double kd = run_->scene->damping_n_s_per_m;
-  // The damper acts between probe and proxy: in free space the proxy is at the probe and there is
-  // nothing to damp.
-  if (kd > 0.0)
-    force += kd * (point_.add(input.now_ns, proxy_) - hand_.add(input.reading.time_ns, probe));
-  if (adopted_)
-    bridge_n_ = last_wanted_ - force;
-  else
-    bridge_n_ = towards_zero(bridge_n_, kBridge_n_per_s * std::clamp(input.dt_s, 0.0, kLongest_s));
-  return force + bridge_n_;
+  const Sweep swept = sweep(*run_, probe, k, dt_s);
+  const glm::dvec3 wanted = finite(swept.proxy) ? swept.proxy : proxy_;
+  proxy_ = options_.meter_energy ? tank_.limit(proxy_, wanted, probe, k, dt_s) : wanted;
+  follow_to(proxy_, dt_s);
+  return swept;
+}
+
+/// Equation (1). The damper acts between probe and proxy: in free space the proxy is at the probe
+/// and there is nothing to damp.
+glm::dvec3 Haptics::spring_n(glm::dvec3 probe, glm::dvec3 proxy_velocity,
+                             glm::dvec3 probe_velocity) const noexcept {
+  return run_->stiffness_n_per_m * (proxy_ - probe) +
+         run_->scene->damping_n_s_per_m * (proxy_velocity - probe_velocity);
+}
+
+glm::dvec3 Haptics::force_n(glm::dvec3 probe, const TickInput& input) noexcept {
+  glm::dvec3 of_proxy(0.0), of_probe(0.0);
+  if (run_->scene->damping_n_s_per_m > 0.0) {
+    of_proxy = point_.add(input.now_ns, proxy_);
+    of_probe = hand_.add(input.reading.time_ns, probe);
+  }
+  bridge_n_ = towards_zero(bridge_n_, kBridge_n_per_s * std::clamp(input.dt_s, 0.0, kLongest_s));
+  return spring_n(probe, of_proxy, of_probe) + bridge_n_;
 }
 
 /// Where the hand is for the scene, in device space. The guards take the position as it was read;
@@ -209,18 +229,13 @@ TickOutput Haptics::tick(const TickInput& input) noexcept {
       proxy_ = probe;
       run_->place_proxy(proxy_);
       tank_.restart();
-      placed_ = true;
+      // Where nothing was read yet, the proxy goes on waiting for the hand.
+      placed_ = input.reading.fault == DeviceFault::kNone && finite(input.reading.position_m);
     }
     control(input);
     move_on(input, dt_s);
-    const double k = run_->stiffness_n_per_m;
-    const Sweep swept = sweep(*run_, probe, k, dt_s);
-    const glm::dvec3 wanted_proxy = finite(swept.proxy) ? swept.proxy : proxy_;
-    const glm::dvec3 proxy =
-        options_.meter_energy ? tank_.limit(proxy_, wanted_proxy, probe, k, dt_s) : wanted_proxy;
-    follow_to(proxy, dt_s);
-    proxy_ = proxy;
-    out.wanted_n = spring(probe, input);
+    const Sweep swept = move_proxy(probe, dt_s);
+    out.wanted_n = force_n(probe, input);
     out.substeps = uint8_t(std::min(swept.pieces, 255));
     out.primitives = uint8_t(swept.primitives);
     guard.touching = swept.touching;
@@ -230,8 +245,9 @@ TickOutput Haptics::tick(const TickInput& input) noexcept {
     if (!run_->playing.empty()) out.first = run_->volumes[run_->playing.front()].pointer;
     guard.wanted_n = glm::conjugate(run_->scene->world_from_device.rotation) * out.wanted_n;
     last_wanted_ = finite(out.wanted_n) ? out.wanted_n : glm::dvec3(0.0);
-    adopted_ = false;
   } else {
+    out.wanted_n = last_wanted_ = bridge_n_ = towards_zero(last_wanted_, kBridge_n_per_s * dt_s);
+    guard.wanted_n = glm::conjugate(device_.rotation) * out.wanted_n;
     guard.scene = Cause::kSceneEmpty;
   }
   last_probe_ = probe;

@@ -6,6 +6,7 @@
 #include "module/haptics/energy.h"
 #include "module/haptics/haptic_run.h"
 #include "module/haptics/safety.h"
+#include "module/haptics/sweep.h"
 #include "module/haptics/ticker.h"
 #include "module/haptics/velocity.h"
 
@@ -53,7 +54,10 @@ class Haptics final : public Ticker {
   void move_on(const TickInput& input, double dt_s) noexcept;
   void follow_to(glm::dvec3 proxy, double dt_s) noexcept;
   Cause report(TickOutput& out) const noexcept;
-  glm::dvec3 spring(glm::dvec3 probe, const TickInput& input) noexcept;
+  Sweep move_proxy(glm::dvec3 probe, double dt_s) noexcept;
+  glm::dvec3 spring_n(glm::dvec3 probe, glm::dvec3 proxy_velocity,
+                      glm::dvec3 probe_velocity) const noexcept;
+  glm::dvec3 force_n(glm::dvec3 probe, const TickInput& input) noexcept;
 
   HapticsOptions options_;
   Safety safety_;
@@ -66,10 +70,10 @@ class Haptics final : public Ticker {
   glm::dvec3 last_probe_{0.0};  ///< world, leading; the last good one
   glm::dvec3 last_wanted_{0.0};
   glm::dvec3 bridge_n_{
-      0.0};               ///< what is left of the difference between the scene before and this one
-  bool placed_ = false;   ///< proxy_ has been put to a probe
-  bool adopted_ = false;  ///< in this tick
+      0.0};              ///< what is left of the difference between the scene before and this one
+  bool placed_ = false;  ///< proxy_ has been put to a probe
   bool empty_ = true;
+  Transform device_;     ///< world from device of the scene that ran last
   double lost_s_ = 0.0;  ///< for so long the device has given no position to trust
 };
 

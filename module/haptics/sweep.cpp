@@ -28,7 +28,7 @@ constexpr double kClosestLook = 1.0 / 16.0;
 constexpr double kMostBack = 0.25;
 // How deep below the value it was met with a surface may be left alone, and how fast it may take
 // the proxy along by its values alone, per frame; in strides.
-constexpr double kSunk = 0.2, kMostSettled = 0.1;
+constexpr double kSunk = 0.2, kMostSettled = 0.03;
 
 class Way {
  public:
@@ -102,14 +102,19 @@ class Way {
   void place(Placed& placed) const noexcept {
     placed.set.clear();
     for (size_t m = 0; m < run_.modes.size(); ++m) {
-      const ModeRun& mode = run_.modes[m];
+      ModeRun& mode = run_.modes[m];
       const HapticMode& plan = run_.scene->modes[m];
       CarrierRun& carrier = run_.carriers[plan.carrier];
       const double weight = mode.weight * mode.gain * carrier.fade;
       if (!(weight > 0.0)) continue;
       const int before = placed.set.count();
       carrier.carrier->place(plan, probe_, dt_s_, weight, carrier.cap_n * carrier.fade, placed);
-      for (int i = before; i < placed.set.count(); ++i) placed.owner[i] = uint8_t(m);
+      double strongest = 0.0;
+      for (int i = before; i < placed.set.count(); ++i) {
+        placed.owner[i] = uint8_t(m);
+        strongest = std::max(strongest, placed.set[i].strength_n);
+      }
+      mode.placed_n = strongest / weight;
     }
     placed.pull = probe_;
     for (const Primitive& p : placed.set)

@@ -26,6 +26,7 @@ struct Transform {
   glm::dvec3 volume_from_world(glm::dvec3 x) const {
     return (glm::conjugate(rotation) * (x - translation_m)) / scale;
   }
+  bool operator==(const Transform&) const = default;
 };
 
 /// Splits a 4 x 4 matrix (column vectors, as OpenXR and GLM have it). kBadInput, in one sentence,
