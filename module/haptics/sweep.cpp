@@ -18,6 +18,8 @@ constexpr double kShort_m = 0.5e-6;
 constexpr double kContact_m = 0.2e-6;
 constexpr double kAgainst =
     1e-9;  // a plane is in the way if its normal has more than this against the way
+// A way that rises from a plane by no more than this, per length, leads along it.
+constexpr double kAlong = 1e-3;
 
 // A surface whose normal turns by more than this cosine within a piece is looked at twice as
 // closely, down to a sixteenth of a stride.
@@ -42,7 +44,7 @@ class Way {
     settle(*here);
     while (result.pieces < kMostPieces) {
       Balance balance = solve(*here, result);
-      const glm::dvec3 dir = measure(balance.proxy);
+      measure(balance.proxy);
       if (length_ <= kShort_m) {
         advance(1.0, balance.proxy);
         result.proxy = balance.proxy;
@@ -53,8 +55,8 @@ class Way {
       double share = std::min(1.0, look_ / strides_);
       advance(share, balance.proxy);
       place(*there);
-      if (const uint32_t met = against(*there, dir) & ~pressed(*here)) {
-        find_contact(met, dir, share, balance.proxy, *there);
+      if (const uint32_t met = against(*there) & ~stood_on(*here)) {
+        find_contact(met, share, balance.proxy, *there);
         keep_levels(*there, met);
         std::swap(here, there);
         continue;
@@ -123,19 +125,19 @@ class Way {
   }
 
   /// How far it is to a point, in metres and in strides of the carrier that has to look closest;
-  /// the direction of that way.
-  glm::dvec3 measure(glm::dvec3 to) noexcept {
+  /// the direction of each carrier's own way: where volumes move, each has taken the proxy along.
+  void measure(glm::dvec3 to) noexcept {
     strides_ = length_ = 0.0;
-    glm::dvec3 way(0.0);
-    for (const CarrierRun& run : run_.carriers) {
+    for (size_t c = 0; c < run_.carriers.size(); ++c) {
+      const CarrierRun& run = run_.carriers[c];
+      ways_[c] = glm::dvec3(0.0);
       if (run.held) continue;
       const glm::dvec3 d = to - run.carrier->at();
       const double length = glm::length(d);
-      if (length > length_) way = d / length;
+      if (length > 0.0) ways_[c] = d / length;
       length_ = std::max(length_, length);
       strides_ = std::max(strides_, length / run.carrier->stride_m());
     }
-    return way;
   }
 
   /// Takes every carrier the share of its way to a point.
@@ -154,13 +156,21 @@ class Way {
     for (size_t c = 0; c < run_.carriers.size(); ++c) run_.carriers[c].carrier->reset(marks_[c]);
   }
 
-  /// The modes whose surface the spring presses on, and does not press through.
-  uint32_t pressed(const Placed& placed) const noexcept {
+  /// How fast the way of its mode's carrier leads out of plane i, per length: below 0, against it.
+  double rise(const Placed& placed, int i) const noexcept {
+    return glm::dot(ways_[size_t(run_.scene->modes[placed.owner[i]].carrier)],
+                    placed.set[i].direction);
+  }
+
+  /// The modes whose surface the proxy stands on as it starts, and does not press through: the
+  /// spring presses on it, or something else does and the way leads along it.
+  uint32_t stood_on(const Placed& placed) const noexcept {
     uint32_t modes = 0;
     for (int i = 0; i < placed.set.count(); ++i) {
       const Primitive& p = placed.set[i];
       if (p.kind == Primitive::Kind::kPlane &&
-          glm::dot(placed.pull - p.position, p.direction) <= 0.0 && margin(placed, p) >= 0.0)
+          (glm::dot(placed.pull - p.position, p.direction) <= 0.0 || rise(placed, i) <= kAlong) &&
+          margin(placed, p) >= 0.0)
         modes |= 1u << placed.owner[i];
     }
     return modes;
@@ -245,11 +255,11 @@ class Way {
   }
 
   /// The modes of which a plane stands against the way and would hold.
-  uint32_t against(const Placed& placed, glm::dvec3 dir) const noexcept {
+  uint32_t against(const Placed& placed) const noexcept {
     uint32_t modes = 0;
     for (int i = 0; i < placed.set.count(); ++i) {
       const Primitive& p = placed.set[i];
-      if (p.kind == Primitive::Kind::kPlane && glm::dot(p.direction, dir) < -kAgainst &&
+      if (p.kind == Primitive::Kind::kPlane && rise(placed, i) < -kAgainst &&
           margin(placed, p) >= 0.0)
         modes |= 1u << placed.owner[i];
     }
@@ -264,12 +274,12 @@ class Way {
 
   /// The same for the strongest plane of the modes asked for; where they have none, by how much the
   /// spring pulls.
-  double margin(const Placed& placed, uint32_t modes, glm::dvec3 dir) const noexcept {
+  double margin(const Placed& placed, uint32_t modes) const noexcept {
     double best = -stiffness_ * length_;
     for (int i = 0; i < placed.set.count(); ++i) {
       const Primitive& p = placed.set[i];
       if (p.kind == Primitive::Kind::kPlane && (modes >> placed.owner[i] & 1u) &&
-          glm::dot(p.direction, dir) < -kAgainst)
+          rise(placed, i) < -kAgainst)
         best = std::max(best, margin(placed, p));
     }
     return best;
@@ -278,10 +288,9 @@ class Way {
   /// Between the marks and `share` of the way to a point a surface begins to hold: stops just
   /// inside of where. Regula falsi with the Illinois change, and halving where the strength is a
   /// step.
-  void find_contact(uint32_t modes, glm::dvec3 dir, double share, glm::dvec3 to,
-                    Placed& placed) noexcept {
+  void find_contact(uint32_t modes, double share, glm::dvec3 to, Placed& placed) noexcept {
     double free = 0.0, inside = share;
-    double free_margin = 0.0, inside_margin = margin(placed, modes, dir);
+    double free_margin = 0.0, inside_margin = margin(placed, modes);
     bool known = false;  // the margin at `free`
     const double way = length_;
     int sides = 0;
@@ -296,7 +305,7 @@ class Way {
       reset();
       advance(at, to);
       place(placed);
-      const double found = margin(placed, modes, dir);
+      const double found = margin(placed, modes);
       if (found >= 0.0) {
         sides = inside_side_ ? sides + 1 : 0;
         inside_side_ = true;
@@ -356,6 +365,7 @@ class Way {
   double look_ = 1.0;  // strides to a piece
   bool inside_side_ = false;
   std::array<Carrier::Mark, kMostCarriers> marks_;
+  std::array<glm::dvec3, kMostCarriers> ways_;
 };
 
 }  // namespace
