@@ -3,11 +3,13 @@
 #include <utility>
 
 #include "shaders/interface/view.h"
+#include "spirv/view/brick.h"
 #include "spirv/view/distance.h"
+#include "spirv/view/list.h"
+#include "spirv/view/mark.h"
 #include "spirv/view/prefilter.h"
+#include "spirv/view/ranges.h"
 #include "spirv/view/raycast.h"
-#include "spirv/view/resample.h"
-#include "spirv/view/surface.h"
 #include "spirv/view/things.h"
 #include "spirv/view/track.h"
 
@@ -45,16 +47,22 @@ const vulkan::Kernel& Kernels::prefilter() {
   return get(k_view_prefilter, "bi", sizeof(PrefilterPush));
 }
 const vulkan::Kernel& Kernels::track() {
-  return get(k_view_track, "ssib", sizeof(TrackPush));
+  return get(k_view_track, "ssibb", sizeof(TrackPush));
 }
-const vulkan::Kernel& Kernels::resample() {
-  return get(k_view_resample, "sssb", sizeof(ResamplePush));
+const vulkan::Kernel& Kernels::ranges() {
+  return get(k_view_ranges, "sssb", sizeof(RangesPush));
 }
-const vulkan::Kernel& Kernels::surface() {
-  return get(k_view_surface, "bbib", sizeof(SurfacePush));
+const vulkan::Kernel& Kernels::mark() {
+  return get(k_view_mark, "bbb", sizeof(MarkPush));
+}
+const vulkan::Kernel& Kernels::list() {
+  return get(k_view_list, "bbbb", sizeof(BricksPush));
+}
+const vulkan::Kernel& Kernels::brick(bool moves, bool blends) {
+  return get(k_view_brick, "sssbbbib", sizeof(BrickPush), {moves ? 1U : 0U, blends ? 1U : 0U});
 }
 const vulkan::Kernel& Kernels::distance(int axis) {
-  return get(k_view_distance, "bbb", sizeof(DistancePush), {uint32_t(axis)});
+  return get(k_view_distance, "bbb", sizeof(BricksPush), {uint32_t(axis)});
 }
 const vulkan::Kernel& Kernels::things() {
   return get(k_view_things, "bbbbb", sizeof(ThingsPush));

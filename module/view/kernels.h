@@ -17,8 +17,11 @@ class Kernels {
 
   const vulkan::Kernel& prefilter();
   const vulkan::Kernel& track();
-  const vulkan::Kernel& resample();
-  const vulkan::Kernel& surface();
+  const vulkan::Kernel& ranges();
+  const vulkan::Kernel& mark();
+  const vulkan::Kernel& list();
+  /// moves: nodes are looked at; blends: the next frame is.
+  const vulkan::Kernel& brick(bool moves, bool blends);
   const vulkan::Kernel& distance(int axis);
   const vulkan::Kernel& things();
   /// volumes: 1 to kMostVolumes. skip: off marches everywhere; count: samples are counted. Both

@@ -92,7 +92,7 @@ ViewVolumeParameters volume_parameters_of(const ViewScene& scene, const ViewVolu
 }
 
 void fill_table(const Look& look, double lowest, double highest, std::span<glm::vec4> table,
-                std::span<uint32_t> next) {
+                std::span<uint32_t> next, std::span<float> most) {
   uint32_t following = kTable;
   for (int e = kTable - 1; e >= 0; --e) {
     const double value = lowest + (highest - lowest) * e / (kTable - 1);
@@ -100,6 +100,14 @@ void fill_table(const Look& look, double lowest, double highest, std::span<glm::
     table[size_t(e)] = glm::vec4(sample.colour, sample.extinction_per_mm);
     if (table[size_t(e)].w > 0.0F) following = uint32_t(e);
     next[size_t(e)] = following;
+    most[size_t(e)] = table[size_t(e)].w;
+  }
+  for (size_t level = 1; level < size_t(kMostLevels); ++level) {
+    const std::span<float> half = most.subspan((level - 1) * kTable, kTable);
+    for (size_t e = 0; e < size_t(kTable); ++e) {
+      const size_t other = std::min(e + (size_t(1) << (level - 1)), size_t(kTable) - 1);
+      most[level * kTable + e] = std::max(half[e], half[other]);
+    }
   }
 }
 

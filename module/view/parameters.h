@@ -25,7 +25,8 @@ view_shaders::ViewVolumeParameters volume_parameters_of(const ViewScene& scene,
 
 /// Colour and extinction for each of the kTable values from lowest to highest, and for each of them
 /// the next one, itself included, that has extinction (kTable where none follows).
+/// most: kMostLevels of kTable each, level l the most extinction of 2^l entries from here on.
 void fill_table(const Look& look, double lowest, double highest, std::span<glm::vec4> table,
-                std::span<uint32_t> next);
+                std::span<uint32_t> next, std::span<float> most);
 
 }  // namespace palpate::view

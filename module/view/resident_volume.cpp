@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
+#include <optional>
 
 #include "compute/volume/parallel.h"
 #include "compute/vulkan/recorder.h"
@@ -15,7 +15,7 @@ namespace {
 constexpr int kMostMadeSamples = 256;
 // What is taken off before trilinear reading, as a share of f''. One reading adds between 0 and 1/8
 // of it, so 1/16 leaves at most 1/16 to either side; moving volumes are read twice.
-constexpr double kOnce = 1.0 / 16.0, kTwice = 3.0 / 32.0;
+constexpr double kOnce = 1.0 / 16.0, kTwice = 4.0 / 32.0;
 
 bool same(const GridPlace& a, const GridPlace& b) {
   if (a.size != b.size) return false;
@@ -103,6 +103,47 @@ class FrameUpload {
   vulkan::Buffer staging_;
 };
 
+/// What closes a cycle, by the index of its last field. The rest that many fields leave is small
+/// and smooth: it is worked out at every fourth sample of each axis, as that takes runs of the
+/// cycle.
+class Closing {
+ public:
+  Closing(const std::vector<std::shared_ptr<const MotionMap>>& steps, const GridPlace& place)
+      : size_((place.size + kEvery - 1) / kEvery + 1) {
+    rest_.resize(size_t(size_.x) * size_t(size_.y) * size_t(size_.z));
+    const glm::dmat3 volume_from_index = glm::inverse(place.index_from_volume);
+    parallel_ranges(size_.z, 3000.0 * size_.x * size_.y, [&](int begin, int end) {
+      for (int k = begin; k < end; ++k)
+        for (int j = 0; j < size_.y; ++j)
+          for (int i = 0; i < size_.x; ++i) {
+            const glm::dvec3 index = double(kEvery) * glm::dvec3(i, j, k);
+            rest_[at(i, j, k)] = closing_forward(steps, volume_from_index * (index - place.offset));
+          }
+    });
+  }
+
+  glm::dvec3 operator()(int i, int j, int k) const {
+    const glm::ivec3 low = glm::ivec3(i, j, k) / kEvery;
+    const glm::dvec3 w = glm::dvec3(glm::ivec3(i, j, k) - kEvery * low) / double(kEvery);
+    glm::dvec3 sum(0.0);
+    for (int c = 0; c < 8; ++c) {
+      const glm::ivec3 to(c & 1, c >> 1 & 1, c >> 2);
+      const glm::dvec3 share = glm::mix(1.0 - w, w, glm::dvec3(to));
+      const double weight = share.x * share.y * share.z;
+      if (weight > 0.0) sum += weight * rest_[at(low.x + to.x, low.y + to.y, low.z + to.z)];
+    }
+    return sum;
+  }
+
+ private:
+  static constexpr int kEvery = 4;
+  size_t at(int i, int j, int k) const {
+    return size_t(i) + size_t(size_.x) * (size_t(j) + size_t(size_.y) * size_t(k));
+  }
+  glm::ivec3 size_;
+  std::vector<glm::dvec3> rest_;
+};
+
 }  // namespace
 
 std::shared_ptr<const ResidentFrames> upload_frames(const std::shared_ptr<vulkan::Context>& context,
@@ -156,17 +197,17 @@ std::shared_ptr<const ResidentField> upload_field(const std::shared_ptr<vulkan::
   vulkan::Buffer staging(context, 16 * count, vulkan::Buffer::Kind::kHostVisible);
   const std::span<glm::vec4> staged = staging.as<glm::vec4>();
   const bool closes = volume.times.cyclic() && step + 1 == steps.size() && step > 0;
-  const glm::dmat3 volume_from_index = glm::inverse(place.index_from_volume);
+  std::optional<Closing> closing;
+  if (closes) closing.emplace(steps, place);
   const std::span<const glm::vec4> samples = map->samples();
-  const double cost = (closes ? 3000.0 : 10.0) * place.size.x * place.size.y;
+  const double cost = (closes ? 60.0 : 10.0) * place.size.x * place.size.y;
   parallel_ranges(place.size.z, cost, [&](int begin, int end) {
     size_t at = size_t(begin) * size_t(place.size.x) * size_t(place.size.y);
     for (int k = begin; k < end; ++k)
       for (int j = 0; j < place.size.y; ++j)
         for (int i = 0; i < place.size.x; ++i, ++at) {
           glm::dvec3 u(samples[at]);
-          if (closes)
-            u += closing_forward(steps, volume_from_index * (glm::dvec3(i, j, k) - place.offset));
+          if (closing) u += (*closing)(i, j, k);
           staged[at] = glm::vec4(glm::vec3(frames.place.index_from_volume * u), samples[at].w);
         }
   });
@@ -176,6 +217,47 @@ std::shared_ptr<const ResidentField> upload_field(const std::shared_ptr<vulkan::
   recorder.copy(staging, resident->image);
   recorder.run();
   return resident;
+}
+
+int next_frame(const MovingVolume& volume, int frame) {
+  if (frame + 1 < int(volume.frames.size())) return frame + 1;
+  return volume.times.cyclic() ? 0 : frame;
+}
+
+std::shared_ptr<const ResidentStep> bound_step(const std::shared_ptr<vulkan::Context>& context,
+                                               Kernels& kernels, const ResidentFrames& frames,
+                                               int frame, int next,
+                                               std::shared_ptr<const ResidentField> field) {
+  using view_shaders::kPart;
+  auto step = std::make_shared<ResidentStep>();
+  const glm::ivec3 parts = (frames.place.size + kPart - 1) / kPart;
+  const uint64_t count = uint64_t(parts.x) * uint64_t(parts.y) * uint64_t(parts.z);
+  step->parts = vulkan::Buffer(context, count * sizeof(view_shaders::PartRange));
+  view_shaders::RangesPush push{};
+  push.size = glm::ivec4(frames.place.size, field ? 1 : 0);
+  push.parts = glm::ivec4(parts, 0);
+  if (field) {
+    push.field_size = glm::ivec4(field->size, 0);
+    set_rows(*field, push.field_from);
+  }
+  const auto image = [&](int k) {
+    return vulkan::Binding(frames.images[size_t(k)], kernels.nearest());
+  };
+  // Something has to be bound where there is no field; it is not read.
+  const vulkan::Binding field_image =
+      field ? vulkan::Binding(field->image, kernels.nearest()) : image(frame);
+  vulkan::Recorder recorder(context, 1);
+  recorder.dispatch(kernels.ranges(), {image(frame), image(next), field_image, step->parts}, push,
+                    {(parts.x + 63) / 64, parts.y, parts.z});
+  recorder.run();
+  step->field = std::move(field);
+  return step;
+}
+
+void set_rows(const ResidentField& field, glm::vec4 (&rows)[3]) {
+  for (int row = 0; row < 3; ++row)
+    rows[row] = glm::vec4(field.from_voxel[0][row], field.from_voxel[1][row],
+                          field.from_voxel[2][row], field.offset[row]);
 }
 
 }  // namespace palpate::view

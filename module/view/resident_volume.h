@@ -18,6 +18,13 @@ struct ResidentField {
   glm::dvec3 offset{0.0};
 };
 
+/// The way from a frame to the next one: how it moves, and bounds of what each part of 4 x 4 x 4
+/// cells shows on it (PartRange), by which bricks are left out.
+struct ResidentStep {
+  std::shared_ptr<const ResidentField> field;  ///< null where the data stand still
+  vulkan::Buffer parts;
+};
+
 /// Frames of one volume on the device: at each voxel what the hand reads there, as a share of the
 /// range of all frames. Shared by volumes that share frames.
 struct ResidentFrames {
@@ -32,8 +39,8 @@ struct ResidentFrames {
 struct ResidentVolume {
   std::shared_ptr<const MovingVolume> source;
   std::shared_ptr<const ResidentFrames> frames;
-  /// By motion, then by step; null where the data stand still.
-  std::vector<std::vector<std::shared_ptr<const ResidentField>>> fields;
+  /// By motion, then by frame; the first motion's stand for data without motions, which have one.
+  std::vector<std::vector<std::shared_ptr<const ResidentStep>>> steps;
 };
 
 /// Uploads frames; those not sampled (formulas, vectors) are sampled as their detail asks, at most
@@ -47,5 +54,17 @@ std::shared_ptr<const ResidentField> upload_field(const std::shared_ptr<vulkan::
                                                   const ResidentFrames& frames,
                                                   const MovingVolume& volume, size_t motion,
                                                   size_t step);
+
+/// Bounds the way from `frame` to `next`. Throws Failure.
+std::shared_ptr<const ResidentStep> bound_step(const std::shared_ptr<vulkan::Context>& context,
+                                               Kernels& kernels, const ResidentFrames& frames,
+                                               int frame, int next,
+                                               std::shared_ptr<const ResidentField> field);
+
+/// The rows that take a voxel to an index of the field, as the kernels want them.
+void set_rows(const ResidentField& field, glm::vec4 (&rows)[3]);
+
+/// The frame after this one: the first again in a cycle, itself at an end.
+int next_frame(const MovingVolume& volume, int frame);
 
 }  // namespace palpate::view

@@ -29,17 +29,15 @@ glm::ivec3 rows(glm::ivec3 size) {
 }  // namespace
 
 Moment moment_of(const ViewVolume& volume, const ResidentVolume& resident) {
-  const int frames = int(resident.frames->images.size());
+  const MovingVolume& source = *resident.source;
   Moment moment;
-  moment.frame = std::clamp(volume.pointer.frame, 0, frames - 1);
-  const bool last = moment.frame + 1 == frames;
-  moment.next = last ? (resident.source->times.cyclic() ? 0 : moment.frame) : moment.frame + 1;
+  moment.frame = std::clamp(volume.pointer.frame, 0, int(source.frames.size()) - 1);
+  moment.next = next_frame(source, moment.frame);
   moment.phase = volume.whole_frames ? 0.0 : std::clamp(volume.pointer.phase, 0.0, 1.0);
   moment.blend = volume.blend_values && moment.phase > 0.0;
-  if (moment.phase > 0.0 && volume.motion >= 0 && volume.motion < int(resident.fields.size())) {
-    const auto& steps = resident.fields[size_t(volume.motion)];
-    if (moment.frame < int(steps.size())) moment.field = steps[size_t(moment.frame)].get();
-  }
+  const size_t motion = size_t(std::clamp(volume.motion, 0, int(resident.steps.size()) - 1));
+  moment.step = resident.steps[motion][size_t(moment.frame)].get();
+  moment.moves = moment.phase > 0.0 && moment.step->field;
   return moment;
 }
 
@@ -63,12 +61,17 @@ ShownVolume::ShownVolume(std::shared_ptr<vulkan::Context> context, Kernels& kern
   surface_ = vulkan::Image(
       context_, size_,
       context_->is_cpu() ? VK_FORMAT_R32G32B32A32_SFLOAT : VK_FORMAT_R16G16B16A16_SFLOAT);
-  for (vulkan::Image& nodes : nodes_)
-    nodes = vulkan::Image(context_, node_count_, VK_FORMAT_R32G32B32A32_SFLOAT);
-  values_ = vulkan::Buffer(context_, 4 * product(size_));
+  nodes_ = vulkan::Image(context_, node_count_, VK_FORMAT_R32G32B32A32_SFLOAT);
+  marks_ = vulkan::Buffer(context_, 4 * product(bricks_));
+  near_ = vulkan::Buffer(context_, 4 * product(bricks_));
+  list_ = vulkan::Buffer(context_, 4 * (product(bricks_) + 3));
+  list_start_ = vulkan::Buffer(context_, 12, vulkan::Buffer::Kind::kHostVisible);
+  const std::span<uint32_t> start = list_start_.as<uint32_t>();
+  start[0] = 0, start[1] = 1, start[2] = 1;
   for (vulkan::Buffer& distance : distance_)
     distance = vulkan::Buffer(context_, 4 * product(bricks_));
   held_ = vulkan::Buffer(context_, 4, vulkan::Buffer::Kind::kHostVisible);
+  held_.as<uint32_t>()[0] = 0;
 }
 
 void ShownVolume::set_resident(std::shared_ptr<const ResidentVolume> resident) {
@@ -77,71 +80,87 @@ void ShownVolume::set_resident(std::shared_ptr<const ResidentVolume> resident) {
 }
 
 void ShownVolume::record(vulkan::Recorder& recorder, const Moment& moment, bool look_changed,
-                         const vulkan::Buffer& next_entries, const vulkan::Buffer& skip) {
+                         double thin_per_mm, const LookTables& tables, const vulkan::Buffer& skip) {
   if (fresh_) {
     recorder.prepare(surface_);
-    for (vulkan::Image& nodes : nodes_) {
-      recorder.prepare(nodes);
-      recorder.clear(nodes);
-    }
+    recorder.clear(surface_);
+    recorder.prepare(nodes_);
+    recorder.clear(nodes_);
   }
-  const bool moved = !(moment == shown_);
-  if (moved) {
-    if (moment.field) record_nodes(recorder, moment);
-    record_values(recorder, moment);
-  }
-  if (moved || look_changed) record_surface(recorder, next_entries, skip);
-  shown_ = moment;
   fresh_ = false;
+  if (moment == shown_ && !look_changed) return;
+  record_list(recorder, moment, tables, skip);
+  if (moment.moves) record_nodes(recorder, moment);
+  record_bricks(recorder, moment, thin_per_mm, tables, skip);
+  shown_ = moment;
+}
+
+void ShownVolume::record_list(vulkan::Recorder& recorder, const Moment& moment,
+                              const LookTables& tables, const vulkan::Buffer& skip) {
+  const glm::ivec3 parts = blocks_of(size_, kPart);
+  recorder.begin_concurrent();
+  recorder.fill(marks_, 0);
+  recorder.copy(list_start_, list_, list_start_.bytes());
+  recorder.end_concurrent();
+  MarkPush push{};
+  push.parts = glm::ivec4(parts, 0);
+  push.bricks = glm::ivec4(bricks_, 0);
+  push.table = entries();
+  push.phase = glm::vec4(moment.moves ? moment.phase : 0.0, moment.blend ? moment.phase : 0.0,
+                         moment.moves ? 1.0 : 0.0, 0.0);
+  recorder.dispatch(kernels_.mark(), {moment.step->parts, tables.next_entries, marks_}, push,
+                    rows(parts));
+  recorder.dispatch(kernels_.list(), {marks_, near_, list_, skip},
+                    BricksPush{glm::ivec4(bricks_, first_skip_word_)}, rows(bricks_));
 }
 
 void ShownVolume::record_nodes(vulkan::Recorder& recorder, const Moment& moment) {
-  const ResidentField& field = *moment.field;
+  const ResidentField& field = *moment.step->field;
   TrackPush push{};
   // What was found in the same step is a good start, and what is held where nothing is found.
-  push.nodes = glm::ivec4(node_count_, shown_.field == moment.field ? 1 : 0);
+  const bool warm = shown_.moves && shown_.step == moment.step;
+  push.nodes = glm::ivec4(node_count_, warm ? 1 : 0);
   push.field_size = glm::ivec4(field.size, 0);
-  for (int row = 0; row < 3; ++row)
-    push.field_from[row] = glm::vec4(field.from_voxel[0][row], field.from_voxel[1][row],
-                                     field.from_voxel[2][row], field.offset[row]);
+  set_rows(field, push.field_from);
   push.phase = glm::vec4(moment.phase, kCloseVoxels, 0.0F, 0.0F);
+  push.bricks = glm::ivec4(bricks_, 0);
   recorder.fill(held_, 0);
-  const vulkan::Image& from = nodes_[newest_nodes_];
-  newest_nodes_ = 1 - newest_nodes_;
   recorder.dispatch(
       kernels_.track(),
-      {{field.image, kernels_.nearest()}, {from, kernels_.nearest()}, nodes_[newest_nodes_], held_},
-      push, rows(node_count_));
+      {{field.image, kernels_.nearest()}, {nodes_, kernels_.nearest()}, nodes_, held_, near_}, push,
+      rows(node_count_));
 }
 
-void ShownVolume::record_values(vulkan::Recorder& recorder, const Moment& moment) {
-  ResamplePush push{};
-  push.size = glm::ivec4(size_, 0);
-  push.nodes = glm::vec4(glm::vec3(node_count_), moment.field ? float(moment.phase) : 0.0F);
-  const float share = moment.blend ? float(moment.phase) : 0.0F;
-  push.frames = glm::vec4(1.0F - share, share, 0.0F, 0.0F);
-  const auto& images = resident_->frames->images;
-  recorder.dispatch(kernels_.resample(),
-                    {{nodes_[newest_nodes_], kernels_.linear()},
-                     {images[size_t(moment.frame)], kernels_.linear()},
-                     {images[size_t(moment.next)], kernels_.linear()},
-                     values_},
-                    push, rows(size_));
-}
-
-void ShownVolume::record_surface(vulkan::Recorder& recorder, const vulkan::Buffer& next_entries,
-                                 const vulkan::Buffer& skip) {
-  SurfacePush push{};
+void ShownVolume::record_bricks(vulkan::Recorder& recorder, const Moment& moment,
+                                double thin_per_mm, const LookTables& tables,
+                                const vulkan::Buffer& skip) {
+  BrickPush push{};
   push.size = glm::ivec4(size_, 0);
   push.bricks = glm::ivec4(bricks_, first_skip_word_);
-  push.table = glm::vec4(kTable - 1, 0.5F, kTable * slot_, kTable - 1);
+  push.nodes = glm::vec4(glm::vec3(node_count_), 0.0F);
+  const double share = moment.blend ? moment.phase : 0.0;
+  // Below a thousandth the next frame has no weight that could be seen, and 1 / phase no meaning.
+  push.frames = glm::vec4(1.0 - share, share, thin_per_mm, 1.0 / std::max(moment.phase, 1e-3));
+  push.table = entries();
   push.per_mm = glm::vec4(1.0 / resident_->frames->spacing_mm, 0.0);
-  recorder.dispatch(kernels_.surface(), {values_, next_entries, surface_, skip}, push, bricks_);
-  for (int axis = 0; axis < 3; ++axis) {
-    const DistancePush distance{glm::ivec4(bricks_, first_skip_word_)};
+  const auto& images = resident_->frames->images;
+  recorder.dispatch_indirect(kernels_.brick(moment.moves, moment.blend),
+                             {{nodes_, kernels_.linear()},
+                              {images[size_t(moment.frame)], kernels_.linear()},
+                              {images[size_t(moment.next)], kernels_.linear()},
+                              list_,
+                              tables.next_entries,
+                              tables.most,
+                              surface_,
+                              skip},
+                             &push, list_, 0);
+  for (int axis = 0; axis < 3; ++axis)
     recorder.dispatch(kernels_.distance(axis), {skip, distance_[axis % 2], distance_[1 - axis % 2]},
-                      distance, rows(bricks_));
-  }
+                      BricksPush{glm::ivec4(bricks_, first_skip_word_)}, rows(bricks_));
+}
+
+glm::vec4 ShownVolume::entries() const {
+  return {kTable - 1, 0.5F, kTable * slot_, kTable - 1};
 }
 
 }  // namespace palpate::view

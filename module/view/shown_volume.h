@@ -12,9 +12,17 @@ namespace palpate::view {
 struct Moment {
   int frame = -1, next = -1;
   double phase = 0.0;
-  const ResidentField* field = nullptr;  ///< null: nothing moves
+  const ResidentStep* step = nullptr;
+  bool moves = false;  ///< by the step's field
   bool blend = false;
   bool operator==(const Moment&) const = default;
+};
+
+/// What the look means to the kernels: shared by all volumes, a part for each slot.
+struct LookTables {
+  vulkan::Buffer colours;       ///< kTable of colour and extinction
+  vulkan::Buffer next_entries;  ///< kTable: the next entry with extinction
+  vulkan::Buffer most;          ///< kMostLevels x kTable: most extinction of 2^level entries
 };
 
 /// The moment that a ViewVolume asks for.
@@ -31,8 +39,9 @@ class ShownVolume {
   static int skip_words(const ResidentVolume& resident);
 
   /// Records what the moment and a changed look need, and nothing if neither has changed.
+  /// thin_per_mm: a brick with no more extinction may be sampled in longer steps.
   void record(vulkan::Recorder& recorder, const Moment& moment, bool look_changed,
-              const vulkan::Buffer& next_entries, const vulkan::Buffer& skip);
+              double thin_per_mm, const LookTables& tables, const vulkan::Buffer& skip);
 
   const ResidentVolume& resident() const { return *resident_; }
   /// Fields that came later for the same frames.
@@ -45,20 +54,21 @@ class ShownVolume {
   vulkan::Buffer& held() { return held_; }
 
  private:
+  glm::vec4 entries() const;
+  void record_list(vulkan::Recorder& recorder, const Moment& moment, const LookTables& tables,
+                   const vulkan::Buffer& skip);
   void record_nodes(vulkan::Recorder& recorder, const Moment& moment);
-  void record_values(vulkan::Recorder& recorder, const Moment& moment);
-  void record_surface(vulkan::Recorder& recorder, const vulkan::Buffer& next_entries,
-                      const vulkan::Buffer& skip);
+  void record_bricks(vulkan::Recorder& recorder, const Moment& moment, double thin_per_mm,
+                     const LookTables& tables, const vulkan::Buffer& skip);
 
   std::shared_ptr<vulkan::Context> context_;
   Kernels& kernels_;
   std::shared_ptr<const ResidentVolume> resident_;
   int slot_, first_skip_word_;
   glm::ivec3 size_, bricks_, node_count_;
-  vulkan::Image surface_, nodes_[2];
-  vulkan::Buffer values_, distance_[2], held_;
+  vulkan::Image surface_, nodes_;
+  vulkan::Buffer marks_, near_, list_, list_start_, distance_[2], held_;
   Moment shown_;
-  int newest_nodes_ = 0;
   bool fresh_ = true;
 };
 

@@ -20,6 +20,10 @@ Error refused(const std::string& what) {
   return {ErrorKind::kBadInput, "This scene can not be drawn: " + what + "."};
 }
 
+// Light lost over one longer step, at most, where such are taken: what lies beside its one sample
+// is then off by a part of this, and parts of many steps have either sign.
+constexpr double kThinLoss = 0.02;
+
 /// Runs what may throw Failure, and makes a Status of it.
 template <class Work>
 Status tried(const Work& work) {
@@ -56,12 +60,15 @@ VolumeRenderer::VolumeRenderer(std::shared_ptr<vulkan::Context> context,
       looks_(kMostVolumes) {
   const uint64_t pixels =
       uint64_t(options_.most.width) * uint64_t(options_.most.height) * uint64_t(options_.most_eyes);
-  const uint64_t entries = uint64_t(kMostVolumes) * kTable;
   parameters_ = Buffer(context_, sizeof(ViewParameters), Buffer::Kind::kHostVisible);
-  table_staging_ = Buffer(context_, 16 * entries, Buffer::Kind::kHostVisible);
-  next_staging_ = Buffer(context_, 4 * entries, Buffer::Kind::kHostVisible);
-  tables_ = Buffer(context_, 16 * entries);
-  next_entries_ = Buffer(context_, 4 * entries);
+  const auto tables = [&](Buffer::Kind kind) {
+    const uint64_t entries = uint64_t(kMostVolumes) * kTable;
+    return std::make_unique<view::LookTables>(
+        view::LookTables{Buffer(context_, 16 * entries, kind), Buffer(context_, 4 * entries, kind),
+                         Buffer(context_, 4 * entries * kMostLevels, kind)});
+  };
+  tables_ = tables(Buffer::Kind::kDevice);
+  staged_tables_ = tables(Buffer::Kind::kHostVisible);
   thing_depth_ = Buffer(context_, 4 * pixels);
   thing_colour_ = Buffer(context_, 4 * pixels);
   colour_ = Buffer(context_, 4 * pixels);
@@ -100,16 +107,7 @@ void VolumeRenderer::upload(std::span<const std::shared_ptr<const MovingVolume>>
     for (const auto& known : residents_)
       if (known->frames->sources == volume->frames) before = known.get();
     resident->frames = before ? before->frames : view::upload_frames(context_, *kernels_, *volume);
-    for (size_t m = 0; m < volume->motions.size(); ++m) {
-      auto& fields = resident->fields.emplace_back();
-      for (size_t s = 0; s < volume->motions[m].steps.size(); ++s) {
-        // A field's closing depends on all fields of its motion: only an equal motion is the same.
-        const bool known = before && m < before->source->motions.size() &&
-                           before->source->motions[m].steps == volume->motions[m].steps;
-        fields.push_back(known ? before->fields[m][s]
-                               : view::upload_field(context_, *resident->frames, *volume, m, s));
-      }
-    }
+    upload_steps(*resident, before);
     residents.push_back(std::move(resident));
   }
   const bool same_frames =
@@ -129,6 +127,32 @@ void VolumeRenderer::upload(std::span<const std::shared_ptr<const MovingVolume>>
   }
   skip_ = Buffer(context_, 4 * uint64_t(std::max(words, 4)));
   looks_.assign(kMostVolumes, Look{});
+}
+
+void VolumeRenderer::upload_steps(view::ResidentVolume& resident,
+                                  const view::ResidentVolume* before) {
+  const MovingVolume& volume = *resident.source;
+  const size_t frames = volume.frames.size();
+  // Without motions: one way from frame to frame all the same, on which nothing moves.
+  for (size_t m = 0; m < std::max(volume.motions.size(), size_t(1)); ++m) {
+    auto& steps = resident.steps.emplace_back();
+    // A field's closing depends on all fields of its motion: only an equal motion is the same.
+    const bool has = m < volume.motions.size(), had = before && m < before->source->motions.size();
+    const bool known = before && has == had &&
+                       (!has || before->source->motions[m].steps == volume.motions[m].steps) &&
+                       before->source->times.cyclic() == volume.times.cyclic();
+    for (size_t k = 0; k < frames; ++k) {
+      if (known) {
+        steps.push_back(before->steps[m][k]);
+        continue;
+      }
+      std::shared_ptr<const view::ResidentField> field;
+      if (has && k < volume.motions[m].steps.size())
+        field = view::upload_field(context_, *resident.frames, volume, m, k);
+      steps.push_back(view::bound_step(context_, *kernels_, *resident.frames, int(k),
+                                       view::next_frame(volume, int(k)), std::move(field)));
+    }
+  }
 }
 
 view::ShownVolume* VolumeRenderer::shown_of(const ViewVolume& volume) {
@@ -158,13 +182,22 @@ Status VolumeRenderer::start(const ViewScene& scene, std::span<const Eye> eyes, 
   });
 }
 
+double VolumeRenderer::thin_per_mm(const view::ResidentVolume& resident) const {
+  const glm::dvec3 spacing = resident.frames->spacing_mm;
+  const double step_mm = std::min({spacing.x, spacing.y, spacing.z}) / options_.samples_per_voxel;
+  return kThinLoss / (kStride * step_mm);
+}
+
 bool VolumeRenderer::set_table(int slot, const Look& look) {
   if (looks_[size_t(slot)] == look) return false;
   looks_[size_t(slot)] = look;
   const view::ResidentFrames& frames = *residents_[size_t(slot)]->frames;
-  view::fill_table(look, frames.lowest, frames.highest,
-                   table_staging_.as<glm::vec4>().subspan(size_t(slot) * kTable, kTable),
-                   next_staging_.as<uint32_t>().subspan(size_t(slot) * kTable, kTable));
+  const size_t first = size_t(slot) * kTable;
+  view::fill_table(
+      look, frames.lowest, frames.highest,
+      staged_tables_->colours.as<glm::vec4>().subspan(first, kTable),
+      staged_tables_->next_entries.as<uint32_t>().subspan(first, kTable),
+      staged_tables_->most.as<float>().subspan(first * kMostLevels, size_t(kTable) * kMostLevels));
   return true;
 }
 
@@ -177,8 +210,9 @@ void VolumeRenderer::record(const ViewScene& scene, std::span<const Eye> eyes, P
   for (const ViewVolume& volume : scene.volumes)
     look_changed.push_back(set_table(shown_of(volume)->slot(), volume.look));
   if (std::find(look_changed.begin(), look_changed.end(), true) != look_changed.end()) {
-    recorder.copy(table_staging_, tables_, tables_.bytes());
-    recorder.copy(next_staging_, next_entries_, next_entries_.bytes());
+    for (Buffer view::LookTables::*table :
+         {&view::LookTables::colours, &view::LookTables::next_entries, &view::LookTables::most})
+      recorder.copy((*staged_tables_).*table, (*tables_).*table, ((*tables_).*table).bytes());
   }
   ViewParameters& parameters = parameters_.as<ViewParameters>()[0];
   parameters = view::parameters_of(scene, eyes, size, options_.near_m);
@@ -186,7 +220,7 @@ void VolumeRenderer::record(const ViewScene& scene, std::span<const Eye> eyes, P
   for (size_t v = 0; v < scene.volumes.size(); ++v) {
     view::ShownVolume* shown = shown_of(scene.volumes[v]);
     shown->record(recorder, view::moment_of(scene.volumes[v], shown->resident()), look_changed[v],
-                  next_entries_, skip_);
+                  thin_per_mm(shown->resident()), *tables_, skip_);
     parameters.volumes[v] = view::volume_parameters_of(
         scene, scene.volumes[v], eyes, size, *shown->resident().frames, options_.samples_per_voxel);
     parameters.volumes[v].bricks = glm::ivec4(shown->bricks(), shown->first_skip_word());
@@ -198,8 +232,8 @@ void VolumeRenderer::record(const ViewScene& scene, std::span<const Eye> eyes, P
   if (things)
     things_->record(recorder, *kernels_, scene.things, eyes, size, options_.near_m, parameters_,
                     thing_depth_, thing_colour_);
-  std::vector<vulkan::Binding> bindings{parameters_,   tables_, skip_,  thing_depth_,
-                                        thing_colour_, colour_, depth_, samples_};
+  std::vector<vulkan::Binding> bindings{parameters_,   tables_->colours, skip_,  thing_depth_,
+                                        thing_colour_, colour_,          depth_, samples_};
   for (size_t v = 0; v < size_t(kMostVolumes); ++v)
     bindings.emplace_back(drawn[std::min(v, drawn.size() - 1)]->surface(), kernels_->linear());
   recorder.dispatch(

@@ -16,6 +16,7 @@ namespace view {
 class Kernels;
 class ShownVolume;
 class ThingList;
+struct LookTables;
 struct ResidentVolume;
 struct ResidentFrames;
 }  // namespace view
@@ -89,6 +90,8 @@ class VolumeRenderer {
   VolumeRenderer(std::shared_ptr<vulkan::Context> context, const RendererOptions& options);
   void upload(std::span<const std::shared_ptr<const MovingVolume>> volumes);
   void record(const ViewScene& scene, std::span<const Eye> eyes, PictureSize size);
+  void upload_steps(view::ResidentVolume& resident, const view::ResidentVolume* before);
+  double thin_per_mm(const view::ResidentVolume& resident) const;
   bool set_table(int slot, const Look& look);
   view::ShownVolume* shown_of(const ViewVolume& volume);
 
@@ -99,8 +102,8 @@ class VolumeRenderer {
   std::vector<std::shared_ptr<const view::ResidentVolume>> residents_;
   std::vector<std::unique_ptr<view::ShownVolume>> shown_;
   std::vector<Look> looks_;  ///< by slot, as in the tables
-  vulkan::Buffer parameters_, tables_, next_entries_, skip_, thing_depth_, thing_colour_;
-  vulkan::Buffer colour_, depth_, samples_, table_staging_, next_staging_;
+  std::unique_ptr<view::LookTables> tables_, staged_tables_;
+  vulkan::Buffer parameters_, skip_, thing_depth_, thing_colour_, colour_, depth_, samples_;
   std::unique_ptr<vulkan::Recorder> recorder_;
   PictureSize size_;
   int eyes_ = 0;

@@ -22,14 +22,25 @@ PALPATE_CONSTANT int kMostVolumes = 4; // drawn into one picture
 PALPATE_CONSTANT int kMostPlanes = 8;  // that clip
 PALPATE_CONSTANT int kMostEyes = 2;
 PALPATE_CONSTANT int kTable = 2048;    // entries of a transfer table, each colour and extinction
-PALPATE_CONSTANT int kSkipWords = 3;   // per brick: how far to the next occupied brick, 64 bits of
-                                       // its blocks of 2 x 2 x 2 voxels
+// Per brick: its first word (see kFull), two words with a bit for each of its 64 blocks of 2 x 2 x 2
+// cells that shows anything, two with a bit for each block of which every cell does, 16 with a bit
+// for each cell. Bit x + 4 y + 16 z of blocks, x + 8 y + 64 z of cells, from the lowest on.
+PALPATE_CONSTANT int kSkipWords = 21;
+PALPATE_CONSTANT int kBlockWord = 1;
+PALPATE_CONSTANT int kFullBlockWord = 3;
+PALPATE_CONSTANT int kCellWord = 5;
 PALPATE_CONSTANT int kFarthest = 63;   // bricks that can be skipped at once
-// Bit of the first word: every block of the brick is occupied.
+PALPATE_CONSTANT int kPart = 4;        // cells along the edge of a part whose bounds are kept
+PALPATE_CONSTANT int kMostLevels = 12; // powers of two of entries of which the most is kept
+PALPATE_CONSTANT int kStride = 4;      // steps at once where a volume is thin
+// The first skip word of a brick: bits 0 to 7, bricks to the nearest occupied one; bits 16 to 23,
+// bricks to the nearest one that is not thin; and while it is made:
 #ifdef __cplusplus
-constexpr unsigned kFull = 0x100U;
+constexpr unsigned kFull = 0x100U;  // every block is occupied
+constexpr unsigned kThin = 0x200U;  // little light is lost across it, so longer steps will do
 #else
 const uint kFull = 0x100u;
+const uint kThin = 0x200u;
 #endif
 
 // A ray of an eye: the point at depth t (m along the eye's axis) is
@@ -92,28 +103,48 @@ struct TrackPush {
   ivec4 field_size;     // samples of the field
   vec4 field_from[3];   // rows: index of the field = row . (voxel, 1)
   vec4 phase;           // x: g; y: how close is close enough, voxels
-};
-PALPATE_SIZE(TrackPush, 96);
-
-struct ResamplePush {
-  ivec4 size;
-  vec4 nodes;    // xyz: of the back-tracked nodes; w: phase, 0 = frame as it is
-  vec4 frames;   // x, y: weight of frame and next frame
-};
-PALPATE_SIZE(ResamplePush, 48);
-
-struct SurfacePush {
-  ivec4 size;
   ivec4 bricks;
-  vec4 table;          // x, y: entry = x * value + y; z: first entry of the table; w: last one
-  vec4 per_mm;         // voxels per mm along each axis
 };
-PALPATE_SIZE(SurfacePush, 64);
+PALPATE_SIZE(TrackPush, 112);
 
-struct DistancePush {
+struct PartRange {
+  vec4 values;   // least and greatest of the frame, least and greatest of the next one
+  vec4 least_u;  // voxels
+  vec4 most_u;
+};
+PALPATE_SIZE(PartRange, 48);
+
+struct RangesPush {
+  ivec4 size;           // voxels; w: 1 = there is a field
+  ivec4 parts;
+  ivec4 field_size;
+  vec4 field_from[3];   // rows: index of the field = row . (voxel, 1)
+};
+PALPATE_SIZE(RangesPush, 96);
+
+struct MarkPush {
+  ivec4 parts;
+  ivec4 bricks;
+  vec4 table;  // x, y: entry = x * value + y; z: first entry of the table; w: last one
+  vec4 phase;  // x: of the motion; y: weight of the next frame; z: 1 = nodes are looked at
+};
+PALPATE_SIZE(MarkPush, 64);
+
+struct BrickPush {
+  ivec4 size;
+  ivec4 bricks;   // w: first word of the skip structure
+  vec4 nodes;     // of the back-tracked nodes
+  vec4 frames;    // x, y: weight of frame and next frame; z: a brick with less extinction (1/mm) is
+                  // thin; w: 1 / phase
+  vec4 table;     // as in MarkPush
+  vec4 per_mm;    // voxels per mm along each axis
+};
+PALPATE_SIZE(BrickPush, 96);
+
+struct BricksPush {
   ivec4 bricks;  // w: first word of the skip structure
 };
-PALPATE_SIZE(DistancePush, 16);
+PALPATE_SIZE(BricksPush, 16);
 
 #ifdef __cplusplus
 #undef PALPATE_SIZE

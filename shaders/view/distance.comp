@@ -2,23 +2,25 @@
 #extension GL_GOOGLE_include_directive : require
 #include "interface/view.h"
 // How many bricks away the nearest occupied one is, in the greatest of the three axes (Chebyshev),
-// one axis per pass:  d'(i) = min over k of max(|k|, d(i + k)).
+// one axis per pass:  d'(i) = min over k of max(|k|, d(i + k));  and the same to the nearest brick
+// that is not thin.
 // Deakin & Knackstedt 2019 (doi 10.1007/s41095-019-0155-y) skip by such a map.
 //
 // binding  direction  format  shape                     unit
-// 0        in out     uint    kSkipWords per brick      word 0: bricks, or kFull; see surface.comp
-// 1        in         uint    bricks (z, y, x)          distance after the axis before
-// 2        out        uint    bricks                    distance after this axis
+// 0        in out     uint    kSkipWords per brick      word 0, see kFull in interface/view.h
+// 1        in         uint    bricks (z, y, x)          both distances after the axis before, 16 bits
+//                                                       each, the one to occupied ones lower
+// 2        out        uint    bricks                    the same after this axis
 //
-// kAxis 0 reads the bits of the bricks instead of binding 1, kAxis 2 writes word 0 instead of
+// kAxis 0 reads what brick.comp wrote instead of binding 1, kAxis 2 writes word 0 instead of
 // binding 2. One invocation: one brick. Distances stop at kFarthest. Race: each output written once;
 // in pass 2 every invocation reads and writes only its own brick's words.
-// CPU oracle: distances of tests/view/skip_test.cpp.
+// CPU oracle: none; skipping is tested whole.
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) buffer Skip { uint skip[]; };
 layout(set = 0, binding = 1) readonly buffer From { uint from[]; };
 layout(set = 0, binding = 2) writeonly buffer To { uint to[]; };
-layout(push_constant) uniform Push { DistancePush push; };
+layout(push_constant) uniform Push { BricksPush push; };
 layout(constant_id = 0) const int kAxis = 0;
 
 uint place(ivec3 brick) {
@@ -27,12 +29,14 @@ uint place(ivec3 brick) {
 
 uint word_of(ivec3 brick) { return uint(push.bricks.w) + uint(kSkipWords) * place(brick); }
 
-uint distance_before(ivec3 brick) {
+// x: to the nearest occupied brick, y: to the nearest one that is not thin.
+uvec2 distances_before(ivec3 brick) {
   if (any(lessThan(brick, ivec3(0))) || any(greaterThanEqual(brick, push.bricks.xyz)))
-    return uint(kFarthest);
-  if (kAxis > 0) return from[place(brick)];
+    return uvec2(kFarthest);
+  if (kAxis > 0) return uvec2(from[place(brick)] & 0xffffu, from[place(brick)] >> 16);
   const uint word = word_of(brick);
-  return (skip[word + 1u] | skip[word + 2u]) != 0u ? 0u : uint(kFarthest);
+  return uvec2((skip[word + uint(kBlockWord)] | skip[word + uint(kBlockWord) + 1u]) != 0u ? 0u : uint(kFarthest),
+               (skip[word] & kThin) == 0u ? 0u : uint(kFarthest));
 }
 
 void main() {
@@ -40,16 +44,15 @@ void main() {
   if (any(greaterThanEqual(brick, push.bricks.xyz))) return;
   ivec3 way = ivec3(0);
   way[kAxis] = 1;
-  uint best = distance_before(brick);
-  for (int k = 1; k < kFarthest && uint(k) < best; ++k) {
-    const uint nearest = min(distance_before(brick - k * way), distance_before(brick + k * way));
-    best = min(best, max(uint(k), nearest));
+  uvec2 best = distances_before(brick);
+  for (int k = 1; k < kFarthest && uint(k) < max(best.x, best.y); ++k) {
+    const uvec2 nearest = min(distances_before(brick - k * way), distances_before(brick + k * way));
+    best = min(best, max(uvec2(k), nearest));
   }
   if (kAxis < 2) {
-    to[place(brick)] = best;
+    to[place(brick)] = best.x | best.y << 16;
     return;
   }
   const uint word = word_of(brick);
-  const bool full = (skip[word + 1u] & skip[word + 2u]) == 0xffffffffu;
-  skip[word] = full ? kFull : best;
+  skip[word] = skip[word] & kFull | best.x | best.y << 16;
 }

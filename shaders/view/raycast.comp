@@ -11,13 +11,13 @@
 // binding  direction  format            shape                   unit
 // 0        in         ViewParameters    1
 // 1        in         vec4              kTable per volume       linear colour, extinction 1/mm
-// 2        in         uint              skip words, see distance.comp and surface.comp
+// 2        in         uint              kSkipWords per brick    see brick.comp and distance.comp
 // 3        in         uint              eyes x height x width   bits of the depth t of things, m; ~0 none
 // 4        in         uint              the same                their colour, sRGB, and coverage, RGBA8
 // 5        out        uint              the same                colour, sRGB, RGBA8
 // 6        out        float             the same                near / depth, 0 where nothing is
 // 7        out        uint              2 per pixel             samples taken and needed (if kCount)
-// 8..11    in         any rgba          volumes (z, y, x)       see surface.comp
+// 8..11    in         any rgba          volumes (z, y, x)       see brick.comp
 //
 // kVolumes of the images are used. One invocation: one pixel of one eye. Border: a volume ends half
 // a voxel beyond its outermost samples, its value held. Precision: fp32. Race: each output written
@@ -64,29 +64,38 @@ vec4 texel(int v, vec3 at) {
   return textureLod(volume3, at, 0.0);
 }
 
-// Whether the volume can show anything at t, and up to which t this holds.
-bool occupied(int v, float t, out float end) {
+// Whether the volume can show anything at t, whether it is thin, and up to which t this holds.
+bool occupied(int v, float t, out float end, out bool thin) {
   const ivec3 voxel = clamp(ivec3(start[v] + t * way[v]), ivec3(0), ivec3(view.volumes[v].size.xyz) - 1);
   const ivec3 bricks = view.volumes[v].bricks.xyz;
   const ivec3 brick = voxel >> 3;
   const uint word = uint(view.volumes[v].bricks.w + kSkipWords * (brick.x + bricks.x * (brick.y + bricks.y * brick.z)));
   const uint head = skip[word];
-  const ivec3 block = voxel >> 1 & 3;
-  const uint bits = skip[word + 1u + uint(block.z >> 1)];
-  const bool shows = (bits >> uint(block.x + 4 * block.y + 16 * (block.z & 1)) & 1u) != 0u;
-  // The box in which the answer is the same: bricks around an empty one, a full brick, or a block.
-  const int apart = int(head & 0xffu);
-  const bool whole = apart > 0 || head == kFull;
-  const int reach = max(apart, 1);
-  const ivec3 low = whole ? (brick - reach + 1) << 3 : voxel & ~1;
-  const ivec3 high = whole ? (brick + reach) << 3 : (voxel & ~1) + 2;
+  const ivec3 block = voxel >> 1 & 3, cell = voxel & 7;
+  const uint block_word = word + uint(block.z >> 1);
+  const uint block_bit = uint(block.x + 4 * block.y + 16 * (block.z & 1));
+  const bool any_cell = (skip[block_word + uint(kBlockWord)] >> block_bit & 1u) != 0u;
+  const bool every_cell = (skip[block_word + uint(kFullBlockWord)] >> block_bit & 1u) != 0u;
+  const uint row = skip[word + uint(kCellWord + 2 * cell.z + (cell.y >> 2))];
+  const bool shows = (row >> uint(cell.x + 8 * (cell.y & 3)) & 1u) != 0u;
+  // The box in which the answer is the same: bricks around an empty or thin one, a full brick, a
+  // block, or a cell.
+  const int apart = int(head & 0xffu), not_thin = int(head >> 16);
+  const bool whole = apart > 0 || not_thin > 0 || (head & kFull) != 0u;
+  const int reach = max(apart > 0 ? apart : not_thin, 1);
+  const int edge = any_cell && !every_cell ? 1 : 2;
+  const ivec3 part = voxel & ~(edge - 1);
+  const ivec3 low = whole ? (brick - reach + 1) << 3 : part;
+  const ivec3 high = whole ? (brick + reach) << 3 : part + edge;
+  thin = not_thin > 0;
   const vec3 border = mix(vec3(low), vec3(high), greaterThan(way[v], vec3(0.0)));
   const vec3 exits = (border - start[v]) * per_way[v];
   end = min(min(exits.x, exits.y), exits.z);
   const bool before = t < enters[v], after = t >= leaves[v];
   if (before) end = enters[v];
   if (after) end = kFar;
-  return shows && !before && !after;
+  thin = thin || before || after;
+  return (shows || not_thin > 0 && apart == 0) && !before && !after;
 }
 
 void set_out(int v, int eye, vec2 pixel) {
@@ -204,32 +213,38 @@ void main() {
     // A way shorter than a step, between two lattice points: its middle stands for it.
     if (t >= to) t = 0.5 * (from + to);
     while (t < to && through > kStop) {
-      float end = kFar;
-      bool any_shows = false;
-      if (kSkip != 0) {
+      float end = to;
+      bool any_shows = kSkip == 0, all_thin = kSkip != 0;
+      // Neighbouring pixels wait for each other here, to take their samples together.
+      while (!any_shows && t < to) {
+        end = to;
+        all_thin = true;
         for (int v = 0; v < kVolumes; ++v) {
           float until;
-          any_shows = occupied(v, t, until) || any_shows;
+          bool thin;
+          any_shows = occupied(v, t, until, thin) || any_shows;
+          all_thin = all_thin && thin;
           end = min(end, until);
         }
-        end = min(end, to);
-      } else {
-        any_shows = true;
-        end = to;
-      }
-      if (!any_shows) {
-        k = max(k + 1.0, ceil(end / dt - jitter));
-        t = (k + jitter) * dt;
+        if (!any_shows) {
+          k = max(k + 1.0, ceil(end / dt - jitter));
+          t = (k + jitter) * dt;
+        }
       }
       bool goes_on = any_shows;
       while (goes_on) {
+        // Where all is thin, one sample in the middle of kStride steps stands for them.
+        const bool strides = all_thin && t + (float(kStride) - 0.5) * dt < end;
+        const float steps = strides ? float(kStride) : 1.0;
+        const float last_t = t + (steps - 1.0) * dt;
         const float lower = t - dt < from ? from : t - 0.5 * dt;
-        const float upper = t + dt > to ? to : t + 0.5 * dt;
+        const float upper = last_t + dt > to ? to : last_t + 0.5 * dt;
+        const float at = 0.5 * (t + last_t);
         float sigma = 0.0;
         vec3 glow = vec3(0.0);
         for (int v = 0; v < kVolumes; ++v) {
-          vec4 found = lit(v, t);
-          if (kVolumes > 1 && (t < enters[v] || t >= leaves[v])) found.w = 0.0;
+          vec4 found = lit(v, at);
+          if (kVolumes > 1 && (at < enters[v] || at >= leaves[v])) found.w = 0.0;
           const float here = found.w * mm_per_t[v];
           sigma += here;
           glow += here * found.rgb;
@@ -242,8 +257,8 @@ void main() {
         const float before = through;
         colour += through * (1.0 - passes) / max(sigma, 1e-20) * glow;
         through *= passes;
-        if (before > 0.5 && through <= 0.5) depth = view.background.w / t;
-        k += 1.0;
+        if (before > 0.5 && through <= 0.5) depth = view.background.w / at;
+        k += steps;
         t = (k + jitter) * dt;
         goes_on = t < end && through > kStop;
       }

@@ -8,20 +8,23 @@
 // binding  direction  format    shape            unit
 // 0        in         rgba32f   field (z, y, x)  u in voxels of the volume; w: 1, or 0 = unusable
 // 1        in         rgba32f   nodes (z, y, x)  y - x of the last phase, voxels
-// 2        out        rgba32f   nodes            y - x; w: 1 = found, 0 = held
+// 2        out        rgba32f   the same image   y - x; w: 1 = found, 0 = held
 // 3        in out     uint      1                nodes that are held
+// 4        in         uint      bricks (z, y, x) 0 = nobody looks at the nodes of this brick
 //
 // Where no solution is found within kSteps, or the map is folded there (det(I + g du/dx) <= 0), the
 // node keeps what it had: the picture holds there, as the hand does.
 //
 // One invocation: one node. Border: the field's outermost samples are held. Precision: fp32; the
-// miss is below 1e-3 voxels where w = 1. Race: each output written once, held counted by an atomic.
+// miss is below 1e-3 voxels where w = 1. Race: an invocation reads and writes its own node
+// only; held are counted by an atomic.
 // CPU oracle: back_track of module/haptics.
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) uniform sampler3D field;
 layout(set = 0, binding = 1) uniform sampler3D last;
 layout(set = 0, binding = 2) uniform writeonly image3D nodes;
 layout(set = 0, binding = 3) buffer Held { uint held[]; };
+layout(set = 0, binding = 4) readonly buffer Near { uint near[]; };
 layout(push_constant) uniform Push { TrackPush push; };
 
 const int kSteps = 12;
@@ -61,9 +64,7 @@ vec3 field_index(vec3 voxel) {
   return vec3(dot(push.field_from[0], v), dot(push.field_from[1], v), dot(push.field_from[2], v));
 }
 
-void main() {
-  const ivec3 node = ivec3(gl_GlobalInvocationID);
-  if (any(greaterThanEqual(node, push.nodes.xyz))) return;
+void track(ivec3 node) {
   const float g = push.phase.x;
   const vec3 x = float(kNode) * vec3(node);
   const vec4 before = push.nodes.w != 0 ? texelFetch(last, node, 0) : vec4(0.0);
@@ -95,4 +96,16 @@ void main() {
   const bool found = best_miss <= push.phase.y && unfolded;
   if (!found) atomicAdd(held[0], 1u);
   imageStore(nodes, node, found ? vec4(best - x, 1.0) : vec4(before.xyz, 0.0));
+}
+
+void main() {
+  const ivec3 node = ivec3(gl_GlobalInvocationID);
+  if (any(greaterThanEqual(node, push.nodes.xyz))) return;
+  const ivec3 brick = min(node * kNode / kBrick, push.bricks.xyz - 1);
+  bool needed = near[uint(brick.x + push.bricks.x * (brick.y + push.bricks.y * brick.z))] != 0u;
+  // A loop and not an "if": see raycast.comp.
+  while (needed) {
+    track(node);
+    needed = false;
+  }
 }

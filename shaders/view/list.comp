@@ -1,0 +1,41 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "interface/view.h"
+// The list of marked bricks, as much work as there is to do; bricks beside one are marked 2, because
+// their nodes are needed too; all others become empty in the skip structure.
+//
+// binding  direction  format  shape              unit
+// 0        in         uint    bricks (z, y, x)   1 = marked
+// 1        out        uint    the same           1 = a marked brick is here or beside
+// 2        out        uint    3 + bricks         groups to dispatch (x; y and z are 1), then places
+// 3        out        uint    skip words
+//
+// One invocation: one brick. Race: places in the list by an atomic; their order does not matter.
+// CPU oracle: none; skipping is tested whole.
+layout(local_size_x = 64) in;
+layout(set = 0, binding = 0) readonly buffer Marks { uint marks[]; };
+layout(set = 0, binding = 1) writeonly buffer Near { uint near[]; };
+layout(set = 0, binding = 2) buffer List { uint list[]; };
+layout(set = 0, binding = 3) writeonly buffer Skip { uint skip[]; };
+layout(push_constant) uniform Push { BricksPush push; };
+
+void main() {
+  const ivec3 brick = ivec3(gl_GlobalInvocationID);
+  const ivec3 last = push.bricks.xyz - 1;
+  if (any(greaterThan(brick, last))) return;
+  const uint place = uint(brick.x + push.bricks.x * (brick.y + push.bricks.y * brick.z));
+  const ivec3 from = max(brick - 1, ivec3(0)), to = min(brick + 1, last);
+  uint any_near = 0u;
+  for (int z = from.z; z <= to.z; ++z)
+    for (int y = from.y; y <= to.y; ++y)
+      for (int x = from.x; x <= to.x; ++x)
+        any_near |= marks[uint(x + push.bricks.x * (y + push.bricks.y * z))];
+  near[place] = any_near;
+  const uint word = uint(push.bricks.w) + uint(kSkipWords) * place;
+  if (marks[place] != 0u) {
+    list[3u + atomicAdd(list[0], 1u)] = place;
+  } else {
+    skip[word] = kThin;
+    for (uint k = 1u; k < uint(kSkipWords); ++k) skip[word + k] = 0u;
+  }
+}

@@ -1,0 +1,269 @@
+// What lies before what, and which side is which.
+#include "tests/view/picture_file.h"
+#include "tests/view/view_scenes.h"
+
+namespace palpate::test {
+namespace {
+
+constexpr PictureSize kSize{160, 120};
+
+/// A ball of 12 mm radius around `centre` (mm, volume space), 1 inside and 0 outside.
+std::shared_ptr<const MovingVolume> ball(glm::dvec3 centre_mm, double radius_mm = 12.0) {
+  return still_volume(64, 1.0, [=](glm::dvec3 x) {
+    return std::clamp(radius_mm - glm::length(x - centre_mm) + 0.5, 0.0, 1.0);
+  });
+}
+
+Look ball_look(glm::dvec3 colour) {
+  Look look{"ball", {}, {0.6, 0.5, 0.0}, 0.0};
+  look.points = {{0.45, colour, 0.0}, {0.55, colour, 0.999}};
+  return look;
+}
+
+/// What is drawn dominantly at a place of the world: 'r', 'g', 'b', or '.' for the background.
+char seen_at(const Picture& picture, const Eye& eye, glm::dvec3 world) {
+  const glm::dvec3 at = glm::conjugate(eye.orientation) * (world - eye.position_m);
+  const int x = int((at.x / -at.z - eye.tan_left) / (eye.tan_right - eye.tan_left) * picture.width);
+  const int y = int((eye.tan_up - at.y / -at.z) / (eye.tan_up - eye.tan_down) * picture.height);
+  if (x < 0 || y < 0 || x >= picture.width || y >= picture.height) return '?';
+  const int r = channel(picture, x, y, 0), g = channel(picture, x, y, 1),
+            b = channel(picture, x, y, 2);
+  if (channel(picture, x, y, 3) < 128) return '.';
+  return r > g && r > b ? 'r' : g > b ? 'g' : 'b';
+}
+
+constexpr glm::dvec3 kRed(0.9, 0.1, 0.1), kGreen(0.1, 0.8, 0.1), kBlue(0.1, 0.1, 0.9);
+
+class SceneTest : public ViewTest {
+ protected:
+  const Eye eye_ = eye_at({0.0, 0.0, 0.25}, {0.0, 0.0, 0.0}, 0.4, kSize);
+  Picture draw_one(VolumeRenderer& view, const ViewScene& scene) {
+    return draw(view, scene, {eye_}, kSize)[0];
+  }
+};
+
+TEST_F(SceneTest, TwoVolumesHideEachOtherByTheirDepth) {
+  const auto red = ball({0, 0, 0}), green = ball({0, 0, 0}, 12.5);
+  auto view = renderer({kSize, 1});
+  set(*view, {red, green});
+  ViewScene scene;
+  Transform near, far;
+  near.translation_m = {0.0, 0.0, 0.03};
+  far.translation_m = {0.004, 0.0, -0.03};
+  scene.volumes = {{red, near, {}, ball_look(kRed)}, {green, far, {}, ball_look(kGreen)}};
+  EXPECT_EQ(seen_at(draw_one(*view, scene), eye_, {0, 0, 0.03}), 'r');
+  std::swap(scene.volumes[0].world_from_volume, scene.volumes[1].world_from_volume);
+  EXPECT_EQ(seen_at(draw_one(*view, scene), eye_, {0, 0, 0.03}), 'g');
+  // Balls that run into each other: each is seen where it is in front.
+  Transform left, right;
+  left.translation_m = {-0.006, 0.0, 0.0};
+  right.translation_m = {0.006, 0.0, 0.0};
+  scene.volumes = {{red, left, {}, ball_look(kRed)}, {green, right, {}, ball_look(kGreen)}};
+  const Picture both = draw_one(*view, scene);
+  EXPECT_EQ(seen_at(both, eye_, {-0.008, 0.0, 0.012}), 'r');
+  EXPECT_EQ(seen_at(both, eye_, {0.008, 0.0, 0.012}), 'g');
+}
+
+TEST_F(SceneTest, ThingsAndVolumesHideEachOtherByTheirDepth) {
+  const auto red = ball({0, 0, 0});
+  auto view = renderer({kSize, 1});
+  set(*view, {red});
+  ViewScene scene;
+  scene.volumes = {{red, {}, {}, ball_look(kRed)}};
+  // A rod through the ball from left to right, and one passing in front of it.
+  scene.things.push_back({{-0.03, 0.0, 0.0}, {0.03, 0.0, 0.0}, 0.003, 0.003, kBlue});
+  scene.things.push_back({{-0.03, 0.006, 0.016}, {0.03, 0.006, 0.016}, 0.002, 0.002, kGreen});
+  const Picture picture = draw_one(*view, scene);
+  EXPECT_EQ(seen_at(picture, eye_, {0.0, 0.0, 0.012}), 'r');
+  EXPECT_EQ(seen_at(picture, eye_, {0.02, 0.0, 0.0}), 'b');
+  EXPECT_EQ(seen_at(picture, eye_, {0.0, 0.006, 0.016}), 'g');
+  EXPECT_EQ(seen_at(picture, eye_, {0.0, 0.02, 0.0}), '.');
+}
+
+TEST_F(SceneTest, ThingsAreMetWhereTheirFormulaSays) {
+  const auto red = ball({0, 0, 0}, 1.0);
+  RendererOptions options{kSize, 1};
+  auto view = renderer(options);
+  set(*view, {red});
+  ViewScene scene;
+  scene.volumes = {{red, {}, {}, ball_look(kRed)}};
+  // A sphere, met at a known depth by every pixel well inside its rim.
+  const glm::dvec3 centre(0.01, -0.005, 0.02);
+  constexpr double kRadius = 0.015;
+  add_sphere(scene.things, centre, kRadius, kBlue);
+  const Picture picture = draw_one(*view, scene);
+  int met = 0;
+  for (int y = 0; y < kSize.height; ++y)
+    for (int x = 0; x < kSize.width; ++x) {
+      const glm::dvec3 way = ray_of(eye_, kSize, x, y), o = eye_.position_m - centre;
+      const double a = glm::dot(way, way), b = glm::dot(way, o);
+      const double under = b * b - a * (glm::dot(o, o) - kRadius * kRadius);
+      if (under < 0.05 * a * kRadius * kRadius) continue;
+      ++met;
+      const double depth = options.near_m / double(picture.depths[size_t(y * kSize.width + x)]);
+      // Things are met half a pixel too thick: here a pixel is 0.8 mm wide, and slanted by at most
+      // the rim's 0.22.
+      ASSERT_NEAR(depth, (-b - std::sqrt(under)) / a, 0.5 * 0.0009 / 0.2) << x << ", " << y;
+    }
+  EXPECT_GT(met, 500);
+}
+
+TEST_F(SceneTest, ClipPlanesCutVolumesAndNotThings) {
+  const auto red = ball({0, 0, 0});
+  auto view = renderer({kSize, 1});
+  set(*view, {red});
+  ViewScene scene;
+  scene.volumes = {{red, {}, {}, ball_look(kRed)}};
+  add_sphere(scene.things, {0.02, 0.0, 0.0}, 0.003, kBlue);
+  scene.clips = {{{-1.0, 0.0, 0.0}, 0.0}};  // keeps x < 0
+  Picture picture = draw_one(*view, scene);
+  EXPECT_EQ(seen_at(picture, eye_, {-0.006, 0.0, 0.01}), 'r');
+  EXPECT_EQ(seen_at(picture, eye_, {0.006, 0.0, 0.01}), '.');
+  EXPECT_EQ(seen_at(picture, eye_, {0.02, 0.0, 0.003}), 'b');
+  scene.clips = clip_box({}, {-0.005, -0.005, -0.1}, {0.005, 0.005, 0.1});
+  picture = draw_one(*view, scene);
+  EXPECT_EQ(seen_at(picture, eye_, {0.003, 0.003, 0.01}), 'r');
+  EXPECT_EQ(seen_at(picture, eye_, {0.0075, 0.0, 0.008}), '.');
+  EXPECT_EQ(seen_at(picture, eye_, {0.0, -0.0075, 0.008}), '.');
+}
+
+TEST_F(SceneTest, AnEyeInsideAVolumeSeesItsWallAround) {
+  // A hollow: 1 outside a ball of 20 mm, and the eye in its middle.
+  const auto hollow = still_volume(
+      64, 1.0, [](glm::dvec3 x) { return std::clamp(glm::length(x) - 20.0 + 0.5, 0.0, 1.0); });
+  RendererOptions options{kSize, 1};
+  options.near_m = 0.001;
+  options.samples_per_voxel = 8.0;
+  auto view = renderer(options);
+  set(*view, {hollow});
+  ViewScene scene;
+  scene.volumes = {{hollow, {}, {}, ball_look(kRed)}};
+  Eye inside = eye_;
+  inside.position_m = glm::dvec3(0.0);
+  const Picture picture = draw(*view, scene, {inside}, kSize)[0];
+  for (int y = 5; y < kSize.height; y += 20)
+    for (int x = 5; x < kSize.width; x += 20) {
+      const float depth = picture.depths[size_t(y * kSize.width + x)];
+      ASSERT_GT(depth, 0.0F);
+      const double away_m =
+          options.near_m / double(depth) * glm::length(ray_of(inside, kSize, x, y));
+      // Half the light is gone within 0.2 mm of the surface; samples are 0.125 mm apart.
+      EXPECT_NEAR(away_m, 0.020, 0.0004) << x << ", " << y;
+    }
+}
+
+TEST_F(SceneTest, LettersStandOnThePatientsSides) {
+  // One bright ball at the patient's left, written into LPS samples; seen from the front, where the
+  // patient's left is at the viewer's right.
+  Volume volume;
+  volume.grid.size = glm::ivec3(64);
+  volume.grid.spacing_mm = glm::dvec3(1.0);
+  volume.grid.origin_mm = glm::dvec3(-31.5);
+  for (int k = 0; k < 64; ++k)
+    for (int j = 0; j < 64; ++j)
+      for (int i = 0; i < 64; ++i) {
+        const glm::dvec3 lps = volume.grid.lps_from_index(glm::dvec3(i, j, k));
+        volume.values.push_back(glm::length(lps - glm::dvec3(20, 0, 0)) < 8.0 ? 1.0F : 0.0F);
+      }
+  MovingVolume moving;
+  moving.name = "patient";
+  moving.times.times_s = {0.0};
+  moving.frames = {sampled_scalar(std::move(volume))};
+  const auto patient = std::make_shared<const MovingVolume>(std::move(moving));
+  auto view = renderer({kSize, 1});
+  set(*view, {patient});
+  ViewScene scene;
+  scene.volumes = {{patient, {}, {}, ball_look(kRed)}};
+  const FrameData& data = *patient->frames[0];
+  constexpr double kHeight = 0.012;
+  add_letters(scene.things, {}, data.low_m(), data.high_m(), eye_, kHeight, kGreen);
+  const Picture picture = draw_one(*view, scene);
+  // The volume's +z is anterior, so the eye at +z stands before the patient.
+  EXPECT_EQ(seen_at(picture, eye_, {0.020, 0.0, 0.007}), 'r');
+  EXPECT_EQ(seen_at(picture, eye_, {-0.020, 0.0, 0.007}), '.');
+  // The letter beside the ball is an L and not mirrored: its stem at the left, its foot to the
+  // right.
+  const glm::dvec3 l(0.032 + 1.1 * kHeight, 0.0, 0.0);
+  EXPECT_EQ(seen_at(picture, eye_, l + kHeight * glm::dvec3(-0.26, 0.3, 0.0)), 'g');
+  EXPECT_EQ(seen_at(picture, eye_, l + kHeight * glm::dvec3(0.2, -0.5, 0.0)), 'g');
+  EXPECT_EQ(seen_at(picture, eye_, l + kHeight * glm::dvec3(0.2, 0.3, 0.0)), '.');
+  // Opposite it an R: its bowl at the upper right.
+  const glm::dvec3 r(-0.032 - 1.1 * kHeight, 0.0, 0.0);
+  EXPECT_EQ(seen_at(picture, eye_, r + kHeight * glm::dvec3(-0.28, 0.0, 0.0)), 'g');
+  EXPECT_EQ(seen_at(picture, eye_, r + kHeight * glm::dvec3(0.3, 0.25, 0.0)), 'g');
+  EXPECT_EQ(seen_at(picture, eye_, r + kHeight * glm::dvec3(0.3, -0.1, 0.0)), '.');
+  // S above, and nothing of a volume where the background is.
+  EXPECT_EQ(
+      seen_at(picture, eye_,
+              glm::dvec3(0.0, 0.032 + 1.1 * kHeight, 0.0) + kHeight * glm::dvec3(-0.28, 0.31, 0)),
+      'g');
+}
+
+TEST_F(SceneTest, BothEyesTakeTheirSamplesAtTheSameDepths) {
+  // Two equal eyes see the same, bit by bit: nothing depends on which eye it is.
+  const auto heart = beating_heart();
+  auto view = renderer({kSize, 2});
+  set(*view, {heart});
+  ViewScene scene;
+  scene.volumes = {{heart, {}, {0, 0.3}, *preset_look("phantom")}};
+  add_box(scene.things, {}, glm::dvec3(-0.03), glm::dvec3(0.03), 0.001, kBlue);
+  const std::vector<Picture> same = draw(*view, scene, {eye_, eye_}, kSize);
+  EXPECT_EQ(same[0].colours, same[1].colours);
+  EXPECT_EQ(same[0].depths, same[1].depths);
+  // And alone an eye sees what it sees as one of two.
+  Eye left, right;
+  split_eyes(eye_, 0.06, left, right);
+  const std::vector<Picture> both = draw(*view, scene, {left, right}, kSize);
+  EXPECT_EQ(both[1].colours, draw(*view, scene, {right}, kSize)[0].colours);
+  EXPECT_NE(both[0].colours, both[1].colours);
+}
+
+TEST_F(SceneTest, WholeFramesStandStillUntilTheNextOne) {
+  const auto heart = beating_heart();
+  auto view = renderer({kSize, 1});
+  set(*view, {heart});
+  ViewScene scene;
+  scene.volumes = {{heart, {}, {0, 0.0}, *preset_look("phantom")}};
+  const Picture start = draw_one(*view, scene);
+  scene.volumes[0].pointer.phase = 0.9;
+  const Picture moved = draw_one(*view, scene);
+  scene.volumes[0].whole_frames = true;
+  const Picture whole = draw_one(*view, scene);
+  EXPECT_EQ(start.colours, whole.colours);
+  EXPECT_NE(start.colours, moved.colours);
+}
+
+TEST_F(SceneTest, RefusesWhatCanNotBeDrawnInASentence) {
+  const auto red = ball({0, 0, 0}), other = ball({0, 0, 0});
+  auto view = renderer({kSize, 1});
+  set(*view, {red});
+  const auto refusal = [&](const ViewScene& scene, std::vector<Eye> eyes, PictureSize size) {
+    const Status status = view->start(scene, eyes, size);
+    return status ? std::string() : status.error().message;
+  };
+  ViewScene scene;
+  using ::testing::HasSubstr;
+  EXPECT_THAT(refusal(scene, {eye_}, kSize), HasSubstr("no volumes"));
+  scene.volumes = {{other, {}, {}, ball_look(kRed)}};
+  EXPECT_THAT(refusal(scene, {eye_}, kSize), HasSubstr("not given to set_volumes"));
+  scene.volumes = {{nullptr, {}, {}, ball_look(kRed)}};
+  EXPECT_THAT(refusal(scene, {eye_}, kSize), HasSubstr("not given to set_volumes"));
+  scene.volumes = {{red, {}, {}, ball_look(kRed)}};
+  EXPECT_THAT(refusal(scene, {}, kSize), HasSubstr("no eyes"));
+  EXPECT_THAT(refusal(scene, {eye_, eye_}, kSize), HasSubstr("more than"));
+  EXPECT_THAT(refusal(scene, {eye_}, {kSize.width + 1, 8}), HasSubstr("larger"));
+  scene.clips.resize(9);
+  EXPECT_THAT(refusal(scene, {eye_}, kSize), HasSubstr("clip planes"));
+  scene.clips.clear();
+  scene.volumes[0].look.points[0].opacity = 2.0;
+  EXPECT_THAT(refusal(scene, {eye_}, kSize), HasSubstr("opacity"));
+  scene.volumes[0].look = ball_look(kRed);
+  EXPECT_EQ(refusal(scene, {eye_}, kSize), "");
+  EXPECT_FALSE(view->set_volumes(std::vector<std::shared_ptr<const MovingVolume>>(5, red)));
+  EXPECT_FALSE(view->set_volumes(std::vector<std::shared_ptr<const MovingVolume>>(1)));
+  EXPECT_FALSE(VolumeRenderer::make(context(), {{0, 5}, 1}));
+  EXPECT_FALSE(VolumeRenderer::make(context(), {kSize, 3}));
+}
+
+}  // namespace
+}  // namespace palpate::test
