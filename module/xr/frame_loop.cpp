@@ -35,9 +35,10 @@ Outcome<FrameResult> FrameLoop::run(const FrameParts& parts) {
   }
   if (!step) return step.error();
   Layer layer;
+  Hands hands;
   std::optional<vulkan::Failure> failure;
   try {
-    step = fill(parts, state, layer);
+    step = fill(parts, state, layer, hands);
   } catch (const vulkan::Failure& caught) {
     failure = caught;
     layer.shown = false;
@@ -47,10 +48,12 @@ Outcome<FrameResult> FrameLoop::run(const FrameParts& parts) {
   // The first problem is the cause of what follows it.
   if (!step) return step.error();
   if (!ended) return ended.error();
-  return FrameResult{layer.shown, layer.shown && layer.with_depth, state.predictedDisplayPeriod};
+  return FrameResult{layer.shown, layer.shown && layer.with_depth, state.predictedDisplayPeriod,
+                     hands};
 }
 
-Done FrameLoop::fill(const FrameParts& parts, const XrFrameState& state, Layer& layer) {
+Done FrameLoop::fill(const FrameParts& parts, const XrFrameState& state, Layer& layer,
+                     Hands& hands) {
   const XrTime time = state.predictedDisplayTime;
   const auto moment = moment_of(parts.instance, time, state.predictedDisplayPeriod, monotonic_ns());
   if (!moment) return moment.error();
@@ -63,10 +66,11 @@ Done FrameLoop::fill(const FrameParts& parts, const XrFrameState& state, Layer& 
   frame.display_time_ns = moment->ns;
   frame.display_time_exact = moment->exact;
   frame.period_ns = state.predictedDisplayPeriod;
-  const Outcome<Hands> hands = parts.actions.read(parts.session, parts.spaces.base(), time,
-                                                  parts.colocation.world_from_base());
-  if (!hands) return hands.error();
-  frame.hands = &*hands;
+  const Outcome<Hands> read = parts.actions.read(parts.session, parts.spaces.base(), time,
+                                                 parts.colocation.world_from_base());
+  if (!read) return read.error();
+  hands = *read;
+  frame.hands = &hands;
   if (!state.shouldRender) return Nothing{};
 
   Done ready = prepare(parts);

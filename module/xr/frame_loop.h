@@ -28,6 +28,7 @@ struct FrameResult {
   bool drawn = false;  ///< a picture was handed over
   bool depth = false;
   int64_t period_ns = 0;
+  Hands hands;
 };
 
 /// Eighth and last in the life cycle: wait, begin, locate, draw, end. Swapchains are made by the
@@ -52,7 +53,7 @@ class FrameLoop {
   Done prepare(const FrameParts& parts);
   Done locate_eyes(const FrameParts& parts, XrTime time, Layer& layer, Frame& frame, bool& valid);
   Outcome<Drawn> draw(const FrameParts& parts, Frame& frame);
-  Done fill(const FrameParts& parts, const XrFrameState& state, Layer& layer);
+  Done fill(const FrameParts& parts, const XrFrameState& state, Layer& layer, Hands& hands);
   Done end(const FrameParts& parts, XrTime time, const Layer& layer);
 
   std::shared_ptr<vulkan::Context> context_;

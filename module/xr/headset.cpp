@@ -86,6 +86,7 @@ class Headset::Story {
   std::string said_;
   bool had_runtime_ = false, runtime_restarted_ = false;
   bool context_is_old_ = false;  ///< made for an earlier instance of the runtime
+  bool insisted_ = false;        ///< a new device was tried since the last frame
   int64_t next_try_ns_ = INT64_MIN;
   int failures_in_a_row_ = 0;
   std::optional<int64_t> leave_at_ns_;
@@ -93,6 +94,7 @@ class Headset::Story {
 
 void Headset::Story::step(int64_t now_ns) {
   report.sentence.clear();
+  report.hands = {};
   if (report.state == State::kEnded || report.state == State::kNoRuntime) return;
   if (leave_at_ns_ && now_ns >= *leave_at_ns_) {
     drop_runtime();
@@ -120,7 +122,9 @@ Outcome<Round> Headset::Story::round() {
 void Headset::Story::take(const Round& round) {
   if (round.framed) {
     failures_in_a_row_ = 0;
+    insisted_ = false;
     ++report.frames;
+    report.hands = round.frame.hands;
     if (round.frame.drawn) {
       ++report.drawn;
       report.depth = round.frame.depth;
@@ -149,8 +153,10 @@ Done Headset::Story::arrive() {
   Done ready = find_context();
   if (!ready) return ready;
   ready = open_session();
-  if (ready || !context_is_old_) return ready;
-  // The runtime may insist on a device of its own making.
+  if (ready || !context_is_old_ || insisted_) return ready;
+  // The runtime may insist on a device of its own making: tried once, because a new device costs
+  // all that was loaded onto the old one.
+  insisted_ = true;
   drop_context();
   ready = find_context();
   if (!ready) return ready;
@@ -212,7 +218,8 @@ void Headset::Story::fail(const Problem& problem, int64_t now_ns) {
   live.reset();
   report.problem = problem;
   const Trouble trouble = problem.trouble;
-  if (trouble != Trouble::kSessionLost && trouble != Trouble::kNoHeadset) drop_runtime();
+  const bool only_session = trouble == Trouble::kSessionLost || trouble == Trouble::kNoHeadset;
+  if (!only_session || leave_at_ns_) drop_runtime();
   if (trouble == Trouble::kNoGraphics) drop_context();
   if (leave_at_ns_) return rest(State::kEnded, problem.message);
   if (trouble == Trouble::kNoRuntime && !had_runtime_)

@@ -44,7 +44,10 @@ struct Report {
   std::string system;              ///< name of the headset
   Origin origin = Origin::kStage;  ///< as it is
   Blend blend = Blend::kOpaque;
-  bool depth = false;     ///< the depth layer is handed over
+  bool depth = false;  ///< the depth layer is handed over
+  /// As of the last frame; at rest in every state but kFocused. What must not go on when frames
+  /// stop, the dead-man, is to be asked here: a FrameSource hears nothing then.
+  Hands hands;
   uint64_t frames = 0;    ///< ended with xrEndFrame since the program's start
   uint64_t drawn = 0;     ///< of these with a picture
   uint64_t sessions = 0;  ///< begun since the program's start

@@ -88,12 +88,12 @@ Done Instance::load_functions(bool clock, bool mask) {
   return loaded;
 }
 
-Outcome<std::optional<XrEventDataBuffer>> Instance::next_event() const {
-  XrEventDataBuffer event{XR_TYPE_EVENT_DATA_BUFFER};
+Outcome<bool> Instance::next_event(XrEventDataBuffer& event) const {
+  event.type = XR_TYPE_EVENT_DATA_BUFFER;
+  event.next = nullptr;
   const XrResult result = xrPollEvent(handle(), &event);
   if (XR_FAILED(result)) return problem_of("xrPollEvent", result);
-  if (result == XR_EVENT_UNAVAILABLE) return std::optional<XrEventDataBuffer>();
-  return std::optional<XrEventDataBuffer>(event);
+  return result != XR_EVENT_UNAVAILABLE;
 }
 
 Outcome<XrPath> Instance::path(const char* text) const {

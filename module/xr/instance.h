@@ -7,7 +7,6 @@
 #include <openxr/openxr.h>
 #include <openxr/openxr_platform.h>
 
-#include <optional>
 #include <string>
 
 #include "module/xr/call.h"
@@ -29,8 +28,8 @@ class Instance {
   bool has_visibility_mask() const { return get_visibility_mask != nullptr; }
   bool has_clock() const { return convert_time_to_timespec != nullptr; }
 
-  /// The next event, or none.
-  Outcome<std::optional<XrEventDataBuffer>> next_event() const;
+  /// True with the next event in `event`, or false. A buffer is 4 kB: it is the caller's, once.
+  Outcome<bool> next_event(XrEventDataBuffer& event) const;
 
   Outcome<XrPath> path(const char* text) const;
 

@@ -73,10 +73,10 @@ Outcome<Round> LiveSession::round(FrameSource& source) {
 
 Outcome<Duty> LiveSession::poll() {
   for (;;) {
-    const auto event = instance_.next_event();
-    if (!event) return event.error();
-    if (!*event) return Duty::kNone;
-    const Outcome<Duty> duty = obey(**event);
+    const Outcome<bool> there = instance_.next_event(event_);
+    if (!there) return there.error();
+    if (!*there) return Duty::kNone;
+    const Outcome<Duty> duty = obey(event_);
     if (!duty || *duty != Duty::kNone) return duty;
   }
 }

@@ -49,6 +49,7 @@ class LiveSession {
   Actions actions_;
   FrameLoop loop_;
   XrEnvironmentBlendMode blend_;
+  XrEventDataBuffer event_{};
   std::array<bool, 2> vibrating_{};
   int64_t period_ns_ = 0;
 };

@@ -1,9 +1,13 @@
 // A session from its beginning to its end, against the runtime of our own: what is shown is what
 // was drawn, in the order that OpenXR asks for.
 
+#include <atomic>
 #include <cmath>
+#include <cstring>
 #include <limits>
+#include <thread>
 
+#include "compute/vulkan/recorder.h"
 #include "tests/xr/xr_fixture.h"
 
 namespace palpate::test {
@@ -57,6 +61,239 @@ TEST_F(XrSession, AsksTheClockForTheTimeOfDisplay) {
             runtime().monotonic_of(runtime().last_frame().display_time));
   EXPECT_TRUE(source.last->display_time_exact);
   EXPECT_EQ(source.last->period_ns, 11'111'111);
+}
+
+TEST_F(XrSession, GuessesTheTimeOfDisplayWhereTheRuntimeCanNotConvertIt) {
+  auto& extensions = runtime().setup().extensions;
+  std::erase(extensions, "XR_KHR_convert_timespec_time");
+  headset();
+  step_until(State::kFocused);
+  step();
+  EXPECT_FALSE(source.last->display_time_exact);
+  EXPECT_GT(source.last->display_time_ns, 0);
+}
+
+TEST_F(XrSession, ComesFromIdleThroughHiddenAndVisible) {
+  headset();
+  std::vector<State> seen;
+  for (int i = 0; i < 10; ++i) {
+    const State state = step().state;
+    if (seen.empty() || seen.back() != state) seen.push_back(state);
+  }
+  // Ready comes with the session, so that the first round runs a frame already.
+  EXPECT_THAT(seen, ::testing::ElementsAre(State::kHidden, State::kVisible, State::kFocused));
+}
+
+TEST_F(XrSession, EndsEveryFrameWithoutAPictureWhileNothingIsToBeRendered) {
+  headset();
+  step_until(State::kFocused);
+  runtime().setup().should_render = false;
+  const int drawn = source.frames;
+  const uint64_t frames = runtime().frames();
+  for (int i = 0; i < 10; ++i) {
+    step();
+    EXPECT_EQ(runtime().last_frame().layers, 0u);
+  }
+  EXPECT_EQ(source.frames, drawn);
+  EXPECT_EQ(runtime().frames(), frames + 10);
+}
+
+TEST_F(XrSession, ShowsNothingForAHeadOfUnknownPlace) {
+  headset();
+  step_until(State::kFocused);
+  runtime().setup().tracked = false;
+  step();
+  EXPECT_EQ(runtime().last_frame().layers, 0u);
+  runtime().setup().tracked = true;
+  step();
+  EXPECT_EQ(runtime().last_frame().layers, 1u);
+}
+
+TEST_F(XrSession, ShowsNothingWhenTheSourceHasNothing) {
+  headset();
+  source.with_color = false;
+  step_until(State::kFocused);
+  step();
+  EXPECT_EQ(runtime().last_frame().layers, 0u);
+}
+
+TEST_F(XrSession, HandsNoDepthOverWhereItIsNotTakenOrNotDrawn) {
+  headset();
+  step_until(State::kFocused);
+  step();
+  EXPECT_TRUE(runtime().last_frame().depth);
+  source.with_depth = false;
+  step();
+  EXPECT_EQ(runtime().last_frame().layers, 1u);
+  EXPECT_FALSE(runtime().last_frame().depth);
+  close();
+  source.with_depth = true;
+  std::erase(runtime().setup().extensions, "XR_KHR_composition_layer_depth");
+  headset();
+  step_until(State::kFocused);
+  EXPECT_FALSE(step().depth);
+  EXPECT_EQ(source.last->depth.image, VkImage(VK_NULL_HANDLE));
+  EXPECT_EQ(runtime().last_frame().layers, 1u);
+}
+
+TEST_F(XrSession, TakesTheColourFormatThatFitsBest) {
+  for (const VkFormat only : {VK_FORMAT_R8G8B8A8_SRGB, VK_FORMAT_B8G8R8A8_SRGB,
+                              VK_FORMAT_R8G8B8A8_UNORM, VK_FORMAT_B8G8R8A8_UNORM}) {
+    runtime().setup().formats = {VK_FORMAT_R16G16B16A16_SFLOAT, only};
+    headset();
+    step_until(State::kFocused);
+    step();
+    EXPECT_EQ(source.last->color.format, only);
+    EXPECT_EQ(source.last->depth.image, VkImage(VK_NULL_HANDLE)) << "no depth format is offered";
+    close();
+  }
+}
+
+TEST_F(XrSession, SaysSoWhenNoFormatFits) {
+  runtime().setup().formats = {VK_FORMAT_R16G16B16A16_SFLOAT};
+  headset();
+  const xr::Report report = [&] {
+    for (int i = 0; i < 10 && headset_report().problem.call[0] == 0; ++i) step();
+    return headset_report();
+  }();
+  EXPECT_EQ(report.problem.trouble, xr::Trouble::kUnsupported);
+  EXPECT_EQ(report.state, State::kWaiting);
+  EXPECT_THAT(report.problem.message, ::testing::HasSubstr("8-bit colour"));
+}
+
+TEST_F(XrSession, BlendsAsWantedWhereOfferedAndSaysHow) {
+  xr::HeadsetOptions options;
+  options.blend = xr::Blend::kAlpha;
+  headset(options);
+  step_until(State::kFocused);
+  EXPECT_EQ(step().blend, xr::Blend::kAlpha);
+  EXPECT_EQ(runtime().last_frame().blend, XR_ENVIRONMENT_BLEND_MODE_ALPHA_BLEND);
+  EXPECT_EQ(runtime().last_frame().flags, XR_COMPOSITION_LAYER_BLEND_TEXTURE_SOURCE_ALPHA_BIT);
+  options.blend = xr::Blend::kAdditive;
+  headset(options);
+  step_until(State::kFocused);
+  EXPECT_EQ(step().blend, xr::Blend::kOpaque) << "additive is not offered: the runtime's first";
+  EXPECT_EQ(runtime().last_frame().flags, 0u);
+}
+
+TEST_F(XrSession, UsesTheOriginThatIsWantedOrTheNextBest) {
+  xr::HeadsetOptions options;
+  const auto height_of_eye = [&] {
+    headset(options);
+    step_until(State::kFocused);
+    step();
+    return source.last->eyes[0].world_from_eye.position_m.y;
+  };
+  EXPECT_NEAR(height_of_eye(), 1.6, 1e-6) << "above the stage";
+  options.origin = xr::Origin::kLocal;
+  EXPECT_NEAR(height_of_eye(), 0.0, 1e-6) << "where the person sits";
+  options.origin = xr::Origin::kView;
+  EXPECT_NEAR(height_of_eye(), 0.0, 1e-6);
+  EXPECT_NEAR(source.last->eyes[1].world_from_eye.position_m.x, 0.0315, 1e-6) << "in the head";
+  options.origin = xr::Origin::kStage;
+  std::erase(runtime().setup().spaces, XR_REFERENCE_SPACE_TYPE_STAGE);
+  EXPECT_NEAR(height_of_eye(), 0.0, 1e-6);
+  EXPECT_EQ(headset_report().origin, xr::Origin::kLocal);
+}
+
+TEST_F(XrSession, GivesTheEyesAsTheRuntimeSaysThem) {
+  headset();
+  step_until(State::kFocused);
+  step();
+  const XrTime time = runtime().last_frame().display_time;
+  const XrPosef head = runtime().room_from(XR_REFERENCE_SPACE_TYPE_VIEW, time);
+  for (int eye = 0; eye < 2; ++eye) {
+    const xr::Eye& got = source.last->eyes[size_t(eye)];
+    const double side = eye ? 0.0315 : -0.0315;
+    // Floats of a metre.
+    EXPECT_NEAR(got.world_from_eye.position_m.x, double(head.position.x) + side, 1e-6);
+    EXPECT_NEAR(got.fov.left, eye ? -0.7 : -0.9, 1e-6);
+    EXPECT_NEAR(got.fov.right, eye ? 0.9 : 0.7, 1e-6);
+    EXPECT_GT(got.fov.up, got.fov.down);
+    EXPECT_EQ(got.size.width, 64u);
+    EXPECT_EQ(got.size.height, 48u);
+  }
+}
+
+TEST_F(XrSession, MakesPicturesOfTheSizeThatIsAskedFor) {
+  runtime().setup().view_width = 2160;
+  runtime().setup().view_height = 2160;
+  xr::HeadsetOptions options;
+  options.view_scale = 0.25;
+  headset(options);
+  source.with_color = false;
+  step_until(State::kFocused);
+  step();
+  EXPECT_EQ(source.last->color.size.width, 540u);
+  options.view_scale = 100.0;
+  runtime().setup().view_width = runtime().setup().view_height = 64;
+  headset(options);
+  step_until(State::kFocused);
+  step();
+  EXPECT_EQ(source.last->color.size.width, 4096u) << "the most that the runtime can";
+}
+
+TEST_F(XrSession, KnowsWhatTheOpticsHide) {
+  headset();
+  step_until(State::kFocused);
+  step();
+  EXPECT_EQ(source.hidden.size(), 6u);
+  const int asked = runtime().calls("xrGetVisibilityMaskKHR");
+  XrEventDataVisibilityMaskChangedKHR changed{XR_TYPE_EVENT_DATA_VISIBILITY_MASK_CHANGED_KHR};
+  changed.session = runtime().session();
+  changed.viewConfigurationType = XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO;
+  changed.viewIndex = 1;
+  XrEventDataBuffer event{XR_TYPE_EVENT_DATA_BUFFER};
+  std::memcpy(&event, &changed, sizeof changed);
+  runtime().push_event(event);
+  step();
+  EXPECT_EQ(runtime().calls("xrGetVisibilityMaskKHR"), asked + 2) << "for the one that changed";
+  close();
+  std::erase(runtime().setup().extensions, "XR_KHR_visibility_mask");
+  headset();
+  step_until(State::kFocused);
+  step();
+  EXPECT_TRUE(source.hidden.empty());
+}
+
+TEST_F(XrSession, SkipsThePictureWhenTheCompositorKeepsItsImage) {
+  headset();
+  step_until(State::kFocused);
+  runtime().inject("xrWaitSwapchainImage", 1, XR_TIMEOUT_EXPIRED);
+  step();
+  EXPECT_EQ(runtime().last_frame().layers, 0u);
+  step();
+  EXPECT_EQ(runtime().last_frame().layers, 1u);
+  runtime().inject("xrWaitSwapchainImage", 2, XR_TIMEOUT_EXPIRED);
+  step();
+  EXPECT_EQ(runtime().last_frame().layers, 1u);
+  EXPECT_FALSE(runtime().last_frame().depth) << "the second one is the depth's";
+  step();
+  EXPECT_TRUE(runtime().last_frame().depth);
+  EXPECT_EQ(headset_report().sessions, 1u);
+}
+
+TEST_F(XrSession, LetsTheQueueBeUsedByOthersBetweenFrames) {
+  // One queue for all: work of another thread while frames run. The validation layer sees it if two
+  // threads are in the queue at once.
+  xr::Headset& h = headset();
+  step_until(State::kFocused);
+  std::atomic<bool> stop{false};
+  std::atomic<int> runs{0};
+  std::thread other([&] {
+    vulkan::Buffer from(h.context(), 1024), to(h.context(), 1024);
+    vulkan::Recorder recorder(h.context());
+    recorder.fill(from, 1);
+    recorder.copy(from, to, 1024);
+    while (!stop) {
+      recorder.run();
+      ++runs;
+    }
+  });
+  for (int i = 0; i < 200 || runs < 50; ++i) step();
+  stop = true;
+  other.join();
+  EXPECT_EQ(h.report().state, State::kFocused);
 }
 
 }  // namespace

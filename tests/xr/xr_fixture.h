@@ -52,6 +52,9 @@ class XrTest : public ::testing::Test {
   /// Steps until `wanted` or until `steps` are done; the virtual time is 11 ms a step.
   xr::State step_until(xr::State wanted, int steps = 50);
   const xr::Report& step();
+  const xr::Report& headset_report() const { return headset_->report(); }
+  std::shared_ptr<vulkan::Context> headset_context() const { return headset_->context(); }
+  xr::Headset* headset_pointer() { return headset_.get(); }
   /// Jumps, for what waits a second before it asks again.
   void pass(double seconds) { now_ns_ += int64_t(seconds * 1e9); }
   void close();

@@ -46,10 +46,9 @@ std::vector<std::string> bound_parts(const Action& action, XrPath hand) {
     if (object->kind == Kind::kInstance) instance = static_cast<Instance*>(object.get());
   for (const auto& [profile, lines] : instance->suggested) {
     if (path_text(profile) != w.setup().profile) continue;
-    for (const std::string& line : lines) {
-      const size_t at = line.find('@');
-      if (line.substr(0, at) != std::to_string(action.id)) continue;
-      const std::string part = line.substr(at + 1);
+    for (const auto& [id, path] : lines) {
+      if (id != action.id) continue;
+      const std::string& part = path_text(path);
       if (hand && part.rfind(path_text(hand) + "/", 0) != 0) continue;
       parts.push_back(part);
     }
@@ -174,19 +173,22 @@ XrResult xr_SuggestInteractionProfileBindings(
   const std::string& profile = path_text(suggested->interactionProfile);
   if (!is_profile(profile)) return XR_ERROR_PATH_UNSUPPORTED;
   if (!suggested->countSuggestedBindings) return w.violation("suggested bindings: none");
-  std::set<std::string> lines;
+  std::vector<std::pair<uint64_t, XrPath>> lines;
   for (uint32_t i = 0; i < suggested->countSuggestedBindings; ++i) {
     const XrActionSuggestedBinding& binding = suggested->suggestedBindings[i];
     const auto* action = w.find<Action>(Kind::kAction, id_of(binding.action));
     if (!action) return w.violation("suggested bindings: action", XR_ERROR_HANDLE_INVALID);
     if (w.find<ActionSet>(Kind::kActionSet, action->parent)->attached)
       return w.violation("suggested bindings: attached", XR_ERROR_ACTIONSETS_ALREADY_ATTACHED);
-    const std::string& part = path_text(binding.binding);
-    if (!has_part(profile, part)) {
-      return w.violation("suggested bindings: " + profile + " has no " + part,
+    const std::pair key{suggested->interactionProfile, binding.binding};
+    auto known = w.parts.find(key);
+    if (known == w.parts.end())
+      known = w.parts.emplace(key, has_part(profile, path_text(binding.binding))).first;
+    if (!known->second) {
+      return w.violation("suggested bindings: " + profile + " has no " + path_text(binding.binding),
                          XR_ERROR_PATH_UNSUPPORTED);
     }
-    lines.insert(std::to_string(action->id) + "@" + part);
+    lines.emplace_back(action->id, binding.binding);
   }
   call.instance->suggested[suggested->interactionProfile] = lines;
   return XR_SUCCESS;

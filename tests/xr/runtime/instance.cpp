@@ -182,11 +182,15 @@ XrResult xr_StringToPath(XrInstance handle, const char* text, XrPath* path) {
   const Call call("xrStringToPath", handle);
   if (call.answered()) return call.answer();
   World& w = world();
+  const auto known = w.path_numbers.find(text);
+  if (known != w.path_numbers.end()) {
+    *path = known->second;
+    return XR_SUCCESS;
+  }
   if (!legal_path(text))
     return w.violation(std::string("xrStringToPath: ") + text, XR_ERROR_PATH_FORMAT_INVALID);
-  const auto at = std::find(w.paths.begin(), w.paths.end(), text);
-  *path = XrPath(at - w.paths.begin()) + 1;
-  if (at == w.paths.end()) w.paths.emplace_back(text);
+  w.paths.emplace_back(text);
+  *path = w.path_numbers[text] = w.paths.size();
   return XR_SUCCESS;
 }
 

@@ -1,5 +1,6 @@
 // How the loader finds the runtime, and the runtime its functions.
 #include <string>
+#include <unordered_map>
 
 #include "tests/xr/runtime/negotiation.h"
 #include "tests/xr/runtime/world.h"
@@ -180,9 +181,13 @@ const Entry kEntries[] = {
 }  // namespace
 
 PFN_xrVoidFunction function_named(const std::string& name) {
-  for (const Entry& entry : kEntries)
-    if (name == entry.name) return entry.function;
-  return nullptr;
+  static const std::unordered_map<std::string, PFN_xrVoidFunction> all = [] {
+    std::unordered_map<std::string, PFN_xrVoidFunction> made;
+    for (const Entry& entry : kEntries) made[entry.name] = entry.function;
+    return made;
+  }();
+  const auto at = all.find(name);
+  return at == all.end() ? nullptr : at->second;
 }
 
 XrResult xr_GetInstanceProcAddr(XrInstance instance, const char* name,

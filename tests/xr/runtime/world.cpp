@@ -63,10 +63,13 @@ void World::reset() {
   setup_ = defaults();
   objects.clear();
   counts.clear();
+  counters.clear();
   faults.clear();
   wrong.clear();
   events.clear();
   paths.clear();
+  path_numbers.clear();
+  parts.clear();
   changes.clear();
   inputs.clear();
   shown.clear();
@@ -207,8 +210,10 @@ void World::write_report() const {
 
 Call::Call(const char* function) : lock_(world().mutex) {
   World& w = world();
-  const int count = ++w.counts[function];
-  (void)count;
+  int*& counter = w.counters[function];
+  if (!counter) counter = &w.counts[function];
+  ++*counter;
+  if (w.faults.empty()) return;
   const auto at = w.faults.find(function);
   if (at == w.faults.end()) return;
   for (auto fault = at->second.begin(); fault != at->second.end(); ++fault) {

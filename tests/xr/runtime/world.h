@@ -35,7 +35,8 @@ struct Instance : Object {
   bool asked_requirements = false;
   VkPhysicalDevice device = VK_NULL_HANDLE;
   VkDevice made = VK_NULL_HANDLE;
-  std::map<uint64_t, std::set<std::string>> suggested;  ///< profile -> action@path
+  /// By profile: action and part.
+  std::map<XrPath, std::vector<std::pair<uint64_t, XrPath>>> suggested;
 };
 
 struct SwapchainImage {
@@ -168,10 +169,13 @@ class World : public Control {
   std::unordered_map<uint64_t, std::unique_ptr<Object>> objects;
   uint64_t next_id = 0x1000;
   std::map<std::string, int> counts;
+  std::unordered_map<const char*, int*> counters;  ///< into counts, by the literal's address: fast
   std::map<std::string, std::vector<Fault>> faults;
   std::vector<std::string> wrong;
   std::deque<XrEventDataBuffer> events;
-  std::vector<std::string> paths;  ///< path i + 1
+  std::vector<std::string> paths;                        ///< path i + 1
+  std::unordered_map<std::string, XrPath> path_numbers;  ///< and back
+  std::map<std::pair<XrPath, XrPath>, bool> parts;       ///< has_part() by numbers: asked often
   XrTime time = kStart;
   std::vector<SpaceChange> changes;
   PoseScript head;

@@ -1,0 +1,157 @@
+// Co-location on values: whatever the runtime does to its origins, the world stays on the device.
+
+#include "module/xr/colocation.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/xr/random_poses.h"
+
+namespace palpate::test {
+namespace {
+
+using xr::Colocation;
+using xr::Pose;
+using xr::Room;
+
+/// 0.01 mm is promised; here only rounding in double may show.
+constexpr double kPlace = 1e-9;
+
+double apart(const Pose& a, const Pose& b, double reach_m = 1.0) {
+  double worst = 0.0;
+  for (const glm::dvec3 x : {glm::dvec3(0), glm::dvec3(reach_m, 0, 0), glm::dvec3(0, reach_m, 0)})
+    worst = std::max(worst, glm::distance(a(x), b(x)));
+  return worst;
+}
+
+/// A room that never moves, with spaces in it that do.
+struct RoomModel {
+  Pose room_from_stage, room_from_local, room_from_device, world_from_device;
+
+  /// How far the picture is off the device: the world of the colocation against the room's truth.
+  double off(const Colocation& colocation, Room base) const {
+    const Pose& room_from_base = base == Room::kStage ? room_from_stage : room_from_local;
+    const Pose world_from_room = world_from_device * inverse(room_from_device);
+    return apart(colocation.world_from(base), world_from_room * room_from_base);
+  }
+};
+
+RoomModel model(Dice& dice) {
+  return {dice.pose(2), dice.pose(2), dice.pose(1), dice.pose(0.3)};
+}
+
+void keep(Colocation& colocation, const RoomModel& room) {
+  const Pose& base =
+      colocation.base() == Room::kStage ? room.room_from_stage : room.room_from_local;
+  colocation.keep(inverse(base) * room.room_from_device, room.world_from_device);
+}
+
+TEST(Colocation, StaysOnTheDeviceThroughRandomRecentring) {
+  for (uint32_t seed = 1; seed <= 200; ++seed) {
+    Dice dice(seed);
+    RoomModel room = model(dice);
+    Colocation colocation;
+    colocation.set_base(dice.chance(0.5) ? Room::kStage : Room::kLocal);
+    keep(colocation, room);
+    int64_t time = 0;
+    for (int i = 0; i < 100; ++i) {
+      time += 11'111'111;
+      const bool stage = dice.chance(0.5);
+      const Pose previous_from_new = dice.pose(1);
+      const int64_t at = time + int64_t(dice.draw(0, 5e7));
+      colocation.change(stage ? Room::kStage : Room::kLocal, at, previous_from_new);
+      Pose& moved = stage ? room.room_from_stage : room.room_from_local;
+      // Before its time the old origin counts.
+      colocation.advance(at - 1);
+      ASSERT_LT(room.off(colocation, colocation.base()), kPlace) << "seed " << seed;
+      moved = moved * previous_from_new;
+      colocation.advance(at);
+      colocation.place_by(inverse(room.room_from_stage) * room.room_from_local);
+      ASSERT_LT(room.off(colocation, colocation.base()), kPlace) << "seed " << seed;
+      time = at;
+    }
+    EXPECT_FALSE(colocation.doubtful());
+    const Pose& base =
+        colocation.base() == Room::kStage ? room.room_from_stage : room.room_from_local;
+    EXPECT_LT(apart(colocation.room_from_device(), inverse(base) * room.room_from_device), kPlace)
+        << "what would be stored, seed " << seed;
+  }
+}
+
+TEST(Colocation, TakesChangesOfOneTimeInTheOrderInWhichTheyWereSaid) {
+  Dice dice(1);
+  RoomModel room = model(dice);
+  Colocation colocation;
+  keep(colocation, room);
+  const Pose first = dice.pose(1), second = dice.pose(1);
+  colocation.change(Room::kStage, 20, first);
+  colocation.change(Room::kStage, 20, second);
+  colocation.advance(20);
+  room.room_from_stage = room.room_from_stage * first * second;
+  EXPECT_LT(room.off(colocation, Room::kStage), kPlace);
+}
+
+TEST(Colocation, FindsTheStageAgainByTheLocalSpaceWhenTheRuntimeDoesNotSayHowItMoved) {
+  for (uint32_t seed = 1; seed <= 200; ++seed) {
+    Dice dice(seed);
+    RoomModel room = model(dice);
+    Colocation colocation;
+    keep(colocation, room);
+    colocation.place_by(inverse(room.room_from_stage) * room.room_from_local);
+    colocation.change(Room::kStage, 10, std::nullopt);
+    room.room_from_stage = room.room_from_stage * dice.pose(1);
+    colocation.advance(10);
+    EXPECT_TRUE(colocation.doubtful()) << "until it is found";
+    colocation.place_by(inverse(room.room_from_stage) * room.room_from_local);
+    EXPECT_FALSE(colocation.doubtful());
+    EXPECT_LT(room.off(colocation, Room::kStage), kPlace) << "seed " << seed;
+  }
+}
+
+TEST(Colocation, SaysThatItIsDoubtfulWhenNothingTellsWhereTheStageWent) {
+  Dice dice(1);
+  RoomModel room = model(dice);
+  Colocation colocation;
+  keep(colocation, room);
+  colocation.place_by(inverse(room.room_from_stage) * room.room_from_local);
+  colocation.change(Room::kStage, 10, std::nullopt);
+  colocation.change(Room::kLocal, 10, std::nullopt);
+  colocation.advance(10);
+  colocation.place_by(inverse(room.room_from_stage) * room.room_from_local);
+  EXPECT_TRUE(colocation.doubtful());
+  colocation.trust();
+  EXPECT_FALSE(colocation.doubtful());
+}
+
+TEST(Colocation, KeepsTheStageFromSessionToSessionAndDoubtsItAfterARestart) {
+  Dice dice(1);
+  RoomModel room = model(dice);
+  Colocation colocation;
+  keep(colocation, room);
+  // Announced, and in force before the next session begins.
+  const Pose moved = dice.pose(1);
+  colocation.change(Room::kStage, 1000, moved);
+  room.room_from_stage = room.room_from_stage * moved;
+  colocation.begin_session(false);
+  room.room_from_local = dice.pose(2);
+  colocation.place_by(inverse(room.room_from_stage) * room.room_from_local);
+  EXPECT_FALSE(colocation.doubtful());
+  EXPECT_LT(room.off(colocation, Room::kStage), kPlace);
+  EXPECT_LT(room.off(colocation, Room::kLocal), kPlace);
+  colocation.begin_session(true);
+  EXPECT_TRUE(colocation.doubtful());
+  EXPECT_LT(room.off(colocation, Room::kStage), kPlace) << "the best guess is the last known place";
+}
+
+TEST(Colocation, FollowsTheRuntimeWhereThereIsNoDevice) {
+  Dice dice(1);
+  Colocation colocation;
+  colocation.change(Room::kLocal, 10, dice.pose(1));
+  colocation.advance(10);
+  colocation.place_by(dice.pose(1));
+  EXPECT_EQ(apart(colocation.world_from(Room::kLocal), {}), 0.0);
+  EXPECT_EQ(apart(colocation.world_from(Room::kStage), {}), 0.0);
+  EXPECT_FALSE(colocation.doubtful());
+}
+
+}  // namespace
+}  // namespace palpate::test

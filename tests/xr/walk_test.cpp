@@ -1,0 +1,117 @@
+// Random legal walks of the session's state machine: whatever the runtime announces, the program
+// calls what it must, nothing that it must not, and says where it is.
+
+#include "tests/xr/random_poses.h"
+#include "tests/xr/xr_fixture.h"
+
+namespace palpate::test {
+namespace {
+
+using xr::State;
+
+/// What a conformant runtime may announce next (OpenXR 1.0, figure "Session State Life-cycle");
+/// UNKNOWN stands for nothing.
+XrSessionState next_state(XrSessionState now, Dice& dice) {
+  if (dice.chance(0.02)) return XR_SESSION_STATE_LOSS_PENDING;
+  const bool up = dice.chance(0.6);
+  switch (now) {
+    case XR_SESSION_STATE_IDLE:
+      return dice.chance(0.03) ? XR_SESSION_STATE_EXITING : XR_SESSION_STATE_READY;
+    case XR_SESSION_STATE_READY:
+      return XR_SESSION_STATE_SYNCHRONIZED;
+    case XR_SESSION_STATE_SYNCHRONIZED:
+      return up ? XR_SESSION_STATE_VISIBLE : XR_SESSION_STATE_STOPPING;
+    case XR_SESSION_STATE_VISIBLE:
+      return up ? XR_SESSION_STATE_FOCUSED : XR_SESSION_STATE_SYNCHRONIZED;
+    case XR_SESSION_STATE_FOCUSED:
+      return XR_SESSION_STATE_VISIBLE;
+    case XR_SESSION_STATE_STOPPING:
+      return XR_SESSION_STATE_IDLE;
+    default:
+      return XR_SESSION_STATE_UNKNOWN;
+  }
+}
+
+/// What the program must say once it has heard of a state.
+State expected(XrSessionState state) {
+  switch (state) {
+    case XR_SESSION_STATE_READY:
+    case XR_SESSION_STATE_SYNCHRONIZED:
+      return State::kHidden;
+    case XR_SESSION_STATE_VISIBLE:
+      return State::kVisible;
+    case XR_SESSION_STATE_FOCUSED:
+      return State::kFocused;
+    case XR_SESSION_STATE_LOSS_PENDING:
+      return State::kWaiting;
+    case XR_SESSION_STATE_EXITING:
+      return State::kEnded;
+    default:
+      return State::kIdle;
+  }
+}
+
+class XrWalk : public XrTest {
+ protected:
+  /// One walk: a session from its first announcement to its loss or end.
+  void walk(xr::Headset& headset, uint32_t seed) {
+    Dice dice(seed);
+    const auto step = [&] { return headset.step(now_ns_ += 11'111'111).state; };
+    ASSERT_EQ(step(), State::kIdle) << "seed " << seed;
+    XrSessionState now = XR_SESSION_STATE_IDLE;
+    runtime().announce(now);
+    for (int i = 0; i < 60; ++i) {
+      // Announcements may come in bunches; the runtime never announces past one that it must be
+      // answered first (READY by begin, STOPPING by end).
+      const int bunch = 1 + dice.below(3);
+      for (int b = 0; b < bunch; ++b) {
+        const XrSessionState next = next_state(now, dice);
+        runtime().announce(now = next);
+        if (next == XR_SESSION_STATE_READY || next == XR_SESSION_STATE_STOPPING ||
+            next == XR_SESSION_STATE_LOSS_PENDING || next == XR_SESSION_STATE_EXITING)
+          break;
+      }
+      runtime().setup().should_render = dice.chance(0.02);
+      const uint64_t frames = runtime().frames();
+      ASSERT_EQ(step(), expected(now)) << "seed " << seed << ", step " << i;
+      const bool running = headset.report().state == State::kHidden ||
+                           headset.report().state == State::kVisible ||
+                           headset.report().state == State::kFocused;
+      ASSERT_EQ(runtime().frames() - frames, running ? 1u : 0u) << "seed " << seed;
+      ASSERT_EQ(headset.report().hands.focused, headset.report().state == State::kFocused)
+          << "seed " << seed;
+      if (now == XR_SESSION_STATE_LOSS_PENDING || now == XR_SESSION_STATE_EXITING) break;
+      if (dice.chance(0.05)) break;
+    }
+    // However far it went: lost, or ended by the program in the middle of it.
+    if (dice.chance(0.9)) {
+      if (runtime().session()) runtime().announce(XR_SESSION_STATE_LOSS_PENDING);
+    } else if (headset.report().state != State::kWaiting) {
+      headset.end(now_ns_);
+    }
+    for (int i = 0; i < 3 && headset.report().state != State::kEnded &&
+                    headset.report().state != State::kWaiting;
+         ++i) {
+      now_ns_ += 1'000'000'000;
+      step();
+    }
+    const State last = headset.report().state;
+    ASSERT_TRUE(last == State::kEnded || last == State::kWaiting) << "seed " << seed;
+    ASSERT_EQ(runtime().session(), XrSession(XR_NULL_HANDLE)) << "seed " << seed;
+    headset.look_again();
+    now_ns_ += 1'000'000'000;
+  }
+};
+
+TEST_F(XrWalk, HundredThousandRandomLegalWalksEndAsTheyShould) {
+  runtime().setup().automatic = false;
+  xr::Headset headset({}, source);
+  for (uint32_t seed = 1; seed <= 100'000; ++seed) {
+    walk(headset, seed);
+    ASSERT_THAT(runtime().violations(), ::testing::IsEmpty()) << "seed " << seed;
+    if (HasFatalFailure()) return;
+  }
+}
+
+}  // namespace
+}  // namespace palpate::test
