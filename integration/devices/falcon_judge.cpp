@@ -80,7 +80,7 @@ DeviceFault FalconJudge::examine(const Exchange& exchange) noexcept {
 }
 
 bool FalconJudge::jumped(glm::dvec3 position, int64_t time_ns) noexcept {
-  const double elapsed_s = 1e-9 * double(std::max<int64_t>(time_ns - place_ns_, 0));
+  const double elapsed_s = std::clamp(1e-9 * double(time_ns - place_ns_), 0.0, kJumpTime);
   return glm::distance(position, place_) > kJumpSlack + kHandSpeed * elapsed_s;
 }
 

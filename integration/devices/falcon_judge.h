@@ -25,6 +25,9 @@ class FalconJudge {
   static constexpr int kPassed = 400;  ///< counts that both other arms move while one stands: stuck
   static constexpr double kHandSpeed = 5.0;   ///< m/s; no hand is faster
   static constexpr double kJumpSlack = 1e-3;  ///< m; vibration and quantisation on top
+  /// A longer pause allows no further jump: in contact it ends the force anyway, and a host that
+  /// hurries after one must not let an encoder's jump through.
+  static constexpr double kJumpTime = 2e-3;  ///< s
 
   /// One exchange.
   struct Exchange {

@@ -316,11 +316,11 @@ std::vector<Row> rows() {
        .ends = Ends::kTolerated},
       // Encoders.
       {.name = "AnEncoderJumps",
-       .inject = mangle(jump(300)),
+       .inject = mangle(jump(500)),
        .fault = DeviceFault::kJumped,
        .recover = heal},
       {.name = "AnEncoderJumpsForOneAnswer",
-       .inject = mangle_some(1, jump(-300)),
+       .inject = mangle_some(1, jump(-500)),
        .fault = DeviceFault::kJumped},
       {.name = "AnEncoderSaysWhatNoArmCan",
        .inject = mangle(jump(20'000)),
@@ -462,7 +462,7 @@ std::string state(const Rig& rig) {
 void expect_ramp(const Rig& rig, size_t detected) {
   const double before = rig.force_n(detected - 1);
   EXPECT_GT(before, 0.3) << "it was not in contact";
-  for (size_t n = detected; n < rig.outputs.size(); ++n) {
+  for (size_t n = detected; n < detected + kRampTicks; ++n) {
     const double share = 1.0 - double(n - detected + 1) / kRampTicks;
     // A tick that took longer has come further down, but none may be behind.
     EXPECT_LE(rig.force_n(n), before * std::max(0.0, share) + kRounding_n)
@@ -490,7 +490,7 @@ void expect_no_fault(Rig& rig, const Row& row, size_t injected) {
 void expect_fault(Rig& rig, const Row& row, size_t injected) {
   ASSERT_TRUE(rig.turn_until([&] { return detection(rig, injected) < rig.inputs.size(); }));
   const size_t detected = detection(rig, injected);
-  rig.turns(kRampTicks + 5);
+  rig.turns(kRampTicks);
   EXPECT_EQ(rig.outputs[detected].cause, row.cause) << sentence(rig.outputs[detected].cause);
   EXPECT_EQ(rig.inputs[detected].reading.fault, row.fault)
       << sentence(rig.inputs[detected].reading.fault);
@@ -498,7 +498,8 @@ void expect_fault(Rig& rig, const Row& row, size_t injected) {
     EXPECT_LT(detected, injected + size_t(row.within));
   }
   expect_ramp(rig, detected);
-  if (rig.watched->reachable()) {
+  // What heals by itself may be back by now, through the start gate.
+  if (rig.watched->reachable() && rig.force_n(rig.outputs.size() - 1) == 0.0) {
     EXPECT_TRUE(at_zero(rig));
   }
   if (row.then != DeviceFault::kNone) {
