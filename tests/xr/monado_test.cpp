@@ -1,0 +1,217 @@
+// The module in a real runtime: Monado 25 with its null compositor, a simulated headset and two
+// simulated controllers, from a folder that monado_root.sh makes. Skipped, and said why, where it
+// can not be made.
+
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <signal.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace palpate::test {
+namespace {
+
+using ::testing::HasSubstr;
+using Clock = std::chrono::steady_clock;
+using namespace std::chrono_literals;
+
+/// A child with its output on a pipe; killed with the object.
+class Child {
+ public:
+  Child(const std::vector<std::string>& command, const std::vector<std::string>& environment) {
+    int ends[2];
+    if (pipe2(ends, O_CLOEXEC) != 0) return;
+    std::vector<char*> arguments, variables;
+    for (const std::string& one : command) arguments.push_back(const_cast<char*>(one.c_str()));
+    for (const std::string& one : environment) variables.push_back(const_cast<char*>(one.c_str()));
+    arguments.push_back(nullptr);
+    variables.push_back(nullptr);
+    pid_ = fork();
+    if (pid_ == 0) {
+      dup2(ends[1], 1);
+      dup2(ends[1], 2);
+      dup2(open("/dev/null", O_RDONLY), 0);
+      execve(arguments[0], arguments.data(), variables.data());
+      _exit(127);
+    }
+    close(ends[1]);
+    output_ = ends[0];
+  }
+  ~Child() {
+    kill_now();
+    close(output_);
+  }
+  Child(const Child&) = delete;
+
+  /// Reads until the text has come, the child has ended, or the time is over.
+  bool says(const std::string& text, Clock::duration patience) {
+    const auto end = Clock::now() + patience;
+    while (said_.find(text, seen_) == std::string::npos) {
+      pollfd ready{output_, POLLIN, 0};
+      const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end - Clock::now());
+      if (left <= 0ms || poll(&ready, 1, int(left.count())) <= 0) return false;
+      char buffer[4096];
+      const ssize_t got = read(output_, buffer, sizeof buffer);
+      if (got <= 0) return said_.find(text, seen_) != std::string::npos;
+      said_.append(buffer, size_t(got));
+    }
+    seen_ = said_.find(text, seen_) + text.size();
+    return true;
+  }
+  /// Exit status; -1 if it did not end in time, 1000 + the signal that ended it.
+  int end(Clock::duration patience) {
+    says("no program says this", patience);
+    const auto end = Clock::now() + patience;
+    int status = 0;
+    while (waitpid(pid_, &status, WNOHANG) == 0) {
+      if (Clock::now() > end) return -1;
+      std::this_thread::sleep_for(5ms);
+    }
+    pid_ = -1;
+    return WIFSIGNALED(status) ? 1000 + WTERMSIG(status) : WEXITSTATUS(status);
+  }
+  void kill_now() {
+    if (pid_ <= 0) return;
+    kill(pid_, SIGKILL);
+    waitpid(pid_, nullptr, 0);
+    pid_ = -1;
+  }
+  const std::string& said() const { return said_; }
+
+ private:
+  pid_t pid_ = -1;
+  int output_ = -1;
+  std::string said_;
+  size_t seen_ = 0;
+};
+
+class Monado : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    Child script({"/bin/bash", PALPATE_MONADO_SCRIPT}, inherited());
+    const int status = script.end(300s);
+    if (status == 77) GTEST_SKIP() << script.said();
+    ASSERT_EQ(status, 0) << script.said();
+    root_ = script.said().substr(0, script.said().find('\n'));
+    char folder[] = "/tmp/pxr-XXXXXX";
+    ASSERT_NE(mkdtemp(folder), nullptr);
+    runtime_folder_ = folder;
+  }
+  void TearDown() override {
+    service_.reset();
+    if (!runtime_folder_.empty()) std::filesystem::remove_all(runtime_folder_);
+  }
+
+  static std::vector<std::string> inherited() {
+    std::vector<std::string> variables;
+    for (char** one = environ; *one; ++one) variables.emplace_back(*one);
+    return variables;
+  }
+  /// Through the folder's own loader, so that nothing of this machine's C library is mixed in.
+  std::vector<std::string> within(const std::string& program, std::vector<std::string> arguments) {
+    const std::string library = root_ + "/usr/lib/x86_64-linux-gnu";
+    std::vector<std::string> command{library + "/ld-linux-x86-64.so.2", "--library-path",
+                                     library + ":" + root_ + "/usr/lib:" + library +
+                                         "/blas:" + library + "/lapack:" + library + "/pulseaudio",
+                                     program};
+    command.insert(command.end(), arguments.begin(), arguments.end());
+    return command;
+  }
+  std::vector<std::string> environment() {
+    return {"PATH=/usr/bin:/bin",
+            "HOME=" + runtime_folder_,
+            "XDG_RUNTIME_DIR=" + runtime_folder_,
+            "XR_RUNTIME_JSON=" + root_ + "/monado.json",
+            "VK_ICD_FILENAMES=" + root_ + "/lavapipe.json",
+            "VK_DRIVER_FILES=" + root_ + "/lavapipe.json",
+            "VK_LOADER_LAYERS_DISABLE=*",
+            "XRT_NO_STDIN=1",
+            "XRT_COMPOSITOR_NULL=1",
+            "SIMULATED_ENABLE=1",
+            "SIMULATED_LEFT=simple",
+            "SIMULATED_RIGHT=simple"};
+  }
+  bool answers() const {
+    const int one = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    const std::string path = runtime_folder_ + "/monado_comp_ipc";
+    path.copy(address.sun_path, sizeof address.sun_path - 1);
+    const bool connected = connect(one, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0;
+    close(one);
+    return connected;
+  }
+  void start_service() {
+    std::filesystem::remove(runtime_folder_ + "/monado_comp_ipc");
+    service_ =
+        std::make_unique<Child>(within(root_ + "/usr/bin/monado-service", {}), environment());
+    const auto end = Clock::now() + 30s;
+    while (!answers()) {
+      ASSERT_LT(Clock::now(), end) << "the service did not start: " << service_->said();
+      std::this_thread::sleep_for(20ms);
+    }
+  }
+  std::unique_ptr<Child> program(int frames, int session) {
+    return std::make_unique<Child>(
+        within(PALPATE_XR_PROGRAM, {std::to_string(frames), std::to_string(session), "90"}),
+        environment());
+  }
+
+  std::string root_, runtime_folder_;
+  std::unique_ptr<Child> service_;
+};
+
+TEST_F(Monado, ShowsFramesLocatesBothControllersAndEndsCleanly) {
+  start_service();
+  const auto run = program(30, 1);
+  EXPECT_EQ(run->end(90s), 0) << run->said();
+  const std::string& said = run->said();
+  EXPECT_THAT(said, HasSubstr("The headset is there: Monado: Simulated HMD"));
+  EXPECT_THAT(said, HasSubstr("state focused"));
+  EXPECT_THAT(said, HasSubstr("hand 0 active 1 at"));
+  EXPECT_THAT(said, HasSubstr("hand 1 active 1 at"));
+  EXPECT_THAT(said, HasSubstr("profile /interaction_profiles/khr/simple_controller"));
+  // The null compositor's own numbers: 320 x 240, a clock that can be converted, a depth layer.
+  EXPECT_THAT(said, HasSubstr("depth 1"));
+  EXPECT_THAT(said, HasSubstr("exact 1 size 320x240"));
+  EXPECT_THAT(said, HasSubstr("state ended"));
+}
+
+TEST_F(Monado, IsTakenUpAgainAfterItsServiceWasKilledAndStartedAnew) {
+  start_service();
+  const auto run = program(20, 3);
+  for (int kill = 0; kill < 2; ++kill) {
+    ASSERT_TRUE(run->says("state focused", 60s)) << run->said();
+    ASSERT_TRUE(run->says("drawn 10", 60s)) << run->said();
+    service_->kill_now();
+    ASSERT_TRUE(run->says("state waiting", 60s)) << run->said();
+    // Long enough that it is asked for while it is not there.
+    std::this_thread::sleep_for(1200ms);
+    start_service();
+    ASSERT_TRUE(run->says("The headset is there", 60s)) << run->said();
+  }
+  EXPECT_EQ(run->end(90s), 0) << run->said();
+  EXPECT_THAT(run->said(), HasSubstr("went away"));
+  EXPECT_THAT(run->said(), HasSubstr("devices 1")) << "what was loaded onto the device stayed";
+}
+
+TEST_F(Monado, IsWaitedForWhenTheProgramStartsFirst) {
+  const auto run = program(5, 1);
+  ASSERT_TRUE(run->says("does not answer: start its service", 30s)) << run->said();
+  start_service();
+  EXPECT_EQ(run->end(90s), 0) << run->said();
+}
+
+}  // namespace
+}  // namespace palpate::test
