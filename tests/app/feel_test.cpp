@@ -130,7 +130,7 @@ TEST(Feel, UsesTheFieldsThatMotionHasWritten) {
   const Outcome result = run(
       feel(heart, {"--fields", folder / "fields", "--seconds", "1", "--black-box", folder / "."}));
   EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
-  EXPECT_THAT(result.out, HasSubstr("4 frames in 4 s, with its motion"));
+  EXPECT_THAT(result.out, HasSubstr("4 frames in 1 s, with its motion"));
 }
 
 TEST(Feel, EndsByARampWithItsSummaryOnCtrlC) {
@@ -155,7 +155,8 @@ TEST(Feel, SaysInOneSentenceWhatIsWrong) {
       {{"feel", "heart", "--device", "simulated", "--path", "wiggle"}, "'wiggle' is no file"},
       {{"feel", "heart", "--device", "haptic"}, "haptic"},
       {{"feel", "heart", "--device", "simulated", "--csv", "/nowhere/x.csv"}, "/nowhere/x.csv"},
-      {{"feel", "heart", "--falcon-firmware", scene, "--device", "falcon"}, scene},
+      {{"feel", "heart", "--falcon-firmware", "/nowhere/fw.bin", "--device", "falcon"},
+       "/nowhere/fw.bin"},
       {{"plan", scene}, "colour"},
   };
   for (const auto& [arguments, sentence] : cases) {
