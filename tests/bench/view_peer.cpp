@@ -135,7 +135,8 @@ int main(int count, char** arguments) {
       std::fflush(stdout);
     }
     if (count > 1) {
-      std::ofstream file(std::string(arguments[1]) + "/vtk_" + look.name + ".ppm", std::ios::binary);
+      std::ofstream file(std::string(arguments[1]) + "/vtk_" + look.name + ".ppm",
+                         std::ios::binary);
       file << "P6 " << bench::kViewSize.width << " " << bench::kViewSize.height << " 255\n";
       const size_t row = size_t(bench::kViewSize.width) * 3;
       for (int y = bench::kViewSize.height - 1; y >= 0; --y)

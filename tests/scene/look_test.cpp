@@ -1,0 +1,94 @@
+#include "module/scene/look.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(Look, ExtinctionTakesTheOpacityOverAMillimetre) {
+  Look look{"", {}, {}, 0.0};
+  look.points = {{0.0, {0, 0, 0}, 0.0}, {100.0, {1, 1, 1}, 0.8}};
+  for (const double value : {0.0, 10.0, 50.0, 100.0, 200.0}) {
+    const double opacity = 0.8 * std::min(value / 100.0, 1.0);
+    EXPECT_NEAR(std::exp(-look_at(look, value).extinction_per_mm), 1.0 - opacity, 1e-12) << value;
+  }
+  EXPECT_EQ(look_at(look, -5.0).extinction_per_mm, 0.0);
+  EXPECT_EQ(look_at(look, std::nan("")).extinction_per_mm, 0.0);
+  EXPECT_EQ(look_at(Look{}, 1.0).extinction_per_mm, 0.0);
+}
+
+TEST(Look, ColoursAreBlendedAsWrittenAndThenMadeLinear) {
+  Look look{"", {}, {}, 0.0};
+  look.points = {{0.0, {0.2, 0.0, 1.0}, 0.5}, {1.0, {0.6, 0.0, 1.0}, 0.5}};
+  EXPECT_NEAR(srgb_from_linear(look_at(look, 0.5).colour.x), 0.4, 1e-12);
+  EXPECT_NEAR(look_at(look, 0.5).colour.z, 1.0, 1e-12);
+  // IEC 61966-2-1: half of the light is written 0.735.
+  EXPECT_NEAR(srgb_from_linear(0.5), 0.7354, 1e-4);
+}
+
+TEST(Look, AWindowMovesItsEnds) {
+  const Look bone = *preset_look("CT bone");
+  const Look moved = windowed(bone, 300.0, 500.0);
+  EXPECT_DOUBLE_EQ(level_of(moved), 300.0);
+  EXPECT_DOUBLE_EQ(width_of(moved), 500.0);
+  EXPECT_EQ(moved.points.front().value, 50.0);
+  EXPECT_EQ(moved.points.back().value, 550.0);
+  const Look back = windowed(moved, level_of(bone), width_of(bone));
+  for (size_t k = 0; k < bone.points.size(); ++k)
+    EXPECT_NEAR(back.points[k].value, bone.points[k].value, 1e-9);
+  EXPECT_EQ(windowed(bone, 0.0, 0.0), bone);
+}
+
+TEST(Look, EveryPresetCanBeDrawnAndHasItsName) {
+  for (const std::string& name : preset_names()) {
+    const Result<Look> look = preset_look(name);
+    ASSERT_TRUE(look) << name;
+    EXPECT_EQ(look->name, name);
+    EXPECT_TRUE(check(*look)) << name;
+  }
+  const Result<Look> none = preset_look("CT teeth");
+  ASSERT_FALSE(none);
+  EXPECT_THAT(none.error().message, HasSubstr("CT bone"));
+}
+
+TEST(Look, DataGetALookThatFits) {
+  EXPECT_EQ(fitting_look("heart", 0.0, 1050.0).name, "phantom");
+  EXPECT_EQ(fitting_look("chest", -1024.0, 1800.0).name, "CT bone");
+  EXPECT_EQ(fitting_look("4D", -1024.0, 300.0).name, "CT lung");
+  const Look mr = fitting_look("knee", 0.0, 4000.0);
+  EXPECT_EQ(mr.name, "MR");
+  EXPECT_DOUBLE_EQ(width_of(mr), 4000.0);
+}
+
+TEST(Look, RefusesWhatCanNotBeDrawn) {
+  const auto message = [](const Look& look) {
+    const Status status = check(look);
+    return status ? std::string() : status.error().message;
+  };
+  Look look = *preset_look("MR");
+  EXPECT_EQ(message(look), "");
+  look.points[1].value = -1e9;
+  EXPECT_THAT(message(look), HasSubstr("sort the points"));
+  look.points[1].value = std::nan("");
+  EXPECT_THAT(message(look), HasSubstr("no finite value"));
+  look = *preset_look("MR");
+  look.points[2].opacity = 1.0;
+  EXPECT_THAT(message(look), HasSubstr("opacity"));
+  look = *preset_look("MR");
+  look.points[2].colour.y = 1.5;
+  EXPECT_THAT(message(look), HasSubstr("colour"));
+  look = *preset_look("MR");
+  look.shine.diffuse = -1.0;
+  EXPECT_THAT(message(look), HasSubstr("shine"));
+  look = *preset_look("MR");
+  look.surface_slope = std::nan("");
+  EXPECT_THAT(message(look), HasSubstr("slope"));
+}
+
+}  // namespace
+}  // namespace palpate
