@@ -10,6 +10,10 @@ namespace palpate {
 namespace {
 
 constexpr int kMostPieces = 48;
+// Looks at the data, one per mode and place: enough for a hand of 1 m/s, whose way in a frame is 1
+// mm. Where the proxy has further to go, because a surface gave way, it takes some frames for that:
+// so no frame takes many times as long as another.
+constexpr int kMostLooks = 96;
 constexpr int kMostHalvings = 24;
 constexpr int kMostCarriers = kMostModes;
 // Shorter moves are taken as they are: what bends within them is less than an encoder could ever
@@ -42,7 +46,7 @@ class Way {
     Placed *here = &run_.scratch[0], *there = &run_.scratch[1], *between = &run_.scratch[2];
     place(*here);
     settle(*here);
-    while (result.pieces < kMostPieces) {
+    while (result.pieces < kMostPieces && looks_ < kMostLooks) {
       Balance balance = solve(*here, result);
       measure(balance.proxy);
       if (length_ <= kShort_m) {
@@ -101,7 +105,8 @@ class Way {
     return balance;
   }
 
-  void place(Placed& placed) const noexcept {
+  void place(Placed& placed) noexcept {
+    looks_ += int(run_.modes.size());
     placed.set.clear();
     for (size_t m = 0; m < run_.modes.size(); ++m) {
       ModeRun& mode = run_.modes[m];
@@ -364,6 +369,7 @@ class Way {
   double strides_ = 0.0, length_ = 0.0;
   double look_ = 1.0;  // strides to a piece
   bool inside_side_ = false;
+  int looks_ = 0;
   std::array<Carrier::Mark, kMostCarriers> marks_;
   std::array<glm::dvec3, kMostCarriers> ways_;
 };

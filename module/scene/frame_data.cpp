@@ -6,6 +6,7 @@
 
 #include "module/scene/lanes.h"
 #include "module/scene/spline.h"
+#include "module/scene/spline_coefficients.h"
 
 namespace palpate {
 namespace {
@@ -39,7 +40,8 @@ class OnGrid : public FrameData {
 
 class SampledScalar final : public OnGrid {
  public:
-  explicit SampledScalar(Volume volume) : OnGrid(volume.grid), values_(std::move(volume.values)) {}
+  explicit SampledScalar(Volume coefficients)
+      : OnGrid(coefficients.grid), values_(std::move(coefficients.values)) {}
 
   bool is_vector() const noexcept override { return false; }
   ScalarSamples samples() const noexcept override { return {&place_, values_}; }
@@ -110,7 +112,7 @@ class SampledVector final : public OnGrid {
 
 std::shared_ptr<const FrameData> sampled_scalar(Volume volume) {
   assert(volume.values.size() == volume.grid.count() && volume.grid.count() > 0);
-  return std::make_shared<SampledScalar>(std::move(volume));
+  return std::make_shared<SampledScalar>(spline_coefficients(std::move(volume)));
 }
 
 std::shared_ptr<const FrameData> sampled_vector(Grid grid, std::vector<glm::vec3> values) {

@@ -49,10 +49,10 @@ class FrameData {
   virtual ScalarSamples samples() const noexcept { return {}; }
 };
 
-/// A sampled scalar frame, read by the cubic B-spline with the samples as coefficients (see
-/// spline.h for why): value and gradient belong together and are smooth everywhere; beyond the
-/// outermost samples the last one is repeated. The volume is moved in, not copied; it must have
-/// samples.
+/// A sampled scalar frame, read by a cubic B-spline (see spline.h for why, and
+/// spline_coefficients.h for its coefficients): value and gradient belong together and are smooth
+/// everywhere; beyond the outermost samples the last one is repeated. The volume is moved in, not
+/// copied; it must have samples. Uses all cores for a moment: not for the servo thread.
 std::shared_ptr<const FrameData> sampled_scalar(Volume volume);
 
 /// A vector frame on a grid, e.g. a flow: `values` along the patient's LPS axes, one per sample,

@@ -8,14 +8,15 @@
 #include "module/scene/grid_place.h"
 #include "module/scene/lanes.h"
 
-/// Values and gradients between the samples of a grid by the cubic B-spline that has the samples as
-/// its coefficients: twice continuously differentiable, and gradients that belong to the very
-/// values they are read with. That is what a hand needs. A trilinear value with blended central
-/// differences disagrees with itself: on a sharp edge (1.5 voxels) around a ball of 25 voxels its
-/// normals are 0.10 rad (RMS) off the ball's and cross the iso-surface, so that a sliding proxy
-/// digs in; the spline's are 0.03 off, and normal to what is felt. The price is a blur of 0.58
-/// voxels (the standard deviation of the spline): a surface of radius R lies h^2 / (3 R) further
-/// in, and the value in a wall one voxel thick falls to two thirds.
+/// Values and gradients between the samples of a grid by the cubic B-spline with given coefficients:
+/// twice continuously differentiable, and gradients that belong to the very values they are read
+/// with. That is what a hand needs. A trilinear value with blended central differences disagrees
+/// with itself: on a sharp edge (1.5 voxels) around a ball of 25 voxels its normals are 0.10 rad
+/// (RMS) off the ball's and cross the iso-surface, so that a sliding proxy digs in; the spline's,
+/// with the samples as coefficients, are 0.03 off, and normal to what is felt. Samples as
+/// coefficients are blurred by 0.58 voxels (the standard deviation of the spline): a surface of
+/// radius R lies h^2 / (3 R) further in, and the value in a wall one voxel thick falls to two
+/// thirds; spline_coefficients.h has better ones.
 namespace palpate::spline {
 
 /// Value and derivative per index of each axis.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "module/scene/spline_coefficients.h"
 #include "module/scene/transform.h"
 #include "tests/support/fields.h"
 
@@ -63,7 +64,7 @@ double cubic(double t) {
   return t < 2.0 ? (2.0 - t) * (2.0 - t) * (2.0 - t) / 6.0 : 0.0;
 }
 
-/// The value, slowly: every sample around, the last one repeated beyond the border.
+/// The value, slowly: every coefficient around, the last one repeated beyond the border.
 double slow_value(const Volume& volume, glm::dvec3 index) {
   double sum = 0.0;
   const glm::ivec3 size = volume.grid.size, low(glm::floor(index));
@@ -76,14 +77,15 @@ double slow_value(const Volume& volume, glm::dvec3 index) {
   return sum;
 }
 
-TEST(FrameData, IsTheCubicSplineWithItsSamplesAsCoefficients) {
+TEST(FrameData, IsTheCubicSplineOfItsCoefficients) {
   for (uint32_t seed = 1; seed <= 20; ++seed) {
     Random random(seed);
     Grid grid = test::oblique_grid();
     if (seed == 2) grid.size = {1, 5, 4};
     if (seed == 3) grid.size = {2, 1, 3};
-    const Volume volume = random_volume(grid, random);
-    const auto data = sampled_scalar(volume);
+    const Volume samples = random_volume(grid, random);
+    const Volume volume = spline_coefficients(samples);
+    const auto data = sampled_scalar(samples);
     for (int draw = 0; draw < 200; ++draw) {
       const glm::dvec3 index = test::some_index(grid, random, 3.0);
       // Samples of up to 1, summed in floats: a few units of 6e-8.
@@ -97,8 +99,9 @@ TEST(FrameData, IsTheCubicSplineWithItsSamplesAsCoefficients) {
 TEST(FrameData, GradientIsThatOfTheVeryValue) {
   for (uint32_t seed = 1; seed <= 10; ++seed) {
     Random random(seed);
-    const Volume volume = random_volume(test::oblique_grid(), random);
-    const auto data = sampled_scalar(volume);
+    const Volume samples = random_volume(test::oblique_grid(), random);
+    const Volume volume = spline_coefficients(samples);
+    const auto data = sampled_scalar(samples);
     for (int draw = 0; draw < 50; ++draw) {
       const glm::dvec3 index = test::some_index(volume.grid, random, 1.5);
       const glm::dvec3 gradient =
