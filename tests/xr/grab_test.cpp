@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/xr/random_poses.h"
+#include "tests/scene/dice.h"
 
 namespace palpate::test {
 namespace {

@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "tests/xr/random_poses.h"
+#include "tests/scene/dice.h"
 #include "tests/xr/xr_fixture.h"
 
 namespace palpate::test {

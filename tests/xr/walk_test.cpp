@@ -1,7 +1,7 @@
 // Random legal walks of the session's state machine: whatever the runtime announces, the program
 // calls what it must, nothing that it must not, and says where it is.
 
-#include "tests/xr/random_poses.h"
+#include "tests/scene/dice.h"
 #include "tests/xr/xr_fixture.h"
 
 namespace palpate::test {

@@ -2,7 +2,7 @@
 
 #include <random>
 
-#include "module/xr/pose.h"
+#include "module/scene/pose.h"
 
 namespace palpate::test {
 
@@ -30,7 +30,11 @@ class Dice {
     const glm::dvec3 v = 0.5 * vector(reach_rad);
     return glm::normalize(glm::dquat(1.0, v.x, v.y, v.z));
   }
-  xr::Pose pose(double reach) {
+  glm::dquat small_normal_turn(double sd_rad) {
+    const glm::dvec3 v = 0.5 * normal_vector(sd_rad);
+    return glm::normalize(glm::dquat(1.0, v.x, v.y, v.z));
+  }
+  Pose pose(double reach) {
     const glm::dvec3 at = vector(reach);
     return {at, turn()};
   }

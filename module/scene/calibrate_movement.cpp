@@ -1,0 +1,264 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <random>
+
+#include "module/scene/calibrate.h"
+#include "module/scene/small_linear.h"
+#include "module/scene/tukey.h"
+
+namespace palpate {
+namespace {
+
+constexpr size_t kFewest = 100;
+constexpr double kDelayLow = -0.02, kDelayHigh = 0.1, kDelayStep = 0.01;  // s
+constexpr int kSubsets = 150, kSubset = 10;
+constexpr size_t kScored = 200;
+constexpr double kLeastTurn = 0.087;   // rad, RMS, about the second axis: 5 degrees
+constexpr double kLeastReach = 0.005;  // m, RMS, along the shortest direction
+constexpr double kSlope = 2e-3;        // s: half the span over which the tip's velocity is taken
+
+Error bad(const char* sentence) {
+  return {ErrorKind::kBadInput, sentence};
+}
+
+/// The ten unknowns.
+struct Model {
+  Pose stage_from_device;
+  glm::dvec3 tip{0.0};  ///< in the controller's frame
+  double delay_s = 0.0;
+};
+
+/// A controller pose with the tip of the same moment.
+struct Pair {
+  Pose controller;
+  glm::dvec3 tip, velocity;
+};
+
+glm::dvec3 tip_at(std::span<const TipSample> tip, double time) {
+  const auto after =
+      std::lower_bound(tip.begin(), tip.end(), time,
+                       [](const TipSample& sample, double at) { return sample.time_s < at; });
+  if (after == tip.begin()) return tip.front().device_m;
+  if (after == tip.end()) return tip.back().device_m;
+  const TipSample &a = *(after - 1), &b = *after;
+  const double share = (time - a.time_s) / (b.time_s - a.time_s);
+  return glm::mix(a.device_m, b.device_m, share);
+}
+
+std::vector<Pair> pairs_at(std::span<const TipSample> tip,
+                           std::span<const ControllerSample> controller, double delay_s) {
+  std::vector<Pair> pairs;
+  pairs.reserve(controller.size());
+  for (const ControllerSample& sample : controller) {
+    const double t = sample.time_s - delay_s;
+    const glm::dvec3 slope = (tip_at(tip, t + kSlope) - tip_at(tip, t - kSlope)) / (2.0 * kSlope);
+    pairs.push_back({sample.stage_from_controller, tip_at(tip, t), slope});
+  }
+  return pairs;
+}
+
+/// stage_from_controller x - stage_from_device tip.
+glm::dvec3 residual(const Model& model, const Pair& pair) {
+  return pair.controller(model.tip) - model.stage_from_device(pair.tip);
+}
+
+/// The rotation nearest to a matrix, by Horn's form on the images of the axes and their opposites.
+glm::dquat nearest_rotation(const glm::dmat3& m) {
+  std::array<TouchedPoint, 6> axes;
+  for (int i = 0; i < 3; ++i) {
+    glm::dvec3 axis(0.0);
+    axis[i] = 1.0;
+    axes[size_t(2 * i)] = {axis, m[i]};
+    axes[size_t(2 * i + 1)] = {-axis, -m[i]};
+  }
+  return fit_rigid(axes).rotation;
+}
+
+/// Least squares with the rotation's nine elements as unknowns: R_B x - M p - t = -p_B.
+std::optional<Model> linear_model(const std::vector<Pair>& pairs,
+                                  const std::vector<size_t>& which) {
+  linear::Normal<15> normal;
+  for (const size_t i : which) {
+    const Pair& pair = pairs[i];
+    const glm::dmat3 b = glm::mat3_cast(pair.controller.rotation);
+    for (int c = 0; c < 3; ++c) {
+      linear::Vector<15> row{};
+      for (int k = 0; k < 3; ++k) {
+        row[size_t(3 * c + k)] = -pair.tip[k];
+        row[size_t(12 + k)] = b[k][c];
+      }
+      row[size_t(9 + c)] = -1.0;
+      normal.add(row, -pair.controller.position_m[c]);
+    }
+  }
+  const auto x = linear::solve(normal);
+  if (!x) return std::nullopt;
+  glm::dmat3 m;
+  for (int c = 0; c < 3; ++c)
+    for (int k = 0; k < 3; ++k) m[k][c] = (*x)[size_t(3 * c + k)];
+  Model model;
+  model.stage_from_device = {glm::dvec3((*x)[9], (*x)[10], (*x)[11]), nearest_rotation(m)};
+  model.tip = glm::dvec3((*x)[12], (*x)[13], (*x)[14]);
+  return model;
+}
+
+double median_off(const Model& model, const std::vector<Pair>& pairs,
+                  const std::vector<size_t>& which) {
+  std::vector<double> off;
+  off.reserve(which.size());
+  for (const size_t i : which) off.push_back(glm::length(residual(model, pairs[i])));
+  return tukey::scale(std::move(off));
+}
+
+/// The best start of random subsets over all delays.
+std::optional<Model> start(std::span<const TipSample> tip,
+                           std::span<const ControllerSample> controller, uint32_t seed) {
+  std::mt19937 random(seed);
+  const auto draw = [&](size_t n) {
+    std::vector<size_t> which(n);
+    for (size_t& i : which) i = random() % controller.size();
+    return which;
+  };
+  std::optional<Model> best;
+  double least = std::numeric_limits<double>::infinity();
+  for (double delay = kDelayLow; delay <= kDelayHigh + 1e-9; delay += kDelayStep) {
+    const std::vector<Pair> pairs = pairs_at(tip, controller, delay);
+    const std::vector<size_t> scored = draw(kScored);
+    for (int i = 0; i < kSubsets; ++i) {
+      std::optional<Model> model = linear_model(pairs, draw(kSubset));
+      if (!model) continue;
+      model->delay_s = delay;
+      const double off = median_off(*model, pairs, scored);
+      if (off >= least) continue;
+      least = off;
+      best = model;
+    }
+  }
+  return best;
+}
+
+/// One step of Gauss-Newton with weights; false if the data do not tell all unknowns.
+bool improve(Model& model, const std::vector<Pair>& pairs, const std::vector<double>& weights) {
+  linear::Normal<10> normal;
+  const glm::dquat& r = model.stage_from_device.rotation;
+  for (size_t i = 0; i < pairs.size(); ++i) {
+    if (weights[i] <= 0.0) continue;
+    const glm::dvec3 off = residual(model, pairs[i]);
+    const glm::dmat3 b = glm::mat3_cast(pairs[i].controller.rotation);
+    const glm::dvec3 p = r * pairs[i].tip, v = r * pairs[i].velocity;
+    // A turn w after the rotation moves the residual by -w x p; a later tip by -R v.
+    const glm::dvec3 by_turn[3] = {{0.0, -p.z, p.y}, {p.z, 0.0, -p.x}, {-p.y, p.x, 0.0}};
+    for (int c = 0; c < 3; ++c) {
+      linear::Vector<10> row{};
+      for (int k = 0; k < 3; ++k) {
+        row[size_t(k)] = -by_turn[k][c];
+        row[size_t(6 + k)] = b[k][c];
+      }
+      row[size_t(3 + c)] = -1.0;
+      row[9] = v[c];
+      normal.add(row, -off[c], weights[i]);
+    }
+  }
+  const auto x = linear::solve(normal);
+  if (!x) return false;
+  const glm::dvec3 turn((*x)[0], (*x)[1], (*x)[2]);
+  const double angle = glm::length(turn);
+  if (angle > 0.0) {
+    model.stage_from_device.rotation =
+        glm::normalize(glm::angleAxis(angle, turn / angle) * model.stage_from_device.rotation);
+  }
+  model.stage_from_device.position_m += glm::dvec3((*x)[3], (*x)[4], (*x)[5]);
+  model.tip += glm::dvec3((*x)[6], (*x)[7], (*x)[8]);
+  model.delay_s += std::clamp((*x)[9], -0.01, 0.01);
+  return true;
+}
+
+/// RMS turn about the second of the three principal axes of turning, rad; robust against single
+/// wild poses, because it is used to refuse.
+double second_turn(std::span<const ControllerSample> controller) {
+  linear::Matrix<3> spread{};
+  const glm::dquat middle = controller[controller.size() / 2].stage_from_controller.rotation;
+  glm::dvec3 mean(0.0);
+  std::vector<glm::dvec3> turns;
+  for (const ControllerSample& sample : controller) {
+    glm::dquat turn = glm::conjugate(middle) * sample.stage_from_controller.rotation;
+    if (turn.w < 0.0) turn = -turn;
+    turns.push_back(2.0 * glm::dvec3(turn.x, turn.y, turn.z));
+    mean += turns.back() / double(controller.size());
+  }
+  for (const glm::dvec3& turn : turns)
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j)
+        spread[size_t(i)][size_t(j)] +=
+            (turn[i] - mean[i]) * (turn[j] - mean[j]) / double(turns.size());
+  return std::sqrt(std::max(0.0, linear::eigen(spread).values[1]));
+}
+
+/// RMS movement of the tip along the direction in which it moved least, m.
+double least_reach(std::span<const TipSample> tip) {
+  glm::dvec3 mean(0.0);
+  for (const TipSample& sample : tip) mean += sample.device_m / double(tip.size());
+  linear::Matrix<3> spread{};
+  for (const TipSample& sample : tip)
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j)
+        spread[size_t(i)][size_t(j)] +=
+            (sample.device_m[i] - mean[i]) * (sample.device_m[j] - mean[j]) / double(tip.size());
+  return std::sqrt(std::max(0.0, linear::eigen(spread).values[0]));
+}
+
+}  // namespace
+
+Result<Calibration> calibrate_by_movement(std::span<const TipSample> tip,
+                                          std::span<const ControllerSample> controller,
+                                          const CalibrationOptions& options) {
+  if (controller.size() < kFewest || tip.size() < kFewest)
+    return bad("The recorded movement is too short: move the stylus for half a minute.");
+  for (size_t i = 1; i < tip.size(); ++i)
+    if (!(tip[i].time_s > tip[i - 1].time_s))
+      return bad("The times of the device's samples do not rise: record the movement again.");
+  if (least_reach(tip) < kLeastReach)
+    return bad("The stylus hardly moved in one direction: move it through the whole workspace.");
+  if (second_turn(controller) < kLeastTurn)
+    return bad(
+        "The stylus was hardly turned: turn it about two axes while moving it, or calibrate "
+        "by touched points.");
+  std::optional<Model> model = start(tip, controller, options.seed);
+  if (!model)
+    return bad("The recorded movement does not tell where the device is: move and turn more.");
+
+  std::vector<double> off(controller.size()), weights(controller.size());
+  for (int round = 0; round < 40; ++round) {
+    const std::vector<Pair> pairs = pairs_at(tip, controller, model->delay_s);
+    for (size_t i = 0; i < pairs.size(); ++i) off[i] = glm::length(residual(*model, pairs[i]));
+    // The start is coarse: at first everything within the promised agreement counts.
+    const double scale =
+        round < 3 ? std::max(tukey::scale(off), options.agree_m) : tukey::scale(off);
+    for (size_t i = 0; i < pairs.size(); ++i)
+      weights[i] = round < 30 ? tukey::weight(off[i], scale) : tukey::belongs(off[i], scale);
+    if (!improve(*model, pairs, weights))
+      return bad("The recorded movement does not tell where the device is: move and turn more.");
+  }
+  Calibration found;
+  found.stage_from_device = model->stage_from_device;
+  found.controller_from_tip_m = model->tip;
+  found.delay_s = model->delay_s;
+  found.all = int(controller.size());
+  double sum = 0.0;
+  for (size_t i = 0; i < off.size(); ++i) {
+    if (weights[i] <= 0.0 || off[i] > 2.0 * options.agree_m) continue;
+    sum += off[i] * off[i];
+    ++found.used;
+  }
+  if (2 * found.used <= found.all)
+    return bad(
+        "The controller's path and the device's do not fit: is the controller clipped tightly "
+        "to the stylus, and tracked?");
+  found.rms_m = std::sqrt(sum / double(found.used));
+  return found;
+}
+
+}  // namespace palpate
