@@ -51,6 +51,17 @@ void drop_last_character(std::string* text) {
 
 Canvas::Canvas(int width_px, int height_px, Color paper) {
   surface_ = cairo_image_surface_create(CAIRO_FORMAT_RGB24, width_px, height_px);
+  start();
+  set_color(paper, 1.0);
+  cairo_paint(cairo_);
+}
+
+Canvas::Canvas(int width_px, int height_px) {
+  surface_ = cairo_image_surface_create(CAIRO_FORMAT_ARGB32, width_px, height_px);
+  start();
+}
+
+void Canvas::start() {
   cairo_ = cairo_create(surface_);
   cairo_set_line_cap(cairo_, CAIRO_LINE_CAP_ROUND);
   cairo_set_line_join(cairo_, CAIRO_LINE_JOIN_ROUND);
@@ -59,8 +70,6 @@ Canvas::Canvas(int width_px, int height_px, Color paper) {
   cairo_font_options_set_hint_style(options, CAIRO_HINT_STYLE_SLIGHT);
   cairo_set_font_options(cairo_, options);
   cairo_font_options_destroy(options);
-  set_color(paper, 1.0);
-  cairo_paint(cairo_);
 }
 
 Canvas::~Canvas() {
@@ -208,6 +217,21 @@ void Canvas::push_clip(glm::dvec2 corner, glm::dvec2 size, double radius_px) {
 
 void Canvas::pop_clip() {
   cairo_restore(cairo_);
+}
+
+Raster Canvas::raster() const {
+  Raster raster;
+  if (!good()) return raster;
+  cairo_surface_flush(surface_);
+  raster.width = cairo_image_surface_get_width(surface_);
+  raster.height = cairo_image_surface_get_height(surface_);
+  raster.pixels.resize(size_t(raster.width) * size_t(raster.height));
+  const size_t stride = size_t(cairo_image_surface_get_stride(surface_));
+  for (size_t row = 0; row < size_t(raster.height); ++row)
+    std::memcpy(raster.pixels.data() + row * size_t(raster.width),
+                cairo_image_surface_get_data(surface_) + row * stride,
+                size_t(raster.width) * sizeof(uint32_t));
+  return raster;
 }
 
 Status Canvas::save(const std::string& path) const {

@@ -38,6 +38,8 @@ struct Raster {
 class Canvas {
  public:
   Canvas(int width_px, int height_px, Color paper);
+  /// See-through at first: to be laid over something else.
+  Canvas(int width_px, int height_px);
   ~Canvas();
   Canvas(const Canvas&) = delete;
   Canvas& operator=(const Canvas&) = delete;
@@ -67,11 +69,15 @@ class Canvas {
   void push_clip(glm::dvec2 corner, glm::dvec2 size, double radius_px);
   void pop_clip();
 
+  /// What was drawn so far; empty if there was no memory for it.
+  Raster raster() const;
+
   /// Writes the page as PNG: whole or not at all (temporary file beside it, then rename). Errors:
   /// kBadOutput, kOutOfMemory.
   Status save(const std::string& path) const;
 
  private:
+  void start();
   void set_color(Color color, double alpha);
   void trace_box(glm::dvec2 corner, glm::dvec2 size, double radius_px);
   std::string fitted(const std::string& text, const TextStyle& style, double* size_px);

@@ -8,6 +8,7 @@
 #include "compute/vulkan/buffer.h"
 #include "compute/vulkan/recorder.h"
 #include "module/view/eye.h"
+#include "module/view/picture.h"
 #include "module/view/view_scene.h"
 
 namespace palpate {
@@ -29,14 +30,6 @@ struct RendererOptions {
   double near_m = 0.02;            ///< nothing is drawn closer to an eye
   bool skip_empty = true;          ///< off: every sample is taken
   bool count_samples = false;      ///< statistics() then has samples
-};
-
-/// A picture on the host, an eye's: row 0 at the top.
-struct Picture {
-  int width = 0, height = 0;
-  std::vector<uint32_t>
-      colours;                ///< R in the lowest byte, then G, B, and how much is covered; sRGB
-  std::vector<float> depths;  ///< near_m / depth along the eye's axis; 0 where nothing is
 };
 
 struct ViewStatistics {

@@ -22,6 +22,7 @@ only 'vulkan/vulkan' 'compute/vulkan/|module/view/|module/xr/|tests/xr/' compute
 only 'openxr/' 'module/xr/|tests/xr/' compute module integration tests
 only 'itk|gdcm' 'integration/files/|tests/files/|tests/bench/peers/' compute module integration tests
 only 'opencv2' 'integration/opencv/|tests/opencv/' compute module integration tests
+only 'GLFW|GL/' 'integration/desktop/' compute module integration tests
 only 'cairo' 'integration/charts/|tests/charts/' compute module integration tests
 only 'CLI/' 'integration/app/|tests/bench/' compute module integration tests
 only 'integration/' 'integration/|tests/' compute module integration tests

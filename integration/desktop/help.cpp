@@ -1,0 +1,71 @@
+#include "integration/desktop/help.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace palpate::desktop {
+namespace {
+
+using charts::Canvas;
+using charts::Color;
+using charts::TextStyle;
+
+constexpr Color kPaper{0.055, 0.065, 0.085};
+constexpr Color kInk{0.93, 0.94, 0.96};
+constexpr Color kQuiet{0.70, 0.74, 0.80};
+constexpr double kRow = 19.0, kEdge = 14.0, kColumn = 112.0;
+
+constexpr std::array<std::pair<const char*, const char*>, 11> kHelp = {{
+    {"Mouse", "moves the probe"},
+    {"Wheel", "probe in and out"},
+    {"Right drag", "turn the view"},
+    {"Right + wheel, \u00b1", "closer, further"},
+    {"Space", "play or pause"},
+    {"\u2190  \u2192", "back, forward in time"},
+    {"C", "cut open"},
+    {"1 \u2026 5", "looks"},
+    {"R / O", "probe / view back"},
+    {"H", "hide this help"},
+    {"Esc", "end"},
+}};
+
+}  // namespace
+
+charts::Raster draw_help(double scale) {
+  const glm::dvec2 size = scale * glm::dvec2(262.0, 2.0 * kEdge - 5.0 + kRow * kHelp.size());
+  Canvas canvas(int(size.x), int(size.y));
+  canvas.fill_box({0.0, 0.0}, size, kPaper, 0.80, 9.0 * scale);
+  const TextStyle key{.size_px = 12.0 * scale, .bold = true, .color = kInk};
+  const TextStyle meaning{.size_px = 12.0 * scale, .color = kQuiet};
+  double y = kEdge + 10.0;
+  for (const auto& [name, does] : kHelp) {
+    canvas.draw_text(name, scale * glm::dvec2(kEdge, y), key);
+    canvas.draw_text(does, scale * glm::dvec2(kEdge + kColumn, y), meaning);
+    y += kRow;
+  }
+  return canvas.raster();
+}
+
+charts::Raster draw_note(const std::string& title, const std::vector<std::string>& lines,
+                         double scale) {
+  const TextStyle head{.size_px = 14.0 * scale, .bold = true, .color = kInk};
+  const TextStyle quiet{.size_px = 12.0 * scale, .color = kQuiet};
+  Canvas ruler(1, 1);
+  double widest = ruler.text_width(title, head);
+  for (const std::string& line : lines) widest = std::max(widest, ruler.text_width(line, quiet));
+  const glm::dvec2 size(std::ceil(widest) + 2.0 * kEdge * scale,
+                        scale * (2.0 * kEdge + 6.0 + kRow * double(lines.size())));
+  Canvas canvas(int(size.x), int(size.y));
+  canvas.fill_box({0.0, 0.0}, size, kPaper, 0.80, 9.0 * scale);
+  canvas.draw_text(title, scale * glm::dvec2(kEdge, kEdge + 10.0), head);
+  double y = kEdge + 10.0 + kRow;
+  for (const std::string& line : lines) {
+    canvas.draw_text(line, scale * glm::dvec2(kEdge, y), quiet);
+    y += kRow;
+  }
+  return canvas.raster();
+}
+
+}  // namespace palpate::desktop

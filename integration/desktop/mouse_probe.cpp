@@ -1,0 +1,61 @@
+#include "integration/desktop/mouse_probe.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace palpate::desktop {
+namespace {
+
+constexpr double kMostOfScenes_n = 100.0;
+constexpr double kLongest_s = 0.010;  // a thread that slept does not make up for it in one jump
+constexpr double kSeen_m = 1e-4;      // about a pixel at arm's length
+
+bool is_finite(glm::dvec3 v) noexcept {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+}  // namespace
+
+MouseProbe::MouseProbe(const MouseProbeOptions& options)
+    : options_(options),
+      held_{options.start_m, 0},
+      follower_(options.start_m, options.settle_per_s, options.speed_m_per_s) {}
+
+void MouseProbe::hold(glm::dvec3 place_m, uint32_t buttons) noexcept {
+  if (!is_finite(place_m)) return;
+  const double away_m = glm::length(place_m);
+  if (away_m > options_.workspace_radius_m) place_m *= options_.workspace_radius_m / away_m;
+  newest_.put({place_m, buttons});
+}
+
+DeviceInfo MouseProbe::info() const {
+  DeviceInfo info;
+  info.kind = "mouse";
+  info.name = "mouse";
+  info.max_force_n = 3.0 * kMostOfScenes_n;
+  info.workspace_radius_m = options_.workspace_radius_m;
+  info.resolution_m = kSeen_m;
+  info.actuated_dof = 0;
+  info.buttons = 1;
+  return info;
+}
+
+DeviceReading MouseProbe::exchange(const DeviceCommand&) noexcept {
+  return exchange_at(std::chrono::steady_clock::now().time_since_epoch().count());
+}
+
+DeviceReading MouseProbe::exchange_at(int64_t now_ns) noexcept {
+  newest_.get(held_);
+  const double dt_s = started_ ? 1e-9 * double(now_ns - last_ns_) : 0.0;
+  last_ns_ = now_ns;
+  started_ = true;
+  DeviceReading reading;
+  reading.position_m = follower_.step(held_.place_m, std::min(dt_s, kLongest_s));
+  reading.time_ns = now_ns;
+  reading.buttons = held_.buttons;
+  reading.fresh = true;
+  return reading;
+}
+
+}  // namespace palpate::desktop

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <glm/glm.hpp>
+
+#include "integration/desktop/follower.h"
+#include "module/haptics/device.h"
+#include "module/haptics/mailbox.h"
+
+namespace palpate::desktop {
+
+/// How a mouse is taken for a hand.
+struct MouseProbeOptions {
+  glm::dvec3 start_m{0.0};  ///< device space
+  double workspace_radius_m = 0.08;
+  double settle_per_s = 60.0;   ///< of the follower: a hand's own quickest movements still pass
+  double speed_m_per_s = 0.75;  ///< half of what the guards take for a hand that is too fast
+};
+
+/// A mouse as a force device: it gives places and is asked for forces that it can not give. All
+/// guards run as for any hand, so that what is drawn as an arrow is what a device would push with.
+///
+/// Its numbers, which the guards take: max_force_n 300, as motors may hold a third of their most
+/// for ever and no scene asks for more than 100 N: the scene's own limit is the one that counts,
+/// and nothing that does not exist is said to get hot. max_stiffness 0 (it does not say): a hand
+/// that feels nothing can not hum, so every stiffness is stable. delay 0. Button 0 is the left one.
+///
+/// hold() is the window's thread, exchange() the servo's: they meet in a mailbox and neither waits.
+class MouseProbe final : public ForceDevice {
+ public:
+  explicit MouseProbe(const MouseProbeOptions& options = {});
+
+  /// Where the mouse holds the probe now, device space (kept within the workspace), and which
+  /// buttons are down. Not finite: ignored. Wait-free; one thread.
+  void hold(glm::dvec3 place_m, uint32_t buttons) noexcept;
+
+  DeviceInfo info() const override;
+  /// Real-time safe. Every position is fresh: the follower is asked for the moment itself.
+  DeviceReading exchange(const DeviceCommand& command) noexcept override;
+  /// The same at a given monotonic time: exchange() without a clock.
+  DeviceReading exchange_at(int64_t now_ns) noexcept;
+
+ private:
+  struct Held {
+    glm::dvec3 place_m{0.0};
+    uint32_t buttons = 0;
+  };
+
+  MouseProbeOptions options_;
+  Newest<Held> newest_;
+  Held held_;  ///< the servo's
+  Follower follower_;
+  int64_t last_ns_ = 0;
+  bool started_ = false;
+};
+
+}  // namespace palpate::desktop

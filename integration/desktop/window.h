@@ -1,0 +1,104 @@
+#pragma once
+
+#include <glm/glm.hpp>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "compute/volume/result.h"
+#include "integration/charts/canvas.h"
+#include "integration/desktop/pointing.h"
+#include "module/view/eye.h"
+#include "module/view/picture.h"
+
+struct GLFWwindow;
+
+namespace palpate::desktop {
+
+/// What a key asks for.
+enum class Key {
+  kPlay,      ///< space: play or pause
+  kBack,      ///< left arrow: a step back in time; comes again while it is held
+  kForward,   ///< right arrow
+  kClip,      ///< C: clip plane on or off
+  kLook,      ///< 1 to 5: a preset
+  kRecentre,  ///< R: the probe under the cursor, at the depth of what is looked at
+  kReset,     ///< O: the camera as it was at first
+  kNearer,    ///< +
+  kFurther,   ///< -
+  kHelp,      ///< H: help on or off
+  kQuit,      ///< Esc; closed() is true from then on
+};
+
+struct KeyPress {
+  Key key = Key::kPlay;
+  int number = 0;  ///< kLook: 0 to 4
+};
+
+/// What the person did since the last poll, and how things are now.
+struct Input {
+  InPicture cursor{0.0};    ///< in the picture that is shown, not in the window's margins
+  bool in_window = false;   ///< the cursor is over the window
+  bool moved = false;       ///< the cursor is elsewhere than at the last poll
+  glm::dvec2 dragged{0.0};  ///< how far it went, in heights of the window; y upwards
+  double wheel = 0.0;       ///< notches, away from the person positive
+  bool left = false, right = false;
+  std::vector<KeyPress> keys;  ///< in order
+};
+
+/// Something laid over the picture, its corner at `corner_px` from the window's top left one.
+struct Overlay {
+  const charts::Raster* raster = nullptr;
+  glm::ivec2 corner_px{0};
+};
+
+/// A window on a desk that shows pictures, whole and undistorted: where its shape is not theirs
+/// there are dark margins. Resizing and dense displays are taken as they come: sizes are always
+/// those of now, in the display's own pixels. All on the program's main thread, one window at a
+/// time.
+class Window {
+ public:
+  /// kNoDevice, in a sentence, where there is no display or it can not show pictures. width and
+  /// height are in the desktop's units: a dense display gives more pixels.
+  static Result<std::unique_ptr<Window>> open(const std::string& title, int width, int height);
+  ~Window();
+  Window(const Window&) = delete;
+  Window& operator=(const Window&) = delete;
+
+  /// Shows a picture (an empty one: dark) with overlays, the last on top. Waits for the display.
+  void show(const Picture& picture, std::span<const Overlay> overlays);
+  /// Takes what has happened since the last time. Does not wait.
+  Input poll();
+  /// The person closed it, or pressed Esc.
+  bool closed() const;
+  void set_title(const std::string& title);
+
+  /// Pixels that it has now; 0 x 0 while it is an icon.
+  PictureSize size_px() const;
+  /// Pixels that a line one unit thick should have: 1, or up to 3 on dense displays.
+  double scale() const;
+
+ private:
+  explicit Window(GLFWwindow* window);
+  struct Texture;
+  struct Heard;
+  static void listen(GLFWwindow* window);
+  void draw_texture(const Texture& texture, glm::dvec2 corner_px, glm::dvec2 size_px) const;
+
+  GLFWwindow* window_;
+  std::unique_ptr<Heard> heard_;
+  std::vector<Texture> textures_;  ///< the picture's, then one per overlay
+  double picture_aspect_ = 0.0;    ///< of what was shown last, width by height; 0: nothing
+  glm::dvec2 last_cursor_{0.0};    ///< in the desktop's units
+  bool known_cursor_ = false;
+};
+
+/// Where a picture of this aspect (width by height) is shown in a window: as large as it can be, in
+/// the middle. Units as the window's.
+struct Place {
+  glm::dvec2 corner{0.0}, size{0.0};
+};
+Place place_of_picture(glm::dvec2 window_size, double aspect);
+
+}  // namespace palpate::desktop

@@ -1,0 +1,92 @@
+// Oracle: colours counted in what was drawn.
+
+#include "integration/desktop/force_plot.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "integration/desktop/help.h"
+
+namespace palpate::desktop {
+namespace {
+
+/// The highest row in which a column has the curve's own colour (orange, and not see-through):
+/// height where there is none.
+int curve_row(const charts::Raster& raster, int column) {
+  // Below the numbers of the head, which have the same colour.
+  for (int row = 30; row < raster.height; ++row) {
+    const uint32_t pixel = raster.pixels[size_t(row * raster.width + column)];
+    const int r = int(pixel >> 16 & 255), b = int(pixel & 255);
+    if (r > 200 && r - b > 100) return row;
+  }
+  return raster.height;
+}
+
+TEST(ForcePlot, DrawsTheNewestAtTheRightAndTheOldestAtTheLeft) {
+  ForcePlot plot(6.0);
+  for (int k = 0; k <= 600; ++k) plot.add(0.01 * k, k < 300 ? 0.0 : 2.0);
+  const charts::Raster raster = plot.draw(320, 150, 1.0);
+  ASSERT_EQ(raster.width, 320);
+  ASSERT_EQ(raster.height, 150);
+  // The strip goes from 40 to 306, from row 34 (2 N, the scale's top) to 126 (0 N); the line is 1.8
+  // thick.
+  EXPECT_NEAR(curve_row(raster, 80), 126, 2);
+  EXPECT_NEAR(curve_row(raster, 280), 34, 2);
+}
+
+TEST(ForcePlot, LosesNoPeakHoweverShort) {
+  ForcePlot plot(6.0);
+  for (int k = 0; k <= 6000; ++k) plot.add(1e-3 * k, k == 3000 ? 5.0 : 0.0);
+  EXPECT_EQ(plot.peak_n(), 5.0);
+  EXPECT_EQ(plot.top_n(), 5.0);
+  const charts::Raster raster = plot.draw(320, 150, 1.0);
+  int highest = raster.height;
+  for (int column = 41; column < 305; ++column)
+    highest = std::min(highest, curve_row(raster, column));
+  EXPECT_NEAR(highest, 34, 3);
+}
+
+TEST(ForcePlot, ForgetsWhatIsOlderThanItsSeconds) {
+  ForcePlot plot(2.0);
+  plot.add(0.0, 9.0);
+  for (int k = 1; k <= 300; ++k) plot.add(0.01 * k, 0.5);
+  EXPECT_EQ(plot.peak_n(), 0.5);
+  EXPECT_EQ(plot.top_n(), 1.0);
+}
+
+TEST(ForcePlot, LeavesOutWhatIsNoNumberAndTimesThatDoNotRise) {
+  ForcePlot plot;
+  plot.add(1.0, 1.0);
+  plot.add(std::numeric_limits<double>::quiet_NaN(), 2.0);
+  plot.add(2.0, std::numeric_limits<double>::infinity());
+  plot.add(0.5, 3.0);
+  EXPECT_EQ(plot.newest_n(), 1.0);
+  EXPECT_EQ(plot.peak_n(), 1.0);
+}
+
+TEST(ForcePlot, ReadsInOnesTwosAndFives) {
+  const double pairs[][2] = {{0.0, 1.0}, {1.0, 1.0},  {1.01, 2.0},
+                             {2.5, 5.0}, {7.0, 10.0}, {99, 100}};
+  for (const auto& [force, top] : pairs) EXPECT_EQ(readable_top(force), top) << force;
+}
+
+TEST(ForcePlot, IsDrawnLargerOnADenseDisplay) {
+  ForcePlot plot;
+  EXPECT_EQ(plot.draw(320, 150, 2.0).width, 640);
+  EXPECT_EQ(draw_help(2.0).width, 2 * draw_help(1.0).width);
+}
+
+TEST(Overlay, IsSeeThroughOutsideItsPlate) {
+  for (const charts::Raster& raster :
+       {ForcePlot().draw(320, 150, 1.0), draw_help(1.0), draw_note("heart", {"a line"}, 1.0)}) {
+    ASSERT_FALSE(raster.pixels.empty());
+    EXPECT_EQ(raster.pixels.front(), 0u) << "the plate's corner is round";
+    const uint32_t inside = raster.pixels[size_t(raster.width * 3 + raster.width / 2)];
+    EXPECT_EQ(inside >> 24, 204u) << "four fifths cover";
+  }
+}
+
+}  // namespace
+}  // namespace palpate::desktop
