@@ -19,6 +19,13 @@ constexpr double kStridePerVoxel = 0.45;
 // smooth in between.
 constexpr double kNoConfidence = 0.10, kFullConfidence = 0.35;
 
+// A determinant below this is a fold: directions there are not to be trusted.
+constexpr double kFlattest = 0.02;
+
+// In a field that can not be turned around somewhere, this much is near enough to such a place: a
+// piece of the way may have led through it.
+constexpr double kRough = 0.5;
+
 // A plane counts as standing across the gradient if the cosine is this close to 1: rounding.
 constexpr double kAcross = 1e-9;
 
@@ -69,6 +76,7 @@ class StillCarrier final : public Carrier {
     const int first = out.set.count();
     mode.mode->place({data, material_, volume_.volume(probe), dt_s}, sink);
     tell_levels(data, mode.spec, volume_.linear, at_, first, out);
+    report_.unsound |= !data.sound();
   }
 
  private:
@@ -95,6 +103,7 @@ class FlowingCarrier final : public Carrier {
     const MotionMap* map = step(frame_);
     motion_ = map ? map->sample(material_) : MotionSample{glm::dvec3(0.0), glm::dmat3(0.0), 1.0};
     at_ = volume_.world(forward(material_, motion_.u_m));
+    look_for_roughness(map);
     stride_m_ = kStridePerVoxel * data_.frames[frame_]->detail_m() * volume_.least_scale;
   }
 
@@ -118,6 +127,7 @@ class FlowingCarrier final : public Carrier {
     material_ = found.x_m;
     motion_ = found.at;
     at_ = world;
+    look_for_roughness(map);
     return true;
   }
 
@@ -134,7 +144,7 @@ class FlowingCarrier final : public Carrier {
     report_.confidence = motion_.confidence;
     weight *= worth(motion_.confidence);
     if (!(weight > 0.0)) return;
-    const glm::dmat3 derivative = volume_.linear * (glm::dmat3(1.0) + phase * motion_.jacobian);
+    const glm::dmat3 derivative = volume_.linear * stretch();
     const auto to_world = [this](glm::dvec3 x) {
       const MotionMap* map = step(frame_);
       return volume_.world(map ? forward(x, map->displacement(x)) : x);
@@ -149,10 +159,12 @@ class FlowingCarrier final : public Carrier {
                                material_ + motion_.u_m + closing_, motion_.jacobian, phase);
       mode.mode->place({data, material_, probe_here, dt_s}, sink);
       tell_levels(data, mode.spec, derivative, at_, first, out);
+      report_.unsound |= !data.sound();
     } else {
       const StillReader data(frame, mode.spec, material_);
       mode.mode->place({data, material_, probe_here, dt_s}, sink);
       tell_levels(data, mode.spec, derivative, at_, first, out);
+      report_.unsound |= !data.sound();
     }
   }
 
@@ -166,6 +178,21 @@ class FlowingCarrier final : public Carrier {
   }
   glm::dvec3 forward(glm::dvec3 x, glm::dvec3 u) const {
     return x + volume_.pointer.phase * (u + closing_);
+  }
+
+  void look_for_roughness(const MotionMap* map) noexcept {
+    if (!map || map->worst_contraction() < 1.0F) return;
+    double squared = 0.0;
+    for (int a = 0; a < 3; ++a) squared += glm::dot(motion_.jacobian[a], motion_.jacobian[a]);
+    report_.rough |= squared >= kRough * kRough;
+  }
+
+  /// How the material is stretched where the point is: from the data frame to now. In a fold it has
+  /// no sense that could be felt, and surfaces would turn inside out; then the last one that had.
+  const glm::dmat3& stretch() noexcept {
+    const glm::dmat3 now = glm::dmat3(1.0) + volume_.pointer.phase * motion_.jacobian;
+    if (glm::determinant(now) > kFlattest) stretch_ = now;
+    return stretch_;
   }
 
   /// Case B: the step is done, whole: the material point is one of the next frame's now.
@@ -216,6 +243,7 @@ class FlowingCarrier final : public Carrier {
   BackTracking method_;
   bool blend_;
   int frame_ = 0;
+  glm::dmat3 stretch_{1.0};
   glm::dvec3 closing_{0.0};  ///< of the last step of a cycle, for the material the proxy is on
 };
 

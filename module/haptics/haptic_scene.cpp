@@ -1,6 +1,7 @@
 #include "module/haptics/haptic_scene.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace palpate {
 namespace {
@@ -27,6 +28,28 @@ Result<const Motion*> motion_of(const ModeSpec& mode, const MovingVolume& data) 
              "\", which volume \"" + mode.volume + "\" does not have.");
 }
 
+/// What of a scene's numbers can not be felt, apart from its data.
+Status check_numbers(const SceneSpec& spec) {
+  if (!(spec.stiffness_n_per_m > 0.0) || !std::isfinite(spec.stiffness_n_per_m))
+    return bad("The scene's stiffness must be a number above 0 (N/m).");
+  if (!(spec.damping_n_s_per_m >= 0.0) || !std::isfinite(spec.damping_n_s_per_m))
+    return bad("The scene's damping must be a number that is not negative (N s/m).");
+  if (const Status fine = check(spec.world_from_device); !fine)
+    return bad("The place of the device: " + fine.error().message);
+  for (const VolumeSpec& volume : spec.volumes) {
+    if (const Status fine = check(volume.transform); !fine)
+      return bad("Volume \"" + volume.name + "\": " + fine.error().message);
+    const DriveSpec& drive = volume.drive;
+    if (!std::isfinite(glm::dot(drive.axis, drive.centre_m) + drive.rate_hz + drive.amplitude_m +
+                       volume.rate))
+      return bad("Volume \"" + volume.name + "\" is driven or played by a number that is none.");
+  }
+  for (const ModeSpec& mode : spec.modes)
+    if (!std::isfinite(mode.gain + mode.range_m + glm::dot(mode.point_m, glm::dvec3(1.0))))
+      return bad("Mode \"" + mode.name + "\" has a gain, point or range that is no number.");
+  return Nothing{};
+}
+
 }  // namespace
 
 Result<std::shared_ptr<const HapticScene>> assemble(
@@ -39,6 +62,7 @@ Result<std::shared_ptr<const HapticScene>> assemble(
     return bad("The scene has " + std::to_string(spec.modes.size()) +
                " modes; a hand can be given " + std::to_string(kMostModes) +
                " at once: leave some out.");
+  if (const Status fine = check_numbers(spec); !fine) return fine.error();
   auto scene = std::make_shared<HapticScene>();
   scene->stiffness_n_per_m = spec.stiffness_n_per_m;
   scene->damping_n_s_per_m = spec.damping_n_s_per_m;

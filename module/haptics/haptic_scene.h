@@ -52,7 +52,8 @@ struct HapticScene {
 
 /// Joins a scene's words with its data (one MovingVolume per volume of the spec, in order) and
 /// makes its modes. kBadInput, in one sentence: a mode of an unknown volume, motion or kind, data
-/// that do not fit together, more than kMostModes modes. Allocates; any thread but the servo's.
+/// that do not fit together, more than kMostModes modes, a transform with a negative determinant or
+/// another number that can not be felt. Allocates; any thread but the servo's.
 Result<std::shared_ptr<const HapticScene>> assemble(
     const SceneSpec& spec, std::vector<std::shared_ptr<const MovingVolume>> data,
     const ModeKinds& kinds = {});

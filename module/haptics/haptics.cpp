@@ -181,8 +181,31 @@ glm::dvec3 Haptics::force_n(glm::dvec3 probe, const TickInput& input) noexcept {
     of_proxy = point_.add(input.now_ns, proxy_);
     of_probe = hand_.add(input.reading.time_ns, probe);
   }
-  bridge_n_ = towards_zero(bridge_n_, kBridge_n_per_s * std::clamp(input.dt_s, 0.0, kLongest_s));
-  return spring_n(probe, of_proxy, of_probe) + bridge_n_;
+  const glm::dvec3 spring = spring_n(probe, of_proxy, of_probe);
+  const double dt_s = std::clamp(input.dt_s, 0.0, kLongest_s);
+  bool unsound = false, rough = false;
+  for (const CarrierRun& run : run_->carriers) {
+    unsound |= run.carrier->report().unsound;
+    rough |= run.carrier->report().rough || run.held;
+  }
+  // Where the data end in what is no number nothing can be placed: what was felt there fades.
+  if (unsound != unsound_)
+    bridge_n_ = last_wanted_ - spring;
+  else
+    bridge_n_ = towards_zero(bridge_n_, kBridge_n_per_s * dt_s);
+  limited_ = false;
+  if (rough || rough_) {
+    // Where the motion is pressed together, a surface may be anywhere in the next frame: the hand
+    // is led there, not thrown.
+    const glm::dvec3 change = spring + bridge_n_ - last_wanted_;
+    const double most =
+        kFade_n_per_s * dt_s + run_->stiffness_n_per_m * glm::length(probe - last_probe_);
+    limited_ = glm::length(change) > most;
+    if (limited_) bridge_n_ -= towards_zero(change, most);
+  }
+  rough_ = rough;
+  unsound_ = unsound;
+  return spring + bridge_n_;
 }
 
 /// Where the hand is for the scene, in device space. The guards take the position as it was read;
@@ -263,11 +286,12 @@ TickOutput Haptics::tick(const TickInput& input) noexcept {
 
 Cause Haptics::report(TickOutput& out) const noexcept {
   double confidence = 1.0;
+  out.held = limited_;
   for (const CarrierRun& run : run_->carriers) {
     const CarrierReport& of = run.carrier->report();
     out.residual_m = std::max(out.residual_m, of.residual_m);
     out.newton_steps = std::max(out.newton_steps, uint8_t(std::min(of.steps, 255)));
-    out.held |= run.held;
+    out.held |= run.held || of.unsound;
     confidence = std::min(confidence, of.confidence);
   }
   if (empty_) return Cause::kSceneEmpty;

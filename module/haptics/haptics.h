@@ -73,8 +73,11 @@ class Haptics final : public Ticker {
       0.0};              ///< what is left of the difference between the scene before and this one
   bool placed_ = false;  ///< proxy_ has been put to a probe
   bool empty_ = true;
-  Transform device_;     ///< world from device of the scene that ran last
-  double lost_s_ = 0.0;  ///< for so long the device has given no position to trust
+  bool rough_ = false;    ///< in the last tick the motion was one that may not be turned around
+  bool limited_ = false;  ///< in this tick, because of that, the force was
+  bool unsound_ = false;  ///< in the last tick data were read that are no numbers
+  Transform device_;      ///< world from device of the scene that ran last
+  double lost_s_ = 0.0;   ///< for so long the device has given no position to trust
 };
 
 }  // namespace palpate

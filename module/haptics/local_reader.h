@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+
 #include "module/haptics/mode.h"
 #include "module/scene/frame_data.h"
 #include "module/scene/motion_map.h"
@@ -16,20 +18,33 @@ class PointReader {
 
   double scalar() const noexcept {
     return mode_.scalar == ScalarProperty::kValue ? both().value
-                                                  : scalar_of(frame_, mode_.scalar, x_);
+                                                  : noted(scalar_of(frame_, mode_.scalar, x_));
   }
   glm::dvec3 scalar_gradient() const noexcept {
     return mode_.scalar == ScalarProperty::kValue ? both().gradient
-                                                  : gradient_of(frame_, mode_.scalar, x_);
+                                                  : noted(gradient_of(frame_, mode_.scalar, x_));
   }
   glm::dvec3 vector() const noexcept {
     return mode_.vector == VectorProperty::kGradient ? both().gradient
-                                                     : vector_of(frame_, mode_.vector, x_);
+                                                     : noted(vector_of(frame_, mode_.vector, x_));
   }
+  /// False if something that was read is no number.
+  bool sound() const noexcept { return sound_; }
 
  private:
+  double noted(double v) const noexcept {
+    sound_ = sound_ && std::isfinite(v);
+    return v;
+  }
+  glm::dvec3 noted(glm::dvec3 v) const noexcept {
+    sound_ = sound_ && std::isfinite(v.x + v.y + v.z);
+    return v;
+  }
   const ScalarSample& both() const noexcept {
-    if (!known_) both_ = frame_.scalar_and_gradient(x_);
+    if (known_) return both_;
+    both_ = frame_.scalar_and_gradient(x_);
+    noted(both_.value);
+    noted(both_.gradient);
     known_ = true;
     return both_;
   }
@@ -37,7 +52,7 @@ class PointReader {
   const ModeSpec& mode_;
   glm::dvec3 x_;
   mutable ScalarSample both_;
-  mutable bool known_ = false;
+  mutable bool known_ = false, sound_ = true;
 };
 
 /// Data of one frame, as a mode sees them.
@@ -47,6 +62,7 @@ class StillReader final : public LocalData {
   double scalar() const noexcept override { return here_.scalar(); }
   glm::dvec3 scalar_gradient() const noexcept override { return here_.scalar_gradient(); }
   glm::dvec3 vector() const noexcept override { return here_.vector(); }
+  bool sound() const noexcept { return here_.sound(); }
 
  private:
   PointReader here_;
@@ -77,6 +93,7 @@ class BlendedReader final : public LocalData {
     return (1.0 - phase_) * here_.vector() +
            phase_ * (mode_.vector == VectorProperty::kGradient ? covector(there) : arrow(there));
   }
+  bool sound() const noexcept { return here_.sound() && there_.sound(); }
 
  private:
   glm::dvec3 covector(glm::dvec3 v) const {

@@ -44,6 +44,7 @@ class Way {
   Sweep go() noexcept {
     Sweep result;
     Placed *here = &run_.scratch[0], *there = &run_.scratch[1], *between = &run_.scratch[2];
+    for (size_t c = 0; c < run_.carriers.size(); ++c) starts_[c] = run_.carriers[c].carrier->mark();
     place(*here);
     settle(*here);
     while (result.pieces < kMostPieces && looks_ < kMostLooks) {
@@ -73,7 +74,9 @@ class Way {
             continue;
           }
           mean(*here, *there, *between);
+          const glm::dvec3 straight = balance.proxy;
           balance = solve(*between, result);
+          balance.proxy = bent(*here, *there, straight, balance.proxy);
           measure(balance.proxy);
           share = length_ > 0.0 ? std::min(1.0, look_ / strides_) : 1.0;
           balance.proxy = on_level(*here, *there, share, balance.proxy);
@@ -145,12 +148,17 @@ class Way {
     }
   }
 
-  /// Takes every carrier the share of its way to a point.
+  /// Takes every carrier the share of its way to a point. One that can not follow is held where the
+  /// frame began: what was felt there goes on until it has faded. On the way it may already have
+  /// been off the surface, and then the force would be gone at once.
   void advance(double share, glm::dvec3 to) noexcept {
-    for (CarrierRun& run : run_.carriers) {
+    for (size_t c = 0; c < run_.carriers.size(); ++c) {
+      CarrierRun& run = run_.carriers[c];
       if (run.held) continue;
       const glm::dvec3 from = run.carrier->at();
-      if (!run.carrier->go_to(share == 1.0 ? to : from + share * (to - from))) run.held = true;
+      if (run.carrier->go_to(share == 1.0 ? to : from + share * (to - from))) continue;
+      run.held = true;
+      run.carrier->reset(starts_[c]);
     }
   }
 
@@ -158,7 +166,8 @@ class Way {
     for (size_t c = 0; c < run_.carriers.size(); ++c) marks_[c] = run_.carriers[c].carrier->mark();
   }
   void reset() noexcept {
-    for (size_t c = 0; c < run_.carriers.size(); ++c) run_.carriers[c].carrier->reset(marks_[c]);
+    for (size_t c = 0; c < run_.carriers.size(); ++c)
+      if (!run_.carriers[c].held) run_.carriers[c].carrier->reset(marks_[c]);
   }
 
   /// How fast the way of its mode's carrier leads out of plane i, per length: below 0, against it.
@@ -196,6 +205,24 @@ class Way {
       if (slides(here, there, i) && glm::dot(here.set[i].direction, there.set[i].direction) < kBend)
         return true;
     return false;
+  }
+
+  /// How far a slide has to go where the surface bends. A plane knows nothing of that: it takes the
+  /// proxy to below the hand on the plane, and with the hand at a depth d behind a surface of
+  /// curvature c that is short of the balance by the share c d, frame after frame. Newton's step
+  /// along the surface is longer by 1 / (1 - c d); the curvature is the turn of the normal that is
+  /// seen anyhow. Where other primitives act as well: `midway`, as it is.
+  glm::dvec3 bent(const Placed& here, const Placed& there, glm::dvec3 straight,
+                  glm::dvec3 midway) const noexcept {
+    if (here.set.count() != 1 || !slides(here, there, 0)) return midway;
+    const Primitive &a = here.set[0], &b = there.set[0];
+    const glm::dvec3 seen = b.position - a.position, way = midway - a.position;
+    const double squared = glm::dot(seen, seen), length = glm::length(way);
+    if (!(squared > kShort_m * kShort_m) || !(length > 0.0)) return midway;
+    const double curvature = glm::dot(b.direction - a.direction, seen) / squared;
+    const double depth = glm::dot(a.position - here.pull, a.direction);
+    const double stiffer = std::clamp(1.0 - curvature * depth, 0.5, 2.0);
+    return a.position + way * (glm::length(straight - a.position) / (stiffer * length));
   }
 
   /// A slide that is to end at share of the way to a point, corrected by what the data at `there`
@@ -370,7 +397,7 @@ class Way {
   double look_ = 1.0;  // strides to a piece
   bool inside_side_ = false;
   int looks_ = 0;
-  std::array<Carrier::Mark, kMostCarriers> marks_;
+  std::array<Carrier::Mark, kMostCarriers> marks_, starts_;
   std::array<glm::dvec3, kMostCarriers> ways_;
 };
 

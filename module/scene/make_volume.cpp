@@ -1,8 +1,11 @@
 #include "module/scene/make_volume.h"
 
+#include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <utility>
 
+#include "compute/volume/parallel.h"
 #include "compute/volume/phantom.h"
 #include "module/scene/analytic_data.h"
 
@@ -49,6 +52,22 @@ FrameTimes times_of(const VolumeSpec& spec, const Sequence& sequence, size_t fra
   return times;
 }
 
+/// True if every value is finite.
+bool all_finite(const float* values, size_t count) {
+  std::atomic<bool> fine{true};
+  constexpr size_t kBlock = 1 << 16;
+  const int blocks = int((count + kBlock - 1) / kBlock);
+  parallel_ranges(blocks, 0.2 * kBlock, [&](int begin, int end) {
+    for (int b = begin; b < end; ++b) {
+      const size_t first = size_t(b) * kBlock, last = std::min(count, first + kBlock);
+      float nothing = 0.0F;  // 0 times what is not finite is not a number
+      for (size_t k = first; k < last; ++k) nothing += 0.0F * values[k];
+      if (nothing != 0.0F) fine = false;
+    }
+  });
+  return fine;
+}
+
 /// The frames of the files, moved out of `data`.
 Result<std::vector<std::shared_ptr<const FrameData>>> frames_of(const VolumeSpec& spec,
                                                                 VolumeData& data) {
@@ -57,12 +76,19 @@ Result<std::vector<std::shared_ptr<const FrameData>>> frames_of(const VolumeSpec
     return refused(spec, "frame " + std::to_string(frames.size()) +
                              " has no samples, or more or fewer than its grid says.");
   };
+  const auto not_finite = [&] {
+    return refused(spec, "frame " + std::to_string(frames.size()) +
+                             " holds values that are no numbers; replace them, for example by the "
+                             "value of what surrounds the body.");
+  };
   for (VectorFrame& frame : data.vectors) {
     if (!usable(frame.grid, frame.values.size())) return bad();
+    if (!all_finite(&frame.values[0].x, 3 * frame.values.size())) return not_finite();
     frames.push_back(sampled_vector(frame.grid, std::move(frame.values)));
   }
   for (Volume& frame : data.frames.frames) {
     if (!usable(frame.grid, frame.values.size())) return bad();
+    if (!all_finite(frame.values.data(), frame.values.size())) return not_finite();
     frames.push_back(sampled_scalar(std::move(frame)));
   }
   if (frames.empty()) return refused(spec, "no frames were read; give its files.");

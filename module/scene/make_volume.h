@@ -33,8 +33,8 @@ struct VolumeData {
 /// The volume that hand and eye take, from files that were read. Data are moved in. Times: the
 /// file's own from its first frame on, or frame / frames_per_second where the spec gives that, or
 /// one frame a second where nobody knows. A cycle closes after the mean step. kBadInput, in one
-/// sentence that names the volume: what is missing, does not fit, or lies elsewhere in space.
-/// Lays out fields and bounds them, on all cores: not for the servo thread.
+/// sentence that names the volume: what is missing, does not fit, lies elsewhere in space, or is no
+/// number. Lays out fields and bounds them, on all cores: not for the servo thread.
 Result<MovingVolume> build(const VolumeSpec& spec, VolumeData data);
 
 /// The volume of spec.source: "heart", the beating shell sampled at 1 mm without noise, four frames

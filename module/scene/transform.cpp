@@ -38,6 +38,19 @@ Result<Transform> split(const glm::dmat4& m) {
   return t;
 }
 
+Status check(const Transform& t) {
+  const double length = glm::length(t.rotation);
+  if (!std::isfinite(glm::dot(t.translation_m, t.scale)) || !std::isfinite(length))
+    return refused("it holds a value that is not finite");
+  if (std::abs(length - 1.0) > kRightAngle) return refused("its rotation is not of unit length");
+  if (t.scale.x * t.scale.y * t.scale.z < 0.0)
+    return refused("it is a mirror image (negative determinant)");
+  for (int a = 0; a < 3; ++a)
+    if (!(t.scale[a] >= kSmallest && t.scale[a] <= kLargest))
+      return refused("an axis is scaled by less than 1e-4 or more than 1e4");
+  return Nothing{};
+}
+
 glm::dmat4 matrix(const Transform& transform) {
   glm::dmat4 m(transform.linear());
   m[3] = glm::dvec4(transform.translation_m, 1.0);

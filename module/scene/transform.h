@@ -35,6 +35,10 @@ struct Transform {
 /// allocate when it succeeds.
 Result<Transform> split(const glm::dmat4& world_from_volume);
 
+/// kBadInput, in one sentence, for a transform that can not be felt: as split(), and a rotation
+/// that is none (length more than 1e-6 off 1).
+Status check(const Transform& transform);
+
 /// The matrix again.
 glm::dmat4 matrix(const Transform& transform);
 

@@ -1,7 +1,12 @@
+#include <cmath>
+
 #include "module/haptics/modes/modes.h"
 
 namespace palpate {
 namespace {
+
+// A slope below this share of the value, per m, is what rounding makes of equal samples.
+constexpr double kFlat_per_m = 1e-9;
 
 /// Surface and friction, equation (12): a plane across the gradient at the proxy, as strong as the
 /// transfer function says, with Coulomb friction. It holds the hand out of higher values (or in
@@ -19,7 +24,8 @@ class Surface final : public Mode {
     const double strength = strength_(value);
     if (!(strength > 0.0)) return;
     const glm::dvec3 uphill = at.data.vector();
-    if (!(glm::dot(uphill, uphill) > 0.0)) return;  // flat: there is no surface to stand on
+    // Flat, but for rounding: there is no surface to stand on.
+    if (!(glm::length(uphill) > kFlat_per_m * std::abs(value))) return;
     const double friction = friction_(value);
     if (entering_) out.surface(at.proxy, -uphill, strength, friction);
     if (leaving_) out.surface(at.proxy, uphill, strength, friction);
