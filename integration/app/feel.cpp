@@ -9,11 +9,14 @@
 #include "integration/app/exit_code.h"
 #include "integration/app/feel_report.h"
 #include "integration/app/force_device.h"
+#include "integration/app/gallery.h"
 #include "integration/app/live_motion.h"
+#include "integration/app/outputs.h"
 #include "integration/app/palpation.h"
 #include "integration/app/replay.h"
 #include "integration/app/tick_log.h"
 #include "integration/devices/spacemouse.h"
+#include "integration/files/atomic_file.h"
 #include "module/haptics/black_box.h"
 #include "module/haptics/emergency.h"
 #include "module/haptics/recording.h"
@@ -36,8 +39,11 @@ struct FeelCommand {
   double watchdog_ms = 0.0;
   fs::path csv, picture, record, replay;
   fs::path black_box = ".";
+  fs::path headless;
+  ViewChoices view;
+  int picture_size = 384;
   int core = -1;
-  bool dead_man = false, no_real_time = false, no_motion = false, quiet = false;
+  bool dead_man = false, no_real_time = false, no_motion = false, estimate = false, quiet = false;
 };
 
 /// A hand that is not there can not be hurt by a late frame, and this machine may be busy.
@@ -94,7 +100,14 @@ class FeelRun {
   int run(std::stop_token stop) {
     auto scene = load_felt_scene(command_.inputs, command_.sequence);
     if (!scene) return fail(console_, scene.error());
+    if (const Status look = check_look(command_.view.look); !look)
+      return fail(console_, look.error());
     apply_choices(*scene);
+    if (!command_.headless.empty()) {
+      auto outputs = Outputs::into(command_.headless);
+      if (!outputs) return fail(console_, outputs.error());
+      outputs_.emplace(std::move(*outputs));
+    }
     auto opened = open_force_device(command_.device, *scene);
     if (!opened) return fail(console_, opened.error());
     opened_ = std::move(*opened);
@@ -122,6 +135,7 @@ class FeelRun {
     if (command_.max_force_n > 0.0) scene.spec.max_force_n = command_.max_force_n;
     if (scene.from_sequence && command_.scale != "fit")
       scene.spec.volumes[0].transform.scale = glm::dvec3(std::stod(command_.scale));
+    if (command_.estimate) forget_motion(scene);
     // A recording holds what goes into the loop; a scene that is exchanged meanwhile does not.
     if (!command_.record.empty() && !scene.missing.empty())
       scene.notes.push_back(
@@ -186,6 +200,13 @@ class FeelRun {
           return palpation_->take_motion(volume, step, std::move(map));
         },
         console_);
+    if (outputs_) {
+      GalleryOptions options;
+      options.gpu = command_.gpu;
+      options.view = command_.view;
+      options.size = {command_.picture_size, command_.picture_size};
+      gallery_ = std::make_unique<Gallery>(*palpation_, options, console_);
+    }
     const auto begin = Clock::now();
     TickOutput tick;
     double motion_known_s = motion.is_done() ? 0.0 : 1e12;
@@ -206,6 +227,7 @@ class FeelRun {
         for (const MissingMotion& missing : scene.missing) palpation_->play(missing.volume);
     }
     console_.end_progress();
+    if (gallery_) gallery_->stop();
     palpation_->stop();
   }
 
@@ -243,8 +265,11 @@ class FeelRun {
       done = write_feel_picture(
           command_.picture.string(),
           fmt::format("Feeling {}", command_.inputs.front().filename().string()), rows);
-    console_.say(summary_text(numbers_of(rows), palpation_->servo().statistics(),
-                              palpation_->servo().report(), palpation_->haptics().tank().ledger()));
+    const std::string summary =
+        summary_text(numbers_of(rows), palpation_->servo().statistics(),
+                     palpation_->servo().report(), palpation_->haptics().tank().ledger());
+    if (gallery_ && done) done = publish(summary);
+    console_.say(summary);
     for (const fs::path& file : black_box_->files())
       console_.say(fmt::format("Wrote     {}: the ticks around a fault", file.string()));
     if (!command_.csv.empty()) console_.say(fmt::format("Wrote     {}", command_.csv.string()));
@@ -252,18 +277,48 @@ class FeelRun {
       console_.say(fmt::format("Wrote     {}", command_.picture.string()));
     if (!command_.record.empty())
       console_.say(fmt::format("Wrote     {}", command_.record.string()));
+    if (gallery_ && done) tell_gallery();
     return done ? kExitOk : fail(console_, done.error());
+  }
+
+  /// Page, views and summary, all or nothing.
+  Status publish(const std::string& summary) {
+    if (!gallery_->trouble().empty())
+      console_.complain("palpate: There are no views of the volume: " + gallery_->trouble());
+    const charts::Timeline timeline = feel_timeline("", log_->rows());
+    const std::string title =
+        fmt::format("Feeling {}", command_.inputs.front().filename().string());
+    const std::string subtitle = feel_timeline(title, log_->rows()).subtitle;
+    Status done = gallery_->stage(*outputs_, title, subtitle, timeline);
+    if (!done) return done;
+    const auto path = outputs_->stage("summary.txt");
+    if (!path) return path.error();
+    done = files::write_text(*path, summary.substr(1));
+    return done ? outputs_->publish() : Status(outputs_->in_place(done.error()));
+  }
+
+  void tell_gallery() {
+    console_.say(
+        fmt::format("Seen      {} stereo pictures of 2 x {} x {}, {:.0f} ms each (median), the "
+                    "first after {:.1f} s",
+                    gallery_->frames(), command_.picture_size, command_.picture_size,
+                    gallery_->median_ms(), gallery_->first_picture_s()));
+    console_.say(fmt::format(
+        "Look at\n  {}   what was seen and felt, on one page\n  {}   a view for two eyes",
+        (command_.headless / "page.png").string(), (command_.headless / "view_1.png").string()));
   }
 
   const FeelCommand& command_;
   Console& console_;
+  std::optional<Outputs> outputs_;
   OpenedDevice opened_;
   std::unique_ptr<TickLog> log_;
   std::unique_ptr<BlackBox> black_box_;
   std::unique_ptr<Recorder> recorder_;
   std::unique_ptr<devices::SpaceMouse> second_hand_;
   std::optional<DeviceFault> second_hand_fault_;  ///< as it was told
-  std::unique_ptr<Palpation> palpation_;          ///< last: its servo thread ends first
+  std::unique_ptr<Palpation> palpation_;  ///< ends its servo thread before what is above goes
+  std::unique_ptr<Gallery> gallery_;      ///< looks at palpation_
 };
 
 int replay_run(const FeelCommand& command, Console& console) {
@@ -342,6 +397,8 @@ void add_sequence(CLI::App& app, FeelCommand& command) {
         return text == "fit" || number ? std::string() : "is 'fit' or a number from 1e-4 to 1e4";
       })
       ->capture_default_str();
+  app.add_flag("--estimate", command.estimate,
+               "heart: forget its known motion and estimate it, as a patient's would be");
   app.add_flag("--no-motion", command.no_motion,
                "Feel the frames as they are, without motion between them");
   app.add_flag("!--not-cyclic", command.sequence.cyclic,
@@ -368,6 +425,20 @@ Command add_feel(CLI::App& program) {
       ->check(CLI::ExistingFile);
   app->add_option("--black-box", command->black_box, "Folder for the ticks around a fault")
       ->check(CLI::ExistingDirectory)
+      ->capture_default_str();
+  app->add_option("--headless", command->headless,
+                  "Write stereo pictures and a page of what was seen and felt into this folder; "
+                  "needs no display");
+  app->add_option("--look", command->view.look,
+                  "What the volume looks like: auto, or CT bone, CT heart, CT lung, MR, ...")
+      ->capture_default_str();
+  app->add_flag("--whole-frames", command->view.whole_frames,
+                "Draw the frames as they are, not moved between them (the old way)");
+  app->add_flag("--cut-open", command->view.cut_open, "Cut away what is to the right of the proxy");
+  app->add_flag("!--no-box", command->view.box, "No edges and letters around the volume");
+  app->add_option("--picture-size", command->picture_size,
+                  "Pixels along an edge of each eye's picture")
+      ->check(CLI::Range(64, 2048))
       ->capture_default_str();
   app->add_option("--gpu", command->gpu.device,
                   "Vulkan device for the estimation: number or part of a name");

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "integration/charts/timeline.h"
-
 namespace palpate::app {
 namespace {
 
@@ -129,8 +127,7 @@ std::string summary_text(const FeelNumbers& n, const ServoStatistics& statistics
   return text;
 }
 
-Status write_feel_picture(const std::string& path, const std::string& title,
-                          const std::vector<TickRow>& rows) {
+charts::Timeline feel_timeline(const std::string& title, const std::vector<TickRow>& rows) {
   charts::Timeline timeline;
   timeline.title = title;
   const FeelNumbers n = numbers_of(rows);
@@ -159,7 +156,12 @@ Status write_feel_picture(const std::string& path, const std::string& title,
   force.low = depth.low = 0.0;
   timeline.strips = {force, depth};
   if (moves) timeline.strips.push_back(phase);
-  return charts::write_timeline(path, timeline);
+  return timeline;
+}
+
+Status write_feel_picture(const std::string& path, const std::string& title,
+                          const std::vector<TickRow>& rows) {
+  return charts::write_timeline(path, feel_timeline(title, rows));
 }
 
 }  // namespace palpate::app

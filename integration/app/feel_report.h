@@ -5,6 +5,7 @@
 
 #include "compute/volume/result.h"
 #include "integration/app/tick_log.h"
+#include "integration/charts/timeline.h"
 #include "module/haptics/energy.h"
 #include "module/haptics/servo.h"
 
@@ -38,7 +39,10 @@ std::string live_text(const TickOutput& tick, const ServoStatistics& statistics,
 std::string summary_text(const FeelNumbers& numbers, const ServoStatistics& statistics,
                          const ServoReport& report, const EnergyLedger& energy);
 
-/// Force, depth and phase over time as PNG. kBadInput if nothing was felt, kBadOutput.
+/// Force, depth and phase over time; title and subtitle say what.
+charts::Timeline feel_timeline(const std::string& title, const std::vector<TickRow>& rows);
+
+/// The same as PNG. kBadInput if nothing was felt, kBadOutput.
 Status write_feel_picture(const std::string& path, const std::string& title,
                           const std::vector<TickRow>& rows);
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "compute/volume/phantom.h"
 #include "integration/app/summary.h"
 #include "integration/files/read_sequence.h"
 #include "integration/files/read_volume.h"
@@ -100,7 +101,7 @@ void add(FeltScene& scene, size_t v, MovingVolume volume) {
   spec.transform = start_transform(spec, volume);
   spec.centred = false;
   if (!volume.is_still() && volume.motions.empty() && spec.source.empty())
-    scene.missing.push_back({v, spec.files});
+    scene.missing.push_back({v, [files = spec.files] { return open_sequence(files); }});
   scene.data.push_back(std::make_shared<const MovingVolume>(std::move(volume)));
 }
 
@@ -159,6 +160,27 @@ Result<FeltScene> of_sequence(const std::vector<fs::path>& inputs, const Sequenc
 }
 
 }  // namespace
+
+void forget_motion(FeltScene& scene) {
+  for (size_t v = 0; v < scene.data.size(); ++v) {
+    if (scene.spec.volumes[v].source != "heart") continue;
+    MovingVolume volume = *scene.data[v];
+    volume.motions.clear();
+    scene.missing.push_back({v, [count = int(volume.frames.size())]() -> Result<Frames> {
+                               auto heart = std::make_shared<Sequence>(
+                                   heart_phantom(heart_grid(128), count, 1, 0.0));
+                               Frames frames;
+                               frames.name = "heart";
+                               frames.grid = heart->frames.front().grid;
+                               frames.count = heart->frames.size();
+                               frames.read = [heart](size_t k) -> Result<Volume> {
+                                 return std::move(heart->frames[k]);
+                               };
+                               return frames;
+                             }});
+    scene.data[v] = std::make_shared<const MovingVolume>(std::move(volume));
+  }
+}
 
 Surface surface_between_groups(const Volume& frame) {
   const auto [low, high] = std::minmax_element(frame.values.begin(), frame.values.end());

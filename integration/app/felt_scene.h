@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -25,10 +26,10 @@ struct SequenceChoices {
   bool cyclic = true;
 };
 
-/// A motion that no file gives: to be estimated while the data are felt.
+/// A motion that nothing gives: to be estimated while the data are felt.
 struct MissingMotion {
   size_t volume = 0;
-  std::vector<std::filesystem::path> inputs;
+  std::function<Result<Frames>()> open;  ///< the volume's frames, once more
 };
 
 /// A scene with its data, ready to be assembled. Transforms are those at the start.
@@ -45,6 +46,9 @@ struct FeltScene {
 /// files, or a single frame. kBadInput in one sentence. Any thread.
 Result<FeltScene> load_felt_scene(const std::vector<std::filesystem::path>& inputs,
                                   const SequenceChoices& choices);
+
+/// Forgets the known motion of made data, so that it has to be found as a patient's would.
+void forget_motion(FeltScene& scene);
 
 /// The value that parts a frame best into two groups (Otsu 1979), and how soft the edge between
 /// them is taken: a quarter of the distance of their means. For data with one value only, that.

@@ -62,7 +62,7 @@ void LiveMotion::run(std::stop_token stop) {
 }
 
 Status LiveMotion::estimate(const Job& job, std::stop_token stop) {
-  auto frames = open_sequence(job.missing.inputs);
+  auto frames = job.missing.open();
   if (!frames) return frames.error();
   const auto context = open_device(device_, console_);
   if (!context) return context.error();

@@ -42,6 +42,8 @@ class Palpation {
   std::shared_ptr<const HapticScene> scene() const;
 
   Servo& servo() { return *servo_; }
+  /// The newest tick as an eye sees it; true if it is another than last time. One thread.
+  bool newest(SceneMoment& moment) { return ticker_.newest(moment); }
   /// Ramps to zero and ends the servo thread. Further calls do nothing.
   void stop();
   /// The step's books; after stop() only.

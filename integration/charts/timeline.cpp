@@ -167,33 +167,37 @@ std::vector<double> axis_ticks(double low, double high, int wanted) {
   return ticks;
 }
 
-Status write_timeline(const std::string& path, const Timeline& timeline) {
-  if (const Status fine = checked(path, timeline); !fine) return fine;
-  Canvas canvas(timeline.width_px, timeline.height_px, kPaper);
-  canvas.draw_text(timeline.title, {kMargin, 48},
-                   {.size_px = 26,
-                    .bold = true,
-                    .color = kInk,
-                    .max_width_px = timeline.width_px - 2 * kMargin});
-  canvas.draw_text(
-      timeline.subtitle, {kMargin, 74},
-      {.size_px = 16, .color = kSoft, .max_width_px = timeline.width_px - 2 * kMargin});
+Status draw_timeline(Canvas& canvas, const Timeline& timeline, double y_px) {
+  if (const Status fine = checked("timeline", timeline); !fine) return fine;
   double shares = 0.0;
   for (const Strip& strip : timeline.strips) shares += strip.share;
   const double gaps = kGap * double(timeline.strips.size() - 1);
-  const double height = timeline.height_px - kTitle - kGap - kBottom - gaps;
-  const double x_high =
-      timeline.x.back() > timeline.x.front() ? timeline.x.back() : timeline.x.front() + 1.0;
-  double y = kTitle + kGap;
+  const double height = timeline.height_px - kGap - kBottom - gaps;
+  const double first = timeline.x.front(), last = timeline.x.back();
+  double y = y_px + kGap;
   for (size_t k = 0; k < timeline.strips.size(); ++k) {
     const Strip& strip = timeline.strips[k];
-    Frame frame{{kLeft, y},
-                {timeline.width_px - kLeft - kMargin, height * strip.share / shares},
-                {timeline.x.front(), x_high},
-                range_of(strip)};
+    const Frame frame{{kLeft, y},
+                      {timeline.width_px - kLeft - kMargin, height * strip.share / shares},
+                      {first, last > first ? last : first + 1.0},
+                      range_of(strip)};
     draw_strip(canvas, frame, timeline, strip, k + 1 == timeline.strips.size());
     y += frame.size.y + kGap;
   }
+  return Nothing{};
+}
+
+Status write_timeline(const std::string& path, const Timeline& timeline) {
+  if (const Status fine = checked(path, timeline); !fine) return fine;
+  Canvas canvas(timeline.width_px, timeline.height_px, kPaper);
+  const double width = timeline.width_px - 2 * kMargin;
+  canvas.draw_text(timeline.title, {kMargin, 48},
+                   {.size_px = 26, .bold = true, .color = kInk, .max_width_px = width});
+  canvas.draw_text(timeline.subtitle, {kMargin, 74},
+                   {.size_px = 16, .color = kSoft, .max_width_px = width});
+  Timeline below = timeline;
+  below.height_px -= int(kTitle);
+  if (const Status drawn = draw_timeline(canvas, below, kTitle); !drawn) return drawn;
   return canvas.save(path);
 }
 

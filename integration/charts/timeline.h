@@ -9,6 +9,8 @@
 
 namespace palpate::charts {
 
+class Canvas;
+
 /// A curve over the strip's x values. Values that are not finite leave a gap.
 struct Curve {
   std::string name;
@@ -49,6 +51,10 @@ struct Timeline {
 /// that they cover, so that no peak is lost. Errors: kBadInput if a curve has not one value per x
 /// or there is nothing to draw, kBadOutput, kOutOfMemory. Any thread.
 Status write_timeline(const std::string& path, const Timeline& timeline);
+
+/// Draws the strips only (no title) onto a page, from y_px down, timeline.height_px high and
+/// width_px wide. kBadInput as above. For pages that hold more.
+Status draw_timeline(Canvas& canvas, const Timeline& timeline, double y_px);
 
 /// Steps of 1, 2 or 5 times a power of ten, about `wanted` of them from low to high: where an axis
 /// has its ticks.

@@ -1,5 +1,7 @@
 #include "module/haptics/scene_ticker.h"
 
+#include <algorithm>
+
 namespace palpate {
 
 SceneTicker::~SceneTicker() {
@@ -15,7 +17,28 @@ bool SceneTicker::offer(std::shared_ptr<const HapticScene> scene) {
 TickOutput SceneTicker::tick(const TickInput& input) noexcept {
   if (HapticRun* next = handover_.take())
     handover_.retire(haptics_.adopt(std::unique_ptr<HapticRun>(next)).release());
-  return haptics_.tick(input);
+  const TickOutput output = haptics_.tick(input);
+  publish(input, output);
+  return output;
+}
+
+void SceneTicker::publish(const TickInput& input, const TickOutput& output) noexcept {
+  const HapticRun* run = haptics_.run();
+  if (!run) return;
+  SceneMoment moment;
+  moment.now_ns = input.now_ns;
+  moment.volume_count = std::min(int(run->volumes.size()), SceneMoment::kMostVolumes);
+  for (int v = 0; v < moment.volume_count; ++v) {
+    const VolumeRun& volume = run->volumes[size_t(v)];
+    moment.volumes[size_t(v)] = {volume.transform, volume.playback.time_s(),
+                                 volume.playback.rate()};
+  }
+  moment.probe_m = output.probe_m;
+  moment.proxy_m = output.proxy_m;
+  moment.force_n = run->scene->world_from_device.rotation * output.command.force_n;
+  moment.cause = output.cause;
+  moment.in_contact = output.command.in_contact;
+  moments_.put(moment);
 }
 
 }  // namespace palpate

@@ -4,6 +4,7 @@
 
 #include "module/haptics/haptics.h"
 #include "module/haptics/mailbox.h"
+#include "module/haptics/scene_moment.h"
 
 namespace palpate {
 
@@ -26,12 +27,19 @@ class SceneTicker final : public Ticker {
 
   TickOutput tick(const TickInput& input) noexcept override;
 
+  /// Reader: the newest tick as an eye sees it; true if it is another than last time. One thread,
+  /// wait-free.
+  bool newest(SceneMoment& moment) noexcept { return moments_.get(moment); }
+
   /// The step itself, for options and books; not while a Servo runs it.
   const Haptics& haptics() const { return haptics_; }
 
  private:
+  void publish(const TickInput& input, const TickOutput& output) noexcept;
+
   Handover<HapticRun> handover_;
   Haptics haptics_;
+  Newest<SceneMoment> moments_;
 };
 
 }  // namespace palpate

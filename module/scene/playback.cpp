@@ -198,4 +198,21 @@ void Playback::set_phase() {
   pointer_.phase = std::clamp(phase, 0.0, 1.0 - 0x1p-53);
 }
 
+FramePointer pointer_at(const FrameTimes& times, double time_s) noexcept {
+  const double length = times.length_s();
+  if (times.times_s.size() < 2 || !(length > 0.0) || !std::isfinite(time_s)) return {};
+  double at = std::clamp(time_s, 0.0, length);
+  if (times.cyclic()) {
+    at = std::fmod(time_s, length);
+    if (at < 0.0) at += length;
+  } else if (at >= length) {
+    return {int(times.times_s.size()) - 1, 0.0};
+  }
+  const auto after = std::upper_bound(times.times_s.begin(), times.times_s.end(), at);
+  const int frame = std::max(0, int(after - times.times_s.begin()) - 1);
+  const double from = times.times_s[size_t(frame)];
+  const double to = after == times.times_s.end() ? length : *after;
+  return {frame, std::clamp((at - from) / (to - from), 0.0, std::nextafter(1.0, 0.0))};
+}
+
 }  // namespace palpate

@@ -24,6 +24,10 @@ struct FrameTimes {
   double length_s() const { return cyclic() ? cycle_s : times_s.back(); }
 };
 
+/// Where a sequence stands at a time of it, s: beyond its ends it wraps (cyclic) or stays at them.
+/// For eyes, which look ahead to when a picture is seen. NaN: the start. Any thread.
+FramePointer pointer_at(const FrameTimes& times, double time_s) noexcept;
+
 /// Moves the frame pointer as time goes on: rate (1 = as recorded, negative = backwards, 0 =
 /// paused) and scrubbing (a target to go to, at a bounded speed, so that the hand is carried and
 /// not thrown). A value: copying it copies the state. Real-time safe.

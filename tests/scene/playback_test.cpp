@@ -340,5 +340,33 @@ TEST(Playback, GoesOnAtTheSameTimeOfExchangedData) {
   EXPECT_EQ(q.now().phase, 0.0);
 }
 
+TEST(PointerAt, AgreesWithThePlaybackAtEveryTime) {
+  for (const FrameTimes& times :
+       {FrameTimes{{0.0, 0.4, 0.5, 1.1}, 1.5}, FrameTimes{{0.0, 0.4, 0.5, 1.1}, 0.0}}) {
+    Playback playback(&times);
+    for (int k = 0; k < 4000; ++k) {
+      const FramePointer played = playback.step(0.7e-3);
+      const FramePointer at = pointer_at(times, playback.time_s());
+      // The playback adds up small steps; at a border the two may be on either side.
+      const double difference = std::remainder(
+          (at.frame + at.phase) - (played.frame + played.phase), double(times.steps()));
+      ASSERT_NEAR(difference, 0.0, 1e-9) << "step " << k;
+    }
+  }
+}
+
+TEST(PointerAt, WrapsInACycleAndStaysAtTheEndsOtherwise) {
+  const FrameTimes cyclic{{0.0, 1.0, 2.0}, 3.0}, open{{0.0, 1.0, 2.0}, 0.0};
+  EXPECT_EQ(pointer_at(cyclic, -0.5).frame, 2);
+  EXPECT_DOUBLE_EQ(pointer_at(cyclic, -0.5).phase, 0.5);
+  EXPECT_EQ(pointer_at(cyclic, 7.25).frame, 1);
+  EXPECT_DOUBLE_EQ(pointer_at(cyclic, 7.25).phase, 0.25);
+  EXPECT_EQ(pointer_at(open, -1.0).frame, 0);
+  EXPECT_EQ(pointer_at(open, 9.0).frame, 2);
+  EXPECT_EQ(pointer_at(open, 9.0).phase, 0.0);
+  EXPECT_EQ(pointer_at(open, std::nan("")).frame, 0);
+  EXPECT_EQ(pointer_at(FrameTimes{{0.0}, 0.0}, 5.0).frame, 0);
+}
+
 }  // namespace
 }  // namespace palpate

@@ -1,0 +1,144 @@
+#include "integration/app/feel_view.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate::app {
+namespace {
+
+constexpr size_t kMostDrawn = 4;  // as the renderer takes
+constexpr glm::dvec3 kPen{0.80, 0.83, 0.88}, kProxy{0.30, 0.78, 0.98}, kArrow{1.0, 0.62, 0.18};
+constexpr glm::dvec3 kFrame{0.42, 0.46, 0.54};
+constexpr double kHeightAngle = 0.55;  // of a picture
+constexpr double kArrow_m_per_n = 0.008;
+constexpr double kLongestLook_s = 0.1;  // a tick older than this says nothing of now
+
+/// The least and greatest value of a frame on a coarse lattice: enough to choose a look.
+std::pair<double, double> range_of(const FrameData& frame) {
+  constexpr int kAlong = 40;
+  double low = 1e300, high = -1e300;
+  for (int z = 0; z < kAlong; ++z)
+    for (int y = 0; y < kAlong; ++y)
+      for (int x = 0; x < kAlong; ++x) {
+        const glm::dvec3 t = (glm::dvec3(x, y, z) + 0.5) / double(kAlong);
+        const double value = frame.scalar(glm::mix(frame.low_m(), frame.high_m(), t));
+        low = std::min(low, value);
+        high = std::max(high, value);
+      }
+  return {low, high};
+}
+
+Look look_for(const std::string& name, const HapticVolume& volume) {
+  if (name != "auto")
+    if (auto preset = preset_look(name)) return *preset;
+  const auto [low, high] = range_of(*volume.data->frames.front());
+  const std::string& source = volume.spec.source;
+  return fitting_look(source.empty() ? volume.data->name : source, low, high);
+}
+
+}  // namespace
+
+Status check_look(const std::string& name) {
+  if (name == "auto" || preset_look(name)) return Nothing{};
+  std::string names = "auto";
+  for (const std::string& preset : preset_names()) names += ", " + preset;
+  return Error{ErrorKind::kBadInput,
+               fmt::format("There is no look '{}': choose one of {}", name, names)};
+}
+
+bool FeelPicture::update(std::shared_ptr<const HapticScene> felt) {
+  if (felt == felt_) return false;
+  std::vector<std::shared_ptr<const MovingVolume>> volumes;
+  for (const HapticVolume& volume : felt->volumes)
+    if (volumes.size() < kMostDrawn) volumes.push_back(volume.data);
+  const bool same_frames = looks_.size() == volumes.size();
+  if (!same_frames) {
+    looks_.clear();
+    for (size_t v = 0; v < volumes.size(); ++v)
+      looks_.push_back(look_for(choices_.look, felt->volumes[v]));
+  }
+  felt_ = std::move(felt);
+  const bool changed = volumes != volumes_;
+  volumes_ = std::move(volumes);
+  return changed;
+}
+
+void FeelPicture::bounds(const SceneMoment& moment, glm::dvec3& centre, double& radius_m) const {
+  glm::dvec3 low(1e300), high(-1e300);
+  for (size_t v = 0; v < volumes_.size(); ++v) {
+    const FrameData& frame = *volumes_[v]->frames.front();
+    const Transform& place = moment.volumes[v].world_from_volume;
+    for (int c = 0; c < 8; ++c) {
+      const glm::dvec3 t(c & 1, c >> 1 & 1, c >> 2);
+      const glm::dvec3 x = place.world_from_volume(glm::mix(frame.low_m(), frame.high_m(), t));
+      low = glm::min(low, x);
+      high = glm::max(high, x);
+    }
+  }
+  centre = 0.5 * (low + high);
+  radius_m = 0.5 * glm::distance(low, high);
+}
+
+void FeelPicture::add_things(const SceneMoment& moment, const Eye& eye, double radius_m,
+                             ViewScene& scene) const {
+  const double size = radius_m / 0.1;  // of things, beside a volume of 10 cm radius
+  // The pen comes from the side of the eye, so that its tip is in view.
+  const glm::dvec3 away = glm::normalize(eye.orientation * glm::dvec3(0.45, 0.55, 0.70));
+  add_pen(scene.things, moment.probe_m, away, 0.0022 * size, 0.07 * size, kPen);
+  if (moment.in_contact) add_sphere(scene.things, moment.proxy_m, 0.0026 * size, kProxy);
+  add_arrow(scene.things, moment.proxy_m, moment.force_n, kArrow_m_per_n * size, 0.0012 * size,
+            kArrow);
+  if (!choices_.box) return;
+  for (size_t v = 0; v < volumes_.size(); ++v) {
+    const FrameData& frame = *volumes_[v]->frames.front();
+    const Transform& place = moment.volumes[v].world_from_volume;
+    add_box(scene.things, place, frame.low_m(), frame.high_m(), 0.0004 * size, kFrame);
+    if (felt_->volumes[v].spec.source != "molecule")
+      add_letters(scene.things, place, frame.low_m(), frame.high_m(), eye, 0.010 * size, kPen);
+  }
+}
+
+ViewScene FeelPicture::at(const SceneMoment& moment, int64_t display_ns, const Eye& eye) const {
+  ViewScene scene;
+  const double ahead_s = std::clamp(double(display_ns - moment.now_ns) * 1e-9, 0.0, kLongestLook_s);
+  for (size_t v = 0; v < volumes_.size(); ++v) {
+    const VolumeMoment& of = moment.volumes[v];
+    const VolumeSpec& spec = felt_->volumes[v].spec;
+    ViewVolume volume;
+    volume.data = volumes_[v];
+    volume.world_from_volume = of.world_from_volume;
+    volume.pointer = pointer_at(volumes_[v]->times, of.time_s + of.rate * ahead_s);
+    volume.look = looks_[v];
+    volume.blend_values = spec.blend_values;
+    volume.whole_frames = choices_.whole_frames;
+    scene.volumes.push_back(volume);
+  }
+  glm::dvec3 centre;
+  double radius_m = 0.0;
+  bounds(moment, centre, radius_m);
+  add_things(moment, eye, radius_m, scene);
+  if (choices_.cut_open) {
+    const glm::dvec3 normal = eye.orientation * glm::dvec3(-1.0, 0.0, 0.0);
+    scene.clips.push_back({normal, glm::dot(normal, moment.proxy_m)});
+  }
+  return scene;
+}
+
+std::array<Eye, 2> eyes_before(glm::dvec3 centre, double radius_m, PictureSize size) {
+  const double distance = 1.02 * radius_m / std::sin(0.5 * kHeightAngle);
+  const glm::dvec3 from = centre + distance * glm::normalize(glm::dvec3(0.42, 0.30, 1.0));
+  const Eye middle = eye_at(from, centre, kHeightAngle, size);
+  std::array<Eye, 2> eyes;
+  // As far apart as a person's eyes would be that sees half a metre where this head sees its way.
+  split_eyes(middle, 0.063 * distance / 0.5, eyes[0], eyes[1]);
+  // Parallel eyes that far apart would each lose a side of the picture: their angles are shifted so
+  // that both frame what is at the centre's depth.
+  const double shift = 0.5 * 0.063 / 0.5;
+  eyes[0].tan_left += shift, eyes[0].tan_right += shift;
+  eyes[1].tan_left -= shift, eyes[1].tan_right -= shift;
+  return eyes;
+}
+
+}  // namespace palpate::app

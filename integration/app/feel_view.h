@@ -1,0 +1,57 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "compute/vulkan/context.h"
+#include "module/haptics/haptic_scene.h"
+#include "module/haptics/scene_moment.h"
+#include "module/view/view_scene.h"
+#include "module/view/volume_renderer.h"
+
+namespace palpate::app {
+
+/// What a person who looks may change.
+struct ViewChoices {
+  std::string look = "auto";  ///< a preset's name, or auto: what suits the data
+  bool whole_frames = false;  ///< the old way: frames as they are, not moved
+  bool box = true;            ///< edges of the data and letters of the patient's sides
+  bool cut_open = false;      ///< the half towards the eye's right is cut away at the proxy
+};
+
+/// The volumes that are felt, as they are to be seen: built anew when the scene changes (motion
+/// arrived), then asked for a picture's scene at a time. Values; one thread.
+class FeelPicture {
+ public:
+  explicit FeelPicture(const ViewChoices& choices) : choices_(choices) {}
+
+  /// Takes what is felt now. True if the renderer has to be given volumes() again.
+  bool update(std::shared_ptr<const HapticScene> felt);
+  /// At most four: the first ones.
+  const std::vector<std::shared_ptr<const MovingVolume>>& volumes() const { return volumes_; }
+
+  /// What is to be seen at display_ns (monotonic), from a tick not long before: volumes at the
+  /// phase that the hand will feel then, where they are, with pen, proxy and force.
+  ViewScene at(const SceneMoment& moment, int64_t display_ns, const Eye& eye) const;
+
+  /// A ball around all volumes at their places in `moment`, world, m.
+  void bounds(const SceneMoment& moment, glm::dvec3& centre, double& radius_m) const;
+
+ private:
+  void add_things(const SceneMoment& moment, const Eye& eye, double radius_m,
+                  ViewScene& scene) const;
+
+  ViewChoices choices_;
+  std::shared_ptr<const HapticScene> felt_;
+  std::vector<std::shared_ptr<const MovingVolume>> volumes_;
+  std::vector<Look> looks_;
+};
+
+/// kBadInput, naming the presets, if there is no look of that name.
+Status check_look(const std::string& name);
+
+/// A head before the volumes, a little to the right and above, that sees all of them; two eyes.
+std::array<Eye, 2> eyes_before(glm::dvec3 centre, double radius_m, PictureSize size);
+
+}  // namespace palpate::app

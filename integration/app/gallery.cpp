@@ -1,0 +1,150 @@
+#include "integration/app/gallery.h"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "integration/files/sentences.h"
+
+namespace palpate::app {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr int kNice = 5;  // behind the hand, before the estimation
+constexpr std::chrono::milliseconds kFrame{33};
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+charts::Raster raster_of(const Picture& picture) {
+  charts::Raster raster{picture.width, picture.height, {}};
+  raster.pixels.reserve(picture.colours.size());
+  // R in the lowest byte becomes R above G above B, opaque.
+  for (const uint32_t c : picture.colours)
+    raster.pixels.push_back(0xff000000u | (c & 0xffu) << 16 | (c & 0xff00u) | (c >> 16 & 0xffu));
+  return raster;
+}
+
+}  // namespace
+
+Gallery::Gallery(Palpation& palpation, const GalleryOptions& options, Console& console)
+    : palpation_(palpation),
+      options_(options),
+      console_(console),
+      kept_(size_t(options.pictures)),
+      thread_([this](std::stop_token stop) { run(stop); }) {}
+
+Gallery::~Gallery() {
+  stop();
+}
+
+void Gallery::stop() {
+  thread_.request_stop();
+  if (thread_.joinable()) thread_.join();
+}
+
+double Gallery::median_ms() const {
+  if (frame_ms_.empty()) return 0.0;
+  std::vector<double> sorted = frame_ms_;
+  std::nth_element(sorted.begin(), sorted.begin() + sorted.size() / 2, sorted.end());
+  return sorted[sorted.size() / 2];
+}
+
+void Gallery::run(std::stop_token stop) {
+  setpriority(PRIO_PROCESS, id_t(gettid()), kNice);
+  const Status looked = look(stop);
+  if (!looked) trouble_ = looked.error().message;
+}
+
+Status Gallery::look(std::stop_token stop) {
+  const auto begin = Clock::now();
+  vulkan::ContextOptions gpu;
+  gpu.device = options_.gpu.device;
+  const auto context = vulkan::Context::open(gpu);
+  if (!context) return context.error();
+  auto renderer = VolumeRenderer::make(*context, {.most = options_.size});
+  if (!renderer) return renderer.error();
+  FeelPicture felt(options_.view);
+  SceneMoment moment;
+  while (!stop.stop_requested()) {
+    const auto start = Clock::now();
+    if (!palpation_.newest(moment) || moment.volume_count == 0) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      continue;
+    }
+    if (felt.update(palpation_.scene()))
+      if (const Status set = (*renderer)->set_volumes(felt.volumes()); !set) return set;
+    glm::dvec3 centre;
+    double radius_m = 0.0;
+    felt.bounds(moment, centre, radius_m);
+    const auto eyes = eyes_before(centre, radius_m, options_.size);
+    // A picture that goes to a file is seen at the moment of its tick.
+    const ViewScene scene = felt.at(moment, moment.now_ns, eyes[0]);
+    if (const Status started = (*renderer)->start(scene, eyes, options_.size); !started)
+      return started;
+    std::array<Picture, 2> pictures;
+    for (int eye = 0; eye < 2; ++eye) {
+      auto picture = (*renderer)->read_back(eye);
+      if (!picture) return picture.error();
+      pictures[size_t(eye)] = std::move(*picture);
+    }
+    frame_ms_.push_back(1e3 * seconds_since(start));
+    if (first_picture_s_ == 0.0) first_picture_s_ = seconds_since(begin);
+    keep(moment, pictures, scene);
+    std::this_thread::sleep_until(start + kFrame);
+  }
+  return (*renderer)->wait();
+}
+
+/// One picture per stretch of the cycle: the first while touching and moving is better than one of
+/// the still frame, and that better than one in free space.
+void Gallery::keep(const SceneMoment& moment, const std::array<Picture, 2>& pictures,
+                   const ViewScene& scene) {
+  size_t bin = 0;
+  double pointer = 0.0;
+  bool moving = false;
+  const auto felt = palpation_.scene();
+  for (size_t v = 0; v < scene.volumes.size(); ++v) {
+    const MovingVolume& volume = *scene.volumes[v].data;
+    if (volume.is_still()) continue;
+    pointer = scene.volumes[v].pointer.frame + scene.volumes[v].pointer.phase;
+    const double share = pointer / double(std::max(1, volume.times.steps()));
+    bin = std::min(kept_.size() - 1, size_t(share * double(kept_.size())));
+    moving = moment.volumes[v].rate != 0.0;
+    break;
+  }
+  Kept& kept = kept_[bin];
+  const int worth = 2 * moment.in_contact + moving, before = 2 * kept.touching + kept.moving;
+  if (kept.any && worth <= before) return;
+  kept.any = true;
+  kept.touching = moment.in_contact;
+  kept.moving = moving;
+  kept.view.left = raster_of(pictures[0]);
+  kept.view.right = raster_of(pictures[1]);
+  kept.view.label = fmt::format("frame {:.2f}", pointer);
+  kept.view.sublabel = fmt::format("{:.2f} N", glm::length(moment.force_n));
+}
+
+Status Gallery::stage(Outputs& outputs, const std::string& title, const std::string& subtitle,
+                      const charts::Timeline& timeline) const {
+  charts::FeltPage page{title, subtitle, {}, timeline};
+  for (const Kept& kept : kept_)
+    if (kept.any) page.views.push_back(kept.view);
+  for (size_t v = 0; v < page.views.size(); ++v) {
+    const auto path = outputs.stage(fmt::format("view_{}.png", v + 1));
+    if (!path) return path.error();
+    const Status written = charts::write_stereo_view(path->string(), page.views[v]);
+    if (!written) return outputs.in_place(written.error());
+  }
+  const auto path = outputs.stage("page.png");
+  if (!path) return path.error();
+  const Status written = charts::write_felt_page(path->string(), page);
+  return written ? written : Status(outputs.in_place(written.error()));
+}
+
+}  // namespace palpate::app
