@@ -38,6 +38,7 @@ class EmulatedFalcon : public EmulatedDevice {
   size_t received_count() const;
   size_t malformed() const;  ///< bytes that were no command
 
+  using EmulatedDevice::place;
   /// Puts the grip somewhere.
   void place(glm::dvec3 position);
   void set_counts(std::array<int, 3> counts);
