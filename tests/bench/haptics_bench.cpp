@@ -37,10 +37,15 @@ Table goal_table(const std::string& title, const std::string& note,
       return value ? Cell{fmt::format("{:g}", *value), *value} : nothing();
     };
     const bool aim = goal.aim && goal.measured <= *goal.aim;
+    const bool open = !goal.aim && !goal.reach;
     const bool reach = goal.reach && goal.measured <= *goal.reach;
     table.rows.push_back({words(goal.what), words(goal.others), limit(goal.reach), limit(goal.aim),
                           number(goal.measured, goal.digits), words(goal.unit),
-                          words(aim ? "aim" : (reach ? "reach" : "short")), words(goal.beside)});
+                          words(aim     ? "aim"
+                                : reach ? "reach"
+                                : open  ? "no goal"
+                                        : "short"),
+                          words(goal.beside)});
   }
   return table;
 }
@@ -69,7 +74,8 @@ const std::vector<Family>& families() {
                                           {"pop-through", pop_through_rows},
                                           {"back-tracking", back_track_rows},
                                           {"frame-ends", frame_end_rows},
-                                          {"stability", stability_rows}};
+                                          {"stability", stability_rows},
+                                          {"usb", usb_rows}};
   return all;
 }
 

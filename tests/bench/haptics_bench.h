@@ -51,6 +51,9 @@ Findings frame_end_rows(const HapticsBench& bench);
 /// Limit cycles, and energy that a scene makes.
 Findings stability_rows(const HapticsBench& bench);
 
+/// A Falcon's turnaround over the emulated bus. The last: see usb_turnaround().
+Findings usb_rows(const HapticsBench& bench);
+
 /// All goals as one table: what, others, reach, aim, measured, what that meets, beside it.
 Table goal_table(const std::string& title, const std::string& note, const std::vector<Goal>& goals);
 

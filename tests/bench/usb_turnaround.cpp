@@ -24,7 +24,7 @@ constexpr glm::dvec3 kPlace{0.010, -0.005, 0.140};
 constexpr double kCount_m = 60e-6;  // half a count of each encoder
 // 16 bytes of ten bits each way.
 constexpr double kWire_us = 2 * 16 * 10 / 1.5;
-constexpr int kWarm = 200;
+constexpr int kWarm = 100, kRounds = 8;  // in turns: other programs come and go
 
 double since_us(Clock::time_point start) {
   return std::chrono::duration<double, std::micro>(Clock::now() - start).count();
@@ -136,12 +136,21 @@ std::optional<UsbTurnaround> usb_turnaround(int exchanges, std::string& why) {
   UsbTurnaround result;
   result.exchanges = exchanges;
   result.wire_us = kWire_us;
-  auto ours = of_device(1, true, exchanges);
-  auto bare = of_libusb(2, true, BareExchange::Way::kTogether, exchanges);
-  auto timer = of_device(3, false, exchanges);
-  auto usual = of_libusb(4, false, BareExchange::Way::kOneAfterTheOther, exchanges);
+  std::vector<double> ours, bare, timer, usual;
+  const auto add = [](std::vector<double>& all, const std::vector<double>& some) {
+    all.insert(all.end(), some.begin(), some.end());
+    return !some.empty();
+  };
+  bool answered = true;
+  for (int round = 0; round < kRounds && answered; ++round) {
+    const int part = std::max(1, exchanges / kRounds);
+    answered = add(ours, of_device(1, true, part)) &&
+               add(bare, of_libusb(2, true, BareExchange::Way::kTogether, part)) &&
+               add(timer, of_device(3, false, part)) &&
+               add(usual, of_libusb(4, false, BareExchange::Way::kOneAfterTheOther, part));
+  }
   result.ours_us = computing_us(100 * exchanges);
-  if (ours.empty() || bare.empty() || timer.empty() || usual.empty() || result.ours_us == 0.0) {
+  if (!answered || result.ours_us == 0.0) {
     why = "The emulated Falcon did not answer with its position: run tests/devices/usb_test.";
     return std::nullopt;
   }
