@@ -102,6 +102,16 @@ void fill_table(const Look& look, double lowest, double highest, std::span<glm::
     next[size_t(e)] = following;
     most[size_t(e)] = table[size_t(e)].w;
   }
+  // Integrals over the entries, in double: they are used as differences.
+  glm::dvec4 sum(0.0);
+  for (size_t e = 0; e < size_t(kTable); ++e) {
+    const glm::dvec4 here(table[e]);
+    const glm::dvec4 before(table[e > 0 ? e - 1 : 0]);
+    const glm::dvec4 glow(glm::dvec3(here) * here.w, here.w);
+    const glm::dvec4 glow_before(glm::dvec3(before) * before.w, before.w);
+    if (e > 0) sum += 0.5 * (glow + glow_before);
+    table[kTable + e] = glm::vec4(sum);
+  }
   for (size_t level = 1; level < size_t(kMostLevels); ++level) {
     const std::span<float> half = most.subspan((level - 1) * kTable, kTable);
     for (size_t e = 0; e < size_t(kTable); ++e) {

@@ -12,7 +12,7 @@
 namespace palpate::view {
 namespace {
 
-constexpr int kMostMadeSamples = 256;
+constexpr int kMostMadeSamples = 256, kLeastMadeSamples = 128;
 // What is taken off before trilinear reading, as a share of f''. One reading adds between 0 and 1/8
 // of it, so 1/16 leaves at most 1/16 to either side; moving volumes are read twice.
 constexpr double kOnce = 1.0 / 16.0, kTwice = 4.0 / 32.0;
@@ -29,7 +29,8 @@ bool same(const GridPlace& a, const GridPlace& b) {
 GridPlace made_place(const FrameData& data) {
   const glm::dvec3 extent = data.high_m() - data.low_m();
   const double longest = std::max({extent.x, extent.y, extent.z});
-  const double spacing = std::max(data.detail_m(), longest / kMostMadeSamples);
+  const double spacing =
+      std::clamp(data.detail_m(), longest / kMostMadeSamples, longest / kLeastMadeSamples);
   GridPlace place;
   place.size = glm::max(glm::ivec3(glm::round(extent / spacing)), glm::ivec3(1));
   place.index_from_volume = glm::dmat3(1.0 / spacing);

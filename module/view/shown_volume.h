@@ -20,7 +20,7 @@ struct Moment {
 
 /// What the look means to the kernels: shared by all volumes, a part for each slot.
 struct LookTables {
-  vulkan::Buffer colours;       ///< kTable of colour and extinction
+  vulkan::Buffer colours;       ///< 2 kTable: colour and extinction; their integrals
   vulkan::Buffer next_entries;  ///< kTable: the next entry with extinction
   vulkan::Buffer most;          ///< kMostLevels x kTable: most extinction of 2^level entries
 };

@@ -64,7 +64,7 @@ VolumeRenderer::VolumeRenderer(std::shared_ptr<vulkan::Context> context,
   const auto tables = [&](Buffer::Kind kind) {
     const uint64_t entries = uint64_t(kMostVolumes) * kTable;
     return std::make_unique<view::LookTables>(
-        view::LookTables{Buffer(context_, 16 * entries, kind), Buffer(context_, 4 * entries, kind),
+        view::LookTables{Buffer(context_, 32 * entries, kind), Buffer(context_, 4 * entries, kind),
                          Buffer(context_, 4 * entries * kMostLevels, kind)});
   };
   tables_ = tables(Buffer::Kind::kDevice);
@@ -195,7 +195,7 @@ bool VolumeRenderer::set_table(int slot, const Look& look) {
   const size_t first = size_t(slot) * kTable;
   view::fill_table(
       look, frames.lowest, frames.highest,
-      staged_tables_->colours.as<glm::vec4>().subspan(first, kTable),
+      staged_tables_->colours.as<glm::vec4>().subspan(2 * first, 2 * kTable),
       staged_tables_->next_entries.as<uint32_t>().subspan(first, kTable),
       staged_tables_->most.as<float>().subspan(first * kMostLevels, size_t(kTable) * kMostLevels));
   return true;

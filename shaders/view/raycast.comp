@@ -3,14 +3,20 @@
 #include "interface/view.h"
 // The picture: front-to-back emission and absorption along a ray per pixel (Levoy 1988; Max 1995),
 //   C += T (1 - exp(-sigma ds)) c,   T *= exp(-sigma ds),
-// sigma the extinction (1/mm) and c the lit colour of every volume at the sample, until T is below
-// kStop. Samples lie on a lattice of depths t = (k + jitter) dt that does not know what is skipped,
-// so skipping changes no sample that shows anything, and both eyes have the same jitter at the same
-// pixel. Each sample stands for its share of the ray: the first and the last reach to the ends.
+// until T is below kStop, over segments between neighbouring samples. sigma and c are the means of
+// extinction (1/mm) and lit colour over all values between those of the two samples (pre-integrated
+// classification, Engel et al. 2001, without the absorption inside the segment):
+//   sigma = (S(v1) - S(v0)) / (v1 - v0),  S the integral of the extinction over the values.
+// So a thin or steep look is not missed between samples, and surfaces do not show the lattice.
+// Samples lie on depths t = (k + jitter) dt that do not know what is skipped, so skipping changes no
+// segment that shows anything, and both eyes have the same jitter at the same pixel. The first and
+// the last segment are cut at the ends.
 //
 // binding  direction  format            shape                   unit
 // 0        in         ViewParameters    1
-// 1        in         vec4              kTable per volume       linear colour, extinction 1/mm
+// 1        in         vec4              2 kTable per volume     linear colour, extinction 1/mm; then
+//                                                               integrals of extinction times colour
+//                                                               and of extinction, over entries
 // 2        in         uint              kSkipWords per brick    see brick.comp and distance.comp
 // 3        in         uint              eyes x height x width   bits of the depth t of things, m; ~0 none
 // 4        in         uint              the same                their colour, sRGB, and coverage, RGBA8
@@ -116,16 +122,31 @@ void set_out(int v, int eye, vec2 pixel) {
   halfway[v] = normalize(towards_eye[v] + view.volumes[v].light.xyz);
 }
 
-// Colour and extinction of one volume at t, lit.
-vec4 lit(int v, float t) {
+// A sample: its slope and its place among the entries of the table.
+vec4 sampled(int v, float t) {
   const vec3 at = (start[v] + t * way[v] + 0.5) / view.volumes[v].size.xyz;
   const vec4 read = texel(v, at);
   const vec4 scale = view.volumes[v].table;
-  const float entry = clamp(scale.x * read.w + scale.y, 0.0, float(kTable - 1));
-  const vec4 look = table[uint(scale.z) + uint(entry)];
-  const vec3 slope = read.xyz * view.volumes[v].stretch.xyz;
+  return vec4(read.xyz, clamp(scale.x * read.w + scale.y, 0.5, float(kTable) - 0.5));
+}
+
+// Extinction times colour, and extinction, integrated up to an entry.
+vec4 integral(int v, float entry) {
+  const uint first = uint(view.volumes[v].table.z) * 2u + uint(kTable);
+  return mix(table[first + uint(entry - 0.5)], table[first + min(uint(entry + 0.5), uint(kTable - 1))], fract(entry - 0.5));
+}
+
+// Colour times extinction, lit, and extinction of one volume between two samples.
+vec4 lit(int v, vec4 one, vec4 other) {
+  const float between = other.w - one.w;
+  const uint middle = uint(0.5 * (one.w + other.w));
+  const vec4 here = table[uint(view.volumes[v].table.z) * 2u + middle];
+  const vec4 mean = (integral(v, other.w) - integral(v, one.w)) / between;
+  const bool flat_enough = abs(between) < 1.0;
+  const vec4 glow = flat_enough ? vec4(here.rgb * here.w, here.w) : max(mean, vec4(0.0));
+  const vec3 slope = (one.xyz + other.xyz) * view.volumes[v].stretch.xyz;
   const float square = dot(slope, slope);
-  const float surface = min(square * scale.w, 1.0);
+  const float surface = min(0.25 * square * view.volumes[v].table.w, 1.0);
   const vec3 normal = slope * inversesqrt(max(square, 1e-20));
   const float side = dot(normal, towards_eye[v]) > 0.0 ? 1.0 : -1.0;
   const float diffuse = max(0.3 + 0.7 * side * dot(normal, view.volumes[v].light.xyz), 0.0);
@@ -137,7 +158,7 @@ vec4 lit(int v, float t) {
   shine *= shine;
   const vec4 how = view.volumes[v].shine;
   const float light = mix(1.0, how.x + how.y * diffuse, surface);
-  return vec4(look.rgb * light + how.z * shine * surface, look.w);
+  return vec4(glow.rgb * light + glow.w * how.z * shine * surface, glow.w);
 }
 
 vec3 encoded(vec3 c) {
@@ -205,13 +226,13 @@ void main() {
   uint taken = 0u, needed = 0u;
   // In front of the thing, then, where its edge covers only part of the pixel, behind it.
   float from = begin;
+  float done = -kFar;
+  vec4 last_sample[kVolumes];
   const int parts = kThings != 0 && thing_at < kFar ? 2 : 1;
   for (int part = 0; part < parts && through > kStop; ++part) {
     const float to = parts == 2 && part == 0 ? min(thing_at, finish) : finish;
-    float k = ceil(from / dt - jitter);
-    float t = (k + jitter) * dt;
-    // A way shorter than a step, between two lattice points: its middle stands for it.
-    if (t >= to) t = 0.5 * (from + to);
+    // What is looked for next lies at t or beyond it; k is the sample at or before t.
+    float t = from, k = floor(from / dt - jitter);
     while (t < to && through > kStop) {
       float end = to;
       bool any_shows = kSkip == 0, all_thin = kSkip != 0;
@@ -226,42 +247,58 @@ void main() {
           all_thin = all_thin && thin;
           end = min(end, until);
         }
+        // A little beyond the border, so that rounding does not find the same box again.
         if (!any_shows) {
-          k = max(k + 1.0, ceil(end / dt - jitter));
-          t = (k + jitter) * dt;
+          t = max(end, t) + 1e-3 * dt;
+          k = max(k, floor(t / dt - jitter));
         }
       }
-      bool goes_on = any_shows;
+      float lower = max(max((k + jitter) * dt, from), done);
+      bool goes_on = any_shows && t < to;
+      vec4 before[kVolumes];
+      // A run starts with a sample more: its first segment has two ends. It is at hand if the last
+      // run ended here.
+      for (bool fresh = goes_on && lower != done; fresh; fresh = false) {
+        for (int v = 0; v < kVolumes; ++v) last_sample[v] = sampled(v, lower);
+        taken += kCount != 0 ? uint(kVolumes) : 0u;
+      }
+      for (int v = 0; v < kVolumes; ++v) before[v] = last_sample[v];
       while (goes_on) {
-        // Where all is thin, one sample in the middle of kStride steps stands for them.
-        const bool strides = all_thin && t + (float(kStride) - 0.5) * dt < end;
-        const float steps = strides ? float(kStride) : 1.0;
-        const float last_t = t + (steps - 1.0) * dt;
-        const float lower = t - dt < from ? from : t - 0.5 * dt;
-        const float upper = last_t + dt > to ? to : last_t + 0.5 * dt;
-        const float at = 0.5 * (t + last_t);
+        // Where all is thin, one segment is kStride steps long.
+        const bool strides = all_thin && (k + float(kStride) + jitter) * dt < end;
+        k += strides ? float(kStride) : 1.0;
+        const float upper = min((k + jitter) * dt, to);
         float sigma = 0.0;
         vec3 glow = vec3(0.0);
         for (int v = 0; v < kVolumes; ++v) {
-          vec4 found = lit(v, at);
-          if (kVolumes > 1 && (at < enters[v] || at >= leaves[v])) found.w = 0.0;
-          const float here = found.w * mm_per_t[v];
-          sigma += here;
-          glow += here * found.rgb;
+          const vec4 after = sampled(v, upper);
+          vec4 found = lit(v, before[v], after);
+          // With several volumes: the part of the segment that lies inside this one.
+          float share = 1.0;
+          if (kVolumes > 1)
+            share = max(min(upper, leaves[v]) - max(lower, enters[v]), 0.0) / max(upper - lower, 1e-12);
+          found *= share * mm_per_t[v];
+          sigma += found.w;
+          glow += found.rgb;
+          before[v] = after;
         }
         const float passes = exp(-sigma * (upper - lower));
         if (kCount != 0) {
           taken += uint(kVolumes);
           needed += sigma > 0.0 && through > kNeeded ? uint(kVolumes) : 0u;
         }
-        const float before = through;
+        const float left = through;
         colour += through * (1.0 - passes) / max(sigma, 1e-20) * glow;
         through *= passes;
-        if (before > 0.5 && through <= 0.5) depth = view.background.w / at;
-        k += steps;
-        t = (k + jitter) * dt;
+        // Where in the segment half of the light is gone.
+        if (left > 0.5 && through <= 0.5)
+          depth = view.background.w / (lower + log(2.0 * left) / max(sigma, 1e-20));
+        lower = upper;
+        t = upper;
         goes_on = t < end && through > kStop;
       }
+      for (int v = 0; v < kVolumes; ++v) last_sample[v] = before[v];
+      done = any_shows ? lower : done;
     }
     if (parts == 2 && part == 0) {
       const float before = through;
@@ -269,6 +306,7 @@ void main() {
       through *= 1.0 - thing.a;
       if (before > 0.5 && through <= 0.5) depth = view.background.w / thing_at;
       from = max(thing_at, begin);
+      done = -kFar;
     }
   }
   // What is left of a ray that was stopped early is as if it had met more of the same.

@@ -78,9 +78,9 @@ TEST_F(SkipTest, TakesFewSamplesMoreThanAreNeededForTheWall) {
   RecordProperty("taken_per_needed",
                  std::to_string(double(found.samples_taken) / double(found.samples_needed)));
   EXPECT_GT(found.samples_needed, 1000U);
-  // Measured 1.73: two to three samples are needed in so opaque a wall, and one more is taken in the
-  // cell before it.
-  EXPECT_LT(double(found.samples_taken), 1.9 * double(found.samples_needed));
+  // Measured 2.15: so opaque a wall needs two segments, which have three ends, and one segment more
+  // is taken in the cell before it.
+  EXPECT_LT(double(found.samples_taken), 2.4 * double(found.samples_needed));
 }
 
 TEST_F(SkipTest, FollowsTheLookWithoutBeingTold) {
