@@ -1,0 +1,27 @@
+#!/usr/bin/env bash
+# The OpenXR validation layer has nothing to say about the session tests, and does speak when there is something to say.
+# usage: core_validation_test.sh MANIFEST SESSION_TEST WRONG_PROGRAM
+set -euo pipefail
+layer=XR_APILAYER_LUNARG_core_validation
+if ! ls /usr/share/openxr/1/api_layers/explicit.d/*core_validation*.json >/dev/null 2>&1; then
+  echo "SKIPPED: the OpenXR validation layer is not installed (Debian: openxr-layer-corevalidation)."
+  exit 77
+fi
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+export XR_RUNTIME_JSON=$1 XR_ENABLE_API_LAYERS=$layer XR_CORE_VALIDATION_EXPORT_TYPE=text
+export XR_CORE_VALIDATION_FILE_NAME=$folder/said
+"$3" >"$folder/wrong" 2>&1 || true
+if ! cat "$folder/wrong" "$folder"/said* 2>/dev/null | grep -q VUID; then
+  cat "$folder/wrong"
+  echo "The layer did not see a wrong call."
+  exit 1
+fi
+rm -f "$folder"/said*
+# What is lost on purpose makes the layer complain about the loss itself; the rest must be silent.
+"$2" --gtest_filter='XrSession.*:XrInput.*:XrLoss.Stops*:XrLoss.TakesUpASession*' >"$folder/right" 2>&1 || {
+  cat "$folder/right"
+  exit 1
+}
+grep -q "Core Validation" "$folder/right"
+if cat "$folder/right" "$folder"/said* 2>/dev/null | grep VUID; then exit 1; fi
