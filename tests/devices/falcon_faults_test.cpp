@@ -416,7 +416,7 @@ std::vector<Row> rows() {
       // The scene.
       {.name = "TheDataTurnIntoNoNumbers",
        .inject = [](Rig& rig) { rig.data->not_a_number = true; },
-       .cause = Cause::kNone,  // they are felt as nothing, at the guards' pace
+       .cause = Cause::kField,
        .ends = Ends::kFades},
       {.name = "TheSceneBecomesEmpty",
        .inject = [](Rig& rig) { rig.adopt(0); },
