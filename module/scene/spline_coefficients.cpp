@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kMiddle = 34.0 / 48.0, kNext = 12.0 / 48.0, kFar = -5.0 / 48.0;
+constexpr double kMiddle = 134.0 / 240.0, kNext = 84.0 / 240.0, kFar = -31.0 / 240.0;
 
 /// `count` rows of `width` samples, `stride` apart: filtered across the rows.
 void filter_rows(float* rows, size_t count, size_t stride, size_t width,
