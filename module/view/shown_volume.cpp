@@ -89,17 +89,17 @@ void ShownVolume::record(vulkan::Recorder& recorder, const Moment& moment, bool 
   }
   fresh_ = false;
   if (moment == shown_ && !look_changed) return;
-  record_list(recorder, moment, tables, skip);
+  record_list(recorder, moment, thin_per_mm < 0.0, tables, skip);
   if (moment.moves) record_nodes(recorder, moment);
   record_bricks(recorder, moment, thin_per_mm, tables, skip);
   shown_ = moment;
 }
 
-void ShownVolume::record_list(vulkan::Recorder& recorder, const Moment& moment,
+void ShownVolume::record_list(vulkan::Recorder& recorder, const Moment& moment, bool everything,
                               const LookTables& tables, const vulkan::Buffer& skip) {
   const glm::ivec3 parts = blocks_of(size_, kPart);
   recorder.begin_concurrent();
-  recorder.fill(marks_, 0);
+  recorder.fill(marks_, everything ? 1 : 0);
   recorder.copy(list_start_, list_, list_start_.bytes());
   recorder.end_concurrent();
   MarkPush push{};

@@ -39,7 +39,8 @@ class ShownVolume {
   static int skip_words(const ResidentVolume& resident);
 
   /// Records what the moment and a changed look need, and nothing if neither has changed.
-  /// thin_per_mm: a brick with no more extinction may be sampled in longer steps.
+  /// thin_per_mm: a brick with no more extinction may be sampled in longer steps; below 0: every
+  /// brick is made, as no place will be skipped.
   void record(vulkan::Recorder& recorder, const Moment& moment, bool look_changed,
               double thin_per_mm, const LookTables& tables, const vulkan::Buffer& skip);
 
@@ -55,8 +56,8 @@ class ShownVolume {
 
  private:
   glm::vec4 entries() const;
-  void record_list(vulkan::Recorder& recorder, const Moment& moment, const LookTables& tables,
-                   const vulkan::Buffer& skip);
+  void record_list(vulkan::Recorder& recorder, const Moment& moment, bool everything,
+                   const LookTables& tables, const vulkan::Buffer& skip);
   void record_nodes(vulkan::Recorder& recorder, const Moment& moment);
   void record_bricks(vulkan::Recorder& recorder, const Moment& moment, double thin_per_mm,
                      const LookTables& tables, const vulkan::Buffer& skip);

@@ -42,8 +42,9 @@ Result<std::unique_ptr<VolumeRenderer>> VolumeRenderer::make(
   if (options.most.width < 1 || options.most.height < 1 || options.most_eyes < 1 ||
       options.most_eyes > kMostEyes)
     return refused("pictures need a size, and one or two eyes");
-  if (!(options.samples_per_voxel > 0.0) || !(options.near_m > 0.0))
-    return refused("samples per voxel and the nearest depth must be above 0");
+  // Bricks are made one further than what shows: a longer segment would end beyond.
+  if (!(options.samples_per_voxel >= 0.2) || !(options.near_m > 0.0))
+    return refused("samples per voxel must be at least 0.2, and the nearest depth above 0");
   try {
     return std::unique_ptr<VolumeRenderer>(new VolumeRenderer(std::move(context), options));
   } catch (const vulkan::Failure& failure) {
@@ -185,7 +186,7 @@ Status VolumeRenderer::start(const ViewScene& scene, std::span<const Eye> eyes, 
 double VolumeRenderer::thin_per_mm(const view::ResidentVolume& resident) const {
   const glm::dvec3 spacing = resident.frames->spacing_mm;
   const double step_mm = std::min({spacing.x, spacing.y, spacing.z}) / options_.samples_per_voxel;
-  return kThinLoss / (kStride * step_mm);
+  return options_.skip_empty ? kThinLoss / (kStride * step_mm) : -1.0;
 }
 
 bool VolumeRenderer::set_table(int slot, const Look& look) {

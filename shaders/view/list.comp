@@ -1,12 +1,13 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "interface/view.h"
-// The list of marked bricks, as much work as there is to do; bricks beside one are marked 2, because
-// their nodes are needed too; all others become empty in the skip structure.
+// The list of marked bricks and of those beside one, where segments of rays that begin in a marked one
+// may end: as much work as there is to do. All others become empty in the skip structure. Nodes are
+// needed one brick further out.
 //
 // binding  direction  format  shape              unit
 // 0        in         uint    bricks (z, y, x)   1 = marked
-// 1        out        uint    the same           1 = a marked brick is here or beside
+// 1        out        uint    the same           1 = a listed brick is here or beside
 // 2        out        uint    3 + bricks         groups to dispatch (x; y and z are 1), then places
 // 3        out        uint    skip words
 //
@@ -24,18 +25,22 @@ void main() {
   const ivec3 last = push.bricks.xyz - 1;
   if (any(greaterThan(brick, last))) return;
   const uint place = uint(brick.x + push.bricks.x * (brick.y + push.bricks.y * brick.z));
-  const ivec3 from = max(brick - 1, ivec3(0)), to = min(brick + 1, last);
-  uint any_near = 0u;
+  const ivec3 from = max(brick - 2, ivec3(0)), to = min(brick + 2, last);
+  uint near_listed = 0u, listed = 0u;
   for (int z = from.z; z <= to.z; ++z)
     for (int y = from.y; y <= to.y; ++y)
-      for (int x = from.x; x <= to.x; ++x)
-        any_near |= marks[uint(x + push.bricks.x * (y + push.bricks.y * z))];
-  near[place] = any_near;
+      for (int x = from.x; x <= to.x; ++x) {
+        const uint mark = marks[uint(x + push.bricks.x * (y + push.bricks.y * z))];
+        near_listed |= mark;
+        listed |= all(lessThanEqual(abs(ivec3(x, y, z) - brick), ivec3(1))) ? mark : 0u;
+      }
+  near[place] = near_listed;
   const uint word = uint(push.bricks.w) + uint(kSkipWords) * place;
-  if (marks[place] != 0u) {
+  if (listed != 0u) {
     list[3u + atomicAdd(list[0], 1u)] = place;
   } else {
-    skip[word] = kThin;
+    // Not thin: there is nothing to be sampled.
+    skip[word] = 0u;
     for (uint k = 1u; k < uint(kSkipWords); ++k) skip[word + k] = 0u;
   }
 }

@@ -88,7 +88,8 @@ bool occupied(int v, float t, out float end, out bool thin) {
   // block, or a cell.
   const int apart = int(head & 0xffu), not_thin = int(head >> 16);
   const bool whole = apart > 0 || not_thin > 0 || (head & kFull) != 0u;
-  const int reach = max(apart > 0 ? apart : not_thin, 1);
+  // Of thin bricks one less: a segment that ends beyond them has to end in one that was made.
+  const int reach = max(apart > 0 ? apart : not_thin - 1, 1);
   const int edge = any_cell && !every_cell ? 1 : 2;
   const ivec3 part = voxel & ~(edge - 1);
   const ivec3 low = whole ? (brick - reach + 1) << 3 : part;

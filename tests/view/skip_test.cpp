@@ -1,4 +1,5 @@
 // Leaving out what can not be seen changes nothing that is seen.
+#include "module/scene/analytic_data.h"
 #include "tests/view/view_scenes.h"
 
 namespace palpate::test {
@@ -63,6 +64,27 @@ TEST_F(SkipTest, ChangesNoPixelByMoreThanOneStep) {
     const ViewStatistics a = everywhere->statistics(), b = skipping->statistics();
     EXPECT_LT(b.samples_taken, a.samples_taken) << c.look.name;
   }
+}
+
+TEST_F(SkipTest, ReadsNothingThatWasNotMade) {
+  // Here the least value is the most opaque: places that were never written would show.
+  MovingVolume made;
+  made.name = "molecule";
+  made.times.times_s = {0.0};
+  made.frames = {dichloroethane()};
+  const auto molecule = std::make_shared<const MovingVolume>(made);
+  RendererOptions all{kSize, 1};
+  all.skip_empty = false;
+  auto everywhere = renderer(all), skipping = renderer({kSize, 1});
+  set(*everywhere, {molecule});
+  set(*skipping, {molecule});
+  ViewScene scene;
+  scene.volumes = {{molecule, {}, {}, *preset_look("molecule")}};
+  const Eye eye = eye_at({0.06, 0.08, 0.22}, {0, 0, 0}, 0.75, kSize);
+  const Picture one = draw(*everywhere, scene, {eye}, kSize)[0];
+  const Picture other = draw(*skipping, scene, {eye}, kSize)[0];
+  EXPECT_LE(difference(one, other), 1);
+  EXPECT_GT(channel(one, kSize.width / 2, kSize.height / 2, 3), 30);
 }
 
 TEST_F(SkipTest, TakesFewSamplesMoreThanAreNeededForTheWall) {
