@@ -103,7 +103,10 @@ EmulatedBus::EmulatedBus() {
 }
 
 std::string EmulatedBus::root() const {
-  return umockdev_testbed_get_root_dir(testbed_);
+  gchar* const path = umockdev_testbed_get_root_dir(testbed_);  // ours to free
+  const std::string copy = path;
+  g_free(path);
+  return copy;
 }
 
 EmulatedDevice::EmulatedDevice(Descriptors descriptors, int port)
