@@ -56,7 +56,7 @@ charts::Raster draw_note(const std::string& title, const std::vector<std::string
   double widest = ruler.text_width(title, head);
   for (const std::string& line : lines) widest = std::max(widest, ruler.text_width(line, quiet));
   const glm::dvec2 size(std::ceil(widest) + 2.0 * kEdge * scale,
-                        scale * (2.0 * kEdge + 6.0 + kRow * double(lines.size())));
+                        scale * (2.0 * kEdge + 3.0 + kRow * double(lines.size())));
   Canvas canvas(int(size.x), int(size.y));
   canvas.fill_box({0.0, 0.0}, size, kPaper, 0.80, 9.0 * scale);
   canvas.draw_text(title, scale * glm::dvec2(kEdge, kEdge + 10.0), head);

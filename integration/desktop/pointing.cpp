@@ -29,19 +29,21 @@ InPicture cursor_over(const Eye& eye, glm::dvec3 place_m) {
   return 2.0 * (tangent - low) / (high - low) - 1.0;
 }
 
-void Pointing::point(const Eye& eye, InPicture cursor, double m_forward) {
-  const double depth_m = std::max(kNearest_m, depth_of(eye, place_m_) + m_forward);
-  place_m_ = place_under(eye, cursor + from_cursor_, depth_m);
+void Pointing::point(const Eye& eye, InPicture cursor, double m_forward, const Depths& depths) {
+  const double depth_m = depth_of(eye, place_m_) + m_forward;
+  place_m_ = place_under(eye, cursor + from_cursor_,
+                         std::clamp(depth_m, depths.nearest_m, depths.furthest_m));
 }
 
 void Pointing::keep(const Eye& eye, InPicture cursor) {
   // An eye that flew past the probe can not see it: it is held from there when it is seen again.
-  if (depth_of(eye, place_m_) > kNearest_m) from_cursor_ = cursor_over(eye, place_m_) - cursor;
+  if (depth_of(eye, place_m_) > Depths{}.nearest_m)
+    from_cursor_ = cursor_over(eye, place_m_) - cursor;
 }
 
 void Pointing::recentre(const Eye& eye, InPicture cursor, glm::dvec3 place_m) {
   from_cursor_ = InPicture(0.0);
-  place_m_ = place_under(eye, cursor, std::max(kNearest_m, depth_of(eye, place_m)));
+  place_m_ = place_under(eye, cursor, std::max(Depths{}.nearest_m, depth_of(eye, place_m)));
 }
 
 }  // namespace palpate::desktop

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <glm/glm.hpp>
+#include <limits>
 
 #include "module/view/eye.h"
 
@@ -29,9 +30,17 @@ class Pointing {
   /// The probe starts here.
   explicit Pointing(glm::dvec3 place_m) : place_m_(place_m) {}
 
-  /// The cursor was moved or the wheel turned (m_forward > 0: away from the eye). Held no nearer
-  /// than nearest_m before the eye.
-  void point(const Eye& eye, InPicture cursor, double m_forward);
+  /// How far along the eye's axis a probe may be, m: a wheel that is turned on at an end is not
+  /// owed back.
+  struct Depths {
+    double nearest_m = 0.01, furthest_m = std::numeric_limits<double>::infinity();
+  };
+
+  /// The cursor was moved or the wheel turned (m_forward > 0: away from the eye).
+  void point(const Eye& eye, InPicture cursor, double m_forward, const Depths& depths);
+  void point(const Eye& eye, InPicture cursor, double m_forward) {
+    point(eye, cursor, m_forward, Depths{});
+  }
   /// The eye moves but the hand does not: the probe stays where it is in the world, and the cursor
   /// holds it from where it is then.
   void keep(const Eye& eye, InPicture cursor);
@@ -41,7 +50,6 @@ class Pointing {
   glm::dvec3 place_m() const { return place_m_; }
 
  private:
-  static constexpr double kNearest_m = 0.01;
   glm::dvec3 place_m_;
   InPicture from_cursor_{0.0};  ///< where the probe is seen, from the cursor
 };

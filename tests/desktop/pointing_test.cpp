@@ -92,5 +92,17 @@ TEST(Pointing, NeverComesBehindTheEye) {
   EXPECT_GT(depth_of(eye, pointing.place_m()), 0.0);
 }
 
+TEST(Pointing, OwesNothingBackForAWheelThatIsTurnedOnAtAnEnd) {
+  const Eye eye = eye_of(camera_before(glm::dvec3(0.0), 0.1), {800, 600});
+  const Pointing::Depths depths{0.3, 0.5};
+  Pointing pointing(place_under(eye, {0.0, 0.0}, 0.4));
+  for (int k = 0; k < 1000; ++k) pointing.point(eye, {0.0, 0.0}, 0.01, depths);
+  EXPECT_NEAR(depth_of(eye, pointing.place_m()), 0.5, 1e-11);
+  pointing.point(eye, {0.0, 0.0}, -0.01, depths);
+  EXPECT_NEAR(depth_of(eye, pointing.place_m()), 0.49, 1e-11);
+  for (int k = 0; k < 1000; ++k) pointing.point(eye, {0.0, 0.0}, -0.01, depths);
+  EXPECT_NEAR(depth_of(eye, pointing.place_m()), 0.3, 1e-11);
+}
+
 }  // namespace
 }  // namespace palpate::desktop
