@@ -6,6 +6,7 @@
 
 #include "integration/app/cancel.h"
 #include "integration/app/commands.h"
+#include "integration/app/desktop_loop.h"
 #include "integration/app/exit_code.h"
 #include "integration/app/feel_report.h"
 #include "integration/app/force_device.h"
@@ -41,6 +42,7 @@ struct FeelCommand {
   fs::path black_box = ".";
   fs::path headless;
   ViewChoices view;
+  std::string headset;
   int picture_size = 384;
   int core = -1;
   bool dead_man = false, no_real_time = false, no_motion = false, estimate = false, quiet = false;
@@ -98,6 +100,14 @@ class FeelRun {
   FeelRun(const FeelCommand& command, Console& console) : command_(command), console_(console) {}
 
   int run(std::stop_token stop) {
+    ForceDeviceChoice choice = command_.device;
+    if (command_.headset == "none") {
+      auto desktop = DesktopLoop::open(command_.inputs.front().filename().string(), command_.gpu,
+                                       command_.view);
+      if (!desktop) return fail(console_, desktop.error());
+      desktop_ = std::move(*desktop);
+      choice.has_window = true;
+    }
     auto scene = load_felt_scene(command_.inputs, command_.sequence);
     if (!scene) return fail(console_, scene.error());
     if (const Status look = check_look(command_.view.look); !look)
@@ -108,14 +118,14 @@ class FeelRun {
       if (!outputs) return fail(console_, outputs.error());
       outputs_.emplace(std::move(*outputs));
     }
-    auto opened = open_force_device(command_.device, *scene);
+    auto opened = open_force_device(choice, *scene);
     if (!opened) return fail(console_, opened.error());
     opened_ = std::move(*opened);
     // Only now is it known how far the device reaches; a path that touches the data is found anew.
     if (scene->from_sequence && command_.scale == "fit") {
       fit_to_reach(*scene, opened_.device->info());
       if (opened_.simulated) {
-        auto again = open_force_device(command_.device, *scene);
+        auto again = open_force_device(choice, *scene);
         if (!again) return fail(console_, again.error());
         opened_ = std::move(*again);
       }
@@ -160,13 +170,15 @@ class FeelRun {
   }
 
   HapticsOptions options(const FeltScene& scene) const {
-    return haptics_options(command_, scene.spec, opened_.simulated);
+    // Neither a simulated hand nor one that feels nothing can be hurt by a late frame.
+    return haptics_options(command_, scene.spec, opened_.simulated || opened_.mouse);
   }
 
   Status start(FeltScene scene) {
     const HapticsOptions haptics = options(scene);
     ServoOptions servo = servo_options(command_, haptics);
-    servo.listeners = {log_.get(), black_box_.get(), recorder_.get()};
+    servo.listeners = {log_.get(), black_box_.get(), recorder_.get(),
+                       desktop_ ? desktop_->listener() : nullptr};
     const double wanted = scene.spec.stiffness_n_per_m;
     const auto& volumes = scene.spec.volumes;
     if (std::any_of(volumes.begin(), volumes.end(), [](const VolumeSpec& volume) {
@@ -207,18 +219,22 @@ class FeelRun {
       options.size = {command_.picture_size, command_.picture_size};
       gallery_ = std::make_unique<Gallery>(*palpation_, options, console_);
     }
+    if (desktop_) desktop_->begin(*palpation_, opened_.mouse);
     const auto begin = Clock::now();
     TickOutput tick;
     double motion_known_s = motion.is_done() ? 0.0 : 1e12;
     double now_s = 0.0;
-    while (now_s < end_s(motion_known_s) && !stop.stop_requested() && !emergency::is_asked()) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    while (now_s < end_s(motion_known_s) && !stop.stop_requested() && !emergency::is_asked() &&
+           !(desktop_ && desktop_->closed())) {
+      if (desktop_)
+        desktop_->frame(tick, motion.is_done(), motion_text(motion));
+      else
+        std::this_thread::sleep_for(std::chrono::milliseconds(50));
       now_s = std::chrono::duration<double>(Clock::now() - begin).count();
       palpation_->servo().newest(0, tick);
       tell_second_hand();
       std::string line = live_text(tick, palpation_->servo().statistics(), now_s);
-      if (!motion.is_done())
-        line += fmt::format("  motion {} of {} steps", motion.steps_known(), motion.steps());
+      if (!motion.is_done()) line += "  " + motion_text(motion);
       console_.live(line);
       if (!motion.is_done() || motion_known_s < 1e12) continue;
       motion_known_s = now_s;
@@ -227,8 +243,14 @@ class FeelRun {
         for (const MissingMotion& missing : scene.missing) palpation_->play(missing.volume);
     }
     console_.end_progress();
+    if (desktop_) desktop_->end();
     if (gallery_) gallery_->stop();
     palpation_->stop();
+  }
+
+  static std::string motion_text(const LiveMotion& motion) {
+    if (motion.is_done()) return {};
+    return fmt::format("motion {} of {} steps", motion.steps_known(), motion.steps());
   }
 
   /// When it comes, goes or can not be used.
@@ -311,6 +333,7 @@ class FeelRun {
   const FeelCommand& command_;
   Console& console_;
   std::optional<Outputs> outputs_;
+  std::unique_ptr<DesktopLoop> desktop_;
   OpenedDevice opened_;
   std::unique_ptr<TickLog> log_;
   std::unique_ptr<BlackBox> black_box_;
@@ -341,7 +364,7 @@ int run(const FeelCommand& command) {
 
 void add_device(CLI::App& app, FeelCommand& command) {
   app.add_option("--device", command.device.device, "Force device")
-      ->check(CLI::IsMember({"auto", "falcon", "simulated"}))
+      ->check(CLI::IsMember({"auto", "falcon", "mouse", "simulated"}))
       ->capture_default_str();
   app.add_option("--falcon-firmware", command.device.falcon_firmware,
                  "Your own copy of the Falcon's firmware; palpate ships none");
@@ -429,6 +452,10 @@ Command add_feel(CLI::App& program) {
   app->add_option("--headless", command->headless,
                   "Write stereo pictures and a page of what was seen and felt into this folder; "
                   "needs no display");
+  app->add_option("--headset", command->headset,
+                  "none: see it in a window on the desktop, where the mouse is the hand if no "
+                  "force device is")
+      ->check(CLI::IsMember({"none"}));
   app->add_option("--look", command->view.look,
                   "What the volume looks like: auto, or CT bone, CT heart, CT lung, MR, ...")
       ->capture_default_str();

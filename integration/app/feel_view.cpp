@@ -48,8 +48,13 @@ Status check_look(const std::string& name) {
                fmt::format("There is no look '{}': choose one of {}", name, names)};
 }
 
+void FeelPicture::choose(const ViewChoices& choices) {
+  if (choices.look != choices_.look) looks_.clear();
+  choices_ = choices;
+}
+
 bool FeelPicture::update(std::shared_ptr<const HapticScene> felt) {
-  if (felt == felt_) return false;
+  if (felt == felt_ && looks_.size() == volumes_.size()) return false;
   std::vector<std::shared_ptr<const MovingVolume>> volumes;
   for (const HapticVolume& volume : felt->volumes)
     if (volumes.size() < kMostDrawn) volumes.push_back(volume.data);

@@ -26,6 +26,8 @@ class FeelPicture {
  public:
   explicit FeelPicture(const ViewChoices& choices) : choices_(choices) {}
 
+  /// From the next update() on; another look comes with it.
+  void choose(const ViewChoices& choices);
   /// Takes what is felt now. True if the renderer has to be given volumes() again.
   bool update(std::shared_ptr<const HapticScene> felt);
   /// At most four: the first ones.
@@ -45,7 +47,7 @@ class FeelPicture {
   ViewChoices choices_;
   std::shared_ptr<const HapticScene> felt_;
   std::vector<std::shared_ptr<const MovingVolume>> volumes_;
-  std::vector<Look> looks_;
+  std::vector<Look> looks_;  ///< empty: to be found anew
 };
 
 /// kBadInput, naming the presets, if there is no look of that name.

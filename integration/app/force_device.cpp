@@ -15,6 +15,8 @@ constexpr int kTrials = 100;  // of 10 ms: an open device answers in far less
 
 constexpr int kTimesWhileWaiting = 100;
 
+constexpr double kMouseStart = 0.9;  // of the reach, towards the person: before all there is
+
 /// Whether a device is there at all. Its firmware or homing may still be in the way.
 bool answers(ForceDevice& device) {
   for (int k = 0; k < kTrials; ++k) {
@@ -61,6 +63,20 @@ Result<OpenedDevice> simulated(const ForceDeviceChoice& choice, const FeltScene&
   return opened;
 }
 
+Result<OpenedDevice> mouse(const ForceDeviceChoice& choice, std::string why) {
+  if (!choice.has_window)
+    return Error{ErrorKind::kBadInput,
+                 "A mouse can be the hand only where there is a window: add --headset none"};
+  desktop::MouseProbeOptions options;
+  options.start_m = {0.0, 0.0, kMouseStart * options.workspace_radius_m};
+  auto probe = std::make_unique<desktop::MouseProbe>(options);
+  OpenedDevice opened;
+  opened.mouse = probe.get();
+  opened.device = std::move(probe);
+  opened.why = std::move(why);
+  return opened;
+}
+
 }  // namespace
 
 Result<devices::SimulatedOptions> simulated_options(const ForceDeviceChoice& choice) {
@@ -84,12 +100,15 @@ Result<devices::SimulatedOptions> simulated_options(const ForceDeviceChoice& cho
 
 Result<OpenedDevice> open_force_device(const ForceDeviceChoice& choice, const FeltScene& scene) {
   if (choice.device == "simulated") return simulated(choice, scene, "simulated device, as asked.");
+  if (choice.device == "mouse") return mouse(choice, "mouse, as asked; it gives no force.");
   devices::FalconOptions options;
   options.firmware_file = choice.falcon_firmware.string();
   auto falcon = devices::FalconDevice::make(options);
   if (!falcon) return falcon.error();
-  if (choice.device == "auto" && !answers(**falcon))
-    return simulated(choice, scene, "simulated device, as no Falcon is plugged in.");
+  const bool none = choice.device == "auto" && !answers(**falcon);
+  if (none && choice.has_window)
+    return mouse(choice, "mouse, as no Falcon is plugged in; it gives no force.");
+  if (none) return simulated(choice, scene, "simulated device, as no Falcon is plugged in.");
   OpenedDevice opened;
   opened.device = std::move(*falcon);
   opened.why =

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "integration/app/felt_scene.h"
+#include "integration/desktop/mouse_probe.h"
 #include "integration/devices/simulated.h"
 #include "module/haptics/device.h"
 
@@ -13,10 +14,11 @@ namespace palpate::app {
 
 /// Which force device, as the command line says it.
 struct ForceDeviceChoice {
-  std::string device = "auto";            ///< auto, falcon, simulated
+  std::string device = "auto";            ///< auto, falcon, mouse, simulated
   std::filesystem::path falcon_firmware;  ///< the user's own
   std::string hand = "human";             ///< simulated: human, loose, firm, none
   std::string path = "press";             ///< simulated: a made path or a file
+  bool has_window = false;                ///< so that a mouse can be the hand
   double lets_go_at_s = std::numeric_limits<double>::infinity();
 };
 
@@ -24,7 +26,8 @@ struct OpenedDevice {
   std::unique_ptr<ForceDevice> device;
   std::string why;  ///< which one, and why that one: a sentence
   bool simulated = false;
-  double path_s = 0.0;  ///< simulated: how long the hand's path takes
+  desktop::MouseProbe* mouse = nullptr;  ///< the device, if it is that; moved by the window
+  double path_s = 0.0;                   ///< simulated: how long the hand's path takes
 };
 
 /// The options of the simulated device for a choice; its path is still to be set. kBadInput for an
@@ -32,7 +35,8 @@ struct OpenedDevice {
 Result<devices::SimulatedOptions> simulated_options(const ForceDeviceChoice& choice);
 
 /// A Falcon if it was asked for, or if one answers within a second and any may be taken; else the
-/// simulated device, its hand on a path that touches the scene. kBadInput in one sentence.
+/// mouse where there is a window; else the simulated device, its hand on a path that touches the
+/// scene. kBadInput in one sentence.
 Result<OpenedDevice> open_force_device(const ForceDeviceChoice& choice, const FeltScene& scene);
 
 }  // namespace palpate::app

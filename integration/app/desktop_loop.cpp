@@ -1,0 +1,220 @@
+#include "integration/app/desktop_loop.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <thread>
+
+#include "integration/desktop/help.h"
+
+namespace palpate::app {
+namespace {
+
+using desktop::Input;
+using desktop::Key;
+using desktop::KeyPress;
+
+constexpr int kWidth = 1120, kHeight = 760;
+constexpr double kTurn = 3.0;            // radians for a drag over the window's height
+constexpr double kZoom = 0.90;           // of the distance, per notch or key
+constexpr double kNotch = 1.0 / 40.0;    // of the ball around the volumes, per notch of the wheel
+constexpr double kScrubStep = 1.0 / 40;  // of the sequence
+constexpr int kPlotWidth = 330, kPlotHeight = 160, kEdge = 14;
+constexpr std::chrono::milliseconds kFrame{15};  // where the display does not make it wait
+
+}  // namespace
+
+Result<std::unique_ptr<DesktopLoop>> DesktopLoop::open(const std::string& scene_name,
+                                                       const DeviceOptions& gpu,
+                                                       const ViewChoices& view) {
+  auto window = desktop::Window::open(fmt::format("palpate: {}", scene_name), kWidth, kHeight);
+  if (!window) return window.error();
+  return std::unique_ptr<DesktopLoop>(new DesktopLoop(std::move(*window), scene_name, gpu, view));
+}
+
+DesktopLoop::DesktopLoop(std::unique_ptr<desktop::Window> window, std::string scene_name,
+                         const DeviceOptions& gpu, const ViewChoices& view)
+    : window_(std::move(window)), scene_name_(std::move(scene_name)), gpu_(gpu), view_(view) {
+  // Data may take seconds to be read: nobody is to look at an empty window meanwhile.
+  const double scale = window_->scale();
+  const charts::Raster reading = desktop::draw_note(scene_name_, {"is being read"}, scale);
+  const int edge = int(kEdge * scale);
+  const desktop::Overlay overlay{&reading, {edge, edge}};
+  window_->poll();
+  window_->show({}, {&overlay, 1});
+}
+
+void DesktopLoop::begin(Palpation& palpation, desktop::MouseProbe* mouse) {
+  palpation_ = &palpation;
+  mouse_ = mouse;
+  const auto felt = palpation.scene();
+  FeelPicture picture(view_);
+  picture.update(felt);
+  SceneMoment start;
+  for (size_t v = 0; v < picture.volumes().size(); ++v)
+    start.volumes[v].world_from_volume = felt->volumes[v].spec.transform;
+  glm::dvec3 centre;
+  picture.bounds(start, centre, ball_m_);
+  camera_ = first_camera_ = desktop::camera_before(centre, ball_m_);
+  if (mouse_) {
+    const Eye from = eye();
+    const glm::dvec3 towards = glm::normalize(from.position_m - centre);
+    pointing_ = desktop::Pointing(centre + ball_m_ * towards);
+  }
+  live_ = std::make_unique<LivePicture>(palpation, gpu_);
+}
+
+Eye DesktopLoop::eye() const {
+  const PictureSize size = window_->size_px();
+  return eye_of(camera_, size.height > 0 ? size : PictureSize{kWidth, kHeight});
+}
+
+void DesktopLoop::frame(const TickOutput& tick, bool may_play, const std::string& note) {
+  const auto start = std::chrono::steady_clock::now();
+  const Input input = window_->poll();
+  for (const KeyPress& one : input.keys) press(one, input, may_play);
+  steer(input);
+  if (mouse_) move_probe(input);
+  live_->want({eye(), window_->size_px(), view_});
+  ForceTap::Sample sample;
+  while (tap_.take(sample)) plot_.add(1e-9 * double(sample.now_ns), sample.force_n);
+  if (auto newest = live_->newest()) seen_ = std::move(newest);
+  draw(tick, note);
+  std::this_thread::sleep_until(start + kFrame);
+}
+
+void DesktopLoop::press(const KeyPress& press, const Input& input, bool may_play) {
+  switch (press.key) {
+    case Key::kPlay:
+      if (may_play) play(!playing_);
+      break;
+    case Key::kBack:
+    case Key::kForward:
+      if (may_play) scrub(press.key == Key::kForward ? 1.0 : -1.0);
+      break;
+    case Key::kClip:
+      view_.cut_open = !view_.cut_open;
+      break;
+    case Key::kLook: {
+      const std::vector<std::string> names = preset_names();
+      if (size_t(press.number) < names.size()) view_.look = names[size_t(press.number)];
+      break;
+    }
+    case Key::kRecentre:
+      if (mouse_)
+        pointing_.recentre(
+            eye(), input.cursor,
+            camera_.target_m + ball_m_ * glm::normalize(eye().position_m - camera_.target_m));
+      break;
+    case Key::kReset:
+      camera_ = first_camera_;
+      pointing_.keep(eye(), input.cursor);
+      break;
+    case Key::kNearer:
+    case Key::kFurther:
+      camera_ = zoom(camera_, press.key == Key::kNearer ? kZoom : 1.0 / kZoom);
+      pointing_.keep(eye(), input.cursor);
+      break;
+    case Key::kHelp:
+      shows_help_ = !shows_help_;
+      break;
+    case Key::kQuit:
+      break;  // the window closes by itself
+  }
+}
+
+/// The right button turns the view, and every button where the mouse is no hand.
+void DesktopLoop::steer(const Input& input) {
+  const bool turns = input.right || (!mouse_ && input.left);
+  const double notches = turns || !mouse_ ? input.wheel : 0.0;
+  if (!turns && notches == 0.0) return;
+  // The picture follows the hand: what is dragged to the right is seen from further left.
+  if (turns) camera_ = orbit(camera_, -kTurn * input.dragged.x, -kTurn * input.dragged.y);
+  camera_ = zoom(camera_, std::pow(kZoom, notches));
+  pointing_.keep(eye(), input.cursor);
+}
+
+void DesktopLoop::move_probe(const Input& input) {
+  const Eye from = eye();
+  const auto felt = palpation_->scene();
+  const Transform& device = felt->world_from_device;
+  if (input.in_window && !input.right && (input.moved || input.wheel != 0.0)) {
+    const double reach_m = mouse_->info().workspace_radius_m * device.scale.x;
+    const double middle_m = desktop::depth_of(from, device.translation_m);
+    const desktop::Pointing::Depths depths{std::max(0.01, middle_m - reach_m),
+                                           std::max(0.02, middle_m + reach_m)};
+    pointing_.point(from, input.cursor, kNotch * ball_m_ * input.wheel, depths);
+  }
+  mouse_->hold(device.volume_from_world(pointing_.place_m()), input.left ? 1 : 0);
+}
+
+void DesktopLoop::play(bool on) {
+  playing_ = on;
+  const auto felt = palpation_->scene();
+  for (size_t v = 0; v < felt->volumes.size(); ++v) {
+    if (felt->volumes[v].data->is_still()) continue;
+    if (on)
+      palpation_->play(v);
+    else
+      palpation_->send({ControlEvent::Kind::kRate, int(v), 0.0});
+  }
+}
+
+void DesktopLoop::scrub(double direction) {
+  if (!seen_) return;
+  play(false);
+  const auto felt = palpation_->scene();
+  for (int v = 0; v < std::min(int(felt->volumes.size()), seen_->moment.volume_count); ++v) {
+    const MovingVolume& volume = *felt->volumes[size_t(v)].data;
+    if (volume.is_still()) continue;
+    const double length_s = volume.times.length_s();
+    double to_s = seen_->moment.volumes[size_t(v)].time_s + direction * kScrubStep * length_s;
+    if (volume.times.cyclic()) to_s -= length_s * std::floor(to_s / length_s);
+    palpation_->send({ControlEvent::Kind::kScrub, v, to_s});
+  }
+}
+
+std::string DesktopLoop::phase_line() const {
+  const auto felt = palpation_->scene();
+  for (int v = 0; seen_ && v < std::min(int(felt->volumes.size()), seen_->moment.volume_count);
+       ++v) {
+    const MovingVolume& volume = *felt->volumes[size_t(v)].data;
+    if (volume.is_still()) continue;
+    const FramePointer at = pointer_at(volume.times, seen_->moment.volumes[size_t(v)].time_s);
+    const bool moves = seen_->moment.volumes[size_t(v)].rate != 0.0;
+    return fmt::format("frame {:.1f} of {}{}", at.frame + at.phase, volume.frames.size(),
+                       moves ? "" : ", paused");
+  }
+  return {};
+}
+
+void DesktopLoop::draw(const TickOutput& tick, const std::string& note) {
+  const double scale = window_->scale();
+  if (scale != help_scale_) help_ = desktop::draw_help(scale);
+  std::vector<std::string> lines;
+  const std::string trouble = live_->trouble();
+  if (!trouble.empty()) lines.push_back("There is no picture: " + trouble);
+  if (trouble.empty() && !seen_) lines.push_back("The first picture is being drawn.");
+  if (const std::string phase = phase_line(); !phase.empty()) lines.push_back(phase);
+  if (!note.empty()) lines.push_back(note);
+  if (view_.look != "auto") lines.push_back("look: " + view_.look);
+  if (tick.cause != Cause::kNone) lines.push_back(sentence(tick.cause));
+  const std::string text = fmt::format("{}", fmt::join(lines, "\n"));
+  if (text != note_text_ || scale != help_scale_)
+    note_ = desktop::draw_note(scene_name_, lines, scale);
+  note_text_ = text;
+  help_scale_ = scale;
+
+  const charts::Raster strip = plot_.draw(kPlotWidth, kPlotHeight, scale);
+  const PictureSize size = window_->size_px();
+  const int edge = int(kEdge * scale);
+  std::vector<desktop::Overlay> overlays = {
+      {&note_, {edge, edge}},
+      {&strip, {size.width - strip.width - edge, size.height - strip.height - edge}}};
+  if (shows_help_) overlays.push_back({&help_, {edge, size.height - help_.height - edge}});
+  static const Picture kNothing;
+  window_->show(seen_ ? seen_->picture : kNothing, overlays);
+}
+
+}  // namespace palpate::app

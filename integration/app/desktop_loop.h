@@ -1,0 +1,72 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "integration/app/force_tap.h"
+#include "integration/app/live_picture.h"
+#include "integration/desktop/camera.h"
+#include "integration/desktop/force_plot.h"
+#include "integration/desktop/mouse_probe.h"
+#include "integration/desktop/pointing.h"
+#include "integration/desktop/window.h"
+
+namespace palpate::app {
+
+/// The window in which a scene is seen while it is felt, and the mouse that may be the hand. All on
+/// the program's main thread.
+class DesktopLoop {
+ public:
+  /// Opens the window. kNoDevice, in a sentence, where there is no display.
+  static Result<std::unique_ptr<DesktopLoop>> open(const std::string& scene_name,
+                                                   const DeviceOptions& gpu,
+                                                   const ViewChoices& view);
+
+  /// To be given to the servo: what it hears is plotted.
+  TickListener* listener() { return &tap_; }
+
+  /// From now on this is seen. `mouse` moves the probe; null: another device does, and the mouse
+  /// turns the view. Both are borrowed until end().
+  void begin(Palpation& palpation, desktop::MouseProbe* mouse);
+  /// Takes what the person did, shows what is felt; takes as long as a frame of a display.
+  /// may_play: false while motion is awaited. note: a line for the person, or nothing.
+  void frame(const TickOutput& tick, bool may_play, const std::string& note);
+  /// Ends the drawing; before the palpation goes.
+  void end() { live_.reset(); }
+
+  /// The person closed the window or pressed Esc.
+  bool closed() const { return window_->closed(); }
+
+ private:
+  DesktopLoop(std::unique_ptr<desktop::Window> window, std::string scene_name,
+              const DeviceOptions& gpu, const ViewChoices& view);
+  void press(const desktop::KeyPress& press, const desktop::Input& input, bool may_play);
+  void steer(const desktop::Input& input);
+  void move_probe(const desktop::Input& input);
+  void play(bool on);
+  void scrub(double direction);
+  void draw(const TickOutput& tick, const std::string& note);
+  std::string phase_line() const;
+  Eye eye() const;
+
+  std::unique_ptr<desktop::Window> window_;
+  std::string scene_name_;
+  DeviceOptions gpu_;
+  ViewChoices view_;
+  ForceTap tap_;
+  desktop::ForcePlot plot_;
+  charts::Raster help_, note_;
+  double help_scale_ = 0.0;
+  std::string note_text_;
+  bool shows_help_ = true, playing_ = true;
+
+  Palpation* palpation_ = nullptr;
+  desktop::MouseProbe* mouse_ = nullptr;
+  desktop::Camera first_camera_, camera_;
+  desktop::Pointing pointing_{glm::dvec3(0.0)};
+  double ball_m_ = 0.1;  ///< radius around all volumes, world
+  std::unique_ptr<LivePicture> live_;
+  std::shared_ptr<const LiveFrame> seen_;
+};
+
+}  // namespace palpate::app

@@ -1,0 +1,109 @@
+#include "integration/app/live_picture.h"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "module/view/resolution.h"
+
+namespace palpate::app {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr int kNice = 5;  // behind the hand, before the estimation
+constexpr PictureSize kMost{2560, 1600};
+constexpr ResolutionOptions kResolution{.budget_s = 1.0 / 25.0, .least = 0.35};
+constexpr double kAtFirst = 0.4;  // of the size: a slow device shows something soon
+constexpr std::chrono::milliseconds kFrame{16};
+constexpr std::chrono::milliseconds kPause{2};
+
+PictureSize within(PictureSize size, PictureSize most) {
+  const double share =
+      std::min({1.0, double(most.width) / size.width, double(most.height) / size.height});
+  return {int(size.width * share), int(size.height * share)};
+}
+
+}  // namespace
+
+LivePicture::LivePicture(Palpation& palpation, const DeviceOptions& gpu)
+    : palpation_(palpation), gpu_(gpu), thread_([this](std::stop_token stop) { run(stop); }) {}
+
+LivePicture::~LivePicture() = default;
+
+void LivePicture::want(const WantedPicture& wanted) {
+  const std::lock_guard lock(mutex_);
+  wanted_ = wanted;
+}
+
+std::shared_ptr<const LiveFrame> LivePicture::newest() const {
+  const std::lock_guard lock(mutex_);
+  return newest_;
+}
+
+std::string LivePicture::trouble() const {
+  const std::lock_guard lock(mutex_);
+  return trouble_;
+}
+
+void LivePicture::run(std::stop_token stop) {
+  setpriority(PRIO_PROCESS, id_t(gettid()), kNice);
+  const Status drawn = draw(stop);
+  if (drawn) return;
+  const std::lock_guard lock(mutex_);
+  trouble_ = drawn.error().message;
+}
+
+Status LivePicture::draw(std::stop_token stop) {
+  vulkan::ContextOptions gpu;
+  gpu.device = gpu_.device;
+  const auto context = vulkan::Context::open(gpu);
+  if (!context) return context.error();
+  auto renderer = VolumeRenderer::make(*context, {.most = kMost, .most_eyes = 1});
+  if (!renderer) return renderer.error();
+  FeelPicture felt{ViewChoices{}};
+  Resolution resolution{.scale = kAtFirst};
+  SceneMoment moment;
+  while (!stop.stop_requested()) {
+    const auto start = Clock::now();
+    WantedPicture wanted;
+    {
+      const std::lock_guard lock(mutex_);
+      wanted = wanted_;
+    }
+    palpation_.newest(moment);
+    if (wanted.size.width < 1 || wanted.size.height < 1 || moment.volume_count == 0) {
+      std::this_thread::sleep_for(kPause);
+      continue;
+    }
+    felt.choose(wanted.choices);
+    if (felt.update(palpation_.scene()))
+      if (const Status set = (*renderer)->set_volumes(felt.volumes()); !set) return set;
+    const PictureSize size = scaled(within(wanted.size, kMost), resolution.scale);
+    // It is seen when it is done, as long from now as the last one took.
+    const int64_t seen_ns =
+        moment.now_ns + int64_t(1e9 * resolution.full_s * resolution.scale * resolution.scale);
+    const ViewScene scene = felt.at(moment, seen_ns, wanted.eye);
+    const auto drawing = Clock::now();
+    if (const Status started = (*renderer)->start(scene, {&wanted.eye, 1}, size); !started)
+      return started;
+    auto picture = (*renderer)->read_back(0);
+    if (!picture) return picture.error();
+    auto frame = std::make_shared<LiveFrame>();
+    frame->picture = std::move(*picture);
+    frame->eye = wanted.eye;
+    frame->moment = moment;
+    frame->picture_s = std::chrono::duration<double>(Clock::now() - drawing).count();
+    resolution = next_resolution(resolution, frame->picture_s, kResolution);
+    {
+      const std::lock_guard lock(mutex_);
+      newest_ = std::move(frame);
+    }
+    std::this_thread::sleep_until(start + kFrame);
+  }
+  return (*renderer)->wait();
+}
+
+}  // namespace palpate::app
