@@ -62,6 +62,7 @@ void DesktopLoop::begin(Palpation& palpation, desktop::MouseProbe* mouse) {
     const glm::dvec3 towards = glm::normalize(from.position_m - centre);
     pointing_ = desktop::Pointing(centre + ball_m_ * towards);
   }
+  window_->poll();  // what was done while nothing could be seen is not meant for the scene
   live_ = std::make_unique<LivePicture>(palpation, gpu_);
 }
 

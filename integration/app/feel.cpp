@@ -108,6 +108,7 @@ class FeelRun {
       desktop_ = std::move(*desktop);
       choice.has_window = true;
     }
+    if (const Status met = check_choice(choice); !met) return fail(console_, met.error());
     auto scene = load_felt_scene(command_.inputs, command_.sequence);
     if (!scene) return fail(console_, scene.error());
     if (const Status look = check_look(command_.view.look); !look)

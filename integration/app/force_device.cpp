@@ -63,10 +63,7 @@ Result<OpenedDevice> simulated(const ForceDeviceChoice& choice, const FeltScene&
   return opened;
 }
 
-Result<OpenedDevice> mouse(const ForceDeviceChoice& choice, std::string why) {
-  if (!choice.has_window)
-    return Error{ErrorKind::kBadInput,
-                 "A mouse can be the hand only where there is a window: add --headset none"};
+OpenedDevice mouse(std::string why) {
   desktop::MouseProbeOptions options;
   options.start_m = {0.0, 0.0, kMouseStart * options.workspace_radius_m};
   auto probe = std::make_unique<desktop::MouseProbe>(options);
@@ -78,6 +75,12 @@ Result<OpenedDevice> mouse(const ForceDeviceChoice& choice, std::string why) {
 }
 
 }  // namespace
+
+Status check_choice(const ForceDeviceChoice& choice) {
+  if (choice.device != "mouse" || choice.has_window) return Nothing{};
+  return Error{ErrorKind::kBadInput,
+               "A mouse can be the hand only where there is a window: add --headset none"};
+}
 
 Result<devices::SimulatedOptions> simulated_options(const ForceDeviceChoice& choice) {
   devices::SimulatedOptions options;
@@ -100,14 +103,14 @@ Result<devices::SimulatedOptions> simulated_options(const ForceDeviceChoice& cho
 
 Result<OpenedDevice> open_force_device(const ForceDeviceChoice& choice, const FeltScene& scene) {
   if (choice.device == "simulated") return simulated(choice, scene, "simulated device, as asked.");
-  if (choice.device == "mouse") return mouse(choice, "mouse, as asked; it gives no force.");
+  if (choice.device == "mouse") return mouse("mouse, as asked; it gives no force.");
   devices::FalconOptions options;
   options.firmware_file = choice.falcon_firmware.string();
   auto falcon = devices::FalconDevice::make(options);
   if (!falcon) return falcon.error();
   const bool none = choice.device == "auto" && !answers(**falcon);
   if (none && choice.has_window)
-    return mouse(choice, "mouse, as no Falcon is plugged in; it gives no force.");
+    return mouse("mouse, as no Falcon is plugged in; it gives no force.");
   if (none) return simulated(choice, scene, "simulated device, as no Falcon is plugged in.");
   OpenedDevice opened;
   opened.device = std::move(*falcon);

@@ -30,6 +30,9 @@ struct OpenedDevice {
   double path_s = 0.0;                   ///< simulated: how long the hand's path takes
 };
 
+/// kBadInput, in a sentence, if the choice can not be met whatever is plugged in.
+Status check_choice(const ForceDeviceChoice& choice);
+
 /// The options of the simulated device for a choice; its path is still to be set. kBadInput for an
 /// unknown hand.
 Result<devices::SimulatedOptions> simulated_options(const ForceDeviceChoice& choice);
