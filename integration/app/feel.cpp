@@ -456,7 +456,8 @@ Command add_feel(CLI::App& program) {
   app->add_option("--headset", command->headset,
                   "none: see it in a window on the desktop, where the mouse is the hand if no "
                   "force device is")
-      ->check(CLI::IsMember({"none"}));
+      ->check(CLI::IsMember({"none"}))
+      ->excludes("--headless");
   app->add_option("--look", command->view.look,
                   "What the volume looks like: auto, or CT bone, CT heart, CT lung, MR, ...")
       ->capture_default_str();

@@ -56,7 +56,7 @@ double share_of_flesh(const Screenshot& shot) {
 /// Waits as long as a busy machine may need.
 template <class Done>
 bool wait_until(Done done) {
-  for (int k = 0; k < 1200; ++k) {
+  for (int k = 0; k < 2400; ++k) {
     if (done()) return true;
     std::this_thread::sleep_for(50ms);
   }
@@ -102,6 +102,12 @@ TEST(Desktop, RefusesAMouseWhereThereIsNoWindow) {
   const Outcome outcome = run({"feel", "heart", "--device", "mouse"});
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_THAT(outcome.err, HasSubstr("--headset none"));
+}
+
+TEST(Desktop, IsEitherSeenInAWindowOrDrawnWithoutOne) {
+  const Outcome outcome = run({"feel", "heart", "--headset", "none", "--headless", "pictures"});
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("--headless"));
 }
 
 }  // namespace
