@@ -145,7 +145,8 @@ TEST(DevicesCommand, NamesADefaultOrSaysWhyThereIsNone) {
   const Outcome json = run({"devices", "--json"});
   EXPECT_EQ(table.exit_code, json.exit_code);
   size_t defaults = 0;
-  for (const auto& device : json.json()["vulkan"]) defaults += device["default"] == true;
+  const nlohmann::json listed = json.json();
+  for (const auto& device : listed["vulkan"]) defaults += device["default"] == true;
   EXPECT_EQ(defaults, json.exit_code == 0 ? 1U : 0U);
   if (json.exit_code != 0) {
     EXPECT_THAT(table.err, HasSubstr("Vulkan"));
