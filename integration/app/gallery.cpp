@@ -16,6 +16,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr int kNice = 5;  // behind the hand, before the estimation
 constexpr std::chrono::milliseconds kFrame{33};
+constexpr std::chrono::milliseconds kStillFrame{500};  // while motion is estimated: let it
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -96,7 +97,9 @@ Status Gallery::look(std::stop_token stop) {
     frame_ms_.push_back(1e3 * seconds_since(start));
     if (first_picture_s_ == 0.0) first_picture_s_ = seconds_since(begin);
     keep(moment, pictures, scene);
-    std::this_thread::sleep_until(start + kFrame);
+    const bool moves = std::any_of(moment.volumes.begin(), moment.volumes.end(),
+                                   [](const VolumeMoment& volume) { return volume.rate != 0.0; });
+    std::this_thread::sleep_until(start + (moves ? kFrame : kStillFrame));
   }
   return (*renderer)->wait();
 }
