@@ -1,0 +1,348 @@
+#include "integration/app/feel_run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <thread>
+
+#include "integration/app/cancel.h"
+#include "integration/app/desktop_loop.h"
+#include "integration/app/exit_code.h"
+#include "integration/app/feel_report.h"
+#include "integration/app/gallery.h"
+#include "integration/app/live_motion.h"
+#include "integration/app/outputs.h"
+#include "integration/app/palpation.h"
+#include "integration/app/replay.h"
+#include "integration/app/tick_log.h"
+#include "integration/devices/spacemouse.h"
+#include "integration/files/atomic_file.h"
+#include "module/haptics/black_box.h"
+#include "module/haptics/emergency.h"
+#include "module/haptics/recording.h"
+
+namespace palpate::app {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+/// A hand that is not there can not be hurt by a late frame, and this machine may be busy.
+constexpr double kWatchdog_ms = 5.0, kSimulatedWatchdog_ms = 50.0;
+
+HapticsOptions haptics_options(const FeelCommand& command, const SceneSpec& spec, bool simulated) {
+  HapticsOptions options;
+  options.safety.max_force_n = spec.max_force_n;
+  options.safety.dead_man = command.dead_man;
+  const double watchdog_ms = command.watchdog_ms > 0.0 ? command.watchdog_ms
+                             : simulated               ? kSimulatedWatchdog_ms
+                                                       : kWatchdog_ms;
+  options.safety.late_s = 1e-3 * watchdog_ms;
+  options.safety.stale_s = std::max(options.safety.stale_s, 2.0 * options.safety.late_s);
+  return options;
+}
+
+ServoOptions servo_options(const FeelCommand& command, const HapticsOptions& haptics) {
+  ServoOptions options;
+  options.loop.watchdog_ns = int64_t(1e9 * haptics.safety.late_s);
+  options.real_time.core = command.core;
+  if (command.no_real_time)
+    options.real_time = {
+        .priority = 0, .core = command.core, .lock_memory = false, .cores_awake = false};
+  return options;
+}
+
+/// What can be said of the scene and the device before anything is felt.
+void announce(const FeelCommand& command, const FeltScene& scene, const OpenedDevice& opened,
+              Console& console) {
+  for (size_t v = 0; v < scene.data.size(); ++v) {
+    const MovingVolume& volume = *scene.data[v];
+    const size_t frames = volume.frames.size();
+    console.say(fmt::format(
+        "Volume    {}: {}", volume.name,
+        frames == 1
+            ? "one frame, which stands still"
+            : fmt::format("{} frames in {:.3g} s{}", frames, volume.times.length_s(),
+                          volume.motions.empty()
+                              ? command.no_motion
+                                    ? ", felt frame by frame"
+                                    : ", still at first: its motion is estimated while you feel it"
+                              : ", with its motion")));
+  }
+  console.say(fmt::format("Device    {}", opened.why));
+  for (const std::string& note : scene.notes) console.say("Note      " + note);
+}
+
+/// One run of the loop with everything that listens to it.
+class FeelRun {
+ public:
+  FeelRun(const FeelCommand& command, Console& console) : command_(command), console_(console) {}
+
+  int run(std::stop_token stop) {
+    ForceDeviceChoice choice = command_.device;
+    if (command_.headset == "none") {
+      auto desktop = DesktopLoop::open(command_.inputs.front().filename().string(), command_.gpu,
+                                       command_.view);
+      if (!desktop) return fail(console_, desktop.error());
+      desktop_ = std::move(*desktop);
+      choice.has_window = true;
+    }
+    if (const Status met = check_choice(choice); !met) return fail(console_, met.error());
+    auto scene = load_felt_scene(command_.inputs, command_.sequence);
+    if (!scene) return fail(console_, scene.error());
+    if (const Status look = check_look(command_.view.look); !look)
+      return fail(console_, look.error());
+    apply_choices(*scene);
+    if (!command_.headless.empty()) {
+      auto outputs = Outputs::into(command_.headless);
+      if (!outputs) return fail(console_, outputs.error());
+      outputs_.emplace(std::move(*outputs));
+    }
+    auto opened = open_force_device(choice, *scene);
+    if (!opened) return fail(console_, opened.error());
+    opened_ = std::move(*opened);
+    // Only now is it known how far the device reaches; a path that touches the data is found anew.
+    if (scene->from_sequence && command_.scale == "fit") {
+      fit_to_reach(*scene, opened_.device->info());
+      if (opened_.simulated) {
+        auto again = open_force_device(choice, *scene);
+        if (!again) return fail(console_, again.error());
+        opened_ = std::move(*again);
+      }
+    }
+    announce(command_, *scene, opened_, console_);
+    if (const Status ready = start_listeners(*scene); !ready) return fail(console_, ready.error());
+    const FeltScene at_start = *scene;
+    if (const Status started = start(std::move(*scene)); !started)
+      return fail(console_, started.error());
+    feel(at_start, stop);
+    return finish();
+  }
+
+ private:
+  void apply_choices(FeltScene& scene) const {
+    if (command_.stiffness_n_per_m > 0.0) scene.spec.stiffness_n_per_m = command_.stiffness_n_per_m;
+    if (command_.max_force_n > 0.0) scene.spec.max_force_n = command_.max_force_n;
+    if (scene.from_sequence && command_.scale != "fit")
+      scene.spec.volumes[0].transform.scale = glm::dvec3(std::stod(command_.scale));
+    if (command_.estimate) forget_motion(scene);
+    // A recording holds what goes into the loop; a scene that is exchanged meanwhile does not.
+    if (!command_.record.empty() && !scene.missing.empty())
+      scene.notes.push_back(
+          "No motion is estimated while recording: find it first with 'palpate motion', and name "
+          "its folder with --fields.");
+    if (command_.no_motion || !command_.record.empty()) scene.missing.clear();
+  }
+
+  Status start_listeners(const FeltScene& scene) {
+    auto log = TickLog::start(command_.csv);
+    if (!log) return log.error();
+    log_ = std::move(*log);
+    BlackBoxOptions box;
+    box.folder = command_.black_box;
+    black_box_ = std::make_unique<BlackBox>(box);
+    if (command_.record.empty()) return Nothing{};
+    auto recorder = Recorder::start(
+        command_.record, replay_key(scene, opened_.device->info(), options(scene)), 1'000'000);
+    if (!recorder) return recorder.error();
+    recorder_ = std::move(*recorder);
+    return Nothing{};
+  }
+
+  HapticsOptions options(const FeltScene& scene) const {
+    // Neither a simulated hand nor one that feels nothing can be hurt by a late frame.
+    return haptics_options(command_, scene.spec, opened_.simulated || opened_.mouse);
+  }
+
+  Status start(FeltScene scene) {
+    const HapticsOptions haptics = options(scene);
+    ServoOptions servo = servo_options(command_, haptics);
+    servo.listeners = {log_.get(), black_box_.get(), recorder_.get(),
+                       desktop_ ? desktop_->listener() : nullptr};
+    const double wanted = scene.spec.stiffness_n_per_m;
+    const auto& volumes = scene.spec.volumes;
+    if (std::any_of(volumes.begin(), volumes.end(), [](const VolumeSpec& volume) {
+          return volume.drive.kind == DriveSpec::Kind::kSecondHand;
+        }))
+      second_hand_ = std::make_unique<devices::SpaceMouse>();
+    auto started =
+        Palpation::start(std::move(scene), *opened_.device, haptics, servo, second_hand_.get());
+    if (!started) return started.error();
+    palpation_ = std::move(*started);
+    const double given =
+        Haptics(haptics, opened_.device->info()).stiffness_on_device(*palpation_->scene(), wanted);
+    if (given < wanted)
+      console_.say(fmt::format(
+          "Note      The spring is {:.0f} N/m instead of {:.0f}: more would make this device hum.",
+          given, wanted));
+    return Nothing{};
+  }
+
+  /// When it is over; a simulated hand presses once, or once more after the motion is known.
+  double end_s(double motion_known_s) const {
+    if (command_.seconds > 0.0) return command_.seconds;
+    if (!opened_.simulated) return 1e12;
+    return motion_known_s + opened_.path_s + 0.5;
+  }
+
+  void feel(const FeltScene& scene, std::stop_token stop) {
+    LiveMotion motion(
+        scene, command_.gpu, command_.preset,
+        [this](size_t volume, size_t step, std::shared_ptr<const MotionMap> map) {
+          return palpation_->take_motion(volume, step, std::move(map));
+        },
+        console_);
+    if (outputs_) {
+      GalleryOptions options;
+      options.gpu = command_.gpu;
+      options.view = command_.view;
+      options.size = {command_.picture_size, command_.picture_size};
+      gallery_ = std::make_unique<Gallery>(*palpation_, options, console_);
+    }
+    if (desktop_) desktop_->begin(*palpation_, opened_.mouse);
+    const auto begin = Clock::now();
+    TickOutput tick;
+    double motion_known_s = motion.is_done() ? 0.0 : 1e12;
+    double now_s = 0.0;
+    while (now_s < end_s(motion_known_s) && !stop.stop_requested() && !emergency::is_asked() &&
+           !(desktop_ && desktop_->closed())) {
+      if (desktop_)
+        desktop_->frame(tick, motion.is_done(), motion_text(motion));
+      else
+        std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      now_s = std::chrono::duration<double>(Clock::now() - begin).count();
+      palpation_->servo().newest(0, tick);
+      tell_second_hand();
+      std::string line = live_text(tick, palpation_->servo().statistics(), now_s);
+      if (!motion.is_done()) line += "  " + motion_text(motion);
+      console_.live(line);
+      if (!motion.is_done() || motion_known_s < 1e12) continue;
+      motion_known_s = now_s;
+      tell_motion(motion);
+      if (motion.trouble().empty())
+        for (const MissingMotion& missing : scene.missing) palpation_->play(missing.volume);
+    }
+    console_.end_progress();
+    if (desktop_) desktop_->end();
+    if (gallery_) gallery_->stop();
+    palpation_->stop();
+  }
+
+  static std::string motion_text(const LiveMotion& motion) {
+    if (motion.is_done()) return {};
+    return fmt::format("motion {} of {} steps", motion.steps_known(), motion.steps());
+  }
+
+  /// When it comes, goes or can not be used.
+  void tell_second_hand() {
+    if (!second_hand_) return;
+    const DeviceFault fault = second_hand_->read().fault;
+    if (second_hand_fault_ == fault) return;
+    second_hand_fault_ = fault;
+    if (fault == DeviceFault::kNone)
+      console_.say("Second    " + second_hand_->info().name + " moves the volume");
+    else if (fault == DeviceFault::kNotOpened)
+      console_.say("Second    no SpaceMouse is plugged in: the volume stays until one is");
+    else
+      console_.say(fmt::format("Second    {}", sentence(fault)));
+  }
+
+  void tell_motion(const LiveMotion& motion) {
+    if (!motion.trouble().empty())
+      console_.complain("palpate: The motion could not be estimated, so the first frame is felt: " +
+                        motion.trouble());
+    else
+      console_.say(fmt::format("Motion    {} steps known after {:.1f} s; now it moves",
+                               motion.steps(), motion.seconds()));
+  }
+
+  int finish() {
+    Status done = log_->finish();
+    if (recorder_) {
+      const Status recorded = recorder_->finish();
+      if (done) done = recorded;
+    }
+    const auto& rows = log_->rows();
+    if (!command_.picture.empty() && done)
+      done = write_feel_picture(
+          command_.picture.string(),
+          fmt::format("Feeling {}", command_.inputs.front().filename().string()), rows);
+    const std::string summary =
+        summary_text(numbers_of(rows), palpation_->servo().statistics(),
+                     palpation_->servo().report(), palpation_->haptics().tank().ledger());
+    if (gallery_ && done) done = publish(summary);
+    console_.say(summary);
+    for (const fs::path& file : black_box_->files())
+      console_.say(fmt::format("Wrote     {}: the ticks around a fault", file.string()));
+    if (!command_.csv.empty()) console_.say(fmt::format("Wrote     {}", command_.csv.string()));
+    if (!command_.picture.empty())
+      console_.say(fmt::format("Wrote     {}", command_.picture.string()));
+    if (!command_.record.empty())
+      console_.say(fmt::format("Wrote     {}", command_.record.string()));
+    if (gallery_ && done) tell_gallery();
+    return done ? kExitOk : fail(console_, done.error());
+  }
+
+  /// Page, views and summary, all or nothing.
+  Status publish(const std::string& summary) {
+    if (!gallery_->trouble().empty())
+      console_.complain("palpate: There are no views of the volume: " + gallery_->trouble());
+    const charts::Timeline timeline = feel_timeline("", log_->rows());
+    const std::string title =
+        fmt::format("Feeling {}", command_.inputs.front().filename().string());
+    const std::string subtitle = feel_timeline(title, log_->rows()).subtitle;
+    Status done = gallery_->stage(*outputs_, title, subtitle, timeline);
+    if (!done) return done;
+    const auto path = outputs_->stage("summary.txt");
+    if (!path) return path.error();
+    done = files::write_text(*path, summary.substr(1));
+    return done ? outputs_->publish() : Status(outputs_->in_place(done.error()));
+  }
+
+  void tell_gallery() {
+    console_.say(
+        fmt::format("Seen      {} stereo pictures of 2 x {} x {}, {:.0f} ms each (median), the "
+                    "first after {:.1f} s",
+                    gallery_->frames(), command_.picture_size, command_.picture_size,
+                    gallery_->median_ms(), gallery_->first_picture_s()));
+    console_.say(fmt::format(
+        "Look at\n  {}   what was seen and felt, on one page\n  {}   a view for two eyes",
+        (command_.headless / "page.png").string(), (command_.headless / "view_1.png").string()));
+  }
+
+  const FeelCommand& command_;
+  Console& console_;
+  std::optional<Outputs> outputs_;
+  std::unique_ptr<DesktopLoop> desktop_;
+  OpenedDevice opened_;
+  std::unique_ptr<TickLog> log_;
+  std::unique_ptr<BlackBox> black_box_;
+  std::unique_ptr<Recorder> recorder_;
+  std::unique_ptr<devices::SpaceMouse> second_hand_;
+  std::optional<DeviceFault> second_hand_fault_;  ///< as it was told
+  std::unique_ptr<Palpation> palpation_;  ///< ends its servo thread before what is above goes
+  std::unique_ptr<Gallery> gallery_;      ///< looks at palpation_
+};
+
+int replay_run(const FeelCommand& command, Console& console) {
+  auto scene = load_felt_scene(command.inputs, command.sequence);
+  if (!scene) return fail(console, scene.error());
+  const auto replayed = replay_felt(*scene, command.replay);
+  if (!replayed) return fail(console, replayed.error());
+  console.say(fmt::format("Replayed  {} ticks: {}", replayed->ticks, replay_text(*replayed)));
+  return replayed->different ? kExitFailed : kExitOk;
+}
+
+}  // namespace
+
+int run_feel(const FeelCommand& command) {
+  // In this order: the handlers of emergency stay in place below the waiting for Ctrl-C.
+  emergency::install();
+  const CancelOnSignal cancel;
+  Console console(command.quiet, false);
+  if (!command.replay.empty()) return replay_run(command, console);
+  return FeelRun(command, console).run(cancel.token());
+}
+
+}  // namespace palpate::app

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "integration/app/feel_view.h"
+#include "integration/app/felt_scene.h"
+#include "integration/app/force_device.h"
+#include "integration/app/session.h"
+
+namespace palpate::app {
+
+/// What the command line says of feeling.
+struct FeelCommand {
+  std::vector<std::filesystem::path> inputs;
+  SequenceChoices sequence;
+  ForceDeviceChoice device;
+  DeviceOptions gpu;
+  std::string preset = "balanced";
+  std::string scale = "fit";
+  double seconds = 0.0;
+  double stiffness_n_per_m = 0.0, max_force_n = 0.0;
+  double watchdog_ms = 0.0;
+  std::filesystem::path csv, picture, record, replay;
+  std::filesystem::path black_box = ".";
+  std::filesystem::path headless;
+  ViewChoices view;
+  std::string headset;
+  int picture_size = 384;
+  int core = -1;
+  bool dead_man = false, no_real_time = false, no_motion = false, estimate = false, quiet = false;
+};
+
+/// Feels, or replays, from what is said to its summary; returns the exit code. From the main
+/// thread, before others are started: it takes Ctrl-C and the ways out of a crash into its hands.
+int run_feel(const FeelCommand& command);
+
+}  // namespace palpate::app
