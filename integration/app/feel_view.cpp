@@ -30,12 +30,27 @@ std::pair<double, double> range_of(const FrameData& frame) {
   return {low, high};
 }
 
-Look look_for(const std::string& name, const HapticVolume& volume) {
+/// Whether a surface between air and tissue is felt in this CT: then lung and skin are to be seen.
+bool feels_air(const HapticScene& scene, const HapticVolume& volume) {
+  constexpr double kAir_hu = -900.0, kTissue_hu = -150.0;
+  for (const HapticMode& mode : scene.modes) {
+    if (mode.spec.volume != volume.spec.name || mode.spec.kind != "surface") continue;
+    const std::vector<double>& in = mode.spec.strength.in();
+    if (in.size() < 2) continue;
+    const double level = 0.5 * (in.front() + in.back());
+    if (level > kAir_hu && level < kTissue_hu) return true;
+  }
+  return false;
+}
+
+Look look_for(const std::string& name, const HapticScene& scene, const HapticVolume& volume) {
   if (name != "auto")
     if (auto preset = preset_look(name)) return *preset;
   const auto [low, high] = range_of(*volume.data->frames.front());
   const std::string& source = volume.spec.source;
-  return fitting_look(source.empty() ? volume.data->name : source, low, high);
+  const Look fitting = fitting_look(source.empty() ? volume.data->name : source, low, high);
+  if (fitting.name.starts_with("CT") && feels_air(scene, volume)) return *preset_look("CT lung");
+  return fitting;
 }
 
 }  // namespace
@@ -62,7 +77,7 @@ bool FeelPicture::update(std::shared_ptr<const HapticScene> felt) {
   if (!same_frames) {
     looks_.clear();
     for (size_t v = 0; v < volumes.size(); ++v)
-      looks_.push_back(look_for(choices_.look, felt->volumes[v]));
+      looks_.push_back(look_for(choices_.look, *felt, felt->volumes[v]));
   }
   felt_ = std::move(felt);
   const bool changed = volumes != volumes_;
