@@ -27,7 +27,7 @@
 //
 // kVolumes of the images are used. One invocation: one pixel of one eye. Border: a volume ends half
 // a voxel beyond its outermost samples, its value held. Precision: fp32. Race: each output written
-// once. CPU oracle: cast of tests/view/view_oracle.h.
+// once. Checked against closed forms: tests/view/light_test.cpp (transmittance), surface_test.cpp (places).
 //
 // A CPU driver runs eight neighbouring pixels in step and works through both sides of every "if";
 // loops it leaves when no pixel needs them. So what is rarely needed stands in loops.

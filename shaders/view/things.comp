@@ -20,7 +20,7 @@
 // pixels. pass 0: the nearest depth, by an atomic minimum on the bits, which order as positive
 // floats do. 1: the colour, where the depth is the nearest one. Precision: fp32. Race: two things
 // within 1e-6 of the same depth may both write a colour; one of them stays.
-// CPU oracle: meet of tests/view/things_test.cpp.
+// Checked against the formula of a round cone: tests/view/scene_test.cpp.
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) readonly buffer Parameters { ViewParameters view; };
 layout(set = 0, binding = 1) readonly buffer Things { ViewThing things[]; };

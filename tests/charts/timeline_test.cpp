@@ -57,7 +57,8 @@ TEST(Timeline, KeepsAPeakOfOneSampleAmongAHundredThousand) {
   Timeline timeline = flat(100'000);
   ASSERT_TRUE(write_timeline(file.path(), timeline));
   const glm::ivec2 without = colored_rows(read_png(file.path()));
-  timeline.strips[0].curves[0].values[54'321] = 9.0;
+  // In the middle of the hundred or so samples of a pixel, neither its first nor its last.
+  timeline.strips[0].curves[0].values[54'380] = 9.0;
   ASSERT_TRUE(write_timeline(file.path(), timeline));
   const glm::ivec2 with = colored_rows(read_png(file.path()));
   // The strip is some 200 px high and shows 10 N: 8 N more must be far higher.
