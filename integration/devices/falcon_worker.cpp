@@ -140,9 +140,10 @@ void FalconDevice::Worker::run() {
 void FalconDevice::Worker::guard() noexcept {
   if (!pushing_.load(std::memory_order_relaxed)) return;
   if (now_ns() - last_exchange_ns_.load(std::memory_order_relaxed) < options_.away_ns) return;
+  // Counted before it is sent: who sees the device let go finds it in the counts.
   was_cut_.store(true, std::memory_order_release);
+  cuts_.fetch_add(1, std::memory_order_release);
   cut();
-  cuts_.fetch_add(1, std::memory_order_relaxed);
 }
 
 void FalconDevice::Worker::take_link() noexcept {
