@@ -1,11 +1,11 @@
-#include "tests/bench/table.h"
+#include "integration/report/table.h"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include <fmt/format.h>
 
-namespace palpate::bench {
+namespace palpate::report {
 namespace {
 
 /// Width on a terminal: bytes that continue a UTF-8 character take none.
@@ -134,4 +134,4 @@ std::string json(const Conditions& conditions, const std::vector<Table>& tables)
   return all.dump(2) + "\n";
 }
 
-}  // namespace palpate::bench
+}  // namespace palpate::report
