@@ -13,6 +13,7 @@ constexpr glm::dvec3 kPen{0.80, 0.83, 0.88}, kProxy{0.30, 0.78, 0.98}, kArrow{1.
 constexpr glm::dvec3 kFrame{0.42, 0.46, 0.54};
 constexpr double kHeightAngle = 0.55;  // of a picture
 constexpr double kArrow_m_per_n = 0.008;
+constexpr double kTube = 0.0006;        // radius beside a volume of 10 cm
 constexpr double kLongestLook_s = 0.1;  // a tick older than this says nothing of now
 
 /// The least and greatest value of a frame on a coarse lattice: enough to choose a look.
@@ -43,14 +44,31 @@ bool feels_air(const HapticScene& scene, const HapticVolume& volume) {
   return false;
 }
 
+Look fitting(const HapticScene& scene, const HapticVolume& volume) {
+  const auto [low, high] = range_of(*volume.data->frames.front());
+  if (volume.data->frames.front()->is_vector())
+    return windowed(*preset_look("flow"), 0.5 * high, std::max(high, 1e-9));
+  const std::string& source = volume.spec.source;
+  const Look look = fitting_look(source.empty() ? volume.data->name : source, low, high);
+  if (look.name.starts_with("CT") && feels_air(scene, volume)) return *preset_look("CT lung");
+  return look;
+}
+
+/// What the command line asks for, else what the scene says, else what suits the data.
 Look look_for(const std::string& name, const HapticScene& scene, const HapticVolume& volume) {
   if (name != "auto")
     if (auto preset = preset_look(name)) return *preset;
-  const auto [low, high] = range_of(*volume.data->frames.front());
-  const std::string& source = volume.spec.source;
-  const Look fitting = fitting_look(source.empty() ? volume.data->name : source, low, high);
-  if (fitting.name.starts_with("CT") && feels_air(scene, volume)) return *preset_look("CT lung");
-  return fitting;
+  const SeenSpec& seen = volume.spec.seen;
+  Look look;
+  if (!seen.points.empty()) {
+    look.name = "of the scene";
+    look.points = seen.points;
+  } else if (auto preset = preset_look(seen.preset); preset && !seen.preset.empty()) {
+    look = *preset;
+  } else {
+    look = fitting(scene, volume);
+  }
+  return seen.width > 0.0 ? windowed(look, seen.level, seen.width) : look;
 }
 
 }  // namespace
@@ -71,13 +89,19 @@ void FeelPicture::choose(const ViewChoices& choices) {
 bool FeelPicture::update(std::shared_ptr<const HapticScene> felt) {
   if (felt == felt_ && looks_.size() == volumes_.size()) return false;
   std::vector<std::shared_ptr<const MovingVolume>> volumes;
-  for (const HapticVolume& volume : felt->volumes)
-    if (volumes.size() < kMostDrawn) volumes.push_back(volume.data);
-  const bool same_frames = looks_.size() == volumes.size();
-  if (!same_frames) {
+  shown_.clear();
+  for (size_t v = 0; v < felt->volumes.size() && volumes.size() < kMostDrawn; ++v) {
+    if (!felt->volumes[v].spec.seen.shown) continue;
+    shown_.push_back(v);
+    volumes.push_back(felt->volumes[v].data);
+  }
+  if (looks_.size() != volumes.size()) {
     looks_.clear();
-    for (size_t v = 0; v < volumes.size(); ++v)
+    stream_.clear();
+    for (const size_t v : shown_) {
       looks_.push_back(look_for(choices_.look, *felt, felt->volumes[v]));
+      stream_.emplace_back(felt->volumes[v].spec.seen.tubes_per_axis);
+    }
   }
   felt_ = std::move(felt);
   const bool changed = volumes != volumes_;
@@ -87,8 +111,9 @@ bool FeelPicture::update(std::shared_ptr<const HapticScene> felt) {
 
 void FeelPicture::bounds(const SceneMoment& moment, glm::dvec3& centre, double& radius_m) const {
   glm::dvec3 low(1e300), high(-1e300);
-  for (size_t v = 0; v < volumes_.size(); ++v) {
-    const FrameData& frame = *volumes_[v]->frames.front();
+  // All that is felt: hidden volumes too, so that the hand stays in view.
+  for (size_t v = 0; v < felt_->volumes.size(); ++v) {
+    const FrameData& frame = *felt_->volumes[v].data->frames.front();
     const Transform& place = moment.volumes[v].world_from_volume;
     for (int c = 0; c < 8; ++c) {
       const glm::dvec3 t(c & 1, c >> 1 & 1, c >> 2);
@@ -102,7 +127,7 @@ void FeelPicture::bounds(const SceneMoment& moment, glm::dvec3& centre, double& 
 }
 
 void FeelPicture::add_things(const SceneMoment& moment, const Eye& eye, double radius_m,
-                             ViewScene& scene) const {
+                             ViewScene& scene) {
   const double size = radius_m / 0.1;  // of things, beside a volume of 10 cm radius
   // The pen comes from the side of the eye, so that its tip is in view.
   const glm::dvec3 away = glm::normalize(eye.orientation * glm::dvec3(0.45, 0.55, 0.70));
@@ -110,28 +135,33 @@ void FeelPicture::add_things(const SceneMoment& moment, const Eye& eye, double r
   if (moment.in_contact) add_sphere(scene.things, moment.proxy_m, 0.0026 * size, kProxy);
   add_arrow(scene.things, moment.proxy_m, moment.force_n, kArrow_m_per_n * size, 0.0012 * size,
             kArrow);
+  for (size_t v = 0; v < volumes_.size(); ++v) {
+    if (!spec(v).seen.tubes.value_or(volumes_[v]->frames.front()->is_vector())) continue;
+    const ViewVolume& of = scene.volumes[v];
+    stream_[v].add(scene.things, *volumes_[v], of.world_from_volume, of.pointer, kTube * size,
+                   choices_.whole_frames);
+  }
   if (!choices_.box) return;
   for (size_t v = 0; v < volumes_.size(); ++v) {
     const FrameData& frame = *volumes_[v]->frames.front();
-    const Transform& place = moment.volumes[v].world_from_volume;
+    const Transform& place = scene.volumes[v].world_from_volume;
     add_box(scene.things, place, frame.low_m(), frame.high_m(), 0.0004 * size, kFrame);
-    if (felt_->volumes[v].spec.source != "molecule")
+    if (spec(v).source != "molecule")
       add_letters(scene.things, place, frame.low_m(), frame.high_m(), eye, 0.010 * size, kPen);
   }
 }
 
-ViewScene FeelPicture::at(const SceneMoment& moment, int64_t display_ns, const Eye& eye) const {
+ViewScene FeelPicture::at(const SceneMoment& moment, int64_t display_ns, const Eye& eye) {
   ViewScene scene;
   const double ahead_s = std::clamp(double(display_ns - moment.now_ns) * 1e-9, 0.0, kLongestLook_s);
   for (size_t v = 0; v < volumes_.size(); ++v) {
-    const VolumeMoment& of = moment.volumes[v];
-    const VolumeSpec& spec = felt_->volumes[v].spec;
+    const VolumeMoment& of = moment.volumes[shown_[v]];
     ViewVolume volume;
     volume.data = volumes_[v];
     volume.world_from_volume = of.world_from_volume;
     volume.pointer = pointer_at(volumes_[v]->times, of.time_s + of.rate * ahead_s);
     volume.look = looks_[v];
-    volume.blend_values = spec.blend_values;
+    volume.blend_values = spec(v).blend_values;
     volume.whole_frames = choices_.whole_frames;
     scene.volumes.push_back(volume);
   }

@@ -7,6 +7,7 @@
 #include "compute/vulkan/context.h"
 #include "module/haptics/haptic_scene.h"
 #include "module/haptics/scene_moment.h"
+#include "module/view/stream_lines.h"
 #include "module/view/view_scene.h"
 #include "module/view/volume_renderer.h"
 
@@ -30,24 +31,26 @@ class FeelPicture {
   void choose(const ViewChoices& choices);
   /// Takes what is felt now. True if the renderer has to be given volumes() again.
   bool update(std::shared_ptr<const HapticScene> felt);
-  /// At most four: the first ones.
+  /// At most four: the first ones that the scene shows.
   const std::vector<std::shared_ptr<const MovingVolume>>& volumes() const { return volumes_; }
 
   /// What is to be seen at display_ns (monotonic), from a tick not long before: volumes at the
   /// phase that the hand will feel then, where they are, with pen, proxy and force.
-  ViewScene at(const SceneMoment& moment, int64_t display_ns, const Eye& eye) const;
+  ViewScene at(const SceneMoment& moment, int64_t display_ns, const Eye& eye);
 
   /// A ball around all volumes at their places in `moment`, world, m.
   void bounds(const SceneMoment& moment, glm::dvec3& centre, double& radius_m) const;
 
  private:
-  void add_things(const SceneMoment& moment, const Eye& eye, double radius_m,
-                  ViewScene& scene) const;
+  void add_things(const SceneMoment& moment, const Eye& eye, double radius_m, ViewScene& scene);
+  const VolumeSpec& spec(size_t v) const { return felt_->volumes[shown_[v]].spec; }
 
   ViewChoices choices_;
   std::shared_ptr<const HapticScene> felt_;
+  std::vector<size_t> shown_;  ///< which of the felt volumes volumes_ are
   std::vector<std::shared_ptr<const MovingVolume>> volumes_;
-  std::vector<Look> looks_;  ///< empty: to be found anew
+  std::vector<Look> looks_;          ///< empty: to be found anew
+  std::vector<StreamLines> stream_;  ///< one per volume, whether or not it has tubes
 };
 
 /// kBadInput, naming the presets, if there is no look of that name.

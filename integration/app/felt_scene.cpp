@@ -81,12 +81,26 @@ Result<Sequence> read_frames(const std::vector<fs::path>& inputs, Volume* first)
   return sequence;
 }
 
+Volume lengths_of(const VectorFrame& frame) {
+  Volume lengths{frame.grid, std::vector<float>(frame.values.size())};
+  for (size_t i = 0; i < lengths.values.size(); ++i)
+    lengths.values[i] = glm::length(frame.values[i]);
+  return lengths;
+}
+
 Result<MovingVolume> read_volume_of(const VolumeSpec& spec, Volume* first = nullptr) {
   if (!spec.source.empty()) return build(spec);
   VolumeData data;
-  auto frames = read_frames(spec.files, first);
-  if (!frames) return frames.error();
-  data.frames = std::move(*frames);
+  if (files::holds_vectors(spec.files)) {
+    auto vectors = files::read_vectors(spec.files);
+    if (!vectors) return vectors.error();
+    if (first) *first = lengths_of(vectors->front());
+    data.vectors = std::move(*vectors);
+  } else {
+    auto frames = read_frames(spec.files, first);
+    if (!frames) return frames.error();
+    data.frames = std::move(*frames);
+  }
   for (const MotionSpec& motion : spec.motions) {
     auto read = read_motion(motion);
     if (!read) return read.error();
@@ -100,7 +114,9 @@ void add(FeltScene& scene, size_t v, MovingVolume volume) {
   VolumeSpec& spec = scene.spec.volumes[v];
   spec.transform = start_transform(spec, volume);
   spec.centred = false;
-  if (!volume.is_still() && volume.motions.empty() && spec.source.empty())
+  // Motion is found in scalars only; a flow whose motion nobody gave changes where it stands.
+  const bool vectors = volume.frames.front()->is_vector();
+  if (!volume.is_still() && volume.motions.empty() && spec.source.empty() && !vectors)
     scene.missing.push_back({v, [files = spec.files] { return open_sequence(files); }});
   scene.data.push_back(std::make_shared<const MovingVolume>(std::move(volume)));
 }
@@ -115,6 +131,47 @@ Result<FeltScene> of_spec(std::string name, SceneSpec spec) {
     add(scene, v, std::move(*volume));
   }
   return scene;
+}
+
+Result<ModeSpec> surface_of(const Volume& first, const SequenceChoices& choices,
+                            std::vector<std::string>& notes) {
+  const Surface found = surface_between_groups(first);
+  const double level = choices.level.value_or(found.level);
+  auto strength =
+      TransferFunction::window(level, choices.width.value_or(found.width), choices.strength_n);
+  if (!strength) return strength.error();
+  if (!choices.level)
+    notes.push_back(fmt::format(
+        "The surface to feel is put at {:.4g}, between the two main groups of values: --level says "
+        "otherwise.",
+        level));
+  ModeSpec surface;
+  surface.name = "surface";
+  surface.strength = *strength;
+  surface.friction = TransferFunction::constant(choices.friction);
+  return surface;
+}
+
+/// Vectors guide the hand along them, the more the longer they are: full where they are longest.
+Result<ModeSpec> guide_along(const Volume& lengths, const SequenceChoices& choices,
+                             std::vector<std::string>& notes) {
+  const double longest = lengths.values.empty()
+                             ? 0.0
+                             : *std::max_element(lengths.values.begin(), lengths.values.end());
+  const double level = choices.level.value_or(0.5 * longest);
+  const double width = choices.width.value_or(choices.level ? 0.0 : longest);
+  auto strength = TransferFunction::window(level, width, choices.strength_n);
+  if (!strength) return strength.error();
+  if (!choices.level)
+    notes.push_back(fmt::format(
+        "These are vectors: the hand is guided along them, with full force at a length of {:.4g}; "
+        "--level and --width say otherwise, and a scene file offers other modes.",
+        longest));
+  ModeSpec follow;
+  follow.name = "along";
+  follow.kind = "follow";
+  follow.strength = *strength;
+  return follow;
 }
 
 Result<FeltScene> of_sequence(const std::vector<fs::path>& inputs, const SequenceChoices& choices) {
@@ -138,22 +195,11 @@ Result<FeltScene> of_sequence(const std::vector<fs::path>& inputs, const Sequenc
   Volume first;
   auto volume = read_volume_of(spec, &first);
   if (!volume) return volume.error();
-  const Surface found = surface_between_groups(first);
-  const double level = choices.level.value_or(found.level);
-  const double width = choices.width.value_or(found.width);
-  auto strength = TransferFunction::window(level, width, choices.strength_n);
-  if (!strength) return strength.error();
-  if (!choices.level)
-    scene.notes.push_back(fmt::format(
-        "The surface to feel is put at {:.4g}, between the two main groups of values: --level says "
-        "otherwise.",
-        level));
-  ModeSpec surface;
-  surface.name = "surface";
-  surface.volume = spec.name;
-  surface.strength = *strength;
-  surface.friction = TransferFunction::constant(choices.friction);
-  scene.spec.modes = {surface};
+  auto mode = volume->frames.front()->is_vector() ? guide_along(first, choices, scene.notes)
+                                                  : surface_of(first, choices, scene.notes);
+  if (!mode) return mode.error();
+  mode->volume = spec.name;
+  scene.spec.modes = {std::move(*mode)};
   scene.spec.volumes = {spec};
   add(scene, 0, std::move(*volume));
   return scene;

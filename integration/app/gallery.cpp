@@ -18,6 +18,13 @@ constexpr int kNice = 5;  // behind the hand, before the estimation
 constexpr std::chrono::milliseconds kFrame{33};
 constexpr std::chrono::milliseconds kStillFrame{500};  // while motion is estimated: let it
 
+constexpr double kStronger = 1.2;  // force, of one picture to another that is as good
+
+bool moves(const SceneMoment& moment) {
+  return std::any_of(moment.volumes.begin(), moment.volumes.end(),
+                     [](const VolumeMoment& volume) { return volume.rate != 0.0; });
+}
+
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
@@ -97,40 +104,39 @@ Status Gallery::look(std::stop_token stop) {
     frame_ms_.push_back(1e3 * seconds_since(start));
     if (first_picture_s_ == 0.0) first_picture_s_ = seconds_since(begin);
     keep(moment, pictures, scene);
-    const bool moves = std::any_of(moment.volumes.begin(), moment.volumes.end(),
-                                   [](const VolumeMoment& volume) { return volume.rate != 0.0; });
-    std::this_thread::sleep_until(start + (moves ? kFrame : kStillFrame));
+    std::this_thread::sleep_until(start + (moves(moment) ? kFrame : kStillFrame));
   }
   return (*renderer)->wait();
 }
 
-/// One picture per stretch of the cycle: the first while touching and moving is better than one of
-/// the still frame, and that better than one in free space.
+/// One picture per stretch of the cycle: one while touching and moving is better than one of the
+/// still frame, and that better than one in free space; of two alike, one where far more is felt.
 void Gallery::keep(const SceneMoment& moment, const std::array<Picture, 2>& pictures,
                    const ViewScene& scene) {
   size_t bin = 0;
   double pointer = 0.0;
-  bool moving = false;
-  const auto felt = palpation_.scene();
+  const bool moving = moves(moment);
   for (size_t v = 0; v < scene.volumes.size(); ++v) {
     const MovingVolume& volume = *scene.volumes[v].data;
     if (volume.is_still()) continue;
     pointer = scene.volumes[v].pointer.frame + scene.volumes[v].pointer.phase;
     const double share = pointer / double(std::max(1, volume.times.steps()));
     bin = std::min(kept_.size() - 1, size_t(share * double(kept_.size())));
-    moving = moment.volumes[v].rate != 0.0;
     break;
   }
   Kept& kept = kept_[bin];
   const int worth = 2 * moment.in_contact + moving, before = 2 * kept.touching + kept.moving;
-  if (kept.any && worth <= before) return;
+  const double force_n = glm::length(moment.force_n);
+  const bool stronger = worth == before && force_n > kStronger * kept.force_n;
+  if (kept.any && worth <= before && !stronger) return;
   kept.any = true;
   kept.touching = moment.in_contact;
   kept.moving = moving;
   kept.view.left = raster_of(pictures[0]);
   kept.view.right = raster_of(pictures[1]);
   kept.view.label = fmt::format("frame {:.2f}", pointer);
-  kept.view.sublabel = fmt::format("{:.2f} N", glm::length(moment.force_n));
+  kept.force_n = force_n;
+  kept.view.sublabel = fmt::format("{:.2f} N", force_n);
 }
 
 Status Gallery::stage(Outputs& outputs, const std::string& title, const std::string& subtitle,

@@ -51,6 +51,7 @@ class Gallery {
  private:
   struct Kept {
     bool any = false, touching = false, moving = false;
+    double force_n = 0.0;
     charts::StereoView view;
   };
   void run(std::stop_token stop);

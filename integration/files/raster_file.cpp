@@ -148,4 +148,20 @@ bool has_raster_name(const std::filesystem::path& file) {
   return false;
 }
 
+std::vector<std::filesystem::path> images_in(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> files;
+  std::error_code error;
+  for (std::filesystem::directory_iterator walk(folder, error), end; !error && walk != end;
+       walk.increment(error)) {
+    const bool hidden = walk->path().filename().string().starts_with('.');
+    if (!hidden && walk->is_regular_file(error) && has_raster_name(walk->path()))
+      files.push_back(walk->path());
+  }
+  std::sort(files.begin(), files.end(),
+            [](const std::filesystem::path& a, const std::filesystem::path& b) {
+              return natural_less(a.filename().string(), b.filename().string());
+            });
+  return files;
+}
+
 }  // namespace palpate::files

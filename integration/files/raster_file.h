@@ -17,4 +17,7 @@ Result<Raster> read_raster_header(const std::filesystem::path& file);
 /// True if the name is one under which such files go (.nrrd .nhdr .mha .mhd .nii .nii.gz .hdr).
 bool has_raster_name(const std::filesystem::path& file);
 
+/// Such files directly in a folder, hidden ones left out, "frame2" before "frame10".
+std::vector<std::filesystem::path> images_in(const std::filesystem::path& folder);
+
 }  // namespace palpate::files

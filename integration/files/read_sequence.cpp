@@ -14,22 +14,6 @@ namespace {
 namespace fs = std::filesystem;
 using Source = Result<std::unique_ptr<FrameSource>>;
 
-/// Image files directly in a folder, "frame2" before "frame10".
-std::vector<fs::path> images_in(const fs::path& folder) {
-  std::vector<fs::path> files;
-  std::error_code error;
-  for (fs::directory_iterator walk(folder, error), end; !error && walk != end;
-       walk.increment(error)) {
-    const bool hidden = walk->path().filename().string().starts_with('.');
-    if (!hidden && walk->is_regular_file(error) && has_raster_name(walk->path()))
-      files.push_back(walk->path());
-  }
-  std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
-    return natural_less(a.filename().string(), b.filename().string());
-  });
-  return files;
-}
-
 Source open_file(const fs::path& file) {
   const auto raster = read_raster_header(file);
   if (!raster) return raster.error();

@@ -1,11 +1,42 @@
 #include "integration/files/read_volume.h"
 
+#include "integration/files/frame_source.h"
 #include "integration/files/raster_file.h"
 #include "integration/files/read_sequence.h"
 #include "integration/files/samples.h"
 #include "integration/files/sentences.h"
 
 namespace palpate::files {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A single folder stands for the images in it.
+std::vector<fs::path> files_of(const std::vector<fs::path>& inputs) {
+  std::error_code error;
+  if (inputs.size() == 1 && fs::is_directory(inputs.front(), error))
+    return images_in(inputs.front());
+  return inputs;
+}
+
+Result<VectorFrame> vectors_of(const Raster& raster, size_t frame) {
+  auto stream = SampleStream::open(raster);
+  if (!stream) return stream.error();
+  static_assert(sizeof(glm::vec3) == 3 * sizeof(float), "vectors are read as runs of floats");
+  VectorFrame vectors{raster.grid, std::vector<glm::vec3>(raster.grid.count())};
+  float* const values = &vectors.values.front().x;
+  const Status got = raster.inner == 1 ? stream->read(values, 3 * vectors.values.size())
+                                       : stream->read_lanes({values, values + 1, values + 2}, 3);
+  if (!got) return got.error();
+  const Status finite = check_finite(raster.file, frame, vectors.grid, values, 3);
+  if (!finite) return finite.error();
+  if (raster.vectors_are_ras) {
+    for (glm::vec3& v : vectors.values) v = {-v.x, -v.y, v.z};
+  }
+  return vectors;
+}
+
+}  // namespace
 
 Result<Volume> read_volume(const std::filesystem::path& input) {
   auto reader = SequenceReader::open({input});
@@ -27,7 +58,47 @@ Result<Mask> read_mask(const std::filesystem::path& input) {
   return mask;
 }
 
-Result<Field> read_field(const std::filesystem::path& file) {
+Result<std::vector<VectorFrame>> read_vectors(const std::vector<fs::path>& inputs) {
+  const std::vector<fs::path> files = files_of(inputs);
+  if (files.empty()) return Error{ErrorKind::kBadInput, "There is no input: name a file or folder"};
+  std::vector<Raster> rasters;
+  double bytes = 0.0;
+  for (const fs::path& file : files) {
+    auto raster = read_raster_header(file);
+    if (!raster) return raster.error();
+    if (raster->component_count() != 3)
+      return bad_input(file,
+                       "holds {} values per voxel where vectors have three: leave it out, or give "
+                       "scalar frames only",
+                       raster->component_count());
+    if (!rasters.empty() && !same_geometry(raster->grid, rasters.front().grid))
+      return bad_input(file, "(frame {}) has {}: resample all frames to one grid", rasters.size(),
+                       difference(raster->grid, rasters.front().grid));
+    bytes += double(raster->grid.count()) * sizeof(glm::vec3);
+    rasters.push_back(std::move(*raster));
+  }
+  const Status fits = check_fits_memory(fmt::format("'{}'", inputs.front().string()), bytes);
+  if (!fits) return fits.error();
+  std::vector<VectorFrame> frames;
+  for (const Raster& raster : rasters) {
+    auto frame = vectors_of(raster, frames.size());
+    if (!frame) return frame.error();
+    frame->grid = rasters.front().grid;
+    frames.push_back(std::move(*frame));
+  }
+  return frames;
+}
+
+bool holds_vectors(const std::vector<fs::path>& inputs) {
+  const std::vector<fs::path> files = files_of(inputs);
+  if (files.empty()) return false;
+  const auto kind = sniff(files.front());
+  if (!kind || *kind == FileKind::kDicom || *kind == FileKind::kUnknown) return false;
+  const auto raster = read_raster_header(files.front());
+  return raster && raster->component_count() == 3;
+}
+
+Result<Field> read_field(const fs::path& file) {
   const auto raster = read_raster_header(file);
   if (!raster) return raster.error();
   if (raster->component_count() != 3) {
@@ -36,20 +107,9 @@ Result<Field> read_field(const std::filesystem::path& file) {
                      "that palpate or ITK wrote",
                      raster->component_count());
   }
-  auto stream = SampleStream::open(*raster);
-  if (!stream) return stream.error();
-  static_assert(sizeof(glm::vec3) == 3 * sizeof(float), "vectors are read as runs of floats");
-  Field field{raster->grid, std::vector<glm::vec3>(raster->grid.count())};
-  float* const values = &field.u_mm.front().x;
-  const Status got = raster->inner == 1 ? stream->read(values, 3 * field.u_mm.size())
-                                        : stream->read_lanes({values, values + 1, values + 2}, 3);
-  if (!got) return got.error();
-  const Status finite = check_finite(file, 0, field.grid, values, 3);
-  if (!finite) return finite.error();
-  if (raster->vectors_are_ras) {
-    for (glm::vec3& u : field.u_mm) u = {-u.x, -u.y, u.z};
-  }
-  return field;
+  auto vectors = vectors_of(*raster, 0);
+  if (!vectors) return vectors.error();
+  return Field{vectors->grid, std::move(vectors->values)};
 }
 
 }  // namespace palpate::files

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <filesystem>
+#include <vector>
 
 #include "compute/volume/field.h"
 #include "compute/volume/result.h"
+#include "compute/volume/vector_frame.h"
 #include "compute/volume/volume.h"
 
 namespace palpate::files {
@@ -14,6 +16,15 @@ Result<Volume> read_volume(const std::filesystem::path& input);
 
 /// The same as a mask: what is not zero is inside (1), what is zero is outside (0).
 Result<Mask> read_mask(const std::filesystem::path& input);
+
+/// Frames of vectors: a file in any of the formats, a list of them, or a folder with nothing else,
+/// in natural order of names. All must have one grid. kBadInput with a sentence otherwise. Any
+/// thread.
+Result<std::vector<VectorFrame>> read_vectors(const std::vector<std::filesystem::path>& inputs);
+
+/// Whether read_vectors() is the one to ask: the first file holds three values per voxel. False for
+/// what can not be read: whoever reads it then says why.
+bool holds_vectors(const std::vector<std::filesystem::path>& inputs);
 
 /// An ITK displacement field: three components per voxel, mm along L, P, S, in any of the file
 /// formats. NIfTI vectors with the intent "displacement vector" are turned from RAS. kBadInput with

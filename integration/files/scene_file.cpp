@@ -71,6 +71,7 @@ class SceneReader {
     o.number("rate", v.rate);
     o.boolean("cyclic", v.cyclic);
     o.boolean("blend_values", v.blend_values);
+    read_seen(o, "view", v.seen);
     o.finish();
     scene_.volumes.push_back(std::move(v));
   }

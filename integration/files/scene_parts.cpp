@@ -11,6 +11,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr NumberRange kScales{1e-4, 1e4};
+constexpr NumberRange kSeeds{1.0, 24.0};
 
 void read_rotation(JsonObject& o, Transform& out) {
   const json* turn = o.find("rotation");
@@ -65,6 +66,43 @@ void read_matrix(JsonObject& o, const json& object, Transform& out) {
     return o.refuse("matrix", what);
   }
   out = *found;
+}
+
+/// [value, [r, g, b], opacity]
+std::optional<LookPoint> look_point(const json& value) {
+  const bool good = value.is_array() && value.size() == 3 && value[0].is_number() &&
+                    value[1].is_array() && value[1].size() == 3 && value[2].is_number();
+  if (!good) return std::nullopt;
+  LookPoint point;
+  point.value = value[0].get<double>();
+  point.opacity = value[2].get<double>();
+  for (size_t c = 0; c < 3; ++c) {
+    if (!value[1][c].is_number()) return std::nullopt;
+    point.colour[int(c)] = value[1][c].get<double>();
+  }
+  return point;
+}
+
+void read_points(JsonObject& o, std::vector<LookPoint>& out) {
+  const json* points = o.list("points");
+  if (!points) return;
+  for (size_t k = 0; k < points->size() && o.good(); ++k) {
+    const auto point = look_point((*points)[k]);
+    if (!point)
+      return o.reading().refuse(fmt::format("{}[{}]", o.place("points"), k),
+                                "a value, a colour and an opacity are expected: write [value, "
+                                "[red, green, blue], opacity]");
+    out.push_back(*point);
+  }
+  if (!o.good()) return;
+  Look look;
+  look.name = o.place("points");
+  look.points = out;
+  const Status fine = check(look);
+  if (fine) return;
+  std::string what = fine.error().message;
+  if (what.ends_with('.')) what.pop_back();
+  o.refuse("points", what + ": correct it");
 }
 
 Result<TransferFunction> of_pairs(JsonObject& o, const json& pairs, bool stepped) {
@@ -162,6 +200,36 @@ void read_transfer(JsonObject& parent, const char* key, TransferFunction& out) {
     return parent.refuse(key, what);
   }
   out = *made;
+}
+
+void read_seen(JsonObject& parent, const char* key, SeenSpec& out) {
+  const json* value = parent.find(key);
+  if (!value) return;
+  JsonObject o(*value, parent.place(key), parent.reading());
+  o.boolean("shown", out.shown);
+  if (o.text("look", out.preset) && !preset_look(out.preset)) {
+    const std::vector<std::string> names = preset_names();
+    o.refuse_word("look", out.preset, {names.begin(), names.end()});
+  }
+  read_points(o, out.points);
+  if (o.good() && !out.points.empty() && !out.preset.empty())
+    o.refuse("points", "a look is named already: give only one of the two");
+  if (const json* window = o.find("window")) {
+    JsonObject w(*window, o.place("window"), o.reading());
+    if (!w.number("level", out.level) && w.good())
+      w.refuse("level", "it is missing: give a value of the data");
+    if (!w.number("width", out.width, kPositive) && w.good())
+      w.refuse("width", "it is missing: say how many values the colours go over");
+    w.finish();
+  }
+  bool tubes = false;
+  if (o.boolean("tubes", tubes)) out.tubes = tubes;
+  double seeds = out.tubes_per_axis;
+  if (o.number("tubes_per_axis", seeds, kSeeds)) {
+    if (seeds != std::floor(seeds)) o.refuse("tubes_per_axis", "a whole number is expected");
+    out.tubes_per_axis = int(seeds);
+  }
+  o.finish();
 }
 
 }  // namespace palpate::files

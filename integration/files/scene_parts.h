@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "integration/files/json_object.h"
+#include "module/scene/scene.h"
 #include "module/scene/transfer.h"
 #include "module/scene/transform.h"
 
@@ -23,5 +24,8 @@ std::vector<std::filesystem::path> read_paths(JsonObject& o, const char* key);
 
 /// A number, { "pairs": ... } or { "window": ... }; no output below 0.
 void read_transfer(JsonObject& parent, const char* key, TransferFunction& out);
+
+/// How a volume is to be seen: a preset or points of its own, a window, stream tubes.
+void read_seen(JsonObject& parent, const char* key, SeenSpec& out);
 
 }  // namespace palpate::files

@@ -91,6 +91,21 @@ class SceneWriter {
     put(o, "rate", v.rate, usual.rate);
     put(o, "cyclic", v.cyclic, usual.cyclic);
     put(o, "blend_values", v.blend_values, usual.blend_values);
+    const Json view = seen(v.seen);
+    if (!view.empty()) o["view"] = view;
+    return o;
+  }
+
+  Json seen(const SeenSpec& s) const {
+    const SeenSpec usual;
+    Json o = Json::object();
+    put(o, "shown", s.shown, usual.shown);
+    put(o, "look", s.preset, usual.preset);
+    for (const LookPoint& p : s.points)
+      o["points"].push_back(Json::array({p.value, list(p.colour), p.opacity}));
+    if (s.width > 0.0) o["window"] = {{"level", s.level}, {"width", s.width}};
+    if (s.tubes) o["tubes"] = *s.tubes;
+    put(o, "tubes_per_axis", s.tubes_per_axis, usual.tubes_per_axis);
     return o;
   }
 

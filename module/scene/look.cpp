@@ -75,6 +75,16 @@ Look molecule() {
   return look;
 }
 
+Look flow() {
+  // Lengths of vectors, from 0 to 1 until a window says otherwise: a mist in the colours of the
+  // tubes, through which these are seen.
+  Look look{"flow", {}, {0.60, 0.50, 0.05}, 0.0};
+  look.points = {{0.0, {0.25, 0.45, 0.95}, 0.0},
+                 {0.6, {0.90, 0.90, 0.95}, 0.0},
+                 {1.0, {0.95, 0.40, 0.25}, 0.010}};
+  return look;
+}
+
 }  // namespace
 
 double linear_from_srgb(double encoded) {
@@ -145,11 +155,11 @@ Look windowed(Look look, double level, double width) {
 }
 
 std::vector<std::string> preset_names() {
-  return {"CT bone", "CT heart", "CT lung", "MR", "phantom", "molecule"};
+  return {"CT bone", "CT heart", "CT lung", "MR", "phantom", "molecule", "flow"};
 }
 
 Result<Look> preset_look(std::string_view name) {
-  for (Look (*make)() : {ct_bone, ct_heart, ct_lung, mr, phantom, molecule}) {
+  for (Look (*make)() : {ct_bone, ct_heart, ct_lung, mr, phantom, molecule, flow}) {
     Look look = make();
     if (look.name == name) return look;
   }

@@ -58,7 +58,8 @@ Look windowed(Look look, double level, double width);
 double level_of(const Look& look);
 double width_of(const Look& look);
 
-/// "CT bone", "CT heart", "CT lung", "MR", "phantom" and "molecule"; kBadInput for another name.
+/// "CT bone", "CT heart", "CT lung", "MR", "phantom", "molecule" and
+/// "flow"; kBadInput for another name.
 Result<Look> preset_look(std::string_view name);
 /// In the order in which they are offered.
 std::vector<std::string> preset_names();

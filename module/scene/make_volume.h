@@ -5,16 +5,11 @@
 #include "compute/volume/field.h"
 #include "compute/volume/result.h"
 #include "compute/volume/sequence.h"
+#include "compute/volume/vector_frame.h"
 #include "module/scene/moving_volume.h"
 #include "module/scene/scene.h"
 
 namespace palpate {
-
-/// One frame of vectors as it was read: LPS axes, one per sample.
-struct VectorFrame {
-  Grid grid;
-  std::vector<glm::vec3> values;
-};
 
 /// One motion as it was read: a field per step, in order. A field without samples is not known yet:
 /// its step stands still. Confidences: none, or one per field (without samples: 1 everywhere).

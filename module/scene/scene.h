@@ -2,9 +2,11 @@
 
 #include <filesystem>
 #include <glm/glm.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "module/scene/look.h"
 #include "module/scene/transfer.h"
 #include "module/scene/transform.h"
 
@@ -78,6 +80,20 @@ struct MotionSpec {
   std::vector<std::filesystem::path> confidences;  ///< none or one per field
 };
 
+/// How a volume is to be seen; nothing of it is felt.
+struct SeenSpec {
+  bool shown = true;
+  std::string preset;             ///< of preset_names(); empty: points, or what suits the data
+  std::vector<LookPoint> points;  ///< colour and opacity of its own
+  double level = 0.0;             ///< of the window that the look is brought to
+  double width = 0.0;             ///< 0: the look's own window
+  /// Stream tubes: along vectors, or along the gradient of scalars. Without a word, vector data
+  /// have them.
+  std::optional<bool> tubes;
+  int tubes_per_axis = 5;  ///< seeds of the tubes
+  bool operator==(const SeenSpec&) const = default;
+};
+
 struct VolumeSpec {
   std::string name;
   std::string source;                        ///< "heart", "molecule", or empty: files
@@ -92,6 +108,7 @@ struct VolumeSpec {
   double rate = 1.0;
   bool cyclic = true;
   bool blend_values = true;  ///< equation (24); off: the frame's own values are carried
+  SeenSpec seen;
 };
 
 struct SceneSpec {

@@ -177,5 +177,34 @@ TEST(Plan, NamesWhatIsNeededAndWhatIsLeftOut) {
                                   HasSubstr("left out   phase, back-tracking, blending")));
 }
 
+TEST(Feel, GuidesTheHandAlongAFlowAndDrawsItsTubes) {
+  const TemporaryFolder folder;
+  Field flow = still_field(small_heart(1).frames[0].grid);
+  for (glm::vec3& v : flow.u_mm) v = {0.0F, 0.0F, 10.0F};
+  written(flow, folder / "flow.mha");
+  std::ofstream(folder / "flow.json") << R"({
+    "volumes": [{"name": "flow", "files": "flow.mha", "transform": {"scale": 0.5}}],
+    "modes": [{"kind": "follow", "strength": {"pairs": [[0, 0], [10, 3]]}}]})";
+  for (const char* what : {"flow.mha", "flow.json"}) {
+    const std::filesystem::path csv = folder / (std::string(what) + ".csv");
+    const std::filesystem::path pictures = folder / (std::string(what) + "_pictures");
+    const Outcome result =
+        run(feel(folder / what, {"--seconds", "4", "--csv", csv.string(), "--headless",
+                                 pictures.string(), "--black-box", folder / "."}));
+    ASSERT_EQ(result.exit_code, 0) << result.out << result.err;
+    EXPECT_TRUE(std::filesystem::exists(pictures / "view_1.png")) << result.out;
+    const Table table(csv);
+    double along = 0.0, across = 0.0;
+    for (size_t row = 0; row < table.size(); ++row) {
+      if (table.text(row, "cause") != "none") continue;
+      along = std::max(along, std::abs(table.number(row, "force_y_n")));
+      across = std::max(across,
+                        std::hypot(table.number(row, "force_x_n"), table.number(row, "force_z_n")));
+    }
+    EXPECT_GT(across, 0.2) << what << ": leaving a line of the flow takes force";
+    EXPECT_LT(along, 0.01 * across) << what << ": going along it takes none";
+  }
+}
+
 }  // namespace
 }  // namespace palpate::app

@@ -85,6 +85,7 @@ void expect_same(const SceneSpec& a, const SceneSpec& b) {
     EXPECT_EQ(v.rate, w.rate);
     EXPECT_EQ(v.cyclic, w.cyclic);
     EXPECT_EQ(v.blend_values, w.blend_values);
+    EXPECT_EQ(v.seen, w.seen);
   }
   ASSERT_EQ(a.modes.size(), b.modes.size());
   for (size_t k = 0; k < a.modes.size(); ++k) {
@@ -118,8 +119,10 @@ const char* const kEverything = R"({
      "centred": false,
      "drive": {"kind": "swing", "axis": [0, 0, 2], "centre_m": [0, 0.1, 0], "rate_hz": -0.5, "amplitude_m": 0.02},
      "path": "paper", "back_tracking": "picard", "frames_per_second": 12.5, "rate": -0.5, "cyclic": false,
-     "blend_values": false},
+     "blend_values": false,
+     "view": {"look": "CT lung", "window": {"level": -600, "width": 1500}, "shown": false}},
     {"name": "b", "source": "molecule", "path": "exact", "drive": {"kind": "turn"},
+     "view": {"points": [[-1, [0, 0.5, 1], 0.25], [2.5, [1, 0, 0], 0]], "tubes": true, "tubes_per_axis": 3},
      "transform": {"matrix": [[0, -2, 0, 0.1], [2, 0, 0, 0.2], [0, 0, 3, 0.3], [0, 0, 0, 1]]}},
     {"name": "c", "source": "heart-exact", "drive": {"kind": "second-hand"},
      "transform": {"rotation": {"axis": [0, 0, 1], "degrees": 180}}}
@@ -195,6 +198,48 @@ TEST(SceneFile, ReadsEveryKey) {
   EXPECT_EQ(s.modes[3].strength(5.0), 2.0);
   EXPECT_EQ(s.modes[4].kind, "surface");
   EXPECT_EQ(s.modes[4].friction(6.0), 0.4);
+}
+
+TEST(SceneFile, SaysHowVolumesAreSeen) {
+  const SceneSpec s = accepted(kEverything);
+  const SeenSpec &ct = s.volumes[0].seen, &molecule = s.volumes[1].seen;
+  EXPECT_FALSE(ct.shown);
+  EXPECT_EQ(ct.preset, "CT lung");
+  EXPECT_EQ(ct.level, -600.0);
+  EXPECT_EQ(ct.width, 1500.0);
+  EXPECT_FALSE(ct.tubes);
+  const std::vector<LookPoint> points = {{-1.0, {0.0, 0.5, 1.0}, 0.25},
+                                         {2.5, {1.0, 0.0, 0.0}, 0.0}};
+  EXPECT_EQ(molecule.points, points);
+  EXPECT_TRUE(molecule.shown);
+  EXPECT_EQ(molecule.tubes, true);
+  EXPECT_EQ(molecule.tubes_per_axis, 3);
+  EXPECT_EQ(s.volumes[2].seen, SeenSpec());
+}
+
+TEST(SceneFile, RefusesAViewThatCanNotBeDrawn) {
+  const auto view = [](const std::string& keys) {
+    return refusal(volume_with(R"("view": {)" + keys + "}"));
+  };
+  EXPECT_THAT(view(R"("look": "CT bones")"),
+              AllOf(HasSubstr("volumes[0].view.look"), HasSubstr("did you mean \"CT bone\"?")));
+  EXPECT_THAT(view(R"("points": [[0, [1, 1, 1]]])"),
+              AllOf(HasSubstr("volumes[0].view.points[0]"), HasSubstr("[value, [red")));
+  EXPECT_THAT(view(R"("points": [[0, [1, 1], 0.1]])"), HasSubstr("view.points[0]"));
+  EXPECT_THAT(view(R"("points": [[0, [1, "x", 1], 0.1]])"), HasSubstr("view.points[0]"));
+  EXPECT_THAT(view(R"("points": [[1, [1, 1, 1], 0], [0, [1, 1, 1], 0.1]])"),
+              HasSubstr("sort the points by value"));
+  EXPECT_THAT(view(R"("points": [[0, [1, 2, 1], 0]])"), HasSubstr("colour outside 0 to 1"));
+  EXPECT_THAT(view(R"("points": [[0, [1, 1, 1], 1]])"), HasSubstr("opacity outside 0 to 0.999"));
+  EXPECT_THAT(view(R"("look": "MR", "points": [[0, [1, 1, 1], 0]])"),
+              HasSubstr("give only one of the two"));
+  EXPECT_THAT(view(R"("window": {"width": 2})"), HasSubstr("view.window.level: it is missing"));
+  EXPECT_THAT(view(R"("window": {"level": 2})"), HasSubstr("view.window.width: it is missing"));
+  EXPECT_THAT(view(R"("window": {"level": 2, "width": 0})"), HasSubstr("view.window.width"));
+  EXPECT_THAT(view(R"("tubes": "many")"), HasSubstr("view.tubes: a text stands where"));
+  EXPECT_THAT(view(R"("tubes_per_axis": 2.5)"), HasSubstr("a whole number"));
+  EXPECT_THAT(view(R"("tubes_per_axis": 25)"), HasSubstr("view.tubes_per_axis"));
+  EXPECT_THAT(view(R"("tube": true)"), HasSubstr("\"tubes\""));
 }
 
 TEST(SceneFile, LeavesDefaultsWhereNothingIsSaid) {
