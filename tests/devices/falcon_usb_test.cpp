@@ -42,7 +42,9 @@ void expect_fresh_answers(FalconLoop& loop, EmulatedFalcon& falcon) {
     loop.each = [&] { falcon.place(place); };
     loop.step();
     // A machine that stood still for longer than the answer is waited for asks once more.
-    if (!loop.last.fresh) ASSERT_TRUE(loop.until([&] { return loop.last.fresh; }, "an answer"));
+    if (!loop.last.fresh) {
+      ASSERT_TRUE(loop.until([&] { return loop.last.fresh; }, "an answer"));
+    }
     EXPECT_LT(glm::distance(loop.last.position_m, place), kCount_m) << "exchange " << n;
   }
   loop.each = nullptr;
