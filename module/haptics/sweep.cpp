@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "module/haptics/balance.h"
+#include "module/haptics/placed_pair.h"
 
 namespace palpate {
 namespace {
@@ -25,10 +26,10 @@ constexpr double kAgainst =
 // A way that rises from a plane by no more than this, per length, leads along it.
 constexpr double kAlong = 1e-3;
 
-// A surface whose normal turns by more than this cosine within a piece is looked at twice as
-// closely, down to a sixteenth of a stride.
-constexpr double kBend = 0.9;
+// Where a surface bends it is looked at twice as closely, down to a sixteenth of a stride.
 constexpr double kClosestLook = 1.0 / 16.0;
+// Forces that balance before this share of a piece end it there.
+constexpr double kGivesWay = 0.8;
 // What puts a slide back on its level is a small part of its length, or the data are too rough for
 // it.
 constexpr double kMostBack = 0.25;
@@ -68,15 +69,23 @@ class Way {
       }
       if (alike(*here, *there)) {
         if (!here->set.empty()) {
+          const double balanced = where_forces_balance(*here, *there, way_, share);
           reset();
-          if (look_ > kClosestLook && bends(*here, *there)) {
+          if (balanced < kGivesWay * share) {
+            advance(balanced, balance.proxy);
+            place(*there);
+            look_ *= 0.5;
+            std::swap(here, there);
+            continue;
+          }
+          if (look_ > kClosestLook && bends(*here, *there, stiffness_)) {
             look_ *= 0.5;
             continue;
           }
           mean(*here, *there, *between);
           const glm::dvec3 straight = balance.proxy;
           balance = solve(*between, result);
-          balance.proxy = bent(*here, *there, straight, balance.proxy);
+          balance.proxy = bent(*here, *there, straight, balance.proxy, kShort_m, stiffness_);
           measure(balance.proxy);
           share = length_ > 0.0 ? std::min(1.0, look_ / strides_) : 1.0;
           balance.proxy = on_level(*here, *there, share, balance.proxy);
@@ -136,12 +145,14 @@ class Way {
   /// the direction of each carrier's own way: where volumes move, each has taken the proxy along.
   void measure(glm::dvec3 to) noexcept {
     strides_ = length_ = 0.0;
+    way_ = glm::dvec3(0.0);
     for (size_t c = 0; c < run_.carriers.size(); ++c) {
       const CarrierRun& run = run_.carriers[c];
       ways_[c] = glm::dvec3(0.0);
       if (run.held) continue;
       const glm::dvec3 d = to - run.carrier->at();
       const double length = glm::length(d);
+      if (length >= length_) way_ = d;
       if (length > 0.0) ways_[c] = d / length;
       length_ = std::max(length_, length);
       strides_ = std::max(strides_, length / run.carrier->stride_m());
@@ -184,45 +195,10 @@ class Way {
       const Primitive& p = placed.set[i];
       if (p.kind == Primitive::Kind::kPlane &&
           (glm::dot(placed.pull - p.position, p.direction) <= 0.0 || rise(placed, i) <= kAlong) &&
-          margin(placed, p) >= 0.0)
+          margin_n(placed, i, stiffness_) >= 0.0)
         modes |= 1u << placed.owner[i];
     }
     return modes;
-  }
-
-  /// Whether primitive i holds the proxy at both places: it slides along it.
-  bool slides(const Placed& here, const Placed& there, int i) const noexcept {
-    const auto holds = [&](const Placed& placed) {
-      const Primitive& p = placed.set[i];
-      return p.kind == Primitive::Kind::kPlane &&
-             glm::dot(placed.pull - p.position, p.direction) < 0.0 && margin(placed, p) >= 0.0;
-    };
-    return holds(here) && holds(there);
-  }
-
-  bool bends(const Placed& here, const Placed& there) const noexcept {
-    for (int i = 0; i < here.set.count(); ++i)
-      if (slides(here, there, i) && glm::dot(here.set[i].direction, there.set[i].direction) < kBend)
-        return true;
-    return false;
-  }
-
-  /// How far a slide has to go where the surface bends. A plane knows nothing of that: it takes the
-  /// proxy to below the hand on the plane, and with the hand at a depth d behind a surface of
-  /// curvature c that is short of the balance by the share c d, frame after frame. Newton's step
-  /// along the surface is longer by 1 / (1 - c d); the curvature is the turn of the normal that is
-  /// seen anyhow. Where other primitives act as well: `midway`, as it is.
-  glm::dvec3 bent(const Placed& here, const Placed& there, glm::dvec3 straight,
-                  glm::dvec3 midway) const noexcept {
-    if (here.set.count() != 1 || !slides(here, there, 0)) return midway;
-    const Primitive &a = here.set[0], &b = there.set[0];
-    const glm::dvec3 seen = b.position - a.position, way = midway - a.position;
-    const double squared = glm::dot(seen, seen), length = glm::length(way);
-    if (!(squared > kShort_m * kShort_m) || !(length > 0.0)) return midway;
-    const double curvature = glm::dot(b.direction - a.direction, seen) / squared;
-    const double depth = glm::dot(a.position - here.pull, a.direction);
-    const double stiffer = std::clamp(1.0 - curvature * depth, 0.5, 2.0);
-    return a.position + way * (glm::length(straight - a.position) / (stiffer * length));
   }
 
   /// A slide that is to end at share of the way to a point, corrected by what the data at `there`
@@ -232,7 +208,8 @@ class Way {
                       glm::dvec3 to) const noexcept {
     for (int i = 0; i < here.set.count(); ++i) {
       const double slope = there.level[i].slope_per_m;
-      if (slope == 0.0 || here.level[i].slope_per_m == 0.0 || !slides(here, there, i)) continue;
+      if (slope == 0.0 || here.level[i].slope_per_m == 0.0 || !slides(here, there, i, stiffness_))
+        continue;
       const Primitive& p = there.set[i];
       const glm::dvec3 from = here.set[i].position, way = share * (to - from);
       const double ahead = glm::dot(from + way - p.position, p.direction);
@@ -265,7 +242,7 @@ class Way {
     if (!kept) return;
     glm::dvec3 way(0.0);
     for (int i = 0; i < here.set.count(); ++i) {
-      if (!(kept >> here.owner[i] & 1u) || !slides(here, here, i)) continue;
+      if (!(kept >> here.owner[i] & 1u) || !slides(here, here, i, stiffness_)) continue;
       pressed_on |= 1u << here.owner[i];
       if (here.level[i].slope_per_m == 0.0) continue;
       const glm::dvec3 out = here.set[i].direction;
@@ -292,27 +269,21 @@ class Way {
     for (int i = 0; i < placed.set.count(); ++i) {
       const Primitive& p = placed.set[i];
       if (p.kind == Primitive::Kind::kPlane && rise(placed, i) < -kAgainst &&
-          margin(placed, p) >= 0.0)
+          margin_n(placed, i, stiffness_) >= 0.0)
         modes |= 1u << placed.owner[i];
     }
     return modes;
   }
 
-  /// By how much a plane is stronger than the spring that presses on it, N.
-  double margin(const Placed& placed, const Primitive& p) const noexcept {
-    return p.strength_n +
-           stiffness_ * std::min(0.0, glm::dot(placed.pull - p.position, p.direction));
-  }
-
-  /// The same for the strongest plane of the modes asked for; where they have none, by how much the
-  /// spring pulls.
+  /// By how much the strongest plane of the modes asked for is stronger than the spring that
+  /// presses on it, N; where they have none, by how much the spring pulls.
   double margin(const Placed& placed, uint32_t modes) const noexcept {
     double best = -stiffness_ * length_;
     for (int i = 0; i < placed.set.count(); ++i) {
       const Primitive& p = placed.set[i];
       if (p.kind == Primitive::Kind::kPlane && (modes >> placed.owner[i] & 1u) &&
           rise(placed, i) < -kAgainst)
-        best = std::max(best, margin(placed, p));
+        best = std::max(best, margin_n(placed, i, stiffness_));
     }
     return best;
   }
@@ -356,34 +327,6 @@ class Way {
     place(placed);
   }
 
-  /// Two sets whose primitives answer each other one by one.
-  static bool alike(const Placed& a, const Placed& b) noexcept {
-    if (a.set.count() != b.set.count()) return false;
-    for (int i = 0; i < a.set.count(); ++i)
-      if (a.set[i].kind != b.set[i].kind || a.owner[i] != b.owner[i]) return false;
-    return true;
-  }
-
-  /// Where the one is, with the mean direction and strength of both.
-  static void mean(const Placed& a, const Placed& b, Placed& out) noexcept {
-    out.set.clear();
-    out.pull = a.pull;
-    for (int i = 0; i < a.set.count(); ++i) {
-      const Primitive& q = b.set[i];
-      Primitive p = a.set[i];
-      p.strength_n = 0.5 * (p.strength_n + q.strength_n);
-      p.friction = 0.5 * (p.friction + q.friction);
-      // A line has no sense of direction: the nearer of the two is meant.
-      const bool turned =
-          p.kind == Primitive::Kind::kLine && glm::dot(p.direction, q.direction) < 0.0;
-      const glm::dvec3 sum = p.direction + (turned ? -q.direction : q.direction);
-      const double length = glm::length(sum);
-      if (length > 1e-6) p.direction = sum / length;
-      out.set.add(p);
-      out.owner[i] = a.owner[i];
-    }
-  }
-
   glm::dvec3 last_at() const noexcept {
     for (const CarrierRun& run : run_.carriers)
       if (!run.held) return run.carrier->at();
@@ -394,7 +337,8 @@ class Way {
   glm::dvec3 probe_;
   double stiffness_, dt_s_;
   double strides_ = 0.0, length_ = 0.0;
-  double look_ = 1.0;  // strides to a piece
+  glm::dvec3 way_{0.0};  // the longest of the carriers' ways
+  double look_ = 1.0;    // strides to a piece
   bool inside_side_ = false;
   int looks_ = 0;
   std::array<Carrier::Mark, kMostCarriers> marks_, starts_;
