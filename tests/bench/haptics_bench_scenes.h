@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "integration/stability/paper_loop.h"
 #include "module/haptics/haptics.h"
 #include "tests/haptics/shell_scene.h"
 
@@ -36,31 +37,8 @@ class HeartHand {
   bool long_frame_ = false;
 };
 
-/// The paper's haptic frame, built from the same parts: transforms by its (17) to (21) where the
-/// scene says so, back-tracking by its fixed point where the scene says so, primitives at the proxy
-/// of the last frame, one solve, and the proxy goes there at once. What palpate adds is not in it:
-/// no sweep, no tank, no guards.
-class PaperLoop {
- public:
-  explicit PaperLoop(std::shared_ptr<const HapticScene> scene) : run_(std::move(scene)) {}
-  /// Proxy and force; the command stays zero.
-  TickOutput tick(const TickInput& input) noexcept;
-  const HapticRun& run() const { return run_; }
-
- private:
-  HapticRun run_;
-  Placed placed_;
-  bool started_ = false;
-};
-
-/// What a Hand is, for the paper's loop.
-class PaperHand {
- public:
-  PaperHand(const SceneSpec& spec, std::vector<std::shared_ptr<const MovingVolume>> data);
-  TickOutput to(glm::dvec3 probe_m);
-  PaperLoop loop;
-  TickInput input;
-};
+using stability::PaperHand;
+using stability::PaperLoop;
 
 /// Options without guards, tank and lead: the scene's own force.
 HapticsOptions bare();

@@ -1,19 +1,14 @@
 #include <algorithm>
-#include <cmath>
-#include <glm/gtc/constants.hpp>
 
 #include <fmt/format.h>
 
-#include "integration/devices/held_mass.h"
+#include "integration/stability/leaning_hand.h"
+#include "integration/stability/spring_wall_grid.h"
 #include "module/haptics/delay_lead.h"
 #include "tests/bench/haptics_bench.h"
-#include "tests/bench/haptics_bench_scenes.h"
-#include "tests/bench/stability_grid.h"
 
 namespace palpate::bench {
 namespace {
-
-constexpr double kFrame_s = 1e-3;
 
 struct Cycles {
   int runs = 0, found = 0;
@@ -22,7 +17,7 @@ struct Cycles {
 
 Cycles cycles(int runs, double c, double share, unsigned threads) {
   Cycles cycles{runs, 0};
-  for (const auto& run : test::run_stability_grid(runs, 0, c, share, threads))
+  for (const auto& run : stability::run_stability_grid(runs, 0, c, share, threads))
     cycles.found += run.result.limit_cycle;
   return cycles;
 }
@@ -40,45 +35,6 @@ void limit_cycles(const HapticsBench& bench, Findings& findings) {
   }
 }
 
-/// What a wall that moves by itself does to a hand that leans on it.
-struct Lean {
-  double amplitude_m, hz;  ///< of its swing
-};
-
-/// Work on the hand beyond what the tank's header promises: capacity, allowance, what sampling
-/// made and what the spring held at the start (nothing). J.
-double beyond_tank(const Lean& lean, const std::shared_ptr<const MovingVolume>& data, bool meter,
-                   double seconds) {
-  HapticsOptions options = bare();
-  options.meter_energy = meter;
-  SceneSpec spec = test::shell_spec(50.0, 0.0, 1000.0);
-  DriveSpec& drive = spec.volumes.front().drive;
-  drive.kind = DriveSpec::Kind::kSwing;
-  drive.axis = {1.0, 0.0, 0.0};
-  drive.rate_hz = lean.hz;
-  drive.amplitude_m = lean.amplitude_m;
-  spec.volumes.front().path = PosePath::kExact;
-  test::Hand hand(spec, {data}, options);
-  devices::MassProperties body;
-  body.mass_kg = 0.15;
-  body.hand = devices::kHumanHand;
-  const glm::dvec3 start(0.030, 0.003, 0.0), meant(0.020, 0.003, 0.0);
-  devices::HeldMass mass(body, start);
-  double work_j = 0.0, held_j = 0.0, most_j = 0.0;
-  glm::dvec3 force(0.0);
-  for (int i = 0; i < int(seconds / kFrame_s); ++i) {
-    const glm::dvec3 before = mass.position_m();
-    mass.advance(kFrame_s, force, i ? meant : start, meant);
-    const glm::dvec3 moved = mass.position_m() - before;
-    work_j += glm::dot(force, moved);
-    held_j += 0.5 * spec.stiffness_n_per_m * glm::dot(moved, moved);
-    const double may = options.tank.capacity_j + options.tank.allowance_w * kFrame_s * (i + 1);
-    most_j = std::max(most_j, work_j - may - held_j);
-    force = hand.to(mass.position_m()).wanted_n;
-  }
-  return most_j;
-}
-
 void energy(const HapticsBench& bench, Findings& findings) {
   double with = 0.0, without = 0.0;
   int scenes = 0;
@@ -86,9 +42,10 @@ void energy(const HapticsBench& bench, Findings& findings) {
   for (const auto& data : {test::shell(1, 1.0), test::shell(4, 4.0), test::shell(4, 20.0)})
     for (const double amplitude_m : {0.005, 0.02, 0.05})
       for (const double hz : {1.2, 3.0, 6.0, 10.0}) {
-        const Lean lean{amplitude_m, hz};
-        with = std::max(with, beyond_tank(lean, data, true, seconds));
-        without = std::max(without, beyond_tank(lean, data, false, seconds));
+        const stability::LeaningCase at{
+            .amplitude_m = amplitude_m, .swing_hz = hz, .seconds = seconds};
+        with = std::max(with, stability::lean(at, true, data).beyond_j);
+        without = std::max(without, stability::lean(at, false, data).beyond_j);
         ++scenes;
       }
   findings.goals.push_back(

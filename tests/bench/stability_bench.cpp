@@ -9,10 +9,10 @@
 #include <thread>
 #include <vector>
 
+#include "integration/stability/spring_wall_grid.h"
 #include "module/haptics/delay_lead.h"
-#include "tests/bench/stability_grid.h"
 
-namespace palpate::test {
+namespace palpate::stability {
 namespace {
 
 double quantile(std::vector<double> values, double part) {
@@ -54,11 +54,11 @@ void write_rows(std::FILE* csv, const char* loop, double c,
 }
 
 }  // namespace
-}  // namespace palpate::test
+}  // namespace palpate::stability
 
 int main(int argc, char** argv) {
   using namespace palpate;
-  using namespace palpate::test;
+  using namespace palpate::stability;
   CLI::App app("Limit cycles of a sampled spring wall, over devices, hands and delays.");
   int runs = 10000;
   uint32_t seed = 0;

@@ -2,10 +2,10 @@
 // the mass does after the loop without rounding would long be at rest.
 #include <gtest/gtest.h>
 
+#include "integration/stability/spring_wall.h"
 #include "module/haptics/delay_lead.h"
-#include "tests/haptics/stability_run.h"
 
-namespace palpate::test {
+namespace palpate::stability {
 namespace {
 
 int limit_cycles(int runs, double c, double share, uint32_t first_seed = 0) {
@@ -71,4 +71,4 @@ TEST(Stability, DoesNotHitHarderWithTheLead) {
 }
 
 }  // namespace
-}  // namespace palpate::test
+}  // namespace palpate::stability

@@ -1,9 +1,9 @@
-#include "tests/bench/stability_grid.h"
+#include "integration/stability/spring_wall_grid.h"
 
 #include <atomic>
 #include <thread>
 
-namespace palpate::test {
+namespace palpate::stability {
 
 std::vector<StabilityOutcome> run_stability_grid(int runs, uint32_t seed, double c,
                                                  double lead_share, unsigned threads) {
@@ -23,4 +23,4 @@ std::vector<StabilityOutcome> run_stability_grid(int runs, uint32_t seed, double
   return done;
 }
 
-}  // namespace palpate::test
+}  // namespace palpate::stability

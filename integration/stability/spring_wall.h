@@ -1,10 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 
 #include "integration/devices/held_mass.h"
 
-namespace palpate::test {
+namespace palpate::stability {
 
 /// A device, a hand and a spring wall, sampled at 1 kHz and held. One dimension: the wall's normal.
 struct StabilityCase {
@@ -16,6 +17,17 @@ struct StabilityCase {
   double impact_m_per_s = 0.1;     ///< speed at the first touch
   double stiffness_n_per_m = 0.0;  ///< of the wall
   int hand = 0;                    ///< place in hand_name()
+  double jitter_s = 0.0;      ///< every period is longer or shorter by up to this, evenly spread
+  double longest_s = 2000.0;  ///< of simulated time
+};
+
+/// The loop between encoder and motor.
+struct WallLoop {
+  /// Of what sampling and delay cost: see DelayLead; 0 is the plain loop.
+  double lead_share = 0.0;
+  /// In place of lead and spring: the force (N) for a position (m) and the time since the last (s).
+  std::function<double(double x_m, double dt_s)> push_n;
+  std::function<void()> watch;  ///< called when the part that is watched begins; may be empty
 };
 
 /// "none", "loose", "human", "firm", "spring" (a spring without mass or damping: the worst passive
@@ -33,6 +45,7 @@ struct StabilityResult {
   double largest_n = 0.0;    ///< force in the whole run
   double simulated_s = 0.0;
   bool limit_cycle = false;
+  bool heard = false;  ///< a guard lowered the force: see run_guarded()
 };
 
 /// What counts as a limit cycle: a swing of more than two counts (1 um for an exact encoder, added)
@@ -41,6 +54,9 @@ struct StabilityResult {
 /// the encoder as a relay, whose gain for small motions is without bound, so that without dry
 /// friction any spring on any encoder hums there, whatever its stiffness; from an amplitude of one
 /// count on the gain is 1.12 at most, and what stays is the loop's fault.
-StabilityResult run_stability(const StabilityCase& at, double lead_share);
+StabilityResult run_stability(const StabilityCase& at, const WallLoop& loop);
+inline StabilityResult run_stability(const StabilityCase& at, double lead_share) {
+  return run_stability(at, WallLoop{lead_share, {}, {}});
+}
 
-}  // namespace palpate::test
+}  // namespace palpate::stability

@@ -3,9 +3,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "tests/haptics/stability_run.h"
+#include "integration/stability/spring_wall.h"
 
-namespace palpate::test {
+namespace palpate::stability {
 
 struct StabilityOutcome {
   StabilityCase at;
@@ -17,4 +17,4 @@ struct StabilityOutcome {
 std::vector<StabilityOutcome> run_stability_grid(int runs, uint32_t seed, double c,
                                                  double lead_share, unsigned threads);
 
-}  // namespace palpate::test
+}  // namespace palpate::stability

@@ -1,33 +1,22 @@
-#include "tests/haptics/stability_run.h"
+#include "integration/stability/spring_wall.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <random>
 
+#include "integration/stability/draws.h"
 #include "module/haptics/delay_lead.h"
 
-namespace palpate::test {
+namespace palpate::stability {
 namespace {
 
 constexpr double kPeriod_s = 1e-3;
-constexpr double kLongest_s = 2000.0;
+constexpr double kLost_m = 1.0;
 constexpr double kExact_m = 1e-6;  ///< what counts as rest with an exact encoder
 constexpr std::array<devices::Hand, 4> kHands = {devices::kNoHand, devices::kLooseHand,
                                                  devices::kHumanHand, devices::kFirmHand};
-
-/// The same draws with every standard library.
-class Draws {
- public:
-  explicit Draws(uint32_t seed) : engine_(seed) {}
-  double even(double low, double high) { return low + (high - low) * double(engine_()) * 0x1p-32; }
-  double log_even(double low, double high) { return std::exp(even(std::log(low), std::log(high))); }
-
- private:
-  std::mt19937 engine_;
-};
 
 /// Slowest decay, 1/s, and frequency, rad/s, of the loop without rounding: M s^2 + d s + k with the
 /// part of the damping that sampling and delay leave.
@@ -90,7 +79,7 @@ StabilityCase stability_case(uint32_t seed, double c) {
   return at;
 }
 
-StabilityResult run_stability(const StabilityCase& at, double lead_share) {
+StabilityResult run_stability(const StabilityCase& at, const WallLoop& loop) {
   // Into the wall is +x. The hand means to be where it presses as asked for; a weight presses where
   // there is no hand.
   const double hand_k = at.body.hand.stiffness_n_per_m, wall_k = at.stiffness_n_per_m;
@@ -99,13 +88,13 @@ StabilityResult run_stability(const StabilityCase& at, double lead_share) {
   const glm::dvec3 intended(held ? depth_m + at.press_n / hand_k : 0.0, 0.0, 0.0);
   const double weight_n = held ? 0.0 : at.press_n;
 
-  const Decay decay = decay_of(at, lead_share);
+  const Decay decay = decay_of(at, loop.lead_share);
   // At the first touch it is a whole depth away from where it will rest, and moves.
   const double start_m = at.impact_m_per_s / decay.omega + depth_m + 10 * kExact_m;
   const double foldings = 1.5 + std::log(start_m / (0.25 * at.resolution_m + 0.1 * kExact_m));
   const double watched_s = std::clamp(3.0 * 2.0 * std::numbers::pi / decay.omega, 0.5, 20.0);
   StabilityResult result;
-  result.simulated_s = std::clamp(1.3 * foldings / decay.rate, 1.0, kLongest_s) + watched_s;
+  result.simulated_s = std::clamp(1.3 * foldings / decay.rate, 1.0, at.longest_s) + watched_s;
   const long ticks = long(result.simulated_s / kPeriod_s);
   const long watched = long(watched_s / kPeriod_s);
 
@@ -115,22 +104,35 @@ StabilityResult run_stability(const StabilityCase& at, double lead_share) {
   std::array<double, 8> sent{};
   devices::HeldMass body(at.body, {});
   body.put({}, {at.impact_m_per_s, 0.0, 0.0});
-  DelayLead lead(kPeriod_s, at.delay_s, lead_share);
+  DelayLead lead(kPeriod_s, at.delay_s, loop.lead_share);
+  Draws draws(1);
+  double now_s = 0.0, period_s = kPeriod_s;
   Spread position, force;
   for (long tick = 0; tick < ticks; ++tick) {
     double x = body.position_m().x;
     if (at.resolution_m > 0.0)
       x = std::round((x + at.offset_m) / at.resolution_m) * at.resolution_m - at.offset_m;
-    x = lead.add(tick * 1'000'000, {x, 0.0, 0.0}).x;
-    const double push_n = -wall_k * std::max(0.0, x);
+    const double push_n =
+        loop.push_n ? loop.push_n(x, period_s)
+                    : -wall_k * std::max(0.0, lead.add(std::llround(now_s * 1e9), {x, 0.0, 0.0}).x);
+    if (at.jitter_s > 0.0)
+      period_s = std::max(1e-5, kPeriod_s + draws.even(-at.jitter_s, at.jitter_s));
+    now_s += period_s;
     sent[size_t(tick) % sent.size()] = push_n;
     const double now_n = sent[size_t(tick - whole) % sent.size()];
     const double before_n = sent[size_t(tick - whole - 1) % sent.size()];
-    if (fractional) body.advance(rest_s, {before_n + weight_n, 0.0, 0.0}, intended, intended);
-    body.advance(kPeriod_s - (fractional ? rest_s : 0.0), {now_n + weight_n, 0.0, 0.0}, intended,
-                 intended);
+    const double first_s = fractional ? std::min(rest_s, period_s) : 0.0;
+    if (first_s > 0.0) body.advance(first_s, {before_n + weight_n, 0.0, 0.0}, intended, intended);
+    if (period_s > first_s)
+      body.advance(period_s - first_s, {now_n + weight_n, 0.0, 0.0}, intended, intended);
     result.largest_n = std::max(result.largest_n, -push_n);
+    if (std::abs(body.position_m().x) > kLost_m) {  // it will not come back
+      result.swing_m = kLost_m;
+      result.limit_cycle = true;
+      return result;
+    }
     if (tick < ticks - watched) continue;
+    if (tick == ticks - watched && loop.watch) loop.watch();
     position.add(body.position_m().x);
     force.add(push_n);
   }
@@ -140,4 +142,4 @@ StabilityResult run_stability(const StabilityCase& at, double lead_share) {
   return result;
 }
 
-}  // namespace palpate::test
+}  // namespace palpate::stability

@@ -1,0 +1,154 @@
+#include "integration/stability/map.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <exception>
+#include <mutex>
+#include <thread>
+
+#include <fmt/format.h>
+
+#include "compute/volume/phantom_texture.h"
+
+namespace palpate::stability {
+namespace {
+
+const char* word(Outcome outcome) {
+  switch (outcome) {
+    case Outcome::kHeld:
+      return "held";
+    case Outcome::kFlagged:
+      return "failed and said so";
+    case Outcome::kSilent:
+      return "failed unseen";
+  }
+  return "";
+}
+
+std::string at_text(const Axis& axis, size_t i) {
+  if (!axis.words.empty()) return axis.words[i];
+  return fmt::format("{:.3g}{}{}", axis.at[i], axis.unit.empty() ? "" : " ", axis.unit);
+}
+
+/// How many lines of cells are held before the first that is not, going towards what is harder.
+size_t lines_held(const StabilityMap& map, size_t side) {
+  const bool along_y = map.harder_along_y;
+  const size_t lines = (along_y ? map.y : map.x).at.size();
+  const size_t others = (along_y ? map.x : map.y).at.size();
+  for (size_t n = 0; n < lines; ++n)
+    for (size_t m = 0; m < others; ++m)
+      if ((along_y ? map.cell(side, m, n) : map.cell(side, n, m)).outcome != Outcome::kHeld)
+        return n;
+  return lines;
+}
+
+std::string reach_text(const StabilityMap& map, size_t side) {
+  const Axis& axis = map.harder_along_y ? map.y : map.x;
+  const size_t lines = lines_held(map, side);
+  if (!axis.words.empty() || lines == 0 || lines == axis.at.size()) return "";
+  return fmt::format(", all of them up to {} of {}", axis.name, at_text(axis, lines - 1));
+}
+
+std::string capital(std::string text) {
+  if (!text.empty() && text[0] >= 'a' && text[0] <= 'z') text[0] = char(text[0] - 'a' + 'A');
+  return text;
+}
+
+std::string side_text(const StabilityMap& map, size_t side) {
+  const Side& of = map.sides[side];
+  const Tally t = tally(of);
+  std::string text = of.method;
+  text += t.held == t.all()
+              ? fmt::format(" holds in all {} cells", t.all())
+              : fmt::format(" holds in {} of {} cells{}", t.held, t.all(), reach_text(map, side));
+  if (t.flagged) text += fmt::format("; in {} it {}", t.flagged, of.flag);
+  if (t.silent) text += fmt::format("; in {} it fails unseen", t.silent);
+  if (t.flagged && !t.silent) text += "; in none it fails unseen";
+  return text + ".";
+}
+
+}  // namespace
+
+Tally tally(const Side& side) {
+  Tally t;
+  for (const Cell& cell : side.cells) {
+    t.held += cell.outcome == Outcome::kHeld;
+    t.flagged += cell.outcome == Outcome::kFlagged;
+    t.silent += cell.outcome == Outcome::kSilent;
+  }
+  return t;
+}
+
+std::string meaning(const StabilityMap& map) {
+  std::string text;
+  for (size_t s = map.sides.size(); s-- > 0;)
+    text += (text.empty() ? "" : " ") + capital(side_text(map, s));
+  return text;
+}
+
+std::string csv(const StabilityMap& map) {
+  std::string text = fmt::format("method,{},{},{},outcome\n", map.x.name, map.y.name, map.colour);
+  for (const Side& side : map.sides)
+    for (size_t j = 0; j < map.y.at.size(); ++j)
+      for (size_t i = 0; i < map.x.at.size(); ++i) {
+        const Cell& cell = side.cells[i + map.x.at.size() * j];
+        const auto at = [](const Axis& axis, size_t n) {
+          return axis.words.empty() ? fmt::format("{:.9g}", axis.at[n]) : axis.words[n];
+        };
+        text += fmt::format("{},{},{},{:.9g},{}\n", side.method, at(map.x, i), at(map.y, j),
+                            cell.value, word(cell.outcome));
+      }
+  return text;
+}
+
+void fill(StabilityMap& map, const Making& making,
+          const std::function<Cell(size_t side, double x, double y)>& at) {
+  const size_t wide = map.x.at.size(), cells = wide * map.y.at.size();
+  for (Side& side : map.sides) side.cells.assign(cells, Cell{});
+  std::atomic<size_t> next{0}, done{0};
+  std::mutex mutex;
+  std::exception_ptr thrown;
+  const size_t all = cells * map.sides.size();
+  const auto work = [&] {
+    for (size_t n = next++; n < all && !making.stop.stop_requested(); n = next++) {
+      // Side by side: what both methods are given is made twice, or kept by who is asked.
+      const size_t side = n % map.sides.size(), cell = n / map.sides.size();
+      try {
+        map.sides[side].cells[cell] = at(side, map.x.at[cell % wide], map.y.at[cell / wide]);
+      } catch (...) {
+        const std::lock_guard lock(mutex);
+        if (!thrown) thrown = std::current_exception();
+        next = all;
+      }
+      const size_t so_far = ++done;
+      const std::lock_guard lock(mutex);
+      if (making.progress) making.progress(double(so_far) / double(all));
+    }
+  };
+  std::vector<std::jthread> others;
+  for (unsigned t = 1; t < making.threads; ++t) others.emplace_back(work);
+  work();
+  others.clear();
+  if (thrown) std::rethrow_exception(thrown);
+}
+
+std::vector<double> evenly(double low, double high, int n) {
+  std::vector<double> at;
+  for (int i = 0; i < n; ++i) at.push_back(low + (high - low) * i / std::max(1, n - 1));
+  return at;
+}
+
+std::vector<double> log_evenly(double low, double high, int n) {
+  std::vector<double> at;
+  for (int i = 0; i < n; ++i)
+    at.push_back(low * std::pow(high / low, double(i) / std::max(1, n - 1)));
+  return at;
+}
+
+uint32_t cell_seed(uint32_t seed, double x, double y) {
+  const auto bits = [](double v) { return uint32_t(int64_t(std::llround(v * 1e6))); };
+  return texture::mixed(seed ^ texture::mixed(bits(x) ^ texture::mixed(bits(y))));
+}
+
+}  // namespace palpate::stability

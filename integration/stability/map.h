@@ -1,0 +1,103 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <glm/glm.hpp>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+namespace palpate::stability {
+
+/// What became of a method at one point of a map.
+enum class Outcome : uint8_t {
+  kHeld,     ///< it did what it should
+  kFlagged,  ///< it failed, and said so: a verdict, a low confidence, a named cause
+  kSilent,   ///< it failed and said nothing
+};
+
+/// One point of a map for one method.
+struct Cell {
+  double value = 0.0;  ///< what the colour shows, in the map's unit
+  Outcome outcome = Outcome::kHeld;
+};
+
+/// One direction of a map. It has numbers, or words where what is varied has no order.
+struct Axis {
+  std::string name;        ///< "displacement"
+  std::string unit;        ///< "voxels"; empty: none
+  std::vector<double> at;  ///< rising; for words 0, 1, 2, ...
+  bool logarithmic = false;
+  std::vector<std::string> words;  ///< one for each of `at`, or none
+};
+
+/// A line that theory draws into a map: where a method should begin to fail.
+struct Border {
+  std::string name;                ///< "q times phase = 1 (Banach)"
+  std::vector<glm::dvec2> points;  ///< in the axes' units; may leave the map
+};
+
+/// One method's side of a map.
+struct Side {
+  std::string method;  ///< "palpate", "classic Demons"
+  std::string flag;    ///< how it says that it failed: "fades the force with the cause 'field'";
+                       ///< empty: it has no way to
+  std::vector<Cell> cells;  ///< x fastest
+};
+
+/// Where methods hold and where they fail, over two things that make it harder for them.
+struct StabilityMap {
+  std::string group;  ///< "motion", "back-tracking", "loop"
+  std::string name;   ///< of its files: "noise"
+  std::string title;
+  std::string made;    ///< what was done in each cell, one sentence
+  std::string failed;  ///< what counts as a failure, one clause: "more than 5 % of ..."
+  Axis x, y;
+  bool harder_along_y = false;         ///< which axis the sentence goes along
+  std::string colour, colour_unit;     ///< what the colour shows
+  double lowest = 0.0, highest = 1.0;  ///< ends of the colours
+  bool logarithmic = false;            ///< the colours
+  std::vector<Border> borders;
+  std::vector<Side> sides;  ///< the classic method first, palpate last
+
+  const Cell& cell(size_t side, size_t i, size_t j) const {
+    return sides[side].cells[i + x.at.size() * j];
+  }
+};
+
+/// How many cells of a side came out as what.
+struct Tally {
+  int held = 0, flagged = 0, silent = 0;
+  int all() const { return held + flagged + silent; }
+};
+Tally tally(const Side& side);
+
+/// What the map says, one sentence a method made of its own numbers, palpate first.
+std::string meaning(const StabilityMap& map);
+
+/// The map as a table: one row a cell, with a first row of names.
+std::string csv(const StabilityMap& map);
+
+/// How maps are made.
+struct Making {
+  bool quick = false;
+  uint32_t seed = 1;
+  unsigned threads = 1;
+  std::stop_token stop;
+  std::function<void(double)> progress;  ///< share of this map that is done; may be empty
+};
+
+/// A map's cells by a function of (side, x, y), called from `making.threads` threads at once (one:
+/// from the caller's). Stops early, with cells left as they are, when asked to. What the function
+/// throws comes out of here.
+void fill(StabilityMap& map, const Making& making,
+          const std::function<Cell(size_t side, double x, double y)>& at);
+
+/// n values from low to high, evenly or evenly in the logarithm.
+std::vector<double> evenly(double low, double high, int n);
+std::vector<double> log_evenly(double low, double high, int n);
+
+/// A seed of its own for every cell, the same for all methods, so that they are given the same.
+uint32_t cell_seed(uint32_t seed, double x, double y);
+
+}  // namespace palpate::stability

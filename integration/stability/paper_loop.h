@@ -1,0 +1,37 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "module/haptics/haptics.h"
+
+namespace palpate::stability {
+
+/// The paper's haptic frame, built from the same parts: transforms by its (17) to (21) where the
+/// scene says so, back-tracking by its fixed point where the scene says so, primitives at the proxy
+/// of the last frame, one solve, and the proxy goes there at once. What palpate adds is not in it:
+/// no sweep, no tank, no guards.
+class PaperLoop {
+ public:
+  explicit PaperLoop(std::shared_ptr<const HapticScene> scene) : run_(std::move(scene)) {}
+  /// Proxy and force; the command stays zero.
+  TickOutput tick(const TickInput& input) noexcept;
+  const HapticRun& run() const { return run_; }
+
+ private:
+  HapticRun run_;
+  Placed placed_;
+  bool started_ = false;
+};
+
+/// What a Hand is, for the paper's loop. Throws std::runtime_error where the scene can not be
+/// assembled.
+class PaperHand {
+ public:
+  PaperHand(const SceneSpec& spec, std::vector<std::shared_ptr<const MovingVolume>> data);
+  TickOutput to(glm::dvec3 probe_m);
+  PaperLoop loop;
+  TickInput input;
+};
+
+}  // namespace palpate::stability
