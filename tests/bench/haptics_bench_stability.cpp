@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "integration/stability/leaning_hand.h"
+#include "integration/stability/shell.h"
 #include "integration/stability/spring_wall_grid.h"
 #include "module/haptics/delay_lead.h"
 #include "tests/bench/haptics_bench.h"
@@ -39,7 +40,8 @@ void energy(const HapticsBench& bench, Findings& findings) {
   double with = 0.0, without = 0.0;
   int scenes = 0;
   const double seconds = bench.quick ? 2.0 : 10.0;
-  for (const auto& data : {test::shell(1, 1.0), test::shell(4, 4.0), test::shell(4, 20.0)})
+  for (const auto& data :
+       {stability::shell(1, 1.0), stability::shell(4, 4.0), stability::shell(4, 20.0)})
     for (const double amplitude_m : {0.005, 0.02, 0.05})
       for (const double hz : {1.2, 3.0, 6.0, 10.0}) {
         const stability::LeaningCase at{
