@@ -1,0 +1,69 @@
+// Whole pictures against the integral that they stand for.
+#include "tests/view/picture_file.h"
+#include "tests/view/slow_rays.h"
+#include "tests/view/view_scenes.h"
+
+namespace palpate::test {
+namespace {
+
+constexpr PictureSize kSize{36, 36};
+constexpr double kStepsPerVoxel = 8.0;
+// What is asked of a picture that is compared for speed; the eye sees no difference from about 40.
+constexpr double kAlike_db = 40.0;
+
+class OracleTest : public ViewTest {
+ protected:
+  /// Draws a scene both ways; with PALPATE_LOOK=DIR both are left there to look at.
+  double alike_db(const ViewScene& scene, const Eye& eye, const std::string& name) {
+    RendererOptions options{kSize, 1};
+    auto view = renderer(options);
+    set(*view, {scene.volumes[0].data});
+    const Picture fast = draw(*view, scene, {eye}, kSize)[0];
+    const Picture slow = slow_picture(scene, eye, kSize, kStepsPerVoxel, options.near_m);
+    if (const char* folder = std::getenv("PALPATE_LOOK")) {
+      EXPECT_TRUE(write_png(fast, std::string(folder) + "/" + name + "_fast.png"));
+      EXPECT_TRUE(write_png(slow, std::string(folder) + "/" + name + "_slow.png"));
+    }
+    const double db = psnr_db(fast, slow);
+    std::printf("%s: %.1f dB\n", name.c_str(), db);
+    return db;
+  }
+  const Eye eye_ = eye_at({0.08, 0.06, 0.16}, {0, 0, 0}, 0.5, kSize);
+};
+
+TEST_F(OracleTest, OfTheBeatingHeartBetweenItsFrames) {
+  ViewScene scene;
+  scene.volumes = {{beating_heart(), {}, {0, 0.6}, *preset_look("phantom")}};
+  EXPECT_GT(alike_db(scene, eye_, "heart"), kAlike_db);
+}
+
+TEST_F(OracleTest, OfTheHeartCutOpenTurnedAndEnlarged) {
+  ViewScene scene;
+  Transform place;
+  place.rotation = glm::angleAxis(0.5, glm::normalize(glm::dvec3(1, 2, 0)));
+  place.scale = glm::dvec3(1.5);
+  place.translation_m = {0.01, 0.0, -0.02};
+  scene.volumes = {{beating_heart(), place, {2, 0.3}, *preset_look("phantom")}};
+  scene.clips = {{glm::normalize(glm::dvec3(-1.0, 0.2, -0.6)), -0.005}};
+  EXPECT_GT(alike_db(scene, eye_, "cut"), kAlike_db);
+}
+
+TEST_F(OracleTest, FromInsideTheHeart) {
+  ViewScene scene;
+  scene.volumes = {{beating_heart(), {}, {1, 0.5}, *preset_look("phantom")}};
+  const Eye within = eye_at({0.004, 0.002, 0.006}, {0.03, 0.01, -0.02}, 1.2, kSize);
+  EXPECT_GT(alike_db(scene, within, "inside"), kAlike_db);
+}
+
+TEST_F(OracleTest, OfAMistWithColoursOfItsOwn) {
+  const auto mist = still_volume(48, 2.0, [](glm::dvec3 x) {
+    return 500.0 + 400.0 * std::sin(0.07 * x.x + 0.05 * x.y) * std::cos(0.06 * x.z);
+  });
+  ViewScene scene;
+  scene.volumes = {{mist, {}, {}, windowed(*preset_look("flow"), 500.0, 900.0)}};
+  for (LookPoint& point : scene.volumes[0].look.points) point.opacity *= 2.0;
+  EXPECT_GT(alike_db(scene, eye_, "mist"), kAlike_db);
+}
+
+}  // namespace
+}  // namespace palpate::test
