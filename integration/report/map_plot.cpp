@@ -187,7 +187,7 @@ std::string over_blocks(const HeatMap& map, const Cells& cells, std::vector<std:
     } else {
       add_strokes(block, "", "1", 1.0, pieces);
     }
-    pieces.push_back(key_entry(marked));
+    if (!marked.name.empty()) pieces.push_back(key_entry(marked));
   }
   constexpr const char* kDashes[] = {"1", "(8,4)", "(2,3)", "(8,3,2,3)"};
   for (size_t n = 0; n < map.borders.size(); ++n) {
@@ -207,7 +207,7 @@ size_t key_entries(const HeatMap& map) {
   const bool missing =
       std::any_of(map.values.begin(), map.values.end(), [](double v) { return !std::isfinite(v); });
   const auto marked = std::count_if(map.marks.begin(), map.marks.end(),
-                                    [](const MarkedCells& m) { return !m.cells.empty(); });
+                                    [](const MarkedCells& m) { return !m.cells.empty() && !m.name.empty(); });
   return size_t(named) + size_t(marked) + (missing ? 1 : 0);
 }
 

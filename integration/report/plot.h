@@ -75,7 +75,7 @@ struct ColourBar {
 /// How some cells of a map are set apart from their colour.
 enum class CellMark { kHatch, kCross, kDot };
 struct MarkedCells {
-  std::string name;  ///< in the key
+  std::string name;  ///< in the key; empty: not there
   CellMark mark = CellMark::kHatch;
   std::vector<std::pair<size_t, size_t>> cells;  ///< (index along x, index along y)
 };

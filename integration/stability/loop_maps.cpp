@@ -35,7 +35,7 @@ StabilityMap spring_wall_map(const char* name, const char* title) {
   map.highest = 1e4;
   constexpr const char* kFlag = "lowers the force and names the cause";
   map.sides = {{"the plain loop", "", {}},
-               {"palpate at a device that does not say what it holds", kFlag, {}},
+               {"palpate, the device not saying what it holds", kFlag, {}},
                {"palpate", kFlag, {}}};
   return map;
 }
