@@ -45,8 +45,9 @@ DesktopLoop::DesktopLoop(std::unique_ptr<desktop::Window> window, std::string sc
   window_->show({}, {&overlay, 1});
 }
 
-void DesktopLoop::begin(Palpation& palpation, desktop::MouseProbe* mouse) {
+void DesktopLoop::begin(Palpation& palpation, Transport& transport, desktop::MouseProbe* mouse) {
   palpation_ = &palpation;
+  transport_ = &transport;
   mouse_ = mouse;
   const auto felt = palpation.scene();
   FeelPicture picture(view_);
@@ -71,10 +72,10 @@ Eye DesktopLoop::eye() const {
   return eye_of(camera_, size.height > 0 ? size : PictureSize{kWidth, kHeight});
 }
 
-void DesktopLoop::frame(const TickOutput& tick, bool may_play, const std::string& note) {
+void DesktopLoop::frame(const TickOutput& tick, const std::string& note) {
   const auto start = std::chrono::steady_clock::now();
   const Input input = window_->poll();
-  for (const KeyPress& one : input.keys) press(one, input, may_play);
+  for (const KeyPress& one : input.keys) press(one, input);
   steer(input);
   if (mouse_) move_probe(input);
   live_->want({eye(), window_->size_px(), view_});
@@ -85,14 +86,15 @@ void DesktopLoop::frame(const TickOutput& tick, bool may_play, const std::string
   std::this_thread::sleep_until(start + kFrame);
 }
 
-void DesktopLoop::press(const KeyPress& press, const Input& input, bool may_play) {
+void DesktopLoop::press(const KeyPress& press, const Input& input) {
   switch (press.key) {
     case Key::kPlay:
-      if (may_play) play(!playing_);
+      transport_->toggle();
       break;
     case Key::kBack:
     case Key::kForward:
-      if (may_play) scrub(press.key == Key::kForward ? 1.0 : -1.0);
+      if (seen_)
+        transport_->scrub(seen_->moment, press.key == Key::kForward ? kScrubStep : -kScrubStep);
       break;
     case Key::kClip:
       view_.cut_open = !view_.cut_open;
@@ -148,32 +150,6 @@ void DesktopLoop::move_probe(const Input& input) {
     pointing_.point(from, input.cursor, kNotch * ball_m_ * input.wheel, depths);
   }
   mouse_->hold(device.volume_from_world(pointing_.place_m()), input.left ? 1 : 0);
-}
-
-void DesktopLoop::play(bool on) {
-  playing_ = on;
-  const auto felt = palpation_->scene();
-  for (size_t v = 0; v < felt->volumes.size(); ++v) {
-    if (felt->volumes[v].data->is_still()) continue;
-    if (on)
-      palpation_->play(v);
-    else
-      palpation_->send({ControlEvent::Kind::kRate, int(v), 0.0});
-  }
-}
-
-void DesktopLoop::scrub(double direction) {
-  if (!seen_) return;
-  play(false);
-  const auto felt = palpation_->scene();
-  for (int v = 0; v < std::min(int(felt->volumes.size()), seen_->moment.volume_count); ++v) {
-    const MovingVolume& volume = *felt->volumes[size_t(v)].data;
-    if (volume.is_still()) continue;
-    const double length_s = volume.times.length_s();
-    double to_s = seen_->moment.volumes[size_t(v)].time_s + direction * kScrubStep * length_s;
-    if (volume.times.cyclic()) to_s -= length_s * std::floor(to_s / length_s);
-    palpation_->send({ControlEvent::Kind::kScrub, v, to_s});
-  }
 }
 
 std::string DesktopLoop::phase_line() const {

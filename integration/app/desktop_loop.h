@@ -5,6 +5,7 @@
 
 #include "integration/app/force_tap.h"
 #include "integration/app/live_picture.h"
+#include "integration/app/transport.h"
 #include "integration/desktop/camera.h"
 #include "integration/desktop/force_plot.h"
 #include "integration/desktop/mouse_probe.h"
@@ -26,11 +27,11 @@ class DesktopLoop {
   TickListener* listener() { return &tap_; }
 
   /// From now on this is seen. `mouse` moves the probe; null: another device does, and the mouse
-  /// turns the view. Both are borrowed until end().
-  void begin(Palpation& palpation, desktop::MouseProbe* mouse);
+  /// turns the view. All are borrowed until end().
+  void begin(Palpation& palpation, Transport& transport, desktop::MouseProbe* mouse);
   /// Takes what the person did, shows what is felt; takes as long as a frame of a display.
-  /// may_play: false while motion is awaited. note: a line for the person, or nothing.
-  void frame(const TickOutput& tick, bool may_play, const std::string& note);
+  /// note: a line for the person, or nothing.
+  void frame(const TickOutput& tick, const std::string& note);
   /// Ends the drawing; before the palpation goes.
   void end() { live_.reset(); }
 
@@ -40,11 +41,9 @@ class DesktopLoop {
  private:
   DesktopLoop(std::unique_ptr<desktop::Window> window, std::string scene_name,
               const DeviceOptions& gpu, const ViewChoices& view);
-  void press(const desktop::KeyPress& press, const desktop::Input& input, bool may_play);
+  void press(const desktop::KeyPress& press, const desktop::Input& input);
   void steer(const desktop::Input& input);
   void move_probe(const desktop::Input& input);
-  void play(bool on);
-  void scrub(double direction);
   void draw(const TickOutput& tick, const std::string& note);
   std::string phase_line() const;
   Eye eye() const;
@@ -58,9 +57,10 @@ class DesktopLoop {
   charts::Raster help_, note_;
   double help_scale_ = 0.0;
   std::string note_text_;
-  bool shows_help_ = true, playing_ = true;
+  bool shows_help_ = true;
 
   Palpation* palpation_ = nullptr;
+  Transport* transport_ = nullptr;
   desktop::MouseProbe* mouse_ = nullptr;
   desktop::Camera first_camera_, camera_;
   desktop::Pointing pointing_{glm::dvec3(0.0)};

@@ -8,7 +8,7 @@ namespace {
 
 void add_device(CLI::App& app, FeelCommand& command) {
   app.add_option("--device", command.device.device, "Force device")
-      ->check(CLI::IsMember({"auto", "falcon", "mouse", "simulated"}))
+      ->check(CLI::IsMember({"auto", "falcon", "controller", "mouse", "simulated"}))
       ->capture_default_str();
   app.add_option("--falcon-firmware", command.device.falcon_firmware,
                  "Your own copy of the Falcon's firmware; palpate ships none");
@@ -24,7 +24,8 @@ void add_device(CLI::App& app, FeelCommand& command) {
       ->check(CLI::Range(1.0, 1e5));
   app.add_option("--max-force", command.max_force_n, "N, instead of the scene's")
       ->check(CLI::Range(0.01, 100.0));
-  app.add_flag("--dead-man", command.dead_man, "Force only while a button of the device is held");
+  app.add_flag("--dead-man", command.dead_man,
+               "Force only while a button of the device, or a controller's dead-man, is held");
 }
 
 void add_loop(CLI::App& app, FeelCommand& command) {
@@ -72,6 +73,38 @@ void add_sequence(CLI::App& app, FeelCommand& command) {
                "The last frame does not lead back to the first");
 }
 
+void add_seeing(CLI::App& app, FeelCommand& command) {
+  app.add_option("--headset", command.headset,
+                 "openxr: in a headset, which is waited for; none: in a window, where the mouse is "
+                 "the hand if no force device is; off: nowhere; auto: the first of these that is "
+                 "there")
+      ->check(CLI::IsMember({"auto", "openxr", "none", "off"}))
+      ->capture_default_str();
+  app.add_option("--on-headset-loss", command.on_headset_loss,
+                 "When the picture in the headset goes away: ramp (the force goes down until it is "
+                 "back) or go-on")
+      ->check(CLI::IsMember({"ramp", "go-on"}))
+      ->capture_default_str();
+  app.add_option("--calibration", command.calibration,
+                 "Where the force device stands in the room, from 'palpate calibrate'")
+      ->check(CLI::ExistingFile);
+  app.add_flag("!--no-mirror", command.mirror, "No window besides the headset");
+  app.add_option("--headless", command.headless,
+                 "Write stereo pictures and a page of what was seen and felt into this folder; "
+                 "needs no display");
+  app.add_option("--look", command.view.look,
+                 "What the volume looks like: auto, or CT bone, CT heart, CT lung, MR, ...")
+      ->capture_default_str();
+  app.add_flag("--whole-frames", command.view.whole_frames,
+               "Draw the frames as they are, not moved between them (the old way)");
+  app.add_flag("--cut-open", command.view.cut_open, "Cut away what is to the right of the proxy");
+  app.add_flag("!--no-box", command.view.box, "No edges and letters around the volume");
+  app.add_option("--picture-size", command.picture_size,
+                 "Pixels along an edge of each eye's picture")
+      ->check(CLI::Range(64, 2048))
+      ->capture_default_str();
+}
+
 }  // namespace
 
 Command add_feel(CLI::App& program) {
@@ -93,25 +126,7 @@ Command add_feel(CLI::App& program) {
   app->add_option("--black-box", command->black_box, "Folder for the ticks around a fault")
       ->check(CLI::ExistingDirectory)
       ->capture_default_str();
-  app->add_option("--headless", command->headless,
-                  "Write stereo pictures and a page of what was seen and felt into this folder; "
-                  "needs no display");
-  app->add_option("--headset", command->headset,
-                  "none: see it in a window on the desktop, where the mouse is the hand if no "
-                  "force device is")
-      ->check(CLI::IsMember({"none"}))
-      ->excludes("--headless");
-  app->add_option("--look", command->view.look,
-                  "What the volume looks like: auto, or CT bone, CT heart, CT lung, MR, ...")
-      ->capture_default_str();
-  app->add_flag("--whole-frames", command->view.whole_frames,
-                "Draw the frames as they are, not moved between them (the old way)");
-  app->add_flag("--cut-open", command->view.cut_open, "Cut away what is to the right of the proxy");
-  app->add_flag("!--no-box", command->view.box, "No edges and letters around the volume");
-  app->add_option("--picture-size", command->picture_size,
-                  "Pixels along an edge of each eye's picture")
-      ->check(CLI::Range(64, 2048))
-      ->capture_default_str();
+  add_seeing(*app, *command);
   app->add_option("--gpu", command->gpu.device,
                   "Vulkan device for the estimation: number or part of a name");
   app->add_flag("--quiet", command->quiet, "Print errors only");

@@ -4,14 +4,15 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <thread>
 
 #include "integration/app/cancel.h"
-#include "integration/app/desktop_loop.h"
 #include "integration/app/exit_code.h"
 #include "integration/app/feel_report.h"
 #include "integration/app/gallery.h"
 #include "integration/app/live_motion.h"
+#include "integration/app/onlookers.h"
 #include "integration/app/outputs.h"
 #include "integration/app/palpation.h"
 #include "integration/app/replay.h"
@@ -81,13 +82,9 @@ class FeelRun {
 
   int run(std::stop_token stop) {
     ForceDeviceChoice choice = command_.device;
-    if (command_.headset == "none") {
-      auto desktop = DesktopLoop::open(command_.inputs.front().filename().string(), command_.gpu,
-                                       command_.view);
-      if (!desktop) return fail(console_, desktop.error());
-      desktop_ = std::move(*desktop);
-      choice.has_window = true;
-    }
+    if (const Status looking = open_eyes(); !looking) return fail(console_, looking.error());
+    choice.has_window = seen_.window != nullptr;
+    choice.has_headset = seen_.headset != nullptr;
     if (const Status met = check_choice(choice); !met) return fail(console_, met.error());
     auto scene = load_felt_scene(command_.inputs, command_.sequence);
     if (!scene) return fail(console_, scene.error());
@@ -111,7 +108,13 @@ class FeelRun {
         opened_ = std::move(*again);
       }
     }
+    const auto& volumes = scene->spec.volumes;
+    wants_second_hand_ = std::any_of(volumes.begin(), volumes.end(), [](const VolumeSpec& volume) {
+      return volume.drive.kind == DriveSpec::Kind::kSecondHand;
+    });
+    if (seen_.headset) fit_to_headset(*scene);
     announce(command_, *scene, opened_, console_);
+    console_.say("Seen      " + seen_.why);
     if (const Status ready = start_listeners(*scene); !ready) return fail(console_, ready.error());
     const FeltScene at_start = *scene;
     if (const Status started = start(std::move(*scene)); !started)
@@ -121,6 +124,45 @@ class FeelRun {
   }
 
  private:
+  Status open_eyes() {
+    if (!command_.calibration.empty()) {
+      auto stored = files::read_calibration(command_.calibration);
+      if (!stored) return stored.error();
+      calibration_ = std::move(*stored);
+    }
+    SeeingChoice choice;
+    choice.headset = command_.headset;
+    choice.headless = !command_.headless.empty();
+    choice.mirror = command_.mirror;
+    choice.scene_name = command_.inputs.front().filename().string();
+    choice.gpu = command_.gpu;
+    choice.view = command_.view;
+    auto seen = open_onlookers(choice);
+    if (!seen) return seen.error();
+    seen_ = std::move(*seen);
+    return Nothing{};
+  }
+
+  /// A volume that stands still may be taken by a hand there, and a controller feels in true size.
+  void fit_to_headset(FeltScene& scene) {
+    for (VolumeSpec& volume : scene.spec.volumes) {
+      if (volume.drive.kind != DriveSpec::Kind::kStill) continue;
+      volume.drive.kind = DriveSpec::Kind::kSecondHand;
+      volume.path = usual_path(volume.drive.kind);
+    }
+    if (opened_.controller) {
+      const FrameData& frame = *scene.data.front()->frames.front();
+      scene.spec.world_from_device = {};
+      scene.spec.world_from_device.translation_m =
+          scene.spec.volumes.front().transform.world_from_volume(0.5 *
+                                                                 (frame.low_m() + frame.high_m()));
+    } else if (calibration_ && scene.spec.world_from_device.scale != glm::dvec3(1.0)) {
+      scene.spec.world_from_device.scale = glm::dvec3(1.0);
+      scene.notes.push_back(
+          "The hand's movements are not enlarged: the picture stands where the device is.");
+    }
+  }
+
   void apply_choices(FeltScene& scene) const {
     if (command_.stiffness_n_per_m > 0.0) scene.spec.stiffness_n_per_m = command_.stiffness_n_per_m;
     if (command_.max_force_n > 0.0) scene.spec.max_force_n = command_.max_force_n;
@@ -152,24 +194,33 @@ class FeelRun {
 
   HapticsOptions options(const FeltScene& scene) const {
     // Neither a simulated hand nor one that feels nothing can be hurt by a late frame.
-    return haptics_options(command_, scene.spec, opened_.simulated || opened_.mouse);
+    const bool harmless = opened_.simulated || opened_.mouse || opened_.controller;
+    HapticsOptions haptics = haptics_options(command_, scene.spec, harmless);
+    if (seen_.headset) {
+      haptics.safety.seen_buttons = GatedDevice::kSeen;
+      haptics.safety.dead_man_buttons = ~GatedDevice::kSeen;
+    }
+    return haptics;
   }
 
   Status start(FeltScene scene) {
     const HapticsOptions haptics = options(scene);
     ServoOptions servo = servo_options(command_, haptics);
     servo.listeners = {log_.get(), black_box_.get(), recorder_.get(),
-                       desktop_ ? desktop_->listener() : nullptr};
+                       seen_.window ? seen_.window->listener() : nullptr};
     const double wanted = scene.spec.stiffness_n_per_m;
-    const auto& volumes = scene.spec.volumes;
-    if (std::any_of(volumes.begin(), volumes.end(), [](const VolumeSpec& volume) {
-          return volume.drive.kind == DriveSpec::Kind::kSecondHand;
-        }))
-      second_hand_ = std::make_unique<devices::SpaceMouse>();
-    auto started =
-        Palpation::start(std::move(scene), *opened_.device, haptics, servo, second_hand_.get());
+    if (wants_second_hand_) second_hand_ = std::make_unique<devices::SpaceMouse>();
+    ForceDevice* device = opened_.device.get();
+    if (seen_.headset) {
+      gate_ = std::make_unique<GatedDevice>(*device);
+      if (command_.on_headset_loss == "go-on")
+        gate_->seen_until(std::numeric_limits<int64_t>::max());
+      device = gate_.get();
+    }
+    auto started = Palpation::start(std::move(scene), *device, haptics, servo, second_hand_.get());
     if (!started) return started.error();
     palpation_ = std::move(*started);
+    transport_ = std::make_unique<Transport>(*palpation_);
     const double given =
         Haptics(haptics, opened_.device->info()).stiffness_on_device(*palpation_->scene(), wanted);
     if (given < wanted)
@@ -200,31 +251,37 @@ class FeelRun {
       options.size = {command_.picture_size, command_.picture_size};
       gallery_ = std::make_unique<Gallery>(*palpation_, options, console_);
     }
-    if (desktop_) desktop_->begin(*palpation_, opened_.mouse);
+    begin_eyes(scene);
     const auto begin = Clock::now();
     TickOutput tick;
     double motion_known_s = motion.is_done() ? 0.0 : 1e12;
+    if (motion.is_done()) transport_->allow();
     double now_s = 0.0;
     while (now_s < end_s(motion_known_s) && !stop.stop_requested() && !emergency::is_asked() &&
-           !(desktop_ && desktop_->closed())) {
-      if (desktop_)
-        desktop_->frame(tick, motion.is_done(), motion_text(motion));
+           !(seen_.window && seen_.window->closed()) &&
+           !(seen_.headset && seen_.headset->ended())) {
+      if (seen_.window)
+        seen_.window->frame(tick, motion_text(motion));
       else
         std::this_thread::sleep_for(std::chrono::milliseconds(50));
       now_s = std::chrono::duration<double>(Clock::now() - begin).count();
       palpation_->servo().newest(0, tick);
       tell_second_hand();
+      tell_headset();
       std::string line = live_text(tick, palpation_->servo().statistics(), now_s);
       if (!motion.is_done()) line += "  " + motion_text(motion);
       console_.live(line);
       if (!motion.is_done() || motion_known_s < 1e12) continue;
       motion_known_s = now_s;
+      transport_->allow();
       tell_motion(motion);
       if (motion.trouble().empty())
         for (const MissingMotion& missing : scene.missing) palpation_->play(missing.volume);
     }
     console_.end_progress();
-    if (desktop_) desktop_->end();
+    if (seen_.window) seen_.window->end();
+    if (seen_.headset) seen_.headset->end();
+    tell_headset();
     if (gallery_) gallery_->stop();
     palpation_->stop();
   }
@@ -232,6 +289,29 @@ class FeelRun {
   static std::string motion_text(const LiveMotion& motion) {
     if (motion.is_done()) return {};
     return fmt::format("motion {} of {} steps", motion.steps_known(), motion.steps());
+  }
+
+  void begin_eyes(const FeltScene& scene) {
+    if (seen_.window) seen_.window->begin(*palpation_, *transport_, opened_.mouse);
+    if (!seen_.headset) return;
+    HeadsetScene joined;
+    joined.palpation = palpation_.get();
+    joined.transport = transport_.get();
+    joined.gate = gate_.get();
+    joined.controller = opened_.controller;
+    joined.max_force_n = scene.spec.max_force_n;
+    joined.view = command_.view;
+    joined.on_loss =
+        command_.on_headset_loss == "ramp" ? OnHeadsetLoss::kRamp : OnHeadsetLoss::kGoOn;
+    joined.calibration = calibration_;
+    joined.device_centre_m =
+        scene.spec.world_from_device.world_from_volume(opened_.device->info().workspace_centre_m);
+    seen_.headset->begin(joined);
+  }
+
+  void tell_headset() {
+    if (!seen_.headset) return;
+    for (const std::string& sentence : seen_.headset->news()) console_.say("Headset   " + sentence);
   }
 
   /// When it comes, goes or can not be used.
@@ -281,6 +361,7 @@ class FeelRun {
     if (!command_.record.empty())
       console_.say(fmt::format("Wrote     {}", command_.record.string()));
     if (gallery_ && done) tell_gallery();
+    if (seen_.headset) tell_headset_numbers();
     return done ? kExitOk : fail(console_, done.error());
   }
 
@@ -300,6 +381,17 @@ class FeelRun {
     return done ? outputs_->publish() : Status(outputs_->in_place(done.error()));
   }
 
+  void tell_headset_numbers() {
+    const HeadsetLoop::Numbers& numbers = seen_.headset->numbers();
+    console_.say(fmt::format(
+        "Headset   {} frames in {} sessions, {} of them with a picture{}", numbers.frames,
+        numbers.sessions, numbers.drawn,
+        numbers.drawn == 0
+            ? ""
+            : fmt::format(", the last of 2 x {} x {} in {:.1f} ms on the device",
+                          numbers.size.width, numbers.size.height, numbers.picture_ms)));
+  }
+
   void tell_gallery() {
     console_.say(
         fmt::format("Seen      {} stereo pictures of 2 x {} x {}, {:.0f} ms each (median), the "
@@ -314,15 +406,19 @@ class FeelRun {
   const FeelCommand& command_;
   Console& console_;
   std::optional<Outputs> outputs_;
-  std::unique_ptr<DesktopLoop> desktop_;
+  std::optional<files::StoredCalibration> calibration_;
   OpenedDevice opened_;
+  std::unique_ptr<GatedDevice> gate_;  ///< around the device, where there is a headset
+  bool wants_second_hand_ = false;
   std::unique_ptr<TickLog> log_;
   std::unique_ptr<BlackBox> black_box_;
   std::unique_ptr<Recorder> recorder_;
   std::unique_ptr<devices::SpaceMouse> second_hand_;
   std::optional<DeviceFault> second_hand_fault_;  ///< as it was told
   std::unique_ptr<Palpation> palpation_;  ///< ends its servo thread before what is above goes
-  std::unique_ptr<Gallery> gallery_;      ///< looks at palpation_
+  std::unique_ptr<Transport> transport_;
+  Onlookers seen_;                    ///< look at palpation_
+  std::unique_ptr<Gallery> gallery_;  ///< likewise
 };
 
 int replay_run(const FeelCommand& command, Console& console) {

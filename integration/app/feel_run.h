@@ -26,10 +26,13 @@ struct FeelCommand {
   std::filesystem::path black_box = ".";
   std::filesystem::path headless;
   ViewChoices view;
-  std::string headset;
+  std::string headset = "auto";
+  std::string on_headset_loss = "ramp";
+  std::filesystem::path calibration;
   int picture_size = 384;
   int core = -1;
   bool dead_man = false, no_real_time = false, no_motion = false, estimate = false, quiet = false;
+  bool mirror = true;
 };
 
 /// Feels, or replays, from what is said to its summary; returns the exit code. From the main

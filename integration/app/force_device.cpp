@@ -15,6 +15,10 @@ constexpr int kTrials = 100;  // of 10 ms: an open device answers in far less
 
 constexpr int kTimesWhileWaiting = 100;
 
+constexpr double kArm_m = 1.0;  // a controller is felt so far around the scene
+// Frames of 11 ms are joined, real movements are not held back; below what the guards damp.
+constexpr double kControllerSettle_per_s = 150.0, kControllerSpeed_m_per_s = 1.4;
+
 constexpr double kMouseStart = 0.9;  // of the reach, towards the person: before all there is
 
 /// Whether a device is there at all. Its firmware or homing may still be in the way.
@@ -74,9 +78,29 @@ OpenedDevice mouse(std::string why) {
   return opened;
 }
 
+/// A hand in the world, at its true size: its device space is the world around the scene.
+OpenedDevice controller(std::string why) {
+  desktop::MouseProbeOptions options;
+  options.kind = "controller";
+  options.waits = true;
+  options.workspace_radius_m = kArm_m;
+  options.settle_per_s = kControllerSettle_per_s;
+  options.speed_m_per_s = kControllerSpeed_m_per_s;
+  auto probe = std::make_unique<desktop::MouseProbe>(options);
+  OpenedDevice opened;
+  opened.controller = probe.get();
+  opened.device = std::move(probe);
+  opened.why = std::move(why);
+  return opened;
+}
+
 }  // namespace
 
 Status check_choice(const ForceDeviceChoice& choice) {
+  if (choice.device == "controller" && !choice.has_headset)
+    return Error{
+        ErrorKind::kBadInput,
+        "A controller can be the hand only where there is a headset: add --headset openxr"};
   if (choice.device != "mouse" || choice.has_window) return Nothing{};
   return Error{ErrorKind::kBadInput,
                "A mouse can be the hand only where there is a window: add --headset none"};
@@ -104,11 +128,16 @@ Result<devices::SimulatedOptions> simulated_options(const ForceDeviceChoice& cho
 Result<OpenedDevice> open_force_device(const ForceDeviceChoice& choice, const FeltScene& scene) {
   if (choice.device == "simulated") return simulated(choice, scene, "simulated device, as asked.");
   if (choice.device == "mouse") return mouse("mouse, as asked; it gives no force.");
+  if (choice.device == "controller")
+    return controller("controller, as asked; vibration says what force it would be.");
   devices::FalconOptions options;
   options.firmware_file = choice.falcon_firmware.string();
   auto falcon = devices::FalconDevice::make(options);
   if (!falcon) return falcon.error();
   const bool none = choice.device == "auto" && !answers(**falcon);
+  if (none && choice.has_headset)
+    return controller(
+        "controller, as no Falcon is plugged in; vibration says what force it would be.");
   if (none && choice.has_window)
     return mouse("mouse, as no Falcon is plugged in; it gives no force.");
   if (none) return simulated(choice, scene, "simulated device, as no Falcon is plugged in.");

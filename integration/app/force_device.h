@@ -14,11 +14,12 @@ namespace palpate::app {
 
 /// Which force device, as the command line says it.
 struct ForceDeviceChoice {
-  std::string device = "auto";            ///< auto, falcon, mouse, simulated
+  std::string device = "auto";            ///< auto, falcon, controller, mouse, simulated
   std::filesystem::path falcon_firmware;  ///< the user's own
   std::string hand = "human";             ///< simulated: human, loose, firm, none
   std::string path = "press";             ///< simulated: a made path or a file
   bool has_window = false;                ///< so that a mouse can be the hand
+  bool has_headset = false;               ///< so that a controller can
   double lets_go_at_s = std::numeric_limits<double>::infinity();
 };
 
@@ -26,8 +27,9 @@ struct OpenedDevice {
   std::unique_ptr<ForceDevice> device;
   std::string why;  ///< which one, and why that one: a sentence
   bool simulated = false;
-  desktop::MouseProbe* mouse = nullptr;  ///< the device, if it is that; moved by the window
-  double path_s = 0.0;                   ///< simulated: how long the hand's path takes
+  desktop::MouseProbe* mouse = nullptr;       ///< the device, if it is that; moved by the window
+  desktop::MouseProbe* controller = nullptr;  ///< likewise, moved in the headset
+  double path_s = 0.0;                        ///< simulated: how long the hand's path takes
 };
 
 /// kBadInput, in a sentence, if the choice can not be met whatever is plugged in.
@@ -37,9 +39,9 @@ Status check_choice(const ForceDeviceChoice& choice);
 /// unknown hand.
 Result<devices::SimulatedOptions> simulated_options(const ForceDeviceChoice& choice);
 
-/// A Falcon if it was asked for, or if one answers within a second and any may be taken; else the
-/// mouse where there is a window; else the simulated device, its hand on a path that touches the
-/// scene. kBadInput in one sentence.
+/// A Falcon if it was asked for, or if one answers within a second and any may be taken; else a
+/// controller where there is a headset, the mouse where there is a window, or the simulated device,
+/// its hand on a path that touches the scene. kBadInput in one sentence.
 Result<OpenedDevice> open_force_device(const ForceDeviceChoice& choice, const FeltScene& scene);
 
 }  // namespace palpate::app

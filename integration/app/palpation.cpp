@@ -104,7 +104,22 @@ std::shared_ptr<const HapticScene> Palpation::scene() const {
   return assembled_;
 }
 
+void Palpation::drag(const Transform& moved) {
+  const std::lock_guard lock(mutex_);
+  const int64_t now_ns = monotonic_ns();
+  const auto& volumes = felt_.spec.volumes;
+  for (size_t v = 0; v < volumes.size(); ++v) {
+    if (volumes[v].drive.kind != DriveSpec::Kind::kSecondHand) continue;
+    Transform& place = moved_[v];
+    place.translation_m = moved.world_from_volume(place.translation_m);
+    place.rotation = glm::normalize(moved.rotation * place.rotation);
+    place.scale *= moved.scale.x;
+    servo_->send(PoseUpdate{int(v), place, now_ns});
+  }
+}
+
 void Palpation::send_poses() {
+  const std::lock_guard lock(mutex_);
   const int64_t now_ns = monotonic_ns();
   const double dt_s = double(now_ns - last_ns_) * 1e-9;
   last_ns_ = now_ns;
@@ -113,7 +128,9 @@ void Palpation::send_poses() {
     if (!needs_poses(volumes[v])) continue;
     if (volumes[v].drive.kind != DriveSpec::Kind::kSecondHand) {
       moved_[v] = driven(volumes[v].drive, volumes[v].transform, double(now_ns - start_ns_) * 1e-9);
-    } else if (second_hand_) {
+    } else if (!second_hand_) {
+      continue;  // only dragged
+    } else {
       const FrameData& frame = *felt_.data[v]->frames.front();
       const glm::dvec3 middle = 0.5 * (frame.low_m() + frame.high_m());
       devices::MoveLimits limits;

@@ -11,6 +11,10 @@
 
 namespace palpate::app {
 
+/// Who looks at what is felt, each on a thread of its own.
+enum class Onlooker { kHeadset, kWindow, kGallery };
+static_assert(int(Onlooker::kGallery) < SceneTicker::kReaders);
+
 /// A scene that is being felt: joins scene, haptic step and servo thread, sends the poses of
 /// volumes that move by themselves, and takes motion that arrives while it runs. A volume whose
 /// motion is still missing stands still: frames that fade into each other where they are would let
@@ -42,8 +46,12 @@ class Palpation {
   std::shared_ptr<const HapticScene> scene() const;
 
   Servo& servo() { return *servo_; }
-  /// The newest tick as an eye sees it; true if it is another than last time. One thread.
-  bool newest(SceneMoment& moment) { return ticker_.newest(moment); }
+  /// The newest tick as an eye sees it; true if it is another than last time. One thread each.
+  bool newest(Onlooker who, SceneMoment& moment) { return ticker_.newest(int(who), moment); }
+  /// Takes along all volumes that a second hand may move: x becomes moved(x), world, a similarity
+  /// (equal scales). They follow on a smooth path. Any thread; to be called once per frame as long
+  /// as they are held, also if they rest.
+  void drag(const Transform& moved);
   /// Ramps to zero and ends the servo thread. Further calls do nothing.
   void stop();
   /// The step's books; after stop() only.
@@ -63,7 +71,7 @@ class Palpation {
   SceneTicker ticker_;
   std::unique_ptr<Servo> servo_;
   const devices::SecondHand* second_hand_ = nullptr;
-  std::vector<Transform> moved_;  ///< per volume: where the second hand has taken it
+  std::vector<Transform> moved_;  ///< per volume: where second hands have taken it
   int64_t start_ns_ = 0, last_ns_ = 0;
   std::unique_ptr<Background> poses_;
 };

@@ -26,7 +26,9 @@ Json json_of(const HapticsOptions& o) {
   return {{"max_force_n", o.safety.max_force_n},
           {"late_s", o.safety.late_s},
           {"stale_s", o.safety.stale_s},
-          {"dead_man", o.safety.dead_man}};
+          {"dead_man", o.safety.dead_man},
+          {"dead_man_buttons", o.safety.dead_man_buttons},
+          {"seen_buttons", o.safety.seen_buttons}};
 }
 
 DeviceInfo device_of(const Json& j) {
@@ -46,6 +48,8 @@ HapticsOptions options_of(const Json& j) {
   options.safety.late_s = j.at("late_s");
   options.safety.stale_s = j.at("stale_s");
   options.safety.dead_man = j.at("dead_man");
+  options.safety.dead_man_buttons = j.at("dead_man_buttons");
+  options.safety.seen_buttons = j.at("seen_buttons");
   return options;
 }
 

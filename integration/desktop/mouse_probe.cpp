@@ -31,8 +31,7 @@ void MouseProbe::hold(glm::dvec3 place_m, uint32_t buttons) noexcept {
 
 DeviceInfo MouseProbe::info() const {
   DeviceInfo info;
-  info.kind = "mouse";
-  info.name = "mouse";
+  info.kind = info.name = options_.kind;
   info.max_force_n = 3.0 * kMostOfScenes_n;
   info.workspace_radius_m = options_.workspace_radius_m;
   info.resolution_m = kSeen_m;
@@ -46,7 +45,18 @@ DeviceReading MouseProbe::exchange(const DeviceCommand&) noexcept {
 }
 
 DeviceReading MouseProbe::exchange_at(int64_t now_ns) noexcept {
-  newest_.get(held_);
+  const bool fresh = newest_.get(held_);
+  if (options_.waits && !held_once_) {
+    if (!fresh) {
+      DeviceReading nothing;
+      nothing.time_ns = now_ns;
+      nothing.fault = DeviceFault::kStarting;
+      return nothing;
+    }
+    // A hand that comes from elsewhere must not be drawn through the scene.
+    follower_ = Follower(held_.place_m, options_.settle_per_s, options_.speed_m_per_s);
+    held_once_ = true;
+  }
   const double dt_s = started_ ? 1e-9 * double(now_ns - last_ns_) : 0.0;
   last_ns_ = now_ns;
   started_ = true;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <glm/glm.hpp>
+#include <string>
 
 #include "integration/desktop/follower.h"
 #include "module/haptics/device.h"
@@ -8,9 +9,11 @@
 
 namespace palpate::desktop {
 
-/// How a mouse is taken for a hand.
+/// How a mouse, or whatever else tells places but gives no force, is taken for a hand.
 struct MouseProbeOptions {
+  std::string kind = "mouse";
   glm::dvec3 start_m{0.0};  ///< device space
+  bool waits = false;  ///< gives no place before the first hold(), then begins there
   double workspace_radius_m = 0.08;
   double settle_per_s = 60.0;   ///< of the follower: a hand's own quickest movements still pass
   double speed_m_per_s = 0.75;  ///< half of what the guards take for a hand that is too fast
@@ -50,7 +53,7 @@ class MouseProbe final : public ForceDevice {
   Held held_;  ///< the servo's
   Follower follower_;
   int64_t last_ns_ = 0;
-  bool started_ = false;
+  bool started_ = false, held_once_ = false;
 };
 
 }  // namespace palpate::desktop

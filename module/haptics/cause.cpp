@@ -40,6 +40,8 @@ const char* word(Cause cause) noexcept {
       return "scene-empty";
     case Cause::kStopped:
       return "stopped";
+    case Cause::kUnseen:
+      return "unseen";
   }
   return "unknown";
 }
@@ -81,6 +83,8 @@ const char* sentence(Cause cause) noexcept {
       return "There is nothing to feel in this scene.";
     case Cause::kStopped:
       return "The loop was asked to stop.";
+    case Cause::kUnseen:
+      return "There is no picture in the headset: the force comes back with it.";
   }
   return "An unknown cause.";
 }

@@ -24,6 +24,7 @@ enum class Cause : uint8_t {
   kConfidence,     ///< the motion field is not trusted here: faded
   kSceneEmpty,     ///< nothing to feel
   kStopped,        ///< asked to stop: a command, a signal, another thread's crash
+  kUnseen,         ///< nobody sees the scene: the picture in the headset is gone
 };
 
 /// One word for logs ("too-fast"), and one sentence for people. Static storage.

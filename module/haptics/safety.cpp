@@ -24,7 +24,7 @@ constexpr uint32_t kForPeople = bit(Cause::kStopped) | bit(Cause::kOscillation);
 // Named first where several hold.
 constexpr Cause kOffCauses[] = {Cause::kStopped,   Cause::kOscillation, Cause::kDevice,
                                 Cause::kNotFinite, Cause::kClock,       Cause::kLate,
-                                Cause::kTooFast,   Cause::kDeadMan};
+                                Cause::kTooFast,   Cause::kUnseen,      Cause::kDeadMan};
 
 Cause first(uint32_t off) noexcept {
   for (Cause cause : kOffCauses)
@@ -149,6 +149,8 @@ uint32_t Safety::off_causes(const SafetyInput& input, double dt_s) noexcept {
   if (far && fast_s_ > options_.too_fast_s) off |= bit(Cause::kTooFast);
   if (options_.dead_man && (reading.buttons & options_.dead_man_buttons) == 0)
     off |= bit(Cause::kDeadMan);
+  if (options_.seen_buttons != 0 && (reading.buttons & options_.seen_buttons) == 0)
+    off |= bit(Cause::kUnseen);
   if (input.rearm) needs_person_ = 0;
   if (input.stop) needs_person_ |= bit(Cause::kStopped);
   if (oscillation_.tripped()) needs_person_ |= bit(Cause::kOscillation);

@@ -35,6 +35,7 @@ struct SafetyOptions {
   double stale_s = 0.020;           ///< without a new position for so long: a fault of the device
   bool dead_man = false;            ///< a button must be held
   uint32_t dead_man_buttons = ~0u;  ///< any of these
+  uint32_t seen_buttons = 0;  ///< one of these says that somebody sees the scene; 0: not asked for
   double max_power_w =
       0.0;               ///< energy gate: power given to the hand beyond what it gave back; 0: 2 W
   double burst_j = 0.5;  ///< what may be given at once
@@ -73,11 +74,11 @@ struct SafetyOutput {
 /// Everything between the scene's force and a human hand.
 ///
 /// Off-causes: stop, oscillation, device fault or no new position, a value that is not finite, a
-/// clock that stands, goes back or jumps by a second, a late frame, far too fast, dead-man. In the
-/// first frame that shows one the force is on a straight ramp from what was last given to zero; the
-/// ramp needs nothing from the input, so garbage can not disturb it. What was first is latched;
-/// after the ramp the cause is whatever is still in the way. Then comes the start gate. kStopped
-/// and kOscillation need a person (rearm), all others only a free hand.
+/// clock that stands, goes back or jumps by a second, a late frame, far too fast, dead-man, unseen.
+/// In the first frame that shows one the force is on a straight ramp from what was last given to
+/// zero; the ramp needs nothing from the input, so garbage can not disturb it. What was first is
+/// latched; after the ramp the cause is whatever is still in the way. Then comes the start gate.
+/// kStopped and kOscillation need a person (rearm), all others only a free hand.
 ///
 /// Limits, while on: start ramp and damping, gain of the oscillation guard, damping above the
 /// velocity limit, workspace edge; then always in this order: finite, magnitude (also the motors'

@@ -38,7 +38,7 @@ void SceneTicker::publish(const TickInput& input, const TickOutput& output) noex
   moment.force_n = run->scene->world_from_device.rotation * output.command.force_n;
   moment.cause = output.cause;
   moment.in_contact = output.command.in_contact;
-  moments_.put(moment);
+  for (Newest<SceneMoment>& reader : moments_) reader.put(moment);
 }
 
 }  // namespace palpate

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <memory>
 
 #include "module/haptics/haptics.h"
@@ -27,9 +28,13 @@ class SceneTicker final : public Ticker {
 
   TickOutput tick(const TickInput& input) noexcept override;
 
-  /// Reader: the newest tick as an eye sees it; true if it is another than last time. One thread,
-  /// wait-free.
-  bool newest(SceneMoment& moment) noexcept { return moments_.get(moment); }
+  /// So many may look at the same time: a headset, a window, and pictures for a page.
+  static constexpr int kReaders = 3;
+  /// Reader 0 to kReaders - 1, each one thread's: the newest tick as an eye sees it; true if it is
+  /// another than last time. Wait-free.
+  bool newest(int reader, SceneMoment& moment) noexcept {
+    return moments_[size_t(reader)].get(moment);
+  }
 
   /// The step itself, for options and books; not while a Servo runs it.
   const Haptics& haptics() const { return haptics_; }
@@ -39,7 +44,7 @@ class SceneTicker final : public Ticker {
 
   Handover<HapticRun> handover_;
   Haptics haptics_;
-  Newest<SceneMoment> moments_;
+  std::array<Newest<SceneMoment>, kReaders> moments_;
 };
 
 }  // namespace palpate

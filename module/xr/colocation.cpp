@@ -11,9 +11,9 @@ void Colocation::keep(const Pose& room_from_device, const Pose& world_from_devic
   places_[size_t(base_)] = {world_from_device * inverse(room_from_device), true};
 }
 
-void Colocation::follow() {
+void Colocation::follow(const Pose& world_from_base) {
   keeps_ = false;
-  for (Place& place : places_) place = {};
+  for (Place& place : places_) place = {world_from_base, true};
 }
 
 void Colocation::change(Room room, int64_t change_time_ns, std::optional<Pose> previous_from_new) {

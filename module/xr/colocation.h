@@ -25,8 +25,9 @@ class Colocation {
   /// The device is at room_from_device in the base space and at world_from_device in the scene:
   /// from now on the world stays with the device.
   void keep(const Pose& room_from_device, const Pose& world_from_device);
-  /// No device in the room: the world follows the runtime's origin.
-  void follow();
+  /// No device in the room: the world follows the runtime's origin, from which it stands off as
+  /// given, until the next keep() or follow().
+  void follow(const Pose& world_from_base = {});
   bool keeps() const { return keeps_; }
 
   /// The origin of `room` moves at change_time_ns (any clock, the same in every call). Without

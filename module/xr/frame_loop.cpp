@@ -1,5 +1,7 @@
 #include "module/xr/frame_loop.h"
 
+#include <algorithm>
+
 namespace palpate::xr {
 
 /// The projection layer of one frame; its parts point at each other, so it stays where it is made.
@@ -9,6 +11,7 @@ struct FrameLoop::Layer {
   std::array<XrCompositionLayerDepthInfoKHR, 2> depth{};
   XrCompositionLayerProjection layer{XR_TYPE_COMPOSITION_LAYER_PROJECTION};
   bool shown = false, with_depth = false;
+  std::array<VkExtent2D, 2> size{};  ///< pixels that were filled
 };
 
 namespace {
@@ -82,6 +85,13 @@ Done FrameLoop::fill(const FrameParts& parts, const XrFrameState& state, Layer& 
   if (!drawn) return drawn.error();
   layer.shown = drawn->color;
   layer.with_depth = drawn->depth && chains_->depth;
+  for (size_t eye = 0; eye < 2; ++eye) {
+    const VkExtent2D all = chains_->eyes[eye];
+    layer.size[eye] = drawn->size.width == 0 || drawn->size.height == 0
+                          ? all
+                          : VkExtent2D{std::min(drawn->size.width, all.width),
+                                       std::min(drawn->size.height, all.height)};
+  }
   for (XrCompositionLayerDepthInfoKHR& depth : layer.depth) {
     depth.nearZ = drawn->depth_0_m;
     depth.farZ = drawn->depth_1_m;
@@ -171,7 +181,7 @@ Done FrameLoop::end(const FrameParts& parts, XrTime time, const Layer& filled) {
   end.environmentBlendMode = parts.blend;
   for (size_t eye = 0; layer.shown && eye < 2; ++eye) {
     const auto part_of = [&](const Swapchain& chain) {
-      const VkExtent2D size = chains_->eyes[eye];
+      const VkExtent2D size = layer.size[eye];
       return XrSwapchainSubImage{
           chain.handle(), {{0, 0}, {int32_t(size.width), int32_t(size.height)}}, uint32_t(eye)};
     };

@@ -56,6 +56,9 @@ struct Frame {
 struct Drawn {
   bool color = false;  ///< false: nothing to show this time
   bool depth = false;  ///< the depth target was written
+  /// Pixels of each eye that were filled, from the corner (0, 0), where fewer than Eye::size:
+  /// the whole view in fewer pixels, which the runtime enlarges. 0: all of them.
+  VkExtent2D size{};
   /// Distances that depth 0 and 1 stand for, m. Reversed depth: near is the larger; infinity is
   /// allowed.
   float depth_0_m = 0.1F;

@@ -104,11 +104,5 @@ TEST(Desktop, RefusesAMouseWhereThereIsNoWindow) {
   EXPECT_THAT(outcome.err, HasSubstr("--headset none"));
 }
 
-TEST(Desktop, IsEitherSeenInAWindowOrDrawnWithoutOne) {
-  const Outcome outcome = run({"feel", "heart", "--headset", "none", "--headless", "pictures"});
-  EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_THAT(outcome.err, HasSubstr("--headless"));
-}
-
 }  // namespace
 }  // namespace palpate::app

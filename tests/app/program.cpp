@@ -35,10 +35,12 @@ bool Program::ended() {
   return ended_;
 }
 
+std::string Program::said() const {
+  return files::read_bytes(folder_ / "out");
+}
+
 bool Program::wait_for(const std::string& text) {
-  const auto printed = [&] {
-    return files::read_bytes(folder_ / "out").find(text) != std::string::npos;
-  };
+  const auto printed = [&] { return said().find(text) != std::string::npos; };
   while (!printed()) {
     if (ended()) return printed();
     std::this_thread::sleep_for(std::chrono::milliseconds(5));

@@ -26,6 +26,8 @@ class Program {
 
   /// Waits until `text` stands on stdout; false if the program ends before.
   bool wait_for(const std::string& text);
+  /// What stands on stdout by now.
+  std::string said() const;
   void signal(int number);
   Outcome wait();
 

@@ -156,5 +156,21 @@ TEST(MouseProbe, LetsTheGuardsGiveTheForceThatTheArrowShows) {
   EXPECT_NEAR(force_after_ten_minutes(90.0, 100.0), 90.0, 1e-9);
 }
 
+TEST(MouseProbe, ThatWaitsBeginsWhereItIsHeldFirstAndIsNotDrawnThere) {
+  MouseProbe probe({.kind = "controller", .waits = true, .workspace_radius_m = 1.0});
+  EXPECT_EQ(probe.info().kind, "controller");
+  for (int k = 0; k < 10; ++k) {
+    const DeviceReading nothing = probe.exchange_at(1'000'000 * k);
+    EXPECT_NE(nothing.fault, DeviceFault::kNone);
+    EXPECT_FALSE(nothing.fresh);
+  }
+  const glm::dvec3 place(0.3, -0.2, 0.1);
+  probe.hold(place, 0);
+  const DeviceReading first = probe.exchange_at(11'000'000);
+  EXPECT_EQ(first.fault, DeviceFault::kNone);
+  EXPECT_TRUE(first.fresh);
+  EXPECT_EQ(first.position_m, place);
+}
+
 }  // namespace
 }  // namespace palpate::desktop

@@ -96,7 +96,7 @@ TEST_F(BlackBoxFile, IsNotWrittenForAStartAStopOrAFade) {
   BlackBox box({.folder = folder_}, false);
   for (Cause cause :
        {Cause::kStarting, Cause::kDeadMan, Cause::kWorkspaceEdge, Cause::kFirstContact, Cause::kHot,
-        Cause::kConfidence, Cause::kSceneEmpty, Cause::kStopped, Cause::kNone}) {
+        Cause::kConfidence, Cause::kSceneEmpty, Cause::kStopped, Cause::kUnseen, Cause::kNone}) {
     hear(box, 300, cause);
     box.write_due(kSecond);
   }

@@ -11,7 +11,8 @@
 /// What a test says to the fault-injecting OpenXR runtime in the same process, and what it hears of
 /// it. The runtime is a shared library that the OpenXR loader finds by XR_RUNTIME_JSON; a program
 /// of others (hello_xr) that knows nothing of this header gets the defaults and the environment
-/// variables named in control.cpp.
+/// variables PALPATE_FAKE_XR_FRAMES (the session ends after so many), _REPORT (a file for how it
+/// went), _REAL_TIME and _REMOTE (see remote.h).
 namespace palpate::test::fake {
 
 /// What the runtime is and offers. Read when an instance, system or session asks.

@@ -174,6 +174,11 @@ static void ask_to_stop(Session& session) {
   w.set_state(session, XR_SESSION_STATE_STOPPING);
 }
 
+void World::exit_by_person() {
+  Session* session = newest_session();
+  if (session && session->running) ask_to_stop(*session);
+}
+
 XrResult xr_RequestExitSession(XrSession handle) {
   const Call call("xrRequestExitSession", handle);
   if (call.answered()) return call.answer();
@@ -193,7 +198,7 @@ XrResult xr_WaitFrame(XrSession handle, const XrFrameWaitInfo*, XrFrameState* st
   if (state->type != XR_TYPE_FRAME_STATE) return w.violation("xrWaitFrame: type");
   if (session.waited > 0) return w.violation("xrWaitFrame twice", XR_ERROR_CALL_ORDER_INVALID);
   // The virtual clock: a frame takes a period, however long it really took.
-  w.time += w.period();
+  w.next_frame();
   ++session.waited;
   session.waited_time = w.time + w.period();
   state->predictedDisplayTime = session.waited_time;

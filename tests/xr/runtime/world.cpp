@@ -1,11 +1,14 @@
 #include "tests/xr/runtime/world.h"
 
+#include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
+#include <thread>
 
 namespace palpate::test::fake {
 namespace {
@@ -32,11 +35,26 @@ Setup defaults() {
   return setup;
 }
 
+int64_t monotonic_ns() {
+  return std::chrono::steady_clock::now().time_since_epoch().count();
+}
+
 bool is_lasting(XrResult result) {
   return result == XR_ERROR_INSTANCE_LOST || result == XR_ERROR_SESSION_LOST;
 }
 
 }  // namespace
+
+void World::next_frame() {
+  if (!real_time) {
+    time += period();
+    return;
+  }
+  const XrTime now = monotonic_ns();
+  const XrTime next = std::max(now, time + period());
+  std::this_thread::sleep_for(std::chrono::nanoseconds(next - now));
+  time = next;
+}
 
 World& world() {
   // Never destroyed: programs may still call while they end.
@@ -55,7 +73,9 @@ const char* name(Kind kind) {
 }
 
 World::World() {
+  real_time = std::getenv("PALPATE_FAKE_XR_REAL_TIME") != nullptr;
   reset();
+  if (real_time) time = monotonic_ns();
 }
 
 void World::reset() {
@@ -210,6 +230,7 @@ void World::write_report() const {
 
 Call::Call(const char* function) : lock_(world().mutex) {
   World& w = world();
+  w.remote.listen(w);
   int*& counter = w.counters[function];
   if (!counter) counter = &w.counts[function];
   ++*counter;

@@ -14,6 +14,7 @@
 #include <unordered_map>
 
 #include "tests/xr/runtime/control.h"
+#include "tests/xr/runtime/remote.h"
 
 /// What the runtime knows. One lock over everything: calls may come from several threads.
 namespace palpate::test::fake {
@@ -128,7 +129,7 @@ class World : public Control {
   void set_input(const std::string& path, float value) override { inputs[path] = value; }
   XrPosef room_from(XrReferenceSpaceType space, XrTime time) const override;
   XrTime now() const override { return time; }
-  int64_t monotonic_of(XrTime at) const override { return at + kClockOffset; }
+  int64_t monotonic_of(XrTime at) const override { return at + (real_time ? 0 : kClockOffset); }
   uint64_t frames() const override { return ended_frames; }
   Ended last_frame() const override { return ended; }
   std::vector<Picture> pictures() const override { return shown; }
@@ -139,6 +140,14 @@ class World : public Control {
   static constexpr XrTime kStart = 1'000'000'000;
   static constexpr int64_t kClockOffset = 123'456'789'012;  ///< CLOCK_MONOTONIC less XrTime, ns
 
+  /// Waits as a display would, and takes the monotonic clock for the time: for programs that are
+  /// run as they are. PALPATE_FAKE_XR_REAL_TIME.
+  bool real_time = false;
+  Remote remote;
+  /// A period later, virtual or real.
+  void next_frame();
+  /// As from a menu of the runtime's own.
+  void exit_by_person();
   XrTime period() const { return XrTime(1e9 / setup_.rate_hz + 0.5); }
   /// Notes what was called wrongly and returns `result` for the caller.
   XrResult violation(const std::string& what, XrResult result = XR_ERROR_VALIDATION_FAILURE);

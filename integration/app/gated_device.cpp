@@ -1,0 +1,16 @@
+#include "integration/app/gated_device.h"
+
+#include <chrono>
+
+namespace palpate::app {
+
+DeviceReading GatedDevice::exchange(const DeviceCommand& command) noexcept {
+  DeviceReading reading = device_.exchange(command);
+  const int64_t now_ns = std::chrono::steady_clock::now().time_since_epoch().count();
+  reading.buttons &= ~(kSeen | kDeadMan);
+  if (now_ns < seen_until_ns_.load(std::memory_order_relaxed)) reading.buttons |= kSeen;
+  if (now_ns < dead_man_until_ns_.load(std::memory_order_relaxed)) reading.buttons |= kDeadMan;
+  return reading;
+}
+
+}  // namespace palpate::app

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <atomic>
+
+#include "module/haptics/device.h"
+
+namespace palpate::app {
+
+/// A force device whose force also hangs on what goes on in a headset: two buttons more, which are
+/// down as long as somebody says so again and again. What stops saying so, because it was told to
+/// or because it hangs, lets go.
+class GatedDevice final : public ForceDevice {
+ public:
+  static constexpr uint32_t kSeen = 1u << 30;     ///< there is a picture in the headset
+  static constexpr uint32_t kDeadMan = 1u << 31;  ///< a controller's dead-man is held
+
+  /// `device` is borrowed.
+  explicit GatedDevice(ForceDevice& device) : device_(device) {}
+
+  /// Holds a button down until then (monotonic); a time that has passed lets it go. Any thread;
+  /// wait-free.
+  void seen_until(int64_t ns) noexcept { seen_until_ns_.store(ns, std::memory_order_relaxed); }
+  void dead_man_until(int64_t ns) noexcept {
+    dead_man_until_ns_.store(ns, std::memory_order_relaxed);
+  }
+
+  DeviceInfo info() const override { return device_.info(); }
+  /// Real-time safe.
+  DeviceReading exchange(const DeviceCommand& command) noexcept override;
+
+ private:
+  ForceDevice& device_;
+  std::atomic<int64_t> seen_until_ns_{0}, dead_man_until_ns_{0};
+};
+
+}  // namespace palpate::app

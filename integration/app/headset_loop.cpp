@@ -1,0 +1,265 @@
+#include "integration/app/headset_loop.h"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "module/xr/vibration.h"
+
+namespace palpate::app {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr int kNice = 5;                        // behind the hand, before the estimation
+constexpr int64_t kSeen_ns = 2'000'000'000;     // longer without a frame: the program hangs
+constexpr int64_t kDeadMan_ns = 500'000'000;    // a hand that lets go may not wait for a slow frame
+constexpr auto kPause = 10ms;                   // where no display makes it wait
+constexpr double kNear_m = 0.45, kFar_m = 0.9;  // the scene's centre from the eyes
+constexpr double kBelow_m = 0.15;               // and below them
+constexpr double kRoom = 1.5;                   // of the scene's radius, at least
+constexpr double kLongest_s = 0.1;              // a frame that took longer counts as this
+
+int64_t monotonic_ns() {
+  return std::chrono::steady_clock::now().time_since_epoch().count();
+}
+
+bool is_seen(xr::State state) {
+  return state == xr::State::kVisible || state == xr::State::kFocused;
+}
+
+/// Straight ahead, level; where the head looks straight up or down, along its top.
+glm::dvec3 ahead_of(const Pose& head) {
+  glm::dvec3 ahead = head.rotation * glm::dvec3(0.0, 0.0, -1.0);
+  if (std::abs(ahead.y) > 0.98)
+    ahead = head.rotation * glm::dvec3(0.0, ahead.y > 0 ? -1.0 : 1.0, 0.0);
+  ahead.y = 0.0;
+  return glm::normalize(ahead);
+}
+
+}  // namespace
+
+/// Everything that is the thread's own.
+class HeadsetLoop::Run {
+ public:
+  explicit Run(HeadsetLoop& loop)
+      : loop_(loop),
+        source_([this](const xr::Frame& frame) { return show(frame); }),
+        headset_(xr::HeadsetOptions{}, source_) {}
+
+  void live(std::stop_token stop) {
+    setpriority(PRIO_PROCESS, id_t(gettid()), kNice);
+    while (true) {
+      const int64_t now_ns = monotonic_ns();
+      if (stop.stop_requested() && !ending_) {
+        headset_.end(now_ns);
+        ending_ = true;
+      }
+      const xr::Report& report = headset_.step(now_ns);
+      take(report, now_ns);
+      if (report.state == xr::State::kEnded || report.state == xr::State::kNoRuntime) break;
+      if (report.state == xr::State::kWaiting || report.state == xr::State::kIdle)
+        std::this_thread::sleep_for(kPause);
+    }
+    count();
+  }
+
+ private:
+  void take(const xr::Report& report, int64_t now_ns) {
+    if (!report.sentence.empty()) loop_.tell(report.sentence);
+    if (!source_.trouble().empty() && source_.trouble() != trouble_)
+      loop_.tell("There is no picture: " + source_.trouble());
+    trouble_ = source_.trouble();
+    tell_found(report);
+    if (!scene_) begin();
+    if (scene_) gate(report, now_ns);
+    if (scene_ && report.frames != frames_) act(report, now_ns);
+    frames_ = report.frames;
+    if (report.state == xr::State::kEnded) loop_.ended_ = true;
+  }
+
+  void tell_found(const xr::Report& report) {
+    const std::lock_guard lock(loop_.mutex_);
+    if (loop_.found_) return;
+    const bool there = report.sessions > 0;
+    const bool runtime = report.state != xr::State::kNoRuntime;
+    loop_.found_ =
+        Found{runtime, there,
+              there ? report.system + " through " + report.runtime : report.problem.message};
+    loop_.changed_.notify_all();
+  }
+
+  void begin() {
+    const std::lock_guard lock(loop_.mutex_);
+    if (!loop_.scene_) return;
+    scene_ = *loop_.scene_;
+    hands_ = std::make_unique<SceneHands>(*scene_->palpation, *scene_->transport, scene_->view);
+    picture_ = std::make_unique<FeelPicture>(scene_->view);
+  }
+
+  void gate(const xr::Report& report, int64_t now_ns) {
+    const bool seen = is_seen(report.state);
+    // At the end of all the force goes with the loop.
+    if (ending_ || report.state == xr::State::kEnded) return;
+    if (seen != seen_ && was_seen_)
+      loop_.tell(seen ? "The picture is back in the headset."
+                 : scene_->on_loss == OnHeadsetLoss::kRamp
+                     ? "The picture in the headset is gone: the force goes down until it is back."
+                     : "The picture in the headset is gone: the force goes on.");
+    seen_ = seen;
+    was_seen_ |= seen;
+    if (scene_->on_loss == OnHeadsetLoss::kRamp)
+      scene_->gate->seen_until(seen ? now_ns + kSeen_ns : 0);
+    scene_->gate->dead_man_until(xr::dead_man_held(report.hands) ? now_ns + kDeadMan_ns : 0);
+  }
+
+  /// What is due once per frame.
+  void act(const xr::Report& report, int64_t now_ns) {
+    const double dt_s = last_ns_ ? std::min(1e-9 * double(now_ns - last_ns_), kLongest_s) : 0.0;
+    last_ns_ = now_ns;
+    if (report.sessions != sessions_) {
+      sessions_ = report.sessions;
+      if (!headset_.colocation().keeps()) placed_ = false;
+    }
+    if (!placed_) {
+      // What the hands did in this frame they did in another world.
+      if (head_) place(report);
+      return;
+    }
+    hands_->step(report.hands, moment_, dt_s);
+    if (report.hands.recentre) bring_here();
+    if (scene_->controller) feel_with_controller(report.hands);
+  }
+
+  /// The world of the scene into the room.
+  void place(const xr::Report& report) {
+    const auto felt = scene_->palpation->scene();
+    xr::Colocation& room = headset_.colocation();
+    placed_ = true;
+    if (scene_->calibration && !room.keeps()) {
+      const char* space = report.origin == xr::Origin::kStage ? "stage" : "local";
+      if (scene_->calibration->space == space) {
+        const Transform& device = felt->world_from_device;
+        room.keep(scene_->calibration->calibration.stage_from_device,
+                  {device.translation_m, device.rotation});
+        return;
+      }
+      loop_.tell(fmt::format(
+          "The calibration is about the {} space, which this runtime does not have now: calibrate "
+          "again with 'palpate calibrate'.",
+          scene_->calibration->space));
+      scene_->calibration.reset();
+    }
+    glm::dvec3 centre;
+    double radius_m = 0.0;
+    picture_->bounds(moment_, centre, radius_m);
+    const Pose room_from_head = inverse(room.world_from_base()) * *head_;
+    const glm::dvec3 ahead = ahead_of(room_from_head);
+    Pose room_from_world;
+    // The world's z, to which the patient's front looks, towards the person.
+    room_from_world.rotation = glm::angleAxis(std::atan2(-ahead.x, -ahead.z), glm::dvec3(0, 1, 0));
+    const double distance_m = std::clamp(kRoom * radius_m, kNear_m, kFar_m);
+    const glm::dvec3 target =
+        room_from_head.position_m + distance_m * ahead - glm::dvec3(0.0, kBelow_m, 0.0);
+    room_from_world.position_m = target - room_from_world.rotation * centre;
+    room.follow(inverse(room_from_world));
+    head_.reset();
+  }
+
+  /// To the force device, or where there is none before the person.
+  void bring_here() {
+    if (!head_) return;
+    glm::dvec3 centre;
+    double radius_m = 0.0;
+    picture_->bounds(moment_, centre, radius_m);
+    const double distance_m = std::clamp(kRoom * radius_m, kNear_m, kFar_m);
+    const glm::dvec3 before =
+        head_->position_m + distance_m * ahead_of(*head_) - glm::dvec3(0.0, kBelow_m, 0.0);
+    hands_->bring(centre, scene_->controller ? before : scene_->device_centre_m, head_->position_m);
+  }
+
+  void feel_with_controller(const xr::Hands& hands) {
+    const auto side = feeling_hand(hands);
+    if (!side) return;
+    const Transform& device = scene_->palpation->scene()->world_from_device;
+    scene_->controller->hold(device.volume_from_world(tip_of(hands.hand[size_t(*side)])), 0);
+    headset_.vibrate(*side, xr::vibration(glm::length(moment_.force_n), scene_->max_force_n));
+  }
+
+  std::optional<xr::Scenery> show(const xr::Frame& frame) {
+    if (!scene_) return std::nullopt;
+    scene_->palpation->newest(Onlooker::kHeadset, moment_);
+    if (moment_.volume_count == 0) return std::nullopt;
+    Pose head = frame.eyes[0].world_from_eye;
+    head.position_m = 0.5 * (head.position_m + frame.eyes[1].world_from_eye.position_m);
+    head_ = head;
+    picture_->choose(hands_->view());
+    picture_->update(scene_->palpation->scene());
+    // Before it is known where the world stands there is nothing to see.
+    if (!placed_) return std::nullopt;
+    xr::Scenery scenery;
+    scenery.scene = picture_->at(moment_, frame.display_time_ns, xr::eye_of(frame.eyes[0]));
+    if (const auto clip = hands_->clip()) scenery.scene.clips.push_back(*clip);
+    scenery.volumes = picture_->volumes();
+    return scenery;
+  }
+
+  void count() {
+    const xr::Report& report = headset_.report();
+    loop_.numbers_ = {report.frames,  report.drawn, report.sessions, 1e3 * source_.picture_s(),
+                      source_.size(), report.depth, report.system,   report.runtime};
+  }
+
+  HeadsetLoop& loop_;
+  xr::VolumeSource source_;
+  xr::Headset headset_;
+  std::optional<HeadsetScene> scene_;
+  std::unique_ptr<SceneHands> hands_;
+  std::unique_ptr<FeelPicture> picture_;
+  SceneMoment moment_;
+  std::optional<Pose> head_;  ///< world, of the last frame that asked for a picture
+  bool placed_ = false, seen_ = false, was_seen_ = false, ending_ = false;
+  uint64_t frames_ = 0, sessions_ = 0;
+  int64_t last_ns_ = 0;
+  std::string trouble_;
+};
+
+HeadsetLoop::HeadsetLoop() {
+  thread_ = std::jthread([this](std::stop_token stop) { Run(*this).live(stop); });
+}
+
+HeadsetLoop::~HeadsetLoop() {
+  end();
+}
+
+HeadsetLoop::Found HeadsetLoop::found() {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [this] { return found_.has_value(); });
+  return *found_;
+}
+
+void HeadsetLoop::begin(const HeadsetScene& scene) {
+  const std::lock_guard lock(mutex_);
+  scene_ = scene;
+}
+
+void HeadsetLoop::end() {
+  thread_.request_stop();
+  if (thread_.joinable()) thread_.join();
+}
+
+void HeadsetLoop::tell(std::string sentence) {
+  const std::lock_guard lock(mutex_);
+  news_.push_back(std::move(sentence));
+}
+
+std::vector<std::string> HeadsetLoop::news() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(news_, {});
+}
+
+}  // namespace palpate::app

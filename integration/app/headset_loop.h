@@ -1,0 +1,90 @@
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "integration/app/feel_view.h"
+#include "integration/app/gated_device.h"
+#include "integration/app/scene_hands.h"
+#include "integration/desktop/mouse_probe.h"
+#include "integration/files/calibration_file.h"
+#include "module/xr/headset.h"
+#include "module/xr/volume_source.h"
+
+namespace palpate::app {
+
+/// What becomes of the force when the picture in the headset goes away.
+enum class OnHeadsetLoss { kRamp, kGoOn };
+
+/// What a headset is joined to. All borrowed until end().
+struct HeadsetScene {
+  Palpation* palpation = nullptr;
+  Transport* transport = nullptr;
+  GatedDevice* gate = nullptr;
+  /// The hand that feels, if it is a controller: moved by it, and answered by vibration.
+  desktop::MouseProbe* controller = nullptr;
+  double max_force_n = 4.0;
+  ViewChoices view;
+  OnHeadsetLoss on_loss = OnHeadsetLoss::kRamp;
+  /// Where the force device stands in the room; none: the world is put before the person.
+  std::optional<files::StoredCalibration> calibration;
+  glm::dvec3 device_centre_m{0.0};  ///< of its workspace, world
+};
+
+/// A picture of what is felt in a headset, and what the hands there do, on a thread of its own, for
+/// as long as it lives; taken up again after every loss.
+class HeadsetLoop {
+ public:
+  /// Starts to look for a runtime and a headset at once; shows nothing before begin().
+  HeadsetLoop();
+  /// As end().
+  ~HeadsetLoop();
+  HeadsetLoop(const HeadsetLoop&) = delete;
+  HeadsetLoop& operator=(const HeadsetLoop&) = delete;
+
+  /// What the first look found. Waits for it.
+  struct Found {
+    bool runtime = false, headset = false;
+    std::string sentence;
+  };
+  Found found();
+
+  void begin(const HeadsetScene& scene);
+  /// Ends the session as OpenXR has it and the thread; waits for it, a few seconds at most.
+  void end();
+
+  /// Sentences for the person since the last call. Any thread.
+  std::vector<std::string> news();
+  /// The person ended the session in the headset. Any thread.
+  bool ended() const { return ended_; }
+  /// For the summary; after end().
+  struct Numbers {
+    uint64_t frames = 0, drawn = 0, sessions = 0;
+    double picture_ms = 0.0;  ///< of the last picture, on the device
+    PictureSize size;
+    bool depth = false;
+    std::string system, runtime;
+  };
+  const Numbers& numbers() const { return numbers_; }
+
+ private:
+  class Run;
+  void tell(std::string sentence);
+
+  mutable std::mutex mutex_;  ///< of all that follows but the atomics, numbers_ and the thread
+  std::condition_variable changed_;
+  std::optional<Found> found_;
+  std::optional<HeadsetScene> scene_;
+  std::vector<std::string> news_;
+  std::atomic<bool> ended_{false};
+  Numbers numbers_;
+  std::jthread thread_;
+};
+
+}  // namespace palpate::app

@@ -1,0 +1,75 @@
+#include "integration/app/onlookers.h"
+
+#include <fmt/format.h>
+
+#include <cstdlib>
+
+namespace palpate::app {
+namespace {
+
+bool has_display() {
+  for (const char* name : {"DISPLAY", "WAYLAND_DISPLAY"})
+    if (const char* value = std::getenv(name); value && *value) return true;
+  return false;
+}
+
+Result<std::unique_ptr<DesktopLoop>> open_window(const SeeingChoice& choice) {
+  return DesktopLoop::open(choice.scene_name, choice.gpu, choice.view);
+}
+
+Result<Onlookers> in_headset(const SeeingChoice& choice, Onlookers seen,
+                             const HeadsetLoop::Found& found) {
+  seen.why = found.headset
+                 ? fmt::format("in the headset: {}.", found.sentence)
+                 : fmt::format("in a headset, as asked, once it is there: {}", found.sentence);
+  if (!choice.mirror || !has_display()) return seen;
+  // It is there for those who stand by: without it the headset is no worse.
+  auto window = open_window(choice);
+  if (!window) return seen;
+  seen.window = std::move(*window);
+  seen.why += " A window shows it to others.";
+  return seen;
+}
+
+}  // namespace
+
+Result<Onlookers> open_onlookers(const SeeingChoice& choice) {
+  Onlookers seen;
+  if (choice.headset == "off") {
+    seen.why = "by nobody, as asked.";
+    return seen;
+  }
+  if (choice.headset == "none") {
+    auto window = open_window(choice);
+    if (!window) return window.error();
+    seen.window = std::move(*window);
+    seen.why = "in a window, as asked.";
+    return seen;
+  }
+  const bool asked = choice.headset == "openxr";
+  if (!asked && choice.headless) {
+    seen.why = "in pictures, as asked.";
+    return seen;
+  }
+  // The loader would tell the terminal in words of its own what we say in ours.
+  setenv("XR_LOADER_DEBUG", "none", 0);
+  seen.headset = std::make_unique<HeadsetLoop>();
+  const HeadsetLoop::Found found = seen.headset->found();
+  if (asked && !found.runtime) return Error{ErrorKind::kNoDevice, found.sentence};
+  if (asked || found.headset) return in_headset(choice, std::move(seen), found);
+  seen.headset.reset();
+  if (has_display()) {
+    auto window = open_window(choice);
+    if (window) {
+      seen.window = std::move(*window);
+      seen.why = fmt::format("in a window, as no headset is there: {}", found.sentence);
+      return seen;
+    }
+  }
+  seen.why = fmt::format(
+      "by nobody, as there is no display and no headset: --headless FOLDER writes pictures. {}",
+      found.sentence);
+  return seen;
+}
+
+}  // namespace palpate::app

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "integration/app/desktop_loop.h"
+#include "integration/app/headset_loop.h"
+
+namespace palpate::app {
+
+/// Where a person wants to see what is felt.
+struct SeeingChoice {
+  std::string headset = "auto";  ///< auto, openxr, none (a window) or off
+  bool headless = false;         ///< pictures are written to files
+  bool mirror = true;            ///< a window besides the headset, where there is a display
+  std::string scene_name;
+  DeviceOptions gpu;
+  ViewChoices view;
+};
+
+/// Those who look on while a scene is felt, besides the pictures that go to files.
+struct Onlookers {
+  std::unique_ptr<HeadsetLoop> headset;
+  std::unique_ptr<DesktopLoop> window;
+  std::string why;  ///< which, and why: a sentence
+};
+
+/// The headset if it is there or was asked for, else a window where there is a display, else none.
+/// kNoDevice, in a sentence, if what was asked for can not be had: no display for a window, no
+/// OpenXR runtime at all; a headset that is only off is waited for.
+Result<Onlookers> open_onlookers(const SeeingChoice& choice);
+
+}  // namespace palpate::app

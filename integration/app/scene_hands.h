@@ -1,0 +1,52 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "integration/app/feel_view.h"
+#include "integration/app/palpation.h"
+#include "integration/app/transport.h"
+#include "module/xr/grab.h"
+
+namespace palpate::app {
+
+/// What the hands that hold controllers do with the scene: grab and scale it, cut it with a palm,
+/// play and scrub it, change its look. All volumes go together, as they lie in one patient. One
+/// thread.
+class SceneHands {
+ public:
+  /// All borrowed.
+  SceneHands(Palpation& palpation, Transport& transport, const ViewChoices& view)
+      : palpation_(palpation), transport_(transport), view_(view) {}
+
+  /// Once per frame, dt_s after the one before.
+  void step(const xr::Hands& hands, const SceneMoment& moment, double dt_s);
+  /// Brings what is around `centre_m` (world, now) to `target_m`, its front to the viewer.
+  void bring(glm::dvec3 centre_m, glm::dvec3 target_m, glm::dvec3 viewer_m);
+
+  /// As presets were chosen.
+  const ViewChoices& view() const { return view_; }
+  /// The cut that is to be seen: held by a palm, or left where it was let go, in the volumes.
+  std::optional<ClipPlane> clip() const;
+
+ private:
+  void cut(const xr::Hands& hands, double dt_s);
+  void move_to(const Transform& world_from_start);
+  void next_look(int steps);
+
+  Palpation& palpation_;
+  Transport& transport_;
+  ViewChoices view_;
+  xr::Grab grab_;
+  Transform world_from_start_;    ///< where the hands have taken all volumes from their start
+  std::optional<xr::Plane> cut_;  ///< in the volumes at their start
+  double cut_held_s_ = 0.0;
+};
+
+/// The controller that feels where no force device does: the right one, or the left one alone.
+/// Nothing while there is none.
+std::optional<int> feeling_hand(const xr::Hands& hands);
+/// Its tip, world: where it points from.
+glm::dvec3 tip_of(const xr::Hand& hand);
+
+}  // namespace palpate::app

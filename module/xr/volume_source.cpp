@@ -1,0 +1,130 @@
+#include "module/xr/volume_source.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace palpate::xr {
+namespace {
+
+constexpr double kShare = 0.7;  // of the display's period: the runtime wants the rest
+constexpr double kRaysAtLeast = 0.25;
+constexpr double kAtFirst = 0.5;  // of the width and height: a slow device shows something soon
+constexpr double kUsualPeriod_s = 1.0 / 90.0;
+
+/// What the renderer says as the exception that the frame loop takes.
+void check(const Status& status) {
+  if (status) return;
+  const bool memory = status.error().kind == ErrorKind::kOutOfMemory;
+  throw vulkan::Failure(memory ? VK_ERROR_OUT_OF_DEVICE_MEMORY : VK_ERROR_DEVICE_LOST,
+                        "drawing for the headset");
+}
+
+}  // namespace
+
+palpate::Eye eye_of(const Eye& eye) {
+  palpate::Eye view;
+  view.position_m = eye.world_from_eye.position_m;
+  view.orientation = eye.world_from_eye.rotation;
+  view.tan_left = std::tan(eye.fov.left);
+  view.tan_right = std::tan(eye.fov.right);
+  view.tan_down = std::tan(eye.fov.down);
+  view.tan_up = std::tan(eye.fov.up);
+  return view;
+}
+
+Status VolumeSource::use(const std::shared_ptr<vulkan::Context>& context) {
+  drop();
+  context_ = context;
+  return Nothing{};
+}
+
+void VolumeSource::drop() noexcept {
+  renderer_.reset();
+  volumes_.clear();
+  context_.reset();
+  resolution_ = {.scale = kAtFirst};
+  unmeasured_ = false;
+}
+
+Status VolumeSource::prepare(const Scenery& scenery, PictureSize most) {
+  if (!renderer_ || most.width > most_.width || most.height > most_.height) {
+    renderer_.reset();
+    volumes_.clear();
+    auto made = VolumeRenderer::make(context_, {.most = most});
+    if (!made) return made.error();
+    renderer_ = std::move(*made);
+    most_ = most;
+  }
+  if (std::equal(volumes_.begin(), volumes_.end(), scenery.volumes.begin(), scenery.volumes.end()))
+    return Nothing{};
+  const Status set = renderer_->set_volumes(scenery.volumes);
+  if (set) volumes_.assign(scenery.volumes.begin(), scenery.volumes.end());
+  return set;
+}
+
+Drawn VolumeSource::record(const Frame& frame, VkCommandBuffer commands) {
+  trouble_.clear();
+  // The renderer's bytes are those of this format; see Swapchains.
+  if (frame.color.format != VK_FORMAT_R8G8B8A8_SRGB) {
+    trouble_ =
+        "The OpenXR runtime offers no R8G8B8A8_SRGB pictures: choose another one with "
+        "XR_RUNTIME_JSON.";
+    return {};
+  }
+  const auto scenery = show_(frame);
+  if (!scenery || scenery->volumes.empty()) return {};
+  PictureSize full{int(frame.eyes[0].size.width), int(frame.eyes[0].size.height)};
+  full.width = std::min(full.width, int(frame.eyes[1].size.width));
+  full.height = std::min(full.height, int(frame.eyes[1].size.height));
+  const double period_s = frame.period_ns > 0 ? 1e-9 * double(frame.period_ns) : kUsualPeriod_s;
+  if (renderer_ && unmeasured_) {
+    // The commands of the frame before have ended: now it is known what they took.
+    const VolumeRenderer::Times took = renderer_->times();
+    picture_s_ = took.update_s + took.rays_s;
+    unmeasured_ = false;
+    // Fewer pixels make rays cheaper, not the bringing of volumes to their phase.
+    const double left_s = std::max(kShare * period_s - took.update_s, kRaysAtLeast * period_s);
+    resolution_ = next_resolution(resolution_, took.rays_s, {.budget_s = left_s});
+  }
+  check(prepare(*scenery, full));
+  const PictureSize wanted = scaled(full, resolution_.scale);
+  size_ = {std::min(wanted.width, full.width), std::min(wanted.height, full.height)};
+  const std::array<palpate::Eye, 2> eyes{eye_of(frame.eyes[0]), eye_of(frame.eyes[1])};
+  const Status started = renderer_->start(scenery->scene, eyes, size_);
+  if (!started && started.error().kind == ErrorKind::kBadInput) {
+    trouble_ = started.error().message;
+    return {};
+  }
+  check(started);
+  unmeasured_ = true;
+  return copy(frame, commands);
+}
+
+/// The eyes lie one after the other in the renderer's buffers, as layers do in a copy.
+Drawn VolumeSource::copy(const Frame& frame, VkCommandBuffer commands) const {
+  VkMemoryBarrier drawn_before{VK_STRUCTURE_TYPE_MEMORY_BARRIER};
+  drawn_before.srcAccessMask = VK_ACCESS_SHADER_WRITE_BIT;
+  drawn_before.dstAccessMask = VK_ACCESS_TRANSFER_READ_BIT;
+  vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+                       VK_PIPELINE_STAGE_TRANSFER_BIT, 0, 1, &drawn_before, 0, nullptr, 0, nullptr);
+  VkBufferImageCopy region{};
+  region.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 2};
+  region.imageExtent = {uint32_t(size_.width), uint32_t(size_.height), 1};
+  vkCmdCopyBufferToImage(commands, renderer_->colour().handle(), frame.color.image,
+                         VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &region);
+  Drawn drawn;
+  drawn.color = true;
+  drawn.size = {uint32_t(size_.width), uint32_t(size_.height)};
+  if (!frame.depth.image) return drawn;
+  region.imageSubresource.aspectMask = VK_IMAGE_ASPECT_DEPTH_BIT;
+  vkCmdCopyBufferToImage(commands, renderer_->depth().handle(), frame.depth.image,
+                         VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &region);
+  drawn.depth = true;
+  // Reversed and without end: 1 at the nearest, 0 at infinity.
+  drawn.depth_0_m = std::numeric_limits<float>::infinity();
+  drawn.depth_1_m = float(RendererOptions{}.near_m);
+  return drawn;
+}
+
+}  // namespace palpate::xr

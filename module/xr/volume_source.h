@@ -1,0 +1,62 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "module/view/resolution.h"
+#include "module/view/volume_renderer.h"
+#include "module/xr/frame_source.h"
+
+namespace palpate::xr {
+
+/// What a frame is to show.
+struct Scenery {
+  ViewScene scene;
+  /// All volumes of which the scene may show some; uploaded when they are others than before.
+  std::span<const std::shared_ptr<const MovingVolume>> volumes;
+};
+
+/// Asked once per frame; nothing: there is nothing to show yet.
+using Show = std::function<std::optional<Scenery>(const Frame& frame)>;
+
+/// An eye of the headset as the renderer takes it.
+palpate::Eye eye_of(const Eye& eye);
+
+/// Draws volumes into the headset: both eyes in one dispatch, colour and depth, in as many pixels
+/// as there is time for. On another device all is made and uploaded anew. Behind a FrameSource's
+/// rules.
+class VolumeSource final : public FrameSource {
+ public:
+  explicit VolumeSource(Show show) : show_(std::move(show)) {}
+
+  Status use(const std::shared_ptr<vulkan::Context>& context) override;
+  void drop() noexcept override;
+  Drawn record(const Frame& frame, VkCommandBuffer commands) override;
+
+  /// Why the last frame that was asked for has no picture: a sentence, or nothing.
+  const std::string& trouble() const { return trouble_; }
+  /// Pixels of each eye's last picture, and what the device took for it.
+  PictureSize size() const { return size_; }
+  double picture_s() const { return picture_s_; }
+
+ private:
+  Status prepare(const Scenery& scenery, PictureSize most);
+  Drawn copy(const Frame& frame, VkCommandBuffer commands) const;
+
+  Show show_;
+  std::shared_ptr<vulkan::Context> context_;
+  std::unique_ptr<VolumeRenderer> renderer_;
+  PictureSize most_;  ///< as the renderer was made for
+  std::vector<std::shared_ptr<const MovingVolume>> volumes_;
+  Resolution resolution_;
+  PictureSize size_;
+  double picture_s_ = 0.0;
+  bool unmeasured_ = false;  ///< the last picture's time was not asked for yet
+  std::string trouble_;
+};
+
+}  // namespace palpate::xr

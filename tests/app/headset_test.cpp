@@ -1,0 +1,307 @@
+// The program in a headset, as a person runs it: unmodified, on the runtime of our own, whose
+// person the test plays. Nothing here asks how long anything took.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <csignal>
+#include <cstdlib>
+#include <glm/glm.hpp>
+
+#include "tests/app/made_headset.h"
+#include "tests/app/program.h"
+#include "tests/app/ticks.h"
+
+namespace palpate::app {
+namespace {
+
+using files::TemporaryFolder;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr const char* kSelect = "input /user/hand/right/input/select/click ";
+constexpr const char* kMenu = "input /user/hand/left/input/menu/click ";
+
+/// The beating heart of `palpate feel heart`, held still.
+std::string still_heart(const TemporaryFolder& folder) {
+  const std::string file = folder / "still.json";
+  std::ofstream(file) << R"({"volumes": [{"name": "heart", "source": "heart", "rate": 0}],
+    "modes": [{"name": "wall", "kind": "surface", "volume": "heart",
+               "strength": {"window": {"level": 625, "width": 150, "full": 5}}}]})";
+  return file;
+}
+
+std::vector<std::string> feel(const std::string& what, const std::vector<std::string>& more) {
+  // A busy machine must not trip the watchdog in a test of something else.
+  std::vector<std::string> all = {"feel", what,          "--watchdog",
+                                  "1000", "--black-box", std::filesystem::temp_directory_path()};
+  all.insert(all.end(), more.begin(), more.end());
+  return all;
+}
+
+bool says(const Program& program, const std::string& text, size_t from = 0) {
+  return wait_until([&] { return program.said().find(text, from) != std::string::npos; });
+}
+
+glm::dvec3 place(const Table& ticks, size_t row, const char* what) {
+  const std::string name = what;
+  return {ticks.number(row, name + "_x_m"), ticks.number(row, name + "_y_m"),
+          ticks.number(row, name + "_z_m")};
+}
+
+/// Where the simulated hand waits before a scene, and where it meets it.
+struct Way {
+  glm::dvec3 start_m{0.0}, surface_m{0.0};
+  glm::dvec3 in() const { return glm::normalize(surface_m - start_m); }
+};
+Way found_way(const std::string& scene, const TemporaryFolder& folder) {
+  const Outcome pressed =
+      run(feel(scene, {"--headset", "off", "--device", "simulated", "--csv", folder / "way.csv"}));
+  EXPECT_EQ(pressed.exit_code, 0) << pressed.err;
+  const Table ticks(folder / "way.csv");
+  Way way;
+  for (size_t row = 0; row < ticks.size(); ++row) {
+    if (row == 0) way.start_m = place(ticks, row, "probe");
+    if (ticks.text(row, "contact") != "1") continue;
+    way.surface_m = place(ticks, row, "probe");
+    return way;
+  }
+  ADD_FAILURE() << "the hand met nothing";
+  return way;
+}
+
+Way way_to_surface(const std::string& scene, const TemporaryFolder& folder) {
+  static const Way way = found_way(scene, folder);
+  return way;
+}
+
+std::string path_file(const TemporaryFolder& folder,
+                      const std::vector<std::pair<double, glm::dvec3>>& points) {
+  const std::string file = folder / "path.csv";
+  std::ofstream stream(file);
+  for (const auto& [t, x] : points) stream << fmt::format("{},{},{},{}\n", t, x.x, x.y, x.z);
+  return file;
+}
+
+std::string text_of(glm::dvec3 x) {
+  return fmt::format("{} {} {}", x.x, x.y, x.z);
+}
+
+/// No step of the force larger than the guards' slew allows in the time between two ticks (at most
+/// 2 ms count), and the CSV's last digits.
+void expect_no_jump(const Table& ticks) {
+  constexpr double kSlew_n_per_s = 2000.0, kDigits_n = 2e-5;
+  for (size_t row = 1; row < ticks.size(); ++row) {
+    const double dt_s = std::min(ticks.number(row, "dt_s"), 0.002);
+    glm::dvec3 step(0.0);
+    for (int a = 0; a < 3; ++a) {
+      const std::string name = fmt::format("force_{}_n", "xyz"[a]);
+      step[a] = ticks.number(row, name) - ticks.number(row - 1, name);
+    }
+    ASSERT_LE(glm::length(step), kSlew_n_per_s * std::max(dt_s, 0.001) + kDigits_n)
+        << "row " << row;
+  }
+}
+
+class InAHeadset : public ::testing::Test {
+ protected:
+  void SetUp() override { NEEDS_DEVICE(); }
+  TemporaryFolder folder;
+};
+
+TEST_F(InAHeadset, AGrabbedVolumeDragsTheFeltOne) {
+  const std::string scene = still_heart(folder);
+  const Way way = way_to_surface(scene, folder);
+  const double gap_m = glm::distance(way.start_m, way.surface_m);
+  const std::string rest = path_file(folder, {{0.0, way.start_m}, {600.0, way.start_m}});
+  setenv("VK_INSTANCE_LAYERS", "VK_LAYER_KHRONOS_validation", 1);
+  setenv("VK_LAYER_ENABLES", "VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT", 1);
+  MadeHeadset headset;
+  Program program(feel(scene, {"--headset", "openxr", "--device", "simulated", "--hand", "firm",
+                               "--path", rest, "--csv", folder / "ticks.csv"}));
+  unsetenv("VK_INSTANCE_LAYERS");
+  unsetenv("VK_LAYER_ENABLES");
+  ASSERT_TRUE(says(program, "  free")) << program.said();
+  // A hand that holds nothing moves nothing. The world stands in the room as the person does: its
+  // axes are the room's.
+  const glm::dvec3 towards_hand = -(gap_m + 0.008) * way.in();
+  headset.say("glide 1 " + text_of(towards_hand) + " 0.5");
+  auto frames = [&] { return std::stoul("0" + headset.ask()["frames"]); };
+  const size_t before = frames();
+  ASSERT_TRUE(wait_until([&] { return frames() > before + 60; }));
+  EXPECT_THAT(program.said(), Not(HasSubstr("touching")));
+  // Now it holds the volume, and brings it to the hand that feels.
+  headset.say(kSelect + std::string("1"));
+  const size_t held = frames();
+  ASSERT_TRUE(wait_until([&] { return frames() > held + 5; }));
+  headset.say("glide 1 " + text_of(towards_hand) + " 1");
+  ASSERT_TRUE(says(program, "touching")) << program.said();
+  headset.say(kSelect + std::string("0"));
+  EXPECT_EQ(headset.ask()["depth"], "1");
+  headset.say("exit");
+  const Outcome outcome = program.wait();
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("Seen      in the headset: made headset"));
+  EXPECT_THAT(outcome.out, HasSubstr("The session in the headset was ended."));
+  EXPECT_THAT(outcome.out, Not(HasSubstr("Validation")));
+  EXPECT_THAT(outcome.err, Not(HasSubstr("alidation")));
+  EXPECT_THAT(headset.left(), HasSubstr("violations 0"));
+  const Table ticks(folder / "ticks.csv");
+  double most_n = 0.0;
+  for (size_t row = 0; row < ticks.size(); ++row) most_n = std::max(most_n, ticks.force(row));
+  EXPECT_GT(most_n, 0.5) << "the wall came 8 mm past the hand's place";
+  expect_no_jump(ticks);
+}
+
+/// A hand that presses for two seconds and is free for two, again and again.
+std::vector<std::pair<double, glm::dvec3>> presses(const Way& way) {
+  std::vector<std::pair<double, glm::dvec3>> points;
+  const glm::dvec3 deep = way.surface_m + 0.012 * way.in();
+  for (int k = 0; k < 100; ++k) {
+    const double t = 4.0 * k;
+    points.insert(points.end(),
+                  {{t, way.start_m}, {t + 1.5, way.start_m}, {t + 2.0, deep}, {t + 3.5, deep}});
+  }
+  return points;
+}
+
+TEST_F(InAHeadset, TheForceRampsDownWhenThePictureIsLostAndComesBackWithIt) {
+  const std::string scene = still_heart(folder);
+  const Way way = way_to_surface(scene, folder);
+  const std::string path = path_file(folder, presses(way));
+  MadeHeadset headset;
+  Program program(feel(scene, {"--headset", "openxr", "--device", "simulated", "--path", path,
+                               "--csv", folder / "ticks.csv"}));
+  ASSERT_TRUE(says(program, "touching")) << program.said();
+  headset.say("headset off");
+  headset.say("lose session");
+  ASSERT_TRUE(says(program, "the force goes down until it is back")) << program.said();
+  ASSERT_TRUE(says(program, "unseen")) << program.said();
+  headset.say("headset on");
+  ASSERT_TRUE(says(program, "The picture is back in the headset")) << program.said();
+  ASSERT_TRUE(says(program, "touching", program.said().find("The picture is back")));
+  headset.say("exit");
+  EXPECT_EQ(program.wait().exit_code, 0);
+  EXPECT_THAT(headset.left(), HasSubstr("violations 0"));
+  const Table ticks(folder / "ticks.csv");
+  expect_no_jump(ticks);
+  // Unseen first while the session begins, then once more: there the force goes to zero and stays.
+  size_t last_unseen = 0;
+  double at_rest_n = -1.0, after_n = 0.0;
+  for (size_t row = 0; row < ticks.size(); ++row)
+    if (ticks.text(row, "cause") == "unseen") last_unseen = row;
+  ASSERT_GT(last_unseen, 1000u);
+  at_rest_n = ticks.force(last_unseen);
+  for (size_t row = last_unseen; row < ticks.size(); ++row)
+    after_n = std::max(after_n, ticks.force(row));
+  EXPECT_EQ(at_rest_n, 0.0);
+  EXPECT_GT(after_n, 0.5);
+}
+
+TEST_F(InAHeadset, TheForceGoesOnWithoutAPictureIfThatWasChosen) {
+  const std::string scene = still_heart(folder);
+  const Way way = way_to_surface(scene, folder);
+  const std::string path = path_file(folder, presses(way));
+  MadeHeadset headset;
+  Program program(feel(scene, {"--headset", "openxr", "--on-headset-loss", "go-on", "--device",
+                               "simulated", "--path", path, "--csv", folder / "ticks.csv"}));
+  ASSERT_TRUE(says(program, "touching")) << program.said();
+  headset.say("runtime down");
+  headset.say("lose instance");
+  ASSERT_TRUE(says(program, "the force goes on")) << program.said();
+  ASSERT_TRUE(says(program, "touching", program.said().size())) << program.said();
+  headset.say("runtime up");
+  ASSERT_TRUE(says(program, "The picture is back in the headset")) << program.said();
+  program.signal(SIGINT);
+  const Outcome outcome = program.wait();
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("in 2 sessions"));
+  EXPECT_THAT(outcome.out, Not(HasSubstr("unseen")));
+}
+
+TEST_F(InAHeadset, AControllerFeelsWithVibrationAndPausesTheHeart) {
+  MadeHeadset headset;
+  headset.say("view 320 240");
+  headset.say("pictures on");
+  // The scene stands 0.45 m before the eyes and 0.15 m below them.
+  headset.say("hand 1 0.12 1.45 -0.45");
+  Program program(feel("heart", {"--headset", "openxr", "--csv", folder / "ticks.csv"}));
+  ASSERT_TRUE(says(program, "  free")) << program.said();
+  headset.say(kMenu + std::string("1"));
+  EXPECT_EQ(headset.ask()["haptics"], "0") << "nothing is touched yet";
+  headset.say("glide 1 -0.10 0 0 2");
+  ASSERT_TRUE(says(program, "touching")) << program.said();
+  ASSERT_TRUE(wait_until([&] { return headset.ask()["haptics"] != "0"; }));
+  EXPECT_GT(std::stod("0" + headset.ask()["amplitude"]), 0.01);
+  const MadeHeadset::Shown shown = headset.shown();
+  headset.say("exit");
+  const Outcome outcome = program.wait();
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("controller, as no Falcon is plugged in"));
+  EXPECT_THAT(headset.left(), HasSubstr("violations 0"));
+  const Table ticks(folder / "ticks.csv");
+  ASSERT_GT(ticks.size(), 100u);
+  for (size_t row = ticks.size() - 50; row < ticks.size(); ++row)
+    EXPECT_EQ(ticks.text(row, "frame_and_phase"), ticks.text(ticks.size() - 1, "frame_and_phase"));
+  // Both eyes see flesh: redder than the blue-grey background.
+  ASSERT_GT(shown.width, 0);
+  for (const int eye : {0, 1}) {
+    int red = 0;
+    for (int y = 0; y < shown.height; ++y)
+      for (int x = eye * shown.width / 2; x < (eye + 1) * shown.width / 2; ++x) {
+        const size_t at = 3 * (size_t(y) * size_t(shown.width) + size_t(x));
+        red += int(uint8_t(shown.rgb[at])) > int(uint8_t(shown.rgb[at + 2])) + 25;
+      }
+    EXPECT_GT(red, 15) << "eye " << eye << " of " << shown.width << " x " << shown.height;
+  }
+}
+
+TEST_F(InAHeadset, IsWaitedForWhileItIsOff) {
+  MadeHeadset headset;
+  headset.say("headset off");
+  Program program(feel("heart", {"--headset", "openxr", "--device", "simulated"}));
+  ASSERT_TRUE(says(program, "in a headset, as asked, once it is there")) << program.said();
+  ASSERT_TRUE(says(program, "unseen")) << program.said();
+  headset.say("headset on");
+  EXPECT_TRUE(says(program, "The headset is there: made headset")) << program.said();
+  headset.say("exit");
+  EXPECT_EQ(program.wait().exit_code, 0);
+}
+
+TEST(WithoutAHeadset, SaysThatThereIsNoRuntime) {
+  setenv("XR_RUNTIME_JSON", "/nowhere/at/all.json", 1);
+  const Outcome outcome = run({"feel", "heart", "--headset", "openxr"});
+  unsetenv("XR_RUNTIME_JSON");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("There is no OpenXR runtime: start one"));
+  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+}
+
+TEST(WithoutAHeadset, AutoSaysWhyNobodySeesIt) {
+  unsetenv("DISPLAY");
+  unsetenv("WAYLAND_DISPLAY");
+  setenv("XR_RUNTIME_JSON", "/nowhere/at/all.json", 1);
+  const Outcome outcome = run({"feel", "heart", "--device", "simulated", "--seconds", "0.5"});
+  unsetenv("XR_RUNTIME_JSON");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("by nobody, as there is no display and no headset"));
+  EXPECT_EQ(outcome.err, "");
+}
+
+TEST(WithoutAHeadset, RefusesAControllerAndACalibrationThatIsNone) {
+  const Outcome controller = run({"feel", "heart", "--headset", "off", "--device", "controller"});
+  EXPECT_EQ(controller.exit_code, 2);
+  EXPECT_THAT(controller.err, HasSubstr("--headset openxr"));
+  const TemporaryFolder folder;
+  std::ofstream(folder / "none.json") << "{}";
+  const Outcome calibration =
+      run({"feel", "heart", "--headset", "off", "--calibration", folder / "none.json"});
+  EXPECT_EQ(calibration.exit_code, 2);
+  EXPECT_THAT(calibration.err, HasSubstr("none.json"));
+  const Outcome loss = run({"feel", "heart", "--on-headset-loss", "pray"});
+  EXPECT_EQ(loss.exit_code, 2);
+}
+
+}  // namespace
+}  // namespace palpate::app

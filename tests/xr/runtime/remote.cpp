@@ -1,0 +1,183 @@
+#include "tests/xr/runtime/remote.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+#include "tests/xr/runtime/world.h"
+
+namespace palpate::test::fake {
+namespace {
+
+struct Row {
+  double time_s = 0.0;
+  XrPosef pose = identity();
+};
+
+XrPosef read_pose(std::istream& words) {
+  XrPosef pose = identity();
+  words >> pose.position.x >> pose.position.y >> pose.position.z;
+  XrQuaternionf q{};
+  if (words >> q.x >> q.y >> q.z >> q.w) pose.orientation = q;
+  return pose;
+}
+
+/// Between a and b: positions evenly, turns by the normalised mean, which is enough between rows
+/// that are close.
+XrPosef between(const XrPosef& a, const XrPosef& b, float t) {
+  const auto mix = [t](float from, float to) { return from + t * (to - from); };
+  XrPosef pose;
+  pose.position = {mix(a.position.x, b.position.x), mix(a.position.y, b.position.y),
+                   mix(a.position.z, b.position.z)};
+  const XrQuaternionf& p = a.orientation;
+  XrQuaternionf q = b.orientation;
+  if (p.x * q.x + p.y * q.y + p.z * q.z + p.w * q.w < 0) q = {-q.x, -q.y, -q.z, -q.w};
+  pose.orientation = {mix(p.x, q.x), mix(p.y, q.y), mix(p.z, q.z), mix(p.w, q.w)};
+  return compose(identity(), pose);
+}
+
+PoseScript rows_of(const std::string& file, int64_t offset_ns) {
+  std::vector<Row> rows;
+  std::ifstream stream(file);
+  for (std::string line; std::getline(stream, line);) {
+    std::istringstream words(line);
+    Row row;
+    words >> row.time_s;
+    row.pose = read_pose(words);
+    rows.push_back(row);
+  }
+  if (rows.empty()) rows.emplace_back();
+  return [rows, offset_ns](XrTime time) {
+    const double t = double(time + offset_ns) * 1e-9;
+    const auto after = std::upper_bound(rows.begin(), rows.end(), t,
+                                        [](double at, const Row& row) { return at < row.time_s; });
+    if (after == rows.begin()) return rows.front().pose;
+    if (after == rows.end()) return rows.back().pose;
+    const Row& before = *(after - 1);
+    const double share = (t - before.time_s) / (after->time_s - before.time_s);
+    return between(before.pose, after->pose, float(share));
+  };
+}
+
+PoseScript glide(const XrPosef& from, XrVector3f by, XrTime start, double seconds) {
+  return [=](XrTime time) {
+    const double share = std::clamp(double(time - start) * 1e-9 / seconds, 0.0, 1.0);
+    XrPosef pose = from;
+    pose.position.x += float(share) * by.x;
+    pose.position.y += float(share) * by.y;
+    pose.position.z += float(share) * by.z;
+    return pose;
+  };
+}
+
+void write_pictures(const std::string& file, const std::vector<Picture>& pictures) {
+  if (pictures.empty() || pictures[0].rgba.empty()) return;
+  const uint32_t width = pictures[0].width, height = pictures[0].height;
+  std::ofstream stream(file, std::ios::binary);
+  stream << "P6\n" << pictures.size() * width << " " << height << "\n255\n";
+  for (uint32_t y = 0; y < height; ++y)
+    for (const Picture& picture : pictures)
+      for (uint32_t x = 0; x < width; ++x) {
+        const uint32_t pixel = picture.rgba[size_t(y) * width + x];
+        for (const int shift : {0, 8, 16}) stream.put(char(pixel >> shift & 255U));
+      }
+}
+
+/// Whole or not at all: who waits for it must not read half of it.
+void tell(const std::string& file, World& world) {
+  const std::vector<Picture> pictures = world.pictures();
+  write_pictures(file + ".ppm", pictures);
+  const std::string making = file + ".making";
+  {
+    std::ofstream stream(making);
+    stream << "frames " << world.frames() << "\nstate " << int(world.state()) << "\nlayers "
+           << world.ended.layers << "\ndepth " << world.ended.depth << "\nhaptics "
+           << world.vibrations.size() << "\nviolations " << world.wrong.size() << "\n";
+    if (!world.vibrations.empty())
+      stream << "amplitude " << world.vibrations.back().amplitude << "\n";
+    if (!pictures.empty()) stream << "width " << pictures[0].width << "\n";
+    for (const std::string& what : world.wrong) stream << what << "\n";
+  }
+  std::rename(making.c_str(), file.c_str());
+}
+
+void obey(const std::string& line, World& world) {
+  std::istringstream words(line);
+  std::string command, what;
+  int side = 0;
+  words >> command;
+  if (command == "input") {
+    float value = 0;
+    words >> what >> value;
+    world.set_input(what, value);
+  } else if (command == "hand") {
+    words >> side;
+    const XrPosef pose = read_pose(words);
+    world.script_hand(side, [pose](XrTime) { return pose; });
+  } else if (command == "glide") {
+    XrVector3f by{};
+    double seconds = 1.0;
+    words >> side >> by.x >> by.y >> by.z >> seconds;
+    world.script_hand(side, glide(world.hands[side](world.time), by, world.time, seconds));
+  } else if (command == "path") {
+    words >> side >> what;
+    world.script_hand(side, rows_of(what, world.monotonic_of(0)));
+  } else if (command == "head") {
+    const XrPosef pose = read_pose(words);
+    world.script_head([pose](XrTime) { return pose; });
+  } else if (command == "view") {
+    words >> world.setup().view_width >> world.setup().view_height;
+  } else if (command == "headset") {
+    words >> what;
+    world.setup().headset_on = what == "on";
+  } else if (command == "runtime") {
+    words >> what;
+    world.setup().runtime_up = what == "up";
+  } else if (command == "lose") {
+    words >> what;
+    what == "session" ? world.lose_session() : world.lose_instance();
+  } else if (command == "pictures") {
+    world.setup().keep_pictures = true;
+  } else if (command == "recentre") {
+    const XrPosef pose = read_pose(words);
+    world.recentre(XR_REFERENCE_SPACE_TYPE_STAGE, world.time, pose, true);
+  } else if (command == "exit") {
+    world.exit_by_person();
+  } else if (command == "tell") {
+    words >> what;
+    tell(what, world);
+  } else {
+    world.violation("the remote said: " + line);
+  }
+}
+
+}  // namespace
+
+Remote::Remote() {
+  // For writing too, so that it never ends.
+  if (const char* path = std::getenv("PALPATE_FAKE_XR_REMOTE"))
+    fifo_ = open(path, O_RDWR | O_NONBLOCK | O_CLOEXEC);
+}
+
+Remote::~Remote() {
+  if (fifo_ >= 0) close(fifo_);
+}
+
+void Remote::listen(World& world) {
+  if (fifo_ < 0) return;
+  char buffer[4096];
+  for (ssize_t got = 0; (got = read(fifo_, buffer, sizeof buffer)) > 0;)
+    unread_.append(buffer, size_t(got));
+  for (size_t end = 0; (end = unread_.find('\n')) != std::string::npos;) {
+    const std::string line = unread_.substr(0, end);
+    unread_.erase(0, end + 1);
+    obey(line, world);
+  }
+}
+
+}  // namespace palpate::test::fake

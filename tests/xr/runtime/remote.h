@@ -1,0 +1,35 @@
+#pragma once
+
+#include <string>
+
+namespace palpate::test::fake {
+
+class World;
+
+/// The runtime told from another process what to do, for programs that run unmodified: a FIFO named
+/// by PALPATE_FAKE_XR_REMOTE, one command a line, looked at in every call.
+///
+///   input PATH VALUE                 a part of a controller, by its full path
+///   hand SIDE X Y Z [QX QY QZ QW]    0 left, 1 right: at rest there (room, m)
+///   glide SIDE DX DY DZ SECONDS      from where it is, evenly
+///   path SIDE FILE                   rows of t_s x y z qx qy qz qw, t of the monotonic clock
+///   head X Y Z
+///   view WIDTH HEIGHT                of the next session's pictures
+///   headset on|off, runtime up|down, lose session|instance, pictures on
+///   recentre X Y Z                   the stage's origin moves, and the runtime says how far
+///   exit                             the person ends the session
+///   tell FILE                        writes how it stands; FILE.ppm: both eyes' last picture
+class Remote {
+ public:
+  Remote();
+  ~Remote();
+  Remote(const Remote&) = delete;
+  /// Does what was written since the last call. Under the world's lock.
+  void listen(World& world);
+
+ private:
+  int fifo_ = -1;
+  std::string unread_;
+};
+
+}  // namespace palpate::test::fake
