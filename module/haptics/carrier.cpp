@@ -70,7 +70,7 @@ class StillCarrier final : public Carrier {
   }
   void place(const HapticMode& mode, glm::dvec3 probe, double dt_s, double weight, double cap_n,
              Placed& out) noexcept override {
-    const StillReader data(frame_, mode.spec, material_);
+    const StillReader data(frame_, mode.spec, material_, read_);
     const auto forward = [this](glm::dvec3 x) { return volume_.world(x); };
     WorldSink sink(out.set, volume_.linear, material_, at_, weight, cap_n, forward);
     const int first = out.set.count();
@@ -83,6 +83,7 @@ class StillCarrier final : public Carrier {
   void set_stride(double detail_m) { stride_m_ = kStridePerVoxel * detail_m; }
   const VolumeRun& volume_;
   const FrameData& frame_;
+  LastRead read_;
 };
 
 /// Data that move and change: the point is kept in the coordinates of the frame the sequence stands
@@ -156,12 +157,13 @@ class FlowingCarrier final : public Carrier {
     if (blend_ && phase > 0.0) {
       const FrameData& next = *data_.frames[next_of(frame_)];
       const BlendedReader data(frame, next, mode.spec, material_,
-                               material_ + motion_.u_m + closing_, motion_.jacobian, phase);
+                               material_ + motion_.u_m + closing_, motion_.jacobian, phase, read_,
+                               read_next_);
       mode.mode->place({data, material_, probe_here, dt_s}, sink);
       tell_levels(data, mode.spec, derivative, at_, first, out);
       report_.unsound |= !data.sound();
     } else {
-      const StillReader data(frame, mode.spec, material_);
+      const StillReader data(frame, mode.spec, material_, read_);
       mode.mode->place({data, material_, probe_here, dt_s}, sink);
       tell_levels(data, mode.spec, derivative, at_, first, out);
       report_.unsound |= !data.sound();
@@ -245,6 +247,7 @@ class FlowingCarrier final : public Carrier {
   int frame_ = 0;
   glm::dmat3 stretch_{1.0};
   glm::dvec3 closing_{0.0};  ///< of the last step of a cycle, for the material the proxy is on
+  LastRead read_, read_next_;
 };
 
 }  // namespace

@@ -9,12 +9,29 @@
 
 namespace palpate {
 
+/// Value and gradient of a frame at the point where they were last read: the modes of a carrier
+/// read at one point. Frames do not change, so it holds until another point is asked for.
+class LastRead {
+ public:
+  const ScalarSample& at(const FrameData& frame, glm::dvec3 x) noexcept {
+    if (frame_ == &frame && x_ == x) return sample_;
+    frame_ = &frame;
+    x_ = x;
+    return sample_ = frame.scalar_and_gradient(x);
+  }
+
+ private:
+  const FrameData* frame_ = nullptr;
+  glm::dvec3 x_{0.0};
+  ScalarSample sample_;
+};
+
 /// A mode's properties of one frame at one point. Value and gradient, which most modes want
-/// together, are read together and once.
+/// together, are read together and once, by all modes that share `last`.
 class PointReader {
  public:
-  PointReader(const FrameData& frame, const ModeSpec& mode, glm::dvec3 x)
-      : frame_(frame), mode_(mode), x_(x) {}
+  PointReader(const FrameData& frame, const ModeSpec& mode, glm::dvec3 x, LastRead& last)
+      : frame_(frame), mode_(mode), x_(x), last_(last) {}
 
   double scalar() const noexcept {
     return mode_.scalar == ScalarProperty::kValue ? both().value
@@ -41,24 +58,23 @@ class PointReader {
     return v;
   }
   const ScalarSample& both() const noexcept {
-    if (known_) return both_;
-    both_ = frame_.scalar_and_gradient(x_);
-    noted(both_.value);
-    noted(both_.gradient);
-    known_ = true;
-    return both_;
+    const ScalarSample& both = last_.at(frame_, x_);
+    noted(both.value);
+    noted(both.gradient);
+    return both;
   }
   const FrameData& frame_;
   const ModeSpec& mode_;
   glm::dvec3 x_;
-  mutable ScalarSample both_;
-  mutable bool known_ = false, sound_ = true;
+  LastRead& last_;
+  mutable bool sound_ = true;
 };
 
 /// Data of one frame, as a mode sees them.
 class StillReader final : public LocalData {
  public:
-  StillReader(const FrameData& frame, const ModeSpec& mode, glm::dvec3 x) : here_(frame, mode, x) {}
+  StillReader(const FrameData& frame, const ModeSpec& mode, glm::dvec3 x, LastRead& last)
+      : here_(frame, mode, x, last) {}
   double scalar() const noexcept override { return here_.scalar(); }
   glm::dvec3 scalar_gradient() const noexcept override { return here_.scalar_gradient(); }
   glm::dvec3 vector() const noexcept override { return here_.vector(); }
@@ -75,9 +91,10 @@ class StillReader final : public LocalData {
 class BlendedReader final : public LocalData {
  public:
   BlendedReader(const FrameData& frame, const FrameData& next, const ModeSpec& mode, glm::dvec3 x,
-                glm::dvec3 x_next, const glm::dmat3& jacobian, double phase)
-      : here_(frame, mode, x),
-        there_(next, mode, x_next),
+                glm::dvec3 x_next, const glm::dmat3& jacobian, double phase, LastRead& last,
+                LastRead& last_next)
+      : here_(frame, mode, x, last),
+        there_(next, mode, x_next, last_next),
         mode_(mode),
         jacobian_(jacobian),
         phase_(phase) {}
