@@ -142,7 +142,7 @@ void add_series(const Layout& layout, size_t place, Script& script) {
     const bool tip = !p.name.empty() && layout.within(p);
     rows += fmt::format("{} {} \"{}\"\n", number(p.x), number(p.y),
                         tip ? fmt::format("tip{}", script.tips.size()) : "");
-    if (tip) script.tips.push_back(p.name);
+    if (tip) script.tips.push_back(p.name + (p.detail.empty() ? "" : "\n" + p.detail));
   }
   if (rows.empty()) return;
   script.blocks += block + " << EOD\n" + rows + "EOD\n";

@@ -1,85 +1,20 @@
 #include "integration/report/gnuplot.h"
 
-#include <fcntl.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <cerrno>
-#include <csignal>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <regex>
-#include <sstream>
 
 #include <fmt/format.h>
 
+#include "integration/report/child.h"
 #include "integration/report/style.h"
-
-extern char** environ;
 
 namespace palpate::report {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// A folder that goes when it goes out of scope.
-class ScratchFolder {
- public:
-  ScratchFolder() {
-    std::error_code error;
-    std::string pattern = (fs::temp_directory_path(error) / "palpate-plot-XXXXXX").string();
-    if (!error && ::mkdtemp(pattern.data())) path_ = pattern;
-  }
-  ~ScratchFolder() {
-    std::error_code error;
-    if (!path_.empty()) fs::remove_all(path_, error);
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
-
-std::string text_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream all;
-  all << in.rdbuf();
-  return all.str();
-}
-
-/// Starts gnuplot on a script and waits; what it complains of goes to a file. The error number of
-/// starting it, or -1 where it started and failed, or 0.
-int call_gnuplot(const fs::path& script, const fs::path& complaints) {
-  posix_spawn_file_actions_t files;
-  posix_spawn_file_actions_init(&files);
-  posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-  posix_spawn_file_actions_addopen(&files, STDERR_FILENO, complaints.c_str(),
-                                   O_WRONLY | O_CREAT | O_TRUNC, 0600);
-  // The program may have blocked signals for itself; gnuplot must die of them as ever.
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  sigset_t none;
-  sigemptyset(&none);
-  posix_spawnattr_setsigmask(&attributes, &none);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
-  std::string name = "gnuplot", file = script.string();
-  char* arguments[] = {name.data(), file.data(), nullptr};
-  pid_t child = 0;
-  const int started = posix_spawnp(&child, "gnuplot", &files, &attributes, arguments, environ);
-  posix_spawn_file_actions_destroy(&files);
-  posix_spawnattr_destroy(&attributes);
-  if (started != 0) return started;
-  int status = 0;
-  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
-  return WIFEXITED(status) && WEXITSTATUS(status) == 0 ? 0 : -1;
-}
 
 /// What gnuplot wrote, for a page: no header, a title that says something, tool tips without
 /// scripts, and ids that no other figure of the page has.
@@ -162,7 +97,7 @@ Result<std::string> run_gnuplot(const std::string& script, int width_px, int hei
   out << script << "unset output\n";
   out.close();
   if (!out) return trouble("A plot's script could not be written: is the disk full?");
-  const int failed = call_gnuplot(file, complaints);
+  const int failed = call_program({"gnuplot", file.string()}, folder.path() / "out", complaints);
   if (failed == ENOENT) {
     return trouble(
         "gnuplot, which draws the plots, is not installed: apt-get install gnuplot-nox, then try "

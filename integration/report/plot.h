@@ -30,12 +30,13 @@ enum class Mark { kCircle, kSquare, kTriangle, kDiamond, kDown, kPentagon, kCros
 /// How the points of a series are joined. Stairs go right first: what a front promises.
 enum class Line { kNone, kStraight, kStairs, kDashed };
 
-/// One measurement. Where the name is not empty it appears when the pointer rests on the mark;
-/// labelled: it also stands beside it, where there is room.
+/// One measurement. Name and detail appear when the pointer rests on the mark; labelled: the name
+/// also stands beside it, where there is room.
 struct Point {
   double x = 0.0, y = 0.0;
   std::string name;
   bool labelled = false;
+  std::string detail = {};  ///< further lines
 };
 
 /// Points of one kind, with one entry in the key (none for an empty name). Colour (0 to 7: an index

@@ -17,9 +17,9 @@
 #include <CLI/CLI.hpp>
 
 #include "bench_commit.h"
+#include "integration/studies/warm_pair.h"
 #include "tests/bench/accuracy_tables.h"
-#include "tests/bench/other_load.h"
-#include "tests/bench/warm_pair.h"
+#include "tests/bench/tools.h"
 
 namespace {
 

@@ -6,7 +6,7 @@
 
 #include "compute/vulkan/context.h"
 #include "tests/bench/accuracy_data.h"
-#include "tests/bench/table.h"
+#include "tests/bench/tools.h"
 
 namespace palpate::bench {
 

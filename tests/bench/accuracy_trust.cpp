@@ -3,8 +3,9 @@
 
 #include "compute/motion/estimator.h"
 #include "compute/motion/quality.h"
+#include "integration/studies/warm_pair.h"
 #include "tests/bench/accuracy_tables.h"
-#include "tests/bench/warm_pair.h"
+#include "tests/bench/tools.h"
 
 namespace palpate::bench {
 namespace {

@@ -5,9 +5,10 @@
 #include <vector>
 
 #include "compute/vulkan/context.h"
+#include "integration/studies/warm_pair.h"
 #include "tests/bench/peers/itk_peers.h"
 #include "tests/bench/peers/metaimage_case.h"
-#include "tests/bench/warm_pair.h"
+#include "tests/bench/tools.h"
 
 namespace palpate::bench {
 

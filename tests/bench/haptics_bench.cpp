@@ -15,7 +15,7 @@
 #include <CLI/CLI.hpp>
 
 #include "bench_commit.h"
-#include "tests/bench/other_load.h"
+#include "tests/bench/tools.h"
 
 namespace palpate::bench {
 

@@ -5,8 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/bench/measuring.h"
-#include "tests/bench/table.h"
+#include "tests/bench/tools.h"
 
 namespace palpate::bench {
 

@@ -7,7 +7,7 @@
 #include "module/scene/built_in.h"
 #include "module/scene/drive.h"
 #include "module/scene/make_volume.h"
-#include "tests/bench/measuring.h"
+#include "tests/bench/tools.h"
 
 namespace palpate::bench {
 namespace {

@@ -13,10 +13,10 @@
 
 #include "bench_commit.h"
 #include "compute/volume/grid.h"
+#include "integration/studies/warm_pair.h"
 #include "tests/bench/motion_bench_cases.h"
 #include "tests/bench/motion_bench_kernels.h"
-#include "tests/bench/other_load.h"
-#include "tests/bench/warm_pair.h"
+#include "tests/bench/tools.h"
 
 namespace {
 

@@ -5,7 +5,8 @@
 #include "compute/motion/options.h"
 #include "compute/motion/quality.h"
 #include "compute/volume/phantom.h"
-#include "tests/bench/warm_pair.h"
+#include "integration/studies/warm_pair.h"
+#include "tests/bench/tools.h"
 
 namespace palpate::bench {
 namespace {

@@ -6,7 +6,7 @@
 #include "compute/volume/field.h"
 #include "compute/volume/volume.h"
 #include "compute/vulkan/context.h"
-#include "tests/bench/table.h"
+#include "tests/bench/tools.h"
 
 namespace palpate::bench {
 

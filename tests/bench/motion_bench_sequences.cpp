@@ -5,8 +5,9 @@
 #include "compute/motion/estimator.h"
 #include "compute/motion/quality.h"
 #include "compute/volume/phantom.h"
+#include "integration/studies/warm_pair.h"
 #include "tests/bench/motion_bench_cases.h"
-#include "tests/bench/warm_pair.h"
+#include "tests/bench/tools.h"
 
 namespace palpate::bench {
 namespace {

@@ -5,7 +5,8 @@
 #include <vector>
 
 #include "compute/motion/bricks.h"
-#include "tests/bench/warm_pair.h"
+#include "integration/studies/warm_pair.h"
+#include "tests/bench/tools.h"
 
 namespace palpate::bench {
 

@@ -14,8 +14,7 @@
 
 #include "bench_commit.h"
 #include "module/view/volume_renderer.h"
-#include "tests/bench/other_load.h"
-#include "tests/bench/table.h"
+#include "tests/bench/tools.h"
 #include "tests/bench/view_case.h"
 
 namespace palpate::bench {

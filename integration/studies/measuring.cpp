@@ -1,10 +1,10 @@
-#include "tests/bench/measuring.h"
+#include "integration/studies/measuring.h"
 
 #include <algorithm>
 #include <chrono>
 #include <cstddef>
 
-namespace palpate::bench {
+namespace palpate::studies {
 
 double now_s() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -16,4 +16,4 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-}  // namespace palpate::bench
+}  // namespace palpate::studies

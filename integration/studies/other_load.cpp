@@ -1,4 +1,4 @@
-#include "tests/bench/other_load.h"
+#include "integration/studies/other_load.h"
 
 #ifdef __linux__
 #include <sys/resource.h>
@@ -11,9 +11,9 @@
 
 #include <fmt/format.h>
 
-#include "tests/bench/measuring.h"
+#include "integration/studies/measuring.h"
 
-namespace palpate::bench {
+namespace palpate::studies {
 namespace {
 
 constexpr double kShortest = 0.5;  // s: the system counts in hundredths of a second
@@ -49,4 +49,4 @@ std::string OtherLoad::sentence() const {
   return fmt::format(" Other programs used {:.2f} cores meanwhile.", cores);
 }
 
-}  // namespace palpate::bench
+}  // namespace palpate::studies

@@ -3,7 +3,7 @@
 #include <stdexcept>
 #include <vector>
 
-namespace palpate::bench {
+namespace palpate::studies {
 
 /// A benchmark's own check failed, or what it needs is not there; what() is a sentence for a
 /// person.
@@ -19,4 +19,4 @@ double now_s();
 /// least.
 double median(std::vector<double> values);
 
-}  // namespace palpate::bench
+}  // namespace palpate::studies

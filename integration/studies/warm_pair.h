@@ -5,9 +5,9 @@
 
 #include "compute/motion/pyramid.h"
 #include "compute/motion/solver.h"
-#include "tests/bench/measuring.h"
+#include "integration/studies/measuring.h"
 
-namespace palpate::bench {
+namespace palpate::studies {
 
 /// What one estimation gave, and the seconds of its parts.
 struct PairRun {
@@ -57,4 +57,4 @@ double largest_difference_voxels(const Field& a, const Field& b, const Grid& ima
 void demand_same_as_public(const std::shared_ptr<vulkan::Context>& context, const PairRun& run,
                            const Volume& fixed, const Volume& moving, const MotionOptions& options);
 
-}  // namespace palpate::bench
+}  // namespace palpate::studies

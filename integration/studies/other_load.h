@@ -2,7 +2,7 @@
 
 #include <string>
 
-namespace palpate::bench {
+namespace palpate::studies {
 
 /// How much of the machine's cores other programs use while something is measured: a time taken on
 /// a busy machine says little. Any thread.
@@ -19,4 +19,4 @@ class OtherLoad {
   double others_begin_s_ = 0.0;  ///< core seconds; below zero: not known
 };
 
-}  // namespace palpate::bench
+}  // namespace palpate::studies

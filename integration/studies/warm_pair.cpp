@@ -1,4 +1,4 @@
-#include "tests/bench/warm_pair.h"
+#include "integration/studies/warm_pair.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include "compute/motion/classic.h"
 #include "compute/motion/estimator.h"
 
-namespace palpate::bench {
+namespace palpate::studies {
 namespace {
 
 // The device does the same sums in the same order in both, so the fields are equal; drivers may
@@ -94,4 +94,4 @@ void demand_same_as_public(const std::shared_ptr<vulkan::Context>& context, cons
   }
 }
 
-}  // namespace palpate::bench
+}  // namespace palpate::studies

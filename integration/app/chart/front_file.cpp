@@ -1,0 +1,53 @@
+#include "integration/app/chart/front_file.h"
+
+#include <cstdlib>
+#include <fstream>
+
+#include <fmt/format.h>
+
+#include "integration/files/atomic_file.h"
+#include "integration/report/child.h"
+
+namespace palpate::app {
+
+namespace fs = std::filesystem;
+
+fs::path front_path() {
+  const char* state = std::getenv("XDG_STATE_HOME");
+  // The XDG rules: a path that is not absolute counts as none.
+  if (state && fs::path(state).is_absolute()) return fs::path(state) / "palpate/motion_front.json";
+  const char* home = std::getenv("HOME");
+  if (home && *home) return fs::path(home) / ".local/state/palpate/motion_front.json";
+  return {};
+}
+
+Status write_front(const studies::MotionFront& front) {
+  const fs::path path = front_path();
+  if (path.empty())
+    return Error{ErrorKind::kBadOutput,
+                 "The measured front can not be kept: neither XDG_STATE_HOME nor HOME is set."};
+  std::error_code error;
+  fs::create_directories(path.parent_path(), error);
+  return files::write_text(path, studies::front_text(front));
+}
+
+Result<studies::MotionFront> read_front(const std::string& device) {
+  const fs::path path = front_path();
+  std::error_code error;
+  if (path.empty() || !fs::exists(path, error)) {
+    return Error{ErrorKind::kBadInput,
+                 "What this machine can do has not been measured yet: run 'palpate chart motion "
+                 "--quick' once (about half a minute), then try again."};
+  }
+  auto front = studies::parse_front(report::text_of(path));
+  if (!front) return front.error();
+  if (front->device != device) {
+    return Error{ErrorKind::kBadInput,
+                 fmt::format("The measured front is of another device ({}): run 'palpate chart "
+                             "motion --quick' on {} once, then try again.",
+                             front->device, device)};
+  }
+  return front;
+}
+
+}  // namespace palpate::app

@@ -1,0 +1,22 @@
+#pragma once
+
+#include "compute/volume/field.h"
+#include "compute/volume/result.h"
+#include "compute/volume/volume.h"
+#include "integration/opencv/cross_check.h"
+
+namespace palpate::opencv {
+
+/// OpenCV's optical flow as a motion field, slice by slice, in three orientations.
+struct SliceFlow {
+  Field field;           ///< on fixed's grid
+  double seconds = 0.0;  ///< flow alone, all slices of all orientations
+};
+
+/// The flow from fixed to moving in every slice of the three orientations, windowed as
+/// cross_check() does. Each component of the motion is seen in two of the three: their mean is
+/// taken. Errors: kBadInput where slices are under 32 pixels in one direction, or the grids
+/// differ.
+Result<SliceFlow> slice_flow(FlowMethod method, const Volume& fixed, const Volume& moving);
+
+}  // namespace palpate::opencv

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+/// Programs that are called, and the folder in which they work.
+namespace palpate::report {
+
+/// A folder for temporary files that goes when it goes out of scope. Its path is empty where none
+/// could be made.
+class ScratchFolder {
+ public:
+  ScratchFolder();
+  ~ScratchFolder();
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// Starts a program (found by PATH where its name has no slash), without a shell and without input,
+/// and waits for it. What it prints goes to the two files, which may be one. Returns 0 if it ended
+/// well, -1 if it did not, or the error number of starting it (ENOENT: it is not installed). Any
+/// thread; signals that the caller blocks are not blocked in the program.
+int call_program(const std::vector<std::string>& arguments, const std::filesystem::path& output,
+                 const std::filesystem::path& complaints);
+
+/// Everything in a file; empty where it can not be read.
+std::string text_of(const std::filesystem::path& file);
+
+}  // namespace palpate::report

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <functional>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "integration/report/pareto.h"
+#include "integration/report/table.h"
+#include "integration/studies/motion_case.h"
+#include "integration/studies/motion_contender.h"
+#include "integration/studies/study.h"
+
+namespace palpate::studies {
+
+/// What was measured of one method on one pair.
+struct MotionMeasure {
+  std::string name, family;
+  bool ours = false, preset = false;
+  bool careful = false;       ///< may be chosen for a person, see MotionSetting
+  double seconds = 0.0;       ///< median
+  double spread_share = 0.0;  ///< (longest - shortest) / median of the timed runs; 0 for one run
+  double error_mm = 0.0, error_p95_mm = 0.0;
+  double voxel_mm = 1.0;  ///< finest edge of the pair
+  size_t folded = 0;      ///< voxels of the image that fold
+  double there_and_back_mm = std::numeric_limits<double>::quiet_NaN();  ///< mean; NaN: not measured
+  double work_bytes = std::numeric_limits<double>::quiet_NaN();
+
+  double error_voxels() const { return error_mm / voxel_mm; }
+  report::Costs costs() const { return {seconds, error_mm}; }
+};
+
+/// A pair, all that was measured on it, and what could not be.
+struct MotionMeasures {
+  std::string id, name;
+  size_t voxels = 0;
+  double voxel_mm = 1.0;
+  double still_error_mm = 0.0;  ///< of a field of zeros: what every method must beat
+  std::vector<MotionMeasure> rows;
+  std::vector<std::string> missing;  ///< sentences about methods that could not be run
+};
+
+/// How much each method is asked.
+struct MotionStudyOptions {
+  bool peers_back = true;  ///< also the way back with peers, for inverse consistency
+};
+
+/// Runs every method on the pair: once to be warm, run.runs times timed, once from moving to fixed.
+/// Throws Mismatch or vulkan::Failure of palpate's own; what a peer can not do becomes a sentence
+/// in `missing`. Ends early, with the rows so far, where run.stop asks for it.
+MotionMeasures measure_motion(const StudyRun& run, const MotionCase& known,
+                              const std::vector<std::unique_ptr<PairMethod>>& methods,
+                              const MotionStudyOptions& options = {});
+
+/// Every setting of palpate, as methods.
+std::vector<std::unique_ptr<PairMethod>> palpate_methods(const StudyRun& run);
+
+/// All rows, for people and as CSV.
+report::Table motion_table(const MotionMeasures& measures);
+
+}  // namespace palpate::studies

@@ -1,0 +1,39 @@
+#include "integration/studies/motion_work.h"
+
+#include <cmath>
+
+namespace palpate::studies {
+namespace {
+
+constexpr double kBrickCells = 512.0;
+constexpr double kBytesPerVoxel = 5.0, kBytesPerCell = 340.0, kClassicBytes = 345.0;
+constexpr double kBytesPerLabel = 72.0;
+
+const LevelPlan* level_of(const MotionPlan& plan, double h_mm) {
+  for (const LevelPlan& level : plan.levels)
+    if (std::abs(level.h_mm - h_mm) < 1e-9 * h_mm) return &level;
+  return nullptr;
+}
+
+}  // namespace
+
+double work_bytes(const MotionPlan& plan, const SolveReport& report) {
+  const bool classic = plan.options.method == MotionMethod::kClassic;
+  double bytes = 0.0;
+  for (const LevelReport& done : report.levels) {
+    const LevelPlan* level = level_of(plan, done.h_mm);
+    if (!level) continue;
+    const double voxels = double(level->cell.x) * level->cell.y * level->cell.z;
+    const double read = plan.options.checkerboard ? 0.5 : 1.0;
+    const double per_cell =
+        classic ? kClassicBytes : kBytesPerCell + read * kBytesPerVoxel * voxels;
+    bytes += done.brick_iterations * kBrickCells * per_cell;
+  }
+  if (const auto search = plan_search(plan); search && !classic) {
+    bytes += double(search->nodes.x) * search->nodes.y * search->nodes.z * search->labels() *
+             kBytesPerLabel;
+  }
+  return bytes;
+}
+
+}  // namespace palpate::studies
