@@ -14,6 +14,7 @@ struct Command {
 };
 
 /// Each adds itself to the program. One file per command.
+Command add_calibrate(CLI::App& program);
 Command add_motion(CLI::App& program);
 Command add_chart(CLI::App& program);
 Command add_check(CLI::App& program);

@@ -125,16 +125,23 @@ Result<devices::SimulatedOptions> simulated_options(const ForceDeviceChoice& cho
   return options;
 }
 
+Result<std::unique_ptr<ForceDevice>> find_falcon(const ForceDeviceChoice& choice) {
+  devices::FalconOptions options;
+  options.firmware_file = choice.falcon_firmware.string();
+  auto falcon = devices::FalconDevice::make(options);
+  if (!falcon) return falcon.error();
+  if (choice.device == "auto" && !answers(**falcon)) return std::unique_ptr<ForceDevice>();
+  return std::unique_ptr<ForceDevice>(std::move(*falcon));
+}
+
 Result<OpenedDevice> open_force_device(const ForceDeviceChoice& choice, const FeltScene& scene) {
   if (choice.device == "simulated") return simulated(choice, scene, "simulated device, as asked.");
   if (choice.device == "mouse") return mouse("mouse, as asked; it gives no force.");
   if (choice.device == "controller")
     return controller("controller, as asked; vibration says what force it would be.");
-  devices::FalconOptions options;
-  options.firmware_file = choice.falcon_firmware.string();
-  auto falcon = devices::FalconDevice::make(options);
+  auto falcon = find_falcon(choice);
   if (!falcon) return falcon.error();
-  const bool none = choice.device == "auto" && !answers(**falcon);
+  const bool none = !*falcon;
   if (none && choice.has_headset)
     return controller(
         "controller, as no Falcon is plugged in; vibration says what force it would be.");

@@ -39,6 +39,9 @@ Status check_choice(const ForceDeviceChoice& choice);
 /// unknown hand.
 Result<devices::SimulatedOptions> simulated_options(const ForceDeviceChoice& choice);
 
+/// A Falcon, if it was asked for or one answers within a second; else null. kBadInput.
+Result<std::unique_ptr<ForceDevice>> find_falcon(const ForceDeviceChoice& choice);
+
 /// A Falcon if it was asked for, or if one answers within a second and any may be taken; else a
 /// controller where there is a headset, the mouse where there is a window, or the simulated device,
 /// its hand on a path that touches the scene. kBadInput in one sentence.

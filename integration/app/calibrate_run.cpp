@@ -1,0 +1,352 @@
+#include "integration/app/calibrate_run.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <optional>
+#include <thread>
+
+#include "integration/app/cancel.h"
+#include "integration/app/exit_code.h"
+#include "integration/app/progress.h"
+#include "integration/app/tip_log.h"
+#include "integration/app/touch_guide.h"
+#include "integration/devices/calibration_hand.h"
+#include "integration/files/calibration_file.h"
+#include "module/haptics/emergency.h"
+#include "module/haptics/servo.h"
+#include "module/xr/headset.h"
+
+namespace palpate::app {
+namespace {
+
+constexpr double kGood_m = 0.001;    // expected error anywhere in reach: nobody sees or feels it
+constexpr double kUsable_m = 0.003;  // picture and force are seen apart
+constexpr double kAgree = 0.6;       // of the samples, at least: fewer are chance
+constexpr size_t kFirstWord = 6;     // points after which it is said how well they fit
+constexpr int kBuzzFrames = 8;
+
+int64_t monotonic_ns() {
+  return std::chrono::steady_clock::now().time_since_epoch().count();
+}
+
+/// Nothing to see, but when and where the hands were.
+class HandWatch final : public xr::FrameSource {
+ public:
+  Status use(const std::shared_ptr<vulkan::Context>&) override { return Nothing{}; }
+  void drop() noexcept override {}
+  xr::Drawn record(const xr::Frame& frame, VkCommandBuffer) override {
+    hands = *frame.hands;
+    time_s = 1e-9 * double(frame.display_time_ns);
+    ++frames;
+    return {};
+  }
+  xr::Hands hands;
+  double time_s = 0.0;
+  uint64_t frames = 0;
+};
+
+std::string mm(double m) {
+  return fmt::format("{:.1f} mm", 1e3 * m);
+}
+
+/// One run, from no headset to the end.
+class Calibrating {
+ public:
+  Calibrating(const CalibrateCommand& command, Console& console, std::stop_token stop)
+      : command_(command), console_(console), stop_(stop), headset_({}, watch_) {
+    if (command.tip_mm.size() == 3)
+      tip_m_ = 1e-3 * glm::dvec3(command.tip_mm[0], command.tip_mm[1], command.tip_mm[2]);
+  }
+
+  int run() {
+    if (const Status opened = open_device(); !opened) return fail(console_, opened.error());
+    if (const Status there = find_headset(); !there) return leave(there.error());
+    auto found = command_.by == "points" ? by_points() : by_movement();
+    if (!found) return leave(found.error());
+    const int rc = store(*found);
+    end_headset();
+    return rc;
+  }
+
+ private:
+  size_t side() const { return command_.hand == "left" ? 0 : 1; }
+  const xr::Hand& hand() const { return watch_.hands.hand[side()]; }
+
+  int leave(const Error& error) {
+    end_headset();
+    return fail(console_, error);
+  }
+
+  Status open_device() {
+    if (command_.device.device == "simulated") {
+      auto simulated = std::make_unique<devices::CalibrationHand>();
+      simulated_ = simulated.get();
+      device_ = std::move(simulated);
+    } else {
+      auto falcon = find_falcon(command_.device);
+      if (!falcon) return falcon.error();
+      if (!*falcon)
+        return Error{ErrorKind::kNoDevice,
+                     "No force device is plugged in: plug in a Falcon, or see how it goes with "
+                     "--device simulated"};
+      device_ = std::move(*falcon);
+    }
+    info_ = device_->info();
+    ServoOptions options;
+    if (simulated_) options.real_time = {.priority = 0, .lock_memory = false, .cores_awake = false};
+    auto servo = Servo::start(*device_, log_, options);
+    if (!servo) return servo.error();
+    servo_ = std::move(*servo);
+    console_.say(fmt::format("Device    {}; it gives no force while it is calibrated", info_.name));
+    return Nothing{};
+  }
+
+  /// One frame of the headset, or a little rest where there is none.
+  Status frame() {
+    const uint64_t before = watch_.frames;
+    const xr::Report& report = headset_.step(monotonic_ns());
+    if (!report.sentence.empty()) console_.say("Headset   " + report.sentence);
+    if (stop_.stop_requested() || emergency::is_asked())
+      return Error{ErrorKind::kCancelled, "Stopped before there was a calibration"};
+    if (report.state == xr::State::kNoRuntime)
+      return Error{ErrorKind::kNoDevice, report.problem.message};
+    if (report.state == xr::State::kEnded)
+      return Error{ErrorKind::kCancelled,
+                   "The session in the headset was ended before there was a calibration"};
+    fresh_ = watch_.frames != before;
+    if (!fresh_) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    if (!report.hands.focused) watch_.hands = {};
+    buzz();
+    first_new_ = tips_.size();
+    log_.drain(tips_);
+    return Nothing{};
+  }
+
+  Status find_headset() {
+    const int64_t start_ns = monotonic_ns();
+    while (!watch_.hands.focused) {
+      if (const Status framed = frame(); !framed) return framed;
+      if (command_.wait_s > 0.0 && 1e-9 * double(monotonic_ns() - start_ns) > command_.wait_s)
+        return Error{ErrorKind::kNoDevice,
+                     headset_.report().problem.message.empty()
+                         ? "No headset gave this program its input in time: put it on"
+                         : headset_.report().problem.message};
+    }
+    return Nothing{};
+  }
+
+  void buzz() {
+    if (buzzing_ == 0) return;
+    // A refusal is felt as two knocks, a point taken as one.
+    const bool on = !twice_ || buzzing_ <= kBuzzFrames || buzzing_ > 2 * kBuzzFrames;
+    if (on) headset_.vibrate(int(side()), 1.0);
+    --buzzing_;
+  }
+  void knock(bool refused) {
+    twice_ = refused;
+    buzzing_ = refused ? 3 * kBuzzFrames : kBuzzFrames;
+  }
+
+  void ask_for(size_t number, const std::string& words, bool check) {
+    const TouchPlace& place = touch_place(number);
+    if (simulated_)
+      simulated_->go_to(info_.workspace_centre_m +
+                        0.5 * info_.workspace_radius_m * place.direction);
+    console_.say(fmt::format(
+        "{}take the device's tip to the {}: {}, hold the controller's tip to it, pull the trigger "
+        "and keep still",
+        words, check ? "place where the picture will matter most" : "next place", place.words));
+  }
+
+  /// What the person is to see of both tips while a point is awaited.
+  void live() {
+    if (tips_.empty()) {
+      console_.live(fmt::format("the device: {}", sentence(log_.fault())));
+      return;
+    }
+    const glm::dvec3 tip = 1e3 * tips_.back().device_m;
+    console_.live(fmt::format("tip at {:.1f} {:.1f} {:.1f} mm; controller {}", tip.x, tip.y, tip.z,
+                              hand().active ? "seen" : "not seen by the headset"));
+  }
+
+  Result<TouchedPoint> take_point() {
+    TouchTaker taker(tip_m_);
+    while (true) {
+      if (const Status framed = frame(); !framed) return framed.error();
+      live();
+      if (!fresh_) continue;
+      const auto taken =
+          taker.step(watch_.time_s, hand(), std::span<const TipSample>(tips_).subspan(first_new_));
+      if (taken.point) {
+        knock(false);
+        return *taken.point;
+      }
+      if (taken.refused.empty()) continue;
+      knock(true);
+      console_.say("Not taken " + taken.refused);
+    }
+  }
+
+  Result<Calibration> by_points() {
+    std::vector<TouchedPoint> points;
+    while (int(points.size()) < command_.points) {
+      const size_t number = points.size();
+      std::string so_far;
+      if (number >= kFirstWord)
+        if (const auto fit = calibrate_by_points(points))
+          so_far = fmt::format("fits to {} so far; ", mm(fit->rms_m));
+      ask_for(number, fmt::format("Point {:2} of {}: {}", number + 1, command_.points, so_far),
+              false);
+      const auto point = take_point();
+      if (!point) return point.error();
+      points.push_back(*point);
+    }
+    auto found = calibrate_by_points(points);
+    if (!found) return found;
+    found->controller_from_tip_m = tip_m_;
+    const glm::dvec3 edge =
+        info_.workspace_centre_m + glm::dvec3(info_.workspace_radius_m, 0.0, 0.0);
+    expected_m_ = expected_error_m(points, *found, edge);
+    console_.say(fmt::format(
+        "Found     {} of {} points agree to {} (RMS); expected error {} in the middle of the "
+        "device's reach, {} at its edge",
+        found->used, found->all, mm(found->rms_m),
+        mm(expected_error_m(points, *found, info_.workspace_centre_m)), mm(expected_m_)));
+    return found;
+  }
+
+  Result<Calibration> by_movement() {
+    console_.say(fmt::format(
+        "Move the stylus, with the controller clipped to it, through all of its reach and turn it "
+        "in all directions, for {:.0f} s",
+        command_.seconds));
+    if (simulated_) simulated_->wander();
+    std::vector<ControllerSample> samples;
+    std::optional<double> since_s;
+    while (!since_s || watch_.time_s - *since_s < command_.seconds) {
+      if (const Status framed = frame(); !framed) return framed.error();
+      if (!fresh_) continue;
+      if (!since_s) {
+        since_s = watch_.time_s;
+        if (!tips_.empty()) tips_.erase(tips_.begin(), tips_.end() - 1);
+      }
+      if (hand().active) samples.push_back({watch_.time_s, hand().world_from_grip});
+      console_.live(fmt::format("{:.0f} s of {:.0f}, {} controller samples{}",
+                                watch_.time_s - *since_s, command_.seconds, samples.size(),
+                                hand().active ? "" : "; the headset does not see the controller"));
+    }
+    auto found = calibrate_by_movement(tips_, samples);
+    if (!found) return found;
+    tip_m_ = found->controller_from_tip_m;
+    expected_m_ = halves_apart_m(samples);
+    console_.say(fmt::format(
+        "Found     {} of {} samples agree to {} (RMS); the headset's poses come {:.1f} ms late; "
+        "the tip is {} from the controller's grip",
+        found->used, found->all, mm(found->rms_m), 1e3 * found->delay_s,
+        mm(glm::length(found->controller_from_tip_m))));
+    console_.say(fmt::format(
+        "Check     each half of the movement alone puts the device's reach within {} of that",
+        mm(expected_m_)));
+    return found;
+  }
+
+  /// What the movement's two halves, which share no sample, say apart: half of the largest distance
+  /// in the device's reach. Infinite where one says nothing.
+  double halves_apart_m(std::span<const ControllerSample> samples) const {
+    const size_t half = samples.size() / 2;
+    const auto first = calibrate_by_movement(tips_, samples.first(half));
+    const auto second = calibrate_by_movement(tips_, samples.subspan(half));
+    if (!first || !second) return std::numeric_limits<double>::infinity();
+    double most_m = 0.0;
+    for (int a = 0; a < 3; ++a)
+      for (const double sign : {-1.0, 1.0}) {
+        glm::dvec3 edge = info_.workspace_centre_m;
+        edge[a] += sign * info_.workspace_radius_m;
+        most_m = std::max(
+            most_m, glm::distance(first->stage_from_device(edge), second->stage_from_device(edge)));
+      }
+    return 0.5 * most_m;
+  }
+
+  /// Checks it with a point that was not used, stores what can be used.
+  int store(const Calibration& found) {
+    const bool agreed = found.used >= kAgree * found.all;
+    double off = expected_m_;
+    if (command_.by == "points") {
+      ask_for(8, "Check: ", true);
+      const auto point = take_point();
+      if (!point) return fail(console_, point.error());
+      off = off_m(found, *point);
+      console_.say(fmt::format("Check     a point that was not used is {} off", mm(off)));
+    }
+    const double error = std::max(off, expected_m_);
+    if (!agreed || error > kUsable_m) {
+      console_.complain(
+          "palpate: The calibration is not good enough and was not stored: see that the "
+          "controller's touching tip is the one that --tip says, that the headset sees it all the "
+          "time, and touch more places, far apart.");
+      return kExitFailed;
+    }
+    const Status written = files::write_calibration(command_.output, stored(found));
+    if (!written) return fail(console_, written.error());
+    console_.say(fmt::format("Wrote     {}: use it with 'palpate feel ... --calibration {}'",
+                             command_.output.string(), command_.output.string()));
+    if (error <= kGood_m) return kExitOk;
+    console_.say(
+        "Note      It can be used, but picture and force will be seen apart: touch more places for "
+        "a better one.");
+    return kExitSuspect;
+  }
+
+  files::StoredCalibration stored(const Calibration& found) const {
+    const xr::Report& report = headset_.report();
+    files::StoredCalibration stored;
+    stored.calibration = found;
+    stored.space = report.origin == xr::Origin::kStage ? "stage" : "local";
+    stored.device = info_.name;
+    stored.headset = report.system;
+    stored.runtime = report.runtime;
+    return stored;
+  }
+
+  void end_headset() {
+    console_.end_progress();
+    headset_.end(monotonic_ns());
+    while (headset_.step(monotonic_ns()).state != xr::State::kEnded &&
+           headset_.report().state != xr::State::kNoRuntime)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+
+  const CalibrateCommand& command_;
+  Console& console_;
+  std::stop_token stop_;
+  glm::dvec3 tip_m_{0.0};
+  std::unique_ptr<ForceDevice> device_;
+  devices::CalibrationHand* simulated_ = nullptr;  ///< the device, if it is that
+  DeviceInfo info_;
+  TipLog log_;
+  std::unique_ptr<Servo> servo_;  ///< ends before log_ and device_
+  HandWatch watch_;
+  xr::Headset headset_;
+  std::vector<TipSample> tips_;
+  size_t first_new_ = 0;
+  bool fresh_ = false, twice_ = false;
+  int buzzing_ = 0;
+  double expected_m_ = 0.0;
+};
+
+}  // namespace
+
+int run_calibrate(const CalibrateCommand& command) {
+  emergency::install();
+  const CancelOnSignal cancel;
+  Console console(command.quiet, false);
+  setenv("XR_LOADER_DEBUG", "none", 0);
+  return Calibrating(command, console, cancel.token()).run();
+}
+
+}  // namespace palpate::app

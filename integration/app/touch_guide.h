@@ -1,0 +1,46 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "module/scene/calibrate.h"
+#include "module/xr/hands.h"
+
+namespace palpate::app {
+
+/// Where a person is to take the device's tip, in turn: words and directions, each component -1, 0
+/// or 1 of the reach, in the device's own axes (x right, y up, z towards the user).
+struct TouchPlace {
+  const char* words;
+  glm::dvec3 direction;
+};
+/// Corners and middles of faces, far apart first. Goes round.
+const TouchPlace& touch_place(size_t number);
+
+/// Takes one touched point: both tips held still while the button is pressed and 0.3 s on. A value;
+/// one thread.
+class TouchTaker {
+ public:
+  /// controller_from_tip_m: the touching tip in the controller's grip.
+  explicit TouchTaker(glm::dvec3 controller_from_tip_m) : tip_m_(controller_from_tip_m) {}
+
+  struct Taken {
+    std::optional<TouchedPoint> point;
+    std::string refused;  ///< why there is none: a sentence; empty while nothing is to be said
+  };
+  /// Once per frame: the controller at now_s, and what the device's tip did since the last frame.
+  Taken step(double now_s, const xr::Hand& hand, std::span<const TipSample> fresh);
+
+ private:
+  void begin(double now_s);
+  Taken judge() const;
+
+  glm::dvec3 tip_m_;
+  bool pressed_ = false;
+  std::optional<double> since_s_;
+  std::vector<glm::dvec3> device_m_, stage_m_;
+};
+
+}  // namespace palpate::app

@@ -1,0 +1,235 @@
+// `palpate calibrate` as a person runs it: the simulated device goes where it is asked to, and the
+// test plays the controller in a room that it knows.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <random>
+
+#include "integration/devices/calibration_hand.h"
+#include "integration/files/calibration_file.h"
+#include "tests/app/made_headset.h"
+#include "tests/app/program.h"
+
+namespace palpate::app {
+namespace {
+
+using devices::CalibrationHand;
+using files::TemporaryFolder;
+using ::testing::HasSubstr;
+
+constexpr const char* kSelect = "input /user/hand/right/input/select/click ";
+
+/// Where the device truly stands, and the tip in the controller's grip.
+const Pose kStageFromDevice{{0.10, 0.95, -0.45},
+                            glm::angleAxis(0.4, glm::normalize(glm::dvec3(0.2, 1.0, -0.3)))};
+constexpr glm::dvec3 kTip_m{0.010, -0.020, -0.060};
+
+/// The largest distance over the device's reach.
+double error_m(const Pose& found) {
+  double most = 0.0;
+  for (int k = 0; k < 27; ++k) {
+    const glm::dvec3 x =
+        0.5 * CalibrationHand::kReach_m * glm::dvec3(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
+    most = std::max(most, glm::distance(found(x), kStageFromDevice(x)));
+  }
+  return most;
+}
+
+std::string text_of(const Pose& pose) {
+  const glm::dquat& q = pose.rotation;
+  return fmt::format("{:.7f} {:.7f} {:.7f} {:.7f} {:.7f} {:.7f} {:.7f}", pose.position_m.x,
+                     pose.position_m.y, pose.position_m.z, q.x, q.y, q.z, q.w);
+}
+
+/// The last place that the program says the tip is at, after `from` of what it said; waits for it.
+glm::dvec3 tip_said(const Program& program, size_t from) {
+  const std::string kWords = "tip at ";
+  size_t at = std::string::npos;
+  wait_until([&] {
+    const std::string said = program.said();
+    at = said.find(kWords, from);
+    return at != std::string::npos && said.find(" mm", at) != std::string::npos;
+  });
+  std::istringstream words(program.said().substr(at + kWords.size()));
+  glm::dvec3 tip(0.0);
+  words >> tip.x >> tip.y >> tip.z;
+  return 1e-3 * tip;
+}
+
+/// Waits for one of two texts after `from`; where it ends.
+size_t after(const Program& program, size_t from, const std::string& one,
+             const std::string& other) {
+  size_t at = std::string::npos;
+  wait_until([&] {
+    const std::string said = program.said();
+    at = std::min(said.find(one, from), said.find(other, from));
+    return at != std::string::npos;
+  });
+  EXPECT_NE(at, std::string::npos) << "neither '" << one << "' nor '" << other << "' came\n"
+                                   << program.said();
+  return at;
+}
+
+/// A person who touches the tip wherever it is, with a hand that is off by `noise_m` RMS, and
+/// slips by 3 cm at point `slip`.
+class Toucher {
+ public:
+  Toucher(MadeHeadset& headset, double noise_m, int slip)
+      : headset_(headset), noise_(0.0, noise_m / std::sqrt(3.0)), slip_(slip) {}
+
+  void touch(const Program& program, size_t from, int number) {
+    const glm::dvec3 tip = tip_said(program, from);
+    glm::dvec3 place = kStageFromDevice(tip);
+    for (int a = 0; a < 3; ++a) place[a] += noise_(random_);
+    if (number == slip_) place.x += 0.03;
+    Pose grip{{}, glm::angleAxis(0.3 * number, glm::normalize(glm::dvec3(1.0, 0.5, 0.2)))};
+    grip.position_m = place - grip.rotation * kTip_m;
+    headset_.say("hand 1 " + text_of(grip));
+    const auto frames = [&] { return std::stoul("0" + headset_.ask()["frames"]); };
+    const size_t before = frames();
+    wait_until([&] { return frames() > before + 3; });
+    headset_.say(kSelect + std::string("1"));
+    const size_t pressed = frames();
+    wait_until([&] { return frames() > pressed + 3; });
+    headset_.say(kSelect + std::string("0"));
+  }
+
+ private:
+  MadeHeadset& headset_;
+  std::mt19937_64 random_{7};
+  std::normal_distribution<double> noise_;
+  int slip_;
+};
+
+std::vector<std::string> calibrate(const std::string& file, std::vector<std::string> more) {
+  std::vector<std::string> all = {"calibrate", "--output", file, "--device", "simulated"};
+  all.insert(all.end(), more.begin(), more.end());
+  return all;
+}
+
+TEST(Calibrate, FindsTheDeviceByTouchedPointsInSpiteOfASlip) {
+  NEEDS_DEVICE();
+  const TemporaryFolder folder;
+  MadeHeadset headset;
+  Program program(calibrate(folder / "room.json", {"--points", "12", "--tip", "10,-20,-60"}));
+  Toucher toucher(headset, 0.0003, 5);
+  size_t from = 0;
+  for (int number = 1; number <= 13; ++number) {
+    const std::string wanted =
+        number <= 12 ? fmt::format("Point {:2} of 12", number) : std::string("Check: ");
+    from = after(program, from, wanted, "palpate:");
+    ASSERT_NE(from, std::string::npos);
+    toucher.touch(program, from, number);
+  }
+  const Outcome outcome = program.wait();
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("11 of 12 points agree"));
+  EXPECT_THAT(outcome.out, HasSubstr("a point that was not used is"));
+  EXPECT_THAT(headset.left(), HasSubstr("violations 0"));
+  const auto stored = files::read_calibration(folder / "room.json");
+  ASSERT_TRUE(stored) << stored.error().message;
+  EXPECT_EQ(stored->space, "stage");
+  EXPECT_EQ(stored->headset, "made headset");
+  EXPECT_EQ(stored->device, "simulated device");
+  EXPECT_LE(glm::distance(stored->calibration.controller_from_tip_m, kTip_m), 1e-9);
+  // Eleven points with 0.3 mm each leave about 0.3 sqrt(2 / 11) at the corners; four times that is
+  // never seen. The tip's place is printed to 0.05 mm.
+  const double off = error_m(stored->calibration.stage_from_device);
+  EXPECT_LE(off, 0.0006);
+  RecordProperty("error_um", int(1e6 * off));
+}
+
+/// Poses of the controller that is clipped to the wandering tip, from now on for two minutes:
+/// 30 ms late, with 1 mm and 0.3 degrees RMS, a fifth of them wrong.
+void write_movement(const std::filesystem::path& file, double delay_s) {
+  std::ofstream stream(file);
+  std::mt19937_64 random(11);
+  std::normal_distribution<double> normal(0.0, 1.0);
+  std::uniform_real_distribution<double> chance(0.0, 1.0);
+  const auto normals = [&] { return glm::dvec3(normal(random), normal(random), normal(random)); };
+  const double start_s =
+      std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+  for (int k = 0; k < 60000; ++k) {
+    const double t = start_s + 0.002 * k;
+    const glm::dvec3 tip = CalibrationHand::wander_m(int64_t(1e9 * (t - delay_s)));
+    const double turn = t - delay_s;
+    glm::dquat q = glm::angleAxis(0.7 * std::sin(1.3 * turn), glm::dvec3(1, 0, 0)) *
+                   glm::angleAxis(0.6 * std::sin(1.7 * turn + 1.0), glm::dvec3(0, 1, 0));
+    const glm::dvec3 shake = 0.0052 / std::sqrt(3.0) * normals();
+    q = glm::normalize(glm::dquat(1.0, 0.5 * shake.x, 0.5 * shake.y, 0.5 * shake.z) * q);
+    Pose grip{kStageFromDevice(tip) - q * kTip_m, q};
+    grip.position_m += 0.001 / std::sqrt(3.0) * normals();
+    if (chance(random) < 0.2) grip.position_m += 0.05 * normals();
+    stream << fmt::format("{:.6f} {}\n", t, text_of(grip));
+  }
+}
+
+TEST(Calibrate, FindsTheDeviceAndTheDelayByMovement) {
+  NEEDS_DEVICE();
+  const TemporaryFolder folder;
+  MadeHeadset headset;
+  write_movement(folder / "movement", 0.030);
+  headset.say("path 1 " + (folder / "movement").string());
+  Program program(calibrate(folder / "room.json", {"--by", "movement", "--seconds", "12"}));
+  const Outcome outcome = program.wait();
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("each half of the movement alone"));
+  const auto stored = files::read_calibration(folder / "room.json");
+  ASSERT_TRUE(stored) << stored.error().message;
+  // What issue 4 asks for: 0.3 mm over the workspace, here within half the reach and at its worst.
+  const double off = error_m(stored->calibration.stage_from_device);
+  EXPECT_LE(off, 0.0006);
+  EXPECT_NEAR(stored->calibration.delay_s, 0.030, 0.002);
+  EXPECT_LE(glm::distance(stored->calibration.controller_from_tip_m, kTip_m), 0.001);
+  RecordProperty("error_um", int(1e6 * off));
+}
+
+TEST(Calibrate, RefusesAControllerThatIsNotClippedToTheStylus) {
+  NEEDS_DEVICE();
+  const TemporaryFolder folder;
+  MadeHeadset headset;
+  const Outcome outcome =
+      run(calibrate(folder / "room.json", {"--by", "movement", "--seconds", "5"}));
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("hardly turned"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "room.json"));
+}
+
+TEST(Calibrate, RefusesATipThatMovesWhileItIsTouchedAndAsksAgain) {
+  NEEDS_DEVICE();
+  const TemporaryFolder folder;
+  MadeHeadset headset;
+  Program program(calibrate(folder / "room.json", {}));
+  ASSERT_TRUE(wait_until([&] { return program.said().find("Point  1") != std::string::npos; }));
+  headset.say("glide 1 0.5 0 0 5");
+  headset.say(kSelect + std::string("1"));
+  EXPECT_TRUE(wait_until([&] {
+    return program.said().find("The controller moved: rest it") != std::string::npos;
+  })) << program.said();
+  headset.say("exit");
+  const Outcome outcome = program.wait();
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_THAT(outcome.err, HasSubstr("before there was a calibration"));
+}
+
+TEST(Calibrate, SaysWhatIsMissing) {
+  const TemporaryFolder folder;
+  setenv("XR_RUNTIME_JSON", "/nowhere/at/all.json", 1);
+  const Outcome runtime = run(calibrate(folder / "room.json", {}));
+  unsetenv("XR_RUNTIME_JSON");
+  EXPECT_EQ(runtime.exit_code, 2);
+  EXPECT_THAT(runtime.err, HasSubstr("There is no OpenXR runtime"));
+  EXPECT_EQ(run({"calibrate"}).exit_code, 2);
+  EXPECT_EQ(run(calibrate(folder / "room.json", {"--points", "3"})).exit_code, 2);
+  MadeHeadset headset;
+  headset.say("headset off");
+  const Outcome off = run(calibrate(folder / "room.json", {"--wait", "0.2"}));
+  EXPECT_EQ(off.exit_code, 2);
+  EXPECT_THAT(off.err, HasSubstr("The headset is off or unplugged"));
+}
+
+}  // namespace
+}  // namespace palpate::app
