@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "integration/app/place_check.h"
 #include "module/xr/vibration.h"
 
 namespace palpate::app {
@@ -130,7 +131,13 @@ class HeadsetLoop::Run {
       if (head_) place(report);
       return;
     }
-    hands_->step(report.hands, moment_, dt_s);
+    xr::Hands hands = report.hands;
+    if (check_) {
+      const std::string said =
+          check_->step(1e-9 * double(now_ns), moment_.probe_m, headset_.colocation(), hands);
+      if (!said.empty()) loop_.tell(said);
+    }
+    hands_->step(hands, moment_, dt_s);
     if (report.hands.recentre) bring_here();
     if (scene_->controller) feel_with_controller(report.hands);
   }
@@ -146,6 +153,7 @@ class HeadsetLoop::Run {
         const Transform& device = felt->world_from_device;
         room.keep(scene_->calibration->calibration.stage_from_device,
                   {device.translation_m, device.rotation});
+        check_.emplace(scene_->calibration->calibration.controller_from_tip_m);
         return;
       }
       loop_.tell(fmt::format(
@@ -219,6 +227,7 @@ class HeadsetLoop::Run {
   xr::Headset headset_;
   std::optional<HeadsetScene> scene_;
   std::unique_ptr<SceneHands> hands_;
+  std::optional<PlaceCheck> check_;  ///< where there is a calibration
   std::unique_ptr<FeelPicture> picture_;
   SceneMoment moment_;
   std::optional<Pose> head_;  ///< world, of the last frame that asked for a picture

@@ -1,6 +1,7 @@
 #include "module/xr/volume_source.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <limits>
 
@@ -40,6 +41,8 @@ Status VolumeSource::use(const std::shared_ptr<vulkan::Context>& context) {
 }
 
 void VolumeSource::drop() noexcept {
+  if (making_.valid()) making_.wait();
+  making_ = {};
   renderer_.reset();
   volumes_.clear();
   context_.reset();
@@ -47,20 +50,38 @@ void VolumeSource::drop() noexcept {
   unmeasured_ = false;
 }
 
-Status VolumeSource::prepare(const Scenery& scenery, PictureSize most) {
-  if (!renderer_ || most.width > most_.width || most.height > most_.height) {
-    renderer_.reset();
-    volumes_.clear();
-    auto made = VolumeRenderer::make(context_, {.most = most});
-    if (!made) return made.error();
+void VolumeSource::start_making(const Scenery& scenery, PictureSize most) {
+  renderer_.reset();
+  unmeasured_ = false;
+  most_ = most;
+  volumes_.assign(scenery.volumes.begin(), scenery.volumes.end());
+  making_ =
+      std::async(std::launch::async, [context = context_, most, volumes = volumes_]() -> Made {
+        auto made = VolumeRenderer::make(context, {.most = most});
+        if (!made) return made;
+        const Status set = (*made)->set_volumes(volumes);
+        if (!set) return set.error();
+        return made;
+      });
+}
+
+bool VolumeSource::prepare(const Scenery& scenery, PictureSize most) {
+  if (making_.valid()) {
+    if (making_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return false;
+    Made made = making_.get();
+    if (!made) check(made.error());
     renderer_ = std::move(*made);
-    most_ = most;
+  }
+  if (!renderer_ || most.width > most_.width || most.height > most_.height) {
+    start_making(scenery, most);
+    return false;
   }
   if (std::equal(volumes_.begin(), volumes_.end(), scenery.volumes.begin(), scenery.volumes.end()))
-    return Nothing{};
-  const Status set = renderer_->set_volumes(scenery.volumes);
-  if (set) volumes_.assign(scenery.volumes.begin(), scenery.volumes.end());
-  return set;
+    return true;
+  // What is new of volumes that are known, a step of motion say, is little.
+  check(renderer_->set_volumes(scenery.volumes));
+  volumes_.assign(scenery.volumes.begin(), scenery.volumes.end());
+  return true;
 }
 
 Drawn VolumeSource::record(const Frame& frame, VkCommandBuffer commands) {
@@ -87,7 +108,7 @@ Drawn VolumeSource::record(const Frame& frame, VkCommandBuffer commands) {
     const double left_s = std::max(kShare * period_s - took.update_s, kRaysAtLeast * period_s);
     resolution_ = next_resolution(resolution_, took.rays_s, {.budget_s = left_s});
   }
-  check(prepare(*scenery, full));
+  if (!prepare(*scenery, full)) return {};
   const PictureSize wanted = scaled(full, resolution_.scale);
   size_ = {std::min(wanted.width, full.width), std::min(wanted.height, full.height)};
   const std::array<palpate::Eye, 2> eyes{eye_of(frame.eyes[0]), eye_of(frame.eyes[1])};

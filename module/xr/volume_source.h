@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <future>
 #include <memory>
 #include <optional>
 #include <span>
@@ -27,8 +28,8 @@ using Show = std::function<std::optional<Scenery>(const Frame& frame)>;
 palpate::Eye eye_of(const Eye& eye);
 
 /// Draws volumes into the headset: both eyes in one dispatch, colour and depth, in as many pixels
-/// as there is time for. On another device all is made and uploaded anew. Behind a FrameSource's
-/// rules.
+/// as there is time for. On another device all is made and uploaded anew, on a thread of its own,
+/// while frames without a picture keep the runtime's loop alive. Behind a FrameSource's rules.
 class VolumeSource final : public FrameSource {
  public:
   explicit VolumeSource(Show show) : show_(std::move(show)) {}
@@ -44,14 +45,18 @@ class VolumeSource final : public FrameSource {
   double picture_s() const { return picture_s_; }
 
  private:
-  Status prepare(const Scenery& scenery, PictureSize most);
+  using Made = Result<std::unique_ptr<VolumeRenderer>>;
+  /// True once there is a renderer with the scenery's volumes.
+  bool prepare(const Scenery& scenery, PictureSize most);
+  void start_making(const Scenery& scenery, PictureSize most);
   Drawn copy(const Frame& frame, VkCommandBuffer commands) const;
 
   Show show_;
   std::shared_ptr<vulkan::Context> context_;
   std::unique_ptr<VolumeRenderer> renderer_;
-  PictureSize most_;  ///< as the renderer was made for
-  std::vector<std::shared_ptr<const MovingVolume>> volumes_;
+  std::future<Made> making_;                                  ///< valid while a renderer is made
+  PictureSize most_;                                          ///< that it is or was made for
+  std::vector<std::shared_ptr<const MovingVolume>> volumes_;  ///< that it has or will have
   Resolution resolution_;
   PictureSize size_;
   double picture_s_ = 0.0;

@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <glm/glm.hpp>
 
+#include "integration/files/calibration_file.h"
 #include "tests/app/made_headset.h"
 #include "tests/app/program.h"
 #include "tests/app/ticks.h"
@@ -255,6 +256,45 @@ TEST_F(InAHeadset, AControllerFeelsWithVibrationAndPausesTheHeart) {
       }
     EXPECT_GT(red, 15) << "eye " << eye << " of " << shown.width << " x " << shown.height;
   }
+}
+
+TEST_F(InAHeadset, OneTouchedPointChecksTheCalibrationAlsoAfterARestartOfTheRuntime) {
+  const std::string scene = still_heart(folder);
+  const Way way = way_to_surface(scene, folder);
+  const std::string rest = path_file(folder, {{0.0, way.start_m}, {600.0, way.start_m}});
+  files::StoredCalibration stored;
+  stored.calibration.stage_from_device = {{0.1, 0.9, -0.5},
+                                          glm::angleAxis(0.5, glm::dvec3(0.0, 1.0, 0.0))};
+  stored.calibration.controller_from_tip_m = {0.0, 0.0, -0.05};
+  stored.calibration.used = stored.calibration.all = 12;
+  ASSERT_TRUE(files::write_calibration(folder / "room.json", stored));
+  // The heart's world is the device's: there the tip is seen and touched.
+  const glm::dvec3 tip = stored.calibration.stage_from_device(way.start_m);
+  const auto touch = [&](MadeHeadset& headset, double off_m) {
+    headset.say("hand 1 " + text_of(tip + glm::dvec3(off_m, 0.0, 0.05)));
+    const auto frames = [&] { return std::stoul("0" + headset.ask()["frames"]); };
+    const size_t before = frames();
+    ASSERT_TRUE(wait_until([&] { return frames() > before + 5; }));
+    headset.say(kSelect + std::string("1"));
+    const size_t held = frames();
+    ASSERT_TRUE(wait_until([&] { return frames() > held + 5; }));
+    headset.say(kSelect + std::string("0"));
+  };
+  MadeHeadset headset;
+  Program program(feel(scene, {"--headset", "openxr", "--device", "simulated", "--hand", "none",
+                               "--path", rest, "--calibration", folder / "room.json"}));
+  ASSERT_TRUE(says(program, "that checks that the picture stands")) << program.said();
+  touch(headset, 0.001);
+  ASSERT_TRUE(says(program, "The picture stands where the device is, to 1.0 mm")) << program.said();
+  headset.say("lose instance");
+  ASSERT_TRUE(says(program, "may take the room for another")) << program.said();
+  touch(headset, 0.020);
+  ASSERT_TRUE(says(program, "The picture stands 20.0 mm off the device")) << program.said();
+  touch(headset, 0.0);
+  ASSERT_TRUE(says(program, "The picture stands where the device is, to 0.0 mm")) << program.said();
+  headset.say("exit");
+  EXPECT_EQ(program.wait().exit_code, 0);
+  EXPECT_THAT(headset.left(), HasSubstr("violations 0"));
 }
 
 TEST_F(InAHeadset, IsWaitedForWhileItIsOff) {

@@ -15,6 +15,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <thread>
 #include <vector>
@@ -81,6 +82,7 @@ class Child {
     pid_ = -1;
     return WIFSIGNALED(status) ? 1000 + WTERMSIG(status) : WEXITSTATUS(status);
   }
+  void interrupt() { kill(pid_, SIGINT); }
   void kill_now() {
     if (pid_ <= 0) return;
     kill(pid_, SIGKILL);
@@ -168,6 +170,8 @@ class Monado : public ::testing::Test {
         environment());
   }
 
+  std::unique_ptr<Child> palpate(std::vector<std::string> arguments);
+
   std::string root_, runtime_folder_;
   std::unique_ptr<Child> service_;
 };
@@ -211,6 +215,40 @@ TEST_F(Monado, IsWaitedForWhenTheProgramStartsFirst) {
   ASSERT_TRUE(run->says("does not answer: start its service", 30s)) << run->said();
   start_service();
   EXPECT_EQ(run->end(90s), 0) << run->said();
+}
+
+/// The program as it is installed: what it needs besides Monado's own libraries is this machine's.
+std::unique_ptr<Child> Monado::palpate(std::vector<std::string> arguments) {
+  std::vector<std::string> command = within(PALPATE_PROGRAM, std::move(arguments));
+  command[2] += ":/usr/lib/x86_64-linux-gnu:/lib/x86_64-linux-gnu";
+  return std::make_unique<Child>(command, environment());
+}
+
+TEST_F(Monado, LetsPalpateFeelTheHeartUnmodifiedAlsoAfterItsServiceWasKilled) {
+  start_service();
+  // The hand presses again and again: a busy machine may take long to see the first press.
+  const std::string path = runtime_folder_ + "/path.csv";
+  {
+    std::ofstream stream(path);
+    for (int k = 0; k < 100; ++k)
+      stream << 4.0 * k << ",0,0.07,0\n"
+             << 4.0 * k + 1.5 << ",0,0.07,0\n"
+             << 4.0 * k + 2.0 << ",0,0,0\n"
+             << 4.0 * k + 3.5 << ",0,0,0\n";
+  }
+  const auto run = palpate({"feel", "heart", "--headset", "openxr", "--device", "simulated",
+                            "--path", path, "--watchdog", "1000", "--black-box", runtime_folder_});
+  ASSERT_TRUE(run->says("in the headset: Monado: Simulated HMD", 60s)) << run->said();
+  ASSERT_TRUE(run->says("touching", 90s)) << run->said();
+  service_->kill_now();
+  ASSERT_TRUE(run->says("the force goes down until it is back", 60s)) << run->said();
+  ASSERT_TRUE(run->says("unseen", 60s)) << run->said();
+  start_service();
+  ASSERT_TRUE(run->says("The picture is back in the headset", 60s)) << run->said();
+  ASSERT_TRUE(run->says("touching", 90s)) << run->said();
+  run->interrupt();
+  EXPECT_EQ(run->end(60s), 0) << run->said();
+  EXPECT_THAT(run->said(), HasSubstr("in 2 sessions"));
 }
 
 }  // namespace
