@@ -28,11 +28,11 @@ class Program {
   bool wait_for(const std::string& text);
   /// What stands on stdout by now.
   std::string said() const;
+  bool ended();
   void signal(int number);
   Outcome wait();
 
  private:
-  bool ended();
 
   files::TemporaryFolder folder_;  ///< holds what it prints
   pid_t pid_ = -1;
