@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kPeriod_s = 1e-3;
 constexpr double kStart_s = 2.2;     // of the start gate and its ramp
+constexpr double kSettling_s = 8.0;  // of a gain that was lowered once: it rises by 0.2 a second
 constexpr double kOutside_m = 0.01;  // where the grip waits for it
 constexpr double kStrength_n = 50.0;
 
@@ -91,6 +92,7 @@ StabilityResult run_guarded(const StabilityCase& at, bool knows, const HapticsOp
   StabilityCase of = at;
   // What it rests at, and how fast, follow from the stiffness that is.
   of.stiffness_n_per_m = wall.stiffness_n_per_m();
+  of.settling_s = kSettling_s;
   WallLoop loop;
   loop.lead_share = DelayLead::kShare;
   loop.push_n = [&](double x_m, double dt_s) { return wall.push_n(x_m, dt_s); };

@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kWrongShare = 0.05, kUnseenShare = 0.1;
 constexpr int kHeartFrames = 12;
+constexpr double kRange = 600.0;  // of a body's intensities
 
 /// Intensities about 500, most between 200 and 800.
 double tissue_of(glm::dvec3 lps_mm, double fine_mm, double coarse_mm, uint32_t seed) {
@@ -61,6 +62,29 @@ Making alone(Making making) {
   return making;
 }
 
+/// How many frames may be left out after this one until the outside of the wall (30 mm from the
+/// middle in the smallest state) has moved by half of the wall there is; kHeartFrames: never.
+double left_out_to_half_the_wall(double frame) {
+  const Grid grid = heart_grid(64);
+  const Mask wall = heart_shell(grid, 0, kHeartFrames);
+  double first = 1e9, last = 0.0;
+  for (int i = 32; i < 64; ++i)
+    if (wall.values[grid.offset(i, 32, 32)]) {
+      const double r = grid.lps_from_index({i, 32, 32}).x;
+      first = std::min(first, r);
+      last = std::max(last, r);
+    }
+  const double thickness = last - first + grid.finest_mm();
+  // Between frames the phantom's motion goes as a cosine.
+  const auto place = [&](double k) {
+    const double s = 0.5 * (1.0 - std::cos(2.0 * std::numbers::pi * k / kHeartFrames));
+    return s * (heart_point({last, 0.0, 0.0}, 0, kHeartFrames / 2, kHeartFrames).x - last);
+  };
+  for (double n = 0.0; n < kHeartFrames; n += 0.02)
+    if (std::abs(place(frame + 1.0 + n) - place(frame)) >= 0.5 * thickness) return n;
+  return kHeartFrames;
+}
+
 template <class Pair>
 void fill_motion(StabilityMap& map, const std::shared_ptr<vulkan::Context>& context,
                  const Making& making, Colour colour, const Pair& pair) {
@@ -79,14 +103,14 @@ MotionPair shifted_pair(int size, double displacement, double structure, uint32_
       [=](glm::dvec3) { return shift; });
 }
 
-MotionPair lit_pair(int size, double gain, double bias, uint32_t seed) {
+MotionPair lit_pair(int size, double more_gain, double bias, uint32_t seed) {
   MotionPair pair = noisy_pair(size, 0.02, 3.0, seed);
   const Grid& grid = pair.moving.grid;
   for (int k = 0; k < grid.size.z; ++k)
     for (int j = 0; j < grid.size.y; ++j)
       for (int i = 0; i < grid.size.x; ++i) {
         float& value = pair.moving.values[grid.offset(i, j, k)];
-        value = float(gain * value + bias * 600.0 * i / (size - 1.0));
+        value = float((1.0 + more_gain) * value + bias * kRange * i / (size - 1.0));
       }
   return pair;
 }
@@ -106,11 +130,11 @@ MotionPair flat_pair(int size, double radius, double displacement, uint32_t seed
     const double edge = texture::soft_step(glm::length(x - middle) - radius, 1.5);
     return 500.0 + edge * (tissue_of(x, 6.0, 13.0, seed) - 500.0);
   };
-  // Of the ball's inside the outside says little: it goes along x, and back at its rim.
+  // At its rim the ball stands nearly still: the outside says nothing of the inside.
   const auto u = [=](glm::dvec3 x) {
-    const double t = glm::length(x - middle) / scored;
+    const double t = glm::length(x - middle) / std::max(radius, 12.0);
     const double inner = t < 1.0 ? (1.0 - t * t) * (1.0 - t * t) : 0.0;
-    return swirl(size, x, 2.0) + glm::dvec3(displacement * inner, 0.0, 0.0);
+    return glm::dvec3(displacement * inner, 0.0, 0.0);
   };
   MotionPair pair = pair_of(cube(size), body, u);
   add_noise(pair, 0.02 * deviation(pair.moving), seed);
@@ -223,13 +247,14 @@ StabilityMap displacement_map(const std::shared_ptr<vulkan::Context>& context,
 StabilityMap contrast_map(const std::shared_ptr<vulkan::Context>& context, const Making& making) {
   StabilityMap map = motion_map("contrast", "Another contrast and a bias field");
   map.made =
-      "A swirl of 3 voxels; the second frame has another gain and gets brighter from left to right "
-      "by "
-      "a share of the intensity range.";
-  map.x = {"gain", "", log_evenly(0.25, 4.0, making.quick ? 3 : 9), true, {}};
-  map.y = {"bias", "", evenly(0.0, 2.0, making.quick ? 3 : 7), false, {}};
-  // Where the frames differ by the light as much as by the motion, in the mean square: gain and
-  // bias change a body of mean m and deviation s by (gain - 1)^2 (m^2 + s^2) + bias ...
+      "A swirl of 3 voxels; the second frame has more gain and gets brighter from left to right by "
+      "a "
+      "share of the intensity range.";
+  map.x = {"more gain", "", log_evenly(0.01, 3.0, making.quick ? 3 : 8), true, {}};
+  map.y = {
+      "bias, as a share of the range", "", log_evenly(0.01, 3.0, making.quick ? 3 : 6), true, {}};
+  // Where light changes the frames as much as the motion does, in the mean square, for a body of
+  // mean m and deviation s with a range r:  g^2 (m^2 + s^2) + g m b r + b^2 r^2 / 3 = moved.
   const MotionPair plain = noisy_pair(size_of(making), 0.0, 3.0, making.seed);
   double moved = 0.0, mean = 0.0;
   const double n = double(plain.fixed.values.size());
@@ -239,21 +264,14 @@ StabilityMap contrast_map(const std::shared_ptr<vulkan::Context>& context, const
     mean += plain.moving.values[i] / n;
   }
   const double spread = deviation(plain.moving);
-  Border upper{"light changes the frames as much as the motion does", {}}, lower{"", {}};
-  // (g-1)^2 (m^2+s^2) + 2 (g-1) m b r / 2 + b^2 r^2 / 3 = moved, r = 600: the range.
-  for (const double gain : log_evenly(0.2, 5.0, 4001)) {
-    const double g = gain - 1.0, a = 600.0 * 600.0 / 3.0, b = g * mean * 600.0,
-                 c = g * g * (mean * mean + spread * spread) - moved;
-    const double under = b * b - 4.0 * a * c;
-    if (under < 0.0) continue;
-    const double high = (-b + std::sqrt(under)) / (2.0 * a),
-                 low = (-b - std::sqrt(under)) / (2.0 * a);
-    if (high >= 0.0) upper.points.push_back({gain, high});
-    if (low >= 0.0) lower.points.insert(lower.points.begin(), {gain, low});
+  Border border{"light changes the frames as much as the motion does", {}};
+  for (const double g : log_evenly(0.005, 5.0, 2001)) {
+    const double a = kRange * kRange / 3.0, b = g * mean * kRange;
+    const double c = g * g * (mean * mean + spread * spread) - moved;
+    const double bias = (-b + std::sqrt(std::max(0.0, b * b - 4.0 * a * c))) / (2.0 * a);
+    if (bias > 1e-3) border.points.push_back({g, bias});
   }
-  // One line around: down along the lower branch after the upper one.
-  for (const glm::dvec2& point : lower.points) upper.points.push_back(point);
-  map.borders = {upper};
+  map.borders = {border};
   fill_motion(map, context, making, Colour::kError, lit_pair);
   return map;
 }
@@ -276,21 +294,15 @@ StabilityMap noise_map(const std::shared_ptr<vulkan::Context>& context, const Ma
 StabilityMap aperture_map(const std::shared_ptr<vulkan::Context>& context, const Making& making) {
   StabilityMap map = motion_map("flat", "A region without structure (aperture)");
   map.made =
-      "A ball with nothing in it, whose inside moves otherwise than its rim; scored in the ball. "
-      "Nothing in the frames tells its motion.";
-  map.x = {"radius of the flat ball",
-           "voxels",
-           making.quick ? std::vector{2.0, 8.0, 16.0} : evenly(0.0, 20.0, 9),
-           false,
-           {}};
-  map.y = {"motion inside",
-           "voxels",
-           making.quick ? std::vector{0.5, 2.0, 8.0} : log_evenly(0.5, 8.0, 6),
-           true,
-           {}};
-  // A vector needs structure within the window of its equations: an SD of 3 voxels, twice that.
-  map.borders = {
-      {"the window: nothing within 6 voxels tells of the middle", {{6.0, 0.1}, {6.0, 20.0}}}};
+      "A ball with nothing in it but noise, whose inside moves and whose rim hardly does; scored "
+      "in "
+      "the ball. Nothing in the frames tells its motion.";
+  map.x = {"radius of the flat ball", "voxels", {}, false, {}};
+  map.y = {"motion inside", "voxels", {}, true, {}};
+  map.x.at = making.quick ? std::vector{2.0, 8.0, 16.0} : evenly(0.0, 24.0, 9);
+  map.y.at = making.quick ? std::vector{0.5, 2.0, 4.0} : log_evenly(0.25, 4.0, 5);
+  map.borders = {{"two SDs of the window (7 voxels each): nothing within it has structure",
+                  {{14.0, 0.1}, {14.0, 9.0}}}};
   fill_motion(map, context, making, Colour::kError, flat_pair);
   return map;
 }
@@ -301,12 +313,14 @@ StabilityMap folding_map(const std::shared_ptr<vulkan::Context>& context, const 
       "Material that runs to and fro along one axis, u = g/k sin(k x): from g = 1 on the true "
       "motion itself folds, and no field without folds is right.";
   map.x = {"gradient of the true motion", "", evenly(0.2, 2.0, making.quick ? 4 : 10), false, {}};
-  map.y = {"wavelength", "voxels", log_evenly(10.0, 40.0, making.quick ? 3 : 6), true, {}};
+  map.y = {"wavelength", "voxels", log_evenly(12.0, 60.0, making.quick ? 3 : 6), true, {}};
   map.colour = "folded voxels";
   map.colour_unit = "%";
   map.lowest = 0.01;
   map.highest = 100.0;
-  map.borders = {{"the truth folds", {{1.0, 5.0}, {1.0, 80.0}}}};
+  map.borders = {
+      {"the truth folds", {{1.0, 5.0}, {1.0, 99.0}}},
+      {"a wave is as long as the window is wide (2 pi 7 voxels)", {{0.0, 44.0}, {3.0, 44.0}}}};
   fill_motion(map, context, making, Colour::kFolds, folding_pair);
   return map;
 }
@@ -359,8 +373,12 @@ StabilityMap frames_map(const std::shared_ptr<vulkan::Context>& context, const M
   map.y = {
       "frame", "", making.quick ? std::vector{0.0, 3.0, 6.0} : evenly(0.0, 11.0, 6), false, {}};
   if (!making.quick) map.y.at = {0, 2, 4, 6, 8, 10};
-  // How far the wall's middle moves: half of its finest structure is where a gradient ends.
-  Border border{"the wall moves by half of its thickness", {}};
+  Border half{"the wall moves by half of its thickness", {}};
+  for (double frame = map.y.at.front() - 1.0; frame <= map.y.at.back() + 1.0; frame += 0.25) {
+    const double left_out = left_out_to_half_the_wall(frame);
+    if (left_out < kHeartFrames) half.points.push_back({left_out, frame});
+  }
+  map.borders = {half};
   fill_motion(map, context, making, Colour::kError,
               [](int size, double left_out, double frame, uint32_t seed) {
                 return heart_pair(size, int(left_out), int(frame), seed);
@@ -379,7 +397,7 @@ StabilityMap anisotropy_map(const std::shared_ptr<vulkan::Context>& context, con
            true,
            {}};
   map.y = {
-      "size of its structures", "voxels", log_evenly(4.0, 24.0, making.quick ? 3 : 7), true, {}};
+      "size of its structures", "voxels", log_evenly(4.0, 16.0, making.quick ? 3 : 6), true, {}};
   Border nyquist{"two slices a structure (Nyquist)", {}};
   for (const double ratio : log_evenly(0.7, 11.0, 33))
     nyquist.points.push_back({ratio, 2.0 * ratio});

@@ -13,12 +13,13 @@ namespace palpate::stability {
 
 /// Structures of one size, shifted as a whole.
 MotionPair shifted_pair(int size, double displacement, double structure, uint32_t seed);
-/// A swirl of 3 voxels in a body with structures of 6 and 13; moving has another gain, and a bias
+/// A swirl of 3 voxels in a body with structures of 6 and 13; moving has more gain, and a bias
 /// that goes across it by a share of its range.
-MotionPair lit_pair(int size, double gain, double bias, uint32_t seed);
+MotionPair lit_pair(int size, double more_gain, double bias, uint32_t seed);
 /// The swirl of so many voxels; both frames have noise, as a share of the body's deviation.
 MotionPair noisy_pair(int size, double noise, double displacement, uint32_t seed);
-/// The swirl in a body with a ball in its middle in which there is nothing to see; scored there.
+/// A bump of so many voxels in the middle, 12 voxels wide or as wide as a ball there in which there
+/// is nothing to see; scored in the ball, or 4 voxels about its middle.
 MotionPair flat_pair(int size, double radius, double displacement, uint32_t seed);
 /// Material that runs to and fro along x, u = g / k sin(k x): its gradient is g at most, and from 1
 /// on it folds.

@@ -94,7 +94,8 @@ StabilityResult run_stability(const StabilityCase& at, const WallLoop& loop) {
   const double foldings = 1.5 + std::log(start_m / (0.25 * at.resolution_m + 0.1 * kExact_m));
   const double watched_s = std::clamp(3.0 * 2.0 * std::numbers::pi / decay.omega, 0.5, 20.0);
   StabilityResult result;
-  result.simulated_s = std::clamp(1.3 * foldings / decay.rate, 1.0, at.longest_s) + watched_s;
+  result.simulated_s =
+      std::clamp(1.3 * foldings / decay.rate, 1.0, at.longest_s) + at.settling_s + watched_s;
   const long ticks = long(result.simulated_s / kPeriod_s);
   const long watched = long(watched_s / kPeriod_s);
 

@@ -19,6 +19,7 @@ struct StabilityCase {
   int hand = 0;                    ///< place in hand_name()
   double jitter_s = 0.0;      ///< every period is longer or shorter by up to this, evenly spread
   double longest_s = 2000.0;  ///< of simulated time
+  double settling_s = 0.0;    ///< more of it, for what else must come to rest: guards
 };
 
 /// The loop between encoder and motor.
