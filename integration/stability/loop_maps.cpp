@@ -35,7 +35,7 @@ StabilityMap spring_wall_map(const char* name, const char* title) {
   map.highest = 1e4;
   constexpr const char* kFlag = "lowers the force and names the cause";
   map.sides = {{"the plain loop", "", {}},
-               {"palpate, the device not saying what it holds", kFlag, {}},
+               {"palpate at a device it knows nothing of", kFlag, {}},
                {"palpate", kFlag, {}}};
   return map;
 }

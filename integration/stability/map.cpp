@@ -87,8 +87,18 @@ std::string meaning(const StabilityMap& map) {
   return text;
 }
 
+namespace {
+
+/// As one value of a row: in quotes where a comma would end it.
+std::string quoted(const std::string& text) {
+  return text.find(',') == std::string::npos ? text : '"' + text + '"';
+}
+
+}  // namespace
+
 std::string csv(const StabilityMap& map) {
-  std::string text = fmt::format("method,{},{},{},outcome\n", map.x.name, map.y.name, map.colour);
+  std::string text = fmt::format("method,{},{},{},outcome\n", quoted(map.x.name),
+                                 quoted(map.y.name), quoted(map.colour));
   for (const Side& side : map.sides)
     for (size_t j = 0; j < map.y.at.size(); ++j)
       for (size_t i = 0; i < map.x.at.size(); ++i) {
@@ -96,7 +106,7 @@ std::string csv(const StabilityMap& map) {
         const auto at = [](const Axis& axis, size_t n) {
           return axis.words.empty() ? fmt::format("{:.9g}", axis.at[n]) : axis.words[n];
         };
-        text += fmt::format("{},{},{},{:.9g},{}\n", side.method, at(map.x, i), at(map.y, j),
+        text += fmt::format("{},{},{},{:.9g},{}\n", quoted(side.method), at(map.x, i), at(map.y, j),
                             cell.value, word(cell.outcome));
       }
   return text;

@@ -234,9 +234,9 @@ StabilityMap displacement_map(const std::shared_ptr<vulkan::Context>& context,
                               const Making& making) {
   StabilityMap map = motion_map("displacement", "Large motion of small structures");
   map.made = "A body with structures of one size alone is shifted as a whole.";
-  map.x = {"displacement", "voxels", log_evenly(0.5, 16.0, making.quick ? 4 : 11), true, {}};
+  map.x = {"displacement", "voxels", log_evenly(0.5, 16.0, making.quick ? 4 : 9), true, {}};
   map.y = {
-      "size of its structures", "voxels", log_evenly(3.0, 16.0, making.quick ? 3 : 8), true, {}};
+      "size of its structures", "voxels", log_evenly(3.0, 16.0, making.quick ? 3 : 6), true, {}};
   Border half{"half a structure: what a gradient can see", {}};
   for (const double s : log_evenly(2.0, 24.0, 33)) half.points.push_back({0.5 * s, s});
   map.borders = {half};
@@ -250,9 +250,9 @@ StabilityMap contrast_map(const std::shared_ptr<vulkan::Context>& context, const
       "A swirl of 3 voxels; the second frame has more gain and gets brighter from left to right by "
       "a "
       "share of the intensity range.";
-  map.x = {"more gain", "", log_evenly(0.01, 3.0, making.quick ? 3 : 8), true, {}};
+  map.x = {"more gain", "", log_evenly(0.01, 3.0, making.quick ? 3 : 7), true, {}};
   map.y = {
-      "bias, as a share of the range", "", log_evenly(0.01, 3.0, making.quick ? 3 : 6), true, {}};
+      "bias, as a share of the range", "", log_evenly(0.01, 3.0, making.quick ? 3 : 5), true, {}};
   // Where light changes the frames as much as the motion does, in the mean square, for a body of
   // mean m and deviation s with a range r:  g^2 (m^2 + s^2) + g m b r + b^2 r^2 / 3 = moved.
   const MotionPair plain = noisy_pair(size_of(making), 0.0, 3.0, making.seed);
@@ -282,10 +282,10 @@ StabilityMap noise_map(const std::shared_ptr<vulkan::Context>& context, const Ma
       "A swirl in a body with structures of 6 and 13 voxels, independent noise in both frames.";
   map.x = {"noise, as a share of the body's own deviation",
            "",
-           log_evenly(0.03, 3.0, making.quick ? 4 : 9),
+           log_evenly(0.03, 3.0, making.quick ? 4 : 7),
            true,
            {}};
-  map.y = {"displacement", "voxels", log_evenly(1.0, 8.0, making.quick ? 3 : 6), true, {}};
+  map.y = {"displacement", "voxels", log_evenly(1.0, 8.0, making.quick ? 3 : 5), true, {}};
   map.borders = {{"as much noise as structure", {{1.0, 0.5}, {1.0, 16.0}}}};
   fill_motion(map, context, making, Colour::kError, noisy_pair);
   return map;
@@ -299,8 +299,8 @@ StabilityMap aperture_map(const std::shared_ptr<vulkan::Context>& context, const
       "the ball. Nothing in the frames tells its motion.";
   map.x = {"radius of the flat ball", "voxels", {}, false, {}};
   map.y = {"motion inside", "voxels", {}, true, {}};
-  map.x.at = making.quick ? std::vector{2.0, 8.0, 16.0} : evenly(0.0, 24.0, 9);
-  map.y.at = making.quick ? std::vector{0.5, 2.0, 4.0} : log_evenly(0.25, 4.0, 5);
+  map.x.at = making.quick ? std::vector{2.0, 8.0, 16.0} : evenly(0.0, 24.0, 7);
+  map.y.at = making.quick ? std::vector{0.5, 2.0, 4.0} : log_evenly(0.5, 4.0, 4);
   map.borders = {{"two SDs of the window (7 voxels each): nothing within it has structure",
                   {{14.0, 0.1}, {14.0, 9.0}}}};
   fill_motion(map, context, making, Colour::kError, flat_pair);
@@ -312,8 +312,8 @@ StabilityMap folding_map(const std::shared_ptr<vulkan::Context>& context, const 
   map.made =
       "Material that runs to and fro along one axis, u = g/k sin(k x): from g = 1 on the true "
       "motion itself folds, and no field without folds is right.";
-  map.x = {"gradient of the true motion", "", evenly(0.2, 2.0, making.quick ? 4 : 10), false, {}};
-  map.y = {"wavelength", "voxels", log_evenly(12.0, 60.0, making.quick ? 3 : 6), true, {}};
+  map.x = {"gradient of the true motion", "", evenly(0.25, 2.0, making.quick ? 3 : 8), false, {}};
+  map.y = {"wavelength", "voxels", log_evenly(12.0, 60.0, making.quick ? 3 : 5), true, {}};
   map.colour = "folded voxels";
   map.colour_unit = "%";
   map.lowest = 0.01;
@@ -372,7 +372,7 @@ StabilityMap frames_map(const std::shared_ptr<vulkan::Context>& context, const M
            {}};
   map.y = {
       "frame", "", making.quick ? std::vector{0.0, 3.0, 6.0} : evenly(0.0, 11.0, 6), false, {}};
-  if (!making.quick) map.y.at = {0, 2, 4, 6, 8, 10};
+  if (!making.quick) map.y.at = {0, 3, 6, 9};
   Border half{"the wall moves by half of its thickness", {}};
   for (double frame = map.y.at.front() - 1.0; frame <= map.y.at.back() + 1.0; frame += 0.25) {
     const double left_out = left_out_to_half_the_wall(frame);
@@ -393,11 +393,11 @@ StabilityMap anisotropy_map(const std::shared_ptr<vulkan::Context>& context, con
       "are wide.";
   map.x = {"slice thickness over voxel width",
            "",
-           making.quick ? std::vector{1.0, 3.0, 8.0} : log_evenly(1.0, 8.0, 7),
+           making.quick ? std::vector{1.0, 3.0, 8.0} : log_evenly(1.0, 8.0, 6),
            true,
            {}};
   map.y = {
-      "size of its structures", "voxels", log_evenly(4.0, 16.0, making.quick ? 3 : 6), true, {}};
+      "size of its structures", "voxels", log_evenly(4.0, 16.0, making.quick ? 3 : 5), true, {}};
   Border nyquist{"two slices a structure (Nyquist)", {}};
   for (const double ratio : log_evenly(0.7, 11.0, 33))
     nyquist.points.push_back({ratio, 2.0 * ratio});

@@ -1,12 +1,16 @@
 #include "module/haptics/guards.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace palpate {
 namespace {
 
-constexpr double kWarm = 0.8;          // of the final heat: from here on the force is lowered
-constexpr double kSpent = 0.5;         // of the budget: from here on the gain falls
+constexpr double kWarm = 0.8;      // of the final heat: from here on the force is lowered
+constexpr double kSpent = 0.5;     // of the budget: from here on the gain falls
+constexpr double kForgiveS = 0.1;  // of what a contact held back
+constexpr double kSteepestReturn = 8.0, kLeastReturn = 0.01;
 constexpr double kNewContactS = 0.02;  // apart for so long: the next touch is a new contact
 
 }  // namespace
@@ -55,6 +59,32 @@ double FirstContact::slew_n_per_s(double full_n_per_s) const noexcept {
   const double grown = young_s_ > 0.0 ? std::clamp(age_s_ / young_s_ - 1.0, 0.0, 1.0) : 1.0;
   const double young = std::min(young_n_per_s_, full_n_per_s);
   return young + (full_n_per_s - young) * grown;
+}
+
+void PassiveReturn::move(double wanted_j, double given_j) noexcept {
+  wanted_j_ += wanted_j;
+  given_j_ += given_j;
+}
+
+double PassiveReturn::most_n(double wanted_n) noexcept {
+  falls_ = wanted_n < wanted_n_;
+  wanted_n_ = wanted_n;
+  if (!(wanted_n > 0.0)) *this = PassiveReturn{};  // free, or no number
+  if (!falls_ || !(turn_wanted_n_ > 0.0)) return std::numeric_limits<double>::infinity();
+  double power = 1.0;
+  if (wanted_j_ > 0.0) {
+    const double share = turn_given_n_ / turn_wanted_n_;
+    power = 2.0 * share * wanted_j_ / std::max(given_j_, kLeastReturn * wanted_j_) - 1.0;
+    power = std::clamp(power, 1.0, kSteepestReturn);
+  }
+  return turn_given_n_ * std::pow(std::min(1.0, wanted_n / turn_wanted_n_), power);
+}
+
+void PassiveReturn::give(double given_n, double dt_s) noexcept {
+  if (falls_) return;
+  turn_wanted_n_ = wanted_n_;
+  turn_given_n_ = std::min(given_n, wanted_n_);
+  given_j_ += (wanted_j_ - given_j_) * dt_s / (kForgiveS + dt_s);
 }
 
 }  // namespace palpate

@@ -55,4 +55,26 @@ class FirstContact {
   double age_s_ = 0.0, apart_s_ = 1.0;
 };
 
+/// What a contact gives back. A force that was let in slowly on the hand's way in and is whole on
+/// its way out gives more than it took: a grip that bounces would be kept bouncing. So while the
+/// force falls from w_t, where s_t of it was given, no more than
+///   s_t (w / w_t)^n,  n + 1 = 2 (s_t / w_t) (wanted's work / given's work), n from 1 to 8,
+/// is given: for a spring that is exactly the work that the hand did. n = 1 and s_t = w_t where
+/// nothing was held back. What is owed is forgiven over a tenth of a second in which the force does
+/// not fall. Values; real-time safe.
+class PassiveReturn {
+ public:
+  /// The hand moved: its work against the wanted force and against what was given, J.
+  void move(double wanted_j, double given_j) noexcept;
+  /// The most that may be given where wanted_n is wanted; infinite while it does not fall.
+  double most_n(double wanted_n) noexcept;
+  /// What was given then, for dt_s.
+  void give(double given_n, double dt_s) noexcept;
+
+ private:
+  double wanted_j_ = 0.0, given_j_ = 0.0;
+  double wanted_n_ = 0.0, turn_wanted_n_ = 0.0, turn_given_n_ = 0.0;
+  bool falls_ = false;
+};
+
 }  // namespace palpate

@@ -13,7 +13,6 @@ constexpr double kUsualFrameS = 1e-3;     // stands in for a dt that is none
 constexpr double kLongestFrameS = 2e-3;   // a longer one counts as this: see Safety
 constexpr double kJumpS = 1.0;            // a longer frame is no delay but another clock
 constexpr double kEnergyShare = 0.1;      // of the slew, kept for the energy gate
-constexpr double kReturnPerS = 3.0;       // how fast the share that a first contact let in grows
 constexpr double kUsualPowerW = 2.0;
 constexpr double kFar = 2.0;         // times the velocity limit: far too fast
 constexpr double kHandStepM = 0.02;  // no hand moves further in a frame: 10 m/s for 2 ms
@@ -94,8 +93,8 @@ SafetyOutput Safety::step(const SafetyInput& input) noexcept {
     force_ = limited(input, dt);
   } else {
     slewed_ = glm::dvec3(0.0);
-    last_wanted_n_ = 0.0;
-    return_share_ = 1.0;
+    last_wanted_ = glm::dvec3(0.0);
+    return_ = {};
     force_ = state_ == SafetyState::kFading ? fade_ * fade_from_ : glm::dvec3(0.0);
   }
 
@@ -120,7 +119,11 @@ void Safety::account(const SafetyInput& input, double dt_s) noexcept {
   double work_j = 0.0;
   if (reading.fault == DeviceFault::kNone && is_finite(reading.position_m)) {
     const glm::dvec3 moved = reading.position_m - last_position_;
-    if (has_position_ && is_finite(moved)) work_j = glm::dot(force_, shortened(moved, kHandStepM));
+    if (has_position_ && is_finite(moved)) {
+      const glm::dvec3 way = shortened(moved, kHandStepM);
+      work_j = glm::dot(force_, way);
+      return_.move(-glm::dot(last_wanted_, way), -glm::dot(slewed_, way));
+    }
     last_position_ = reading.position_m;
     has_position_ = true;
   } else {
@@ -235,23 +238,6 @@ glm::dvec3 Safety::faded_at_edge(glm::dvec3 force, glm::dvec3 position) noexcept
   return force - (1.0 - left) * part * outward;
 }
 
-// A force that was let in slowly on the hand's way in and is whole on its way out gives more than
-// it took: a grip that bounces would be kept bouncing. So while the force falls, no greater share
-// of it is given than had been let in; the rest comes back as the force rises or holds, or with
-// time. What rose with time against a hand that slowed down took 0.36 of (last force x way); a
-// share that is constant would give back 0.5 of it, one that falls with the force gives 0.33.
-glm::dvec3 Safety::as_let_in(glm::dvec3 force, double wanted_n, double dt_s) noexcept {
-  return_share_ = std::min(1.0, return_share_ + kReturnPerS * dt_s);
-  const bool falls = wanted_n < last_wanted_n_;
-  last_wanted_n_ = wanted_n;
-  if (!falls) {
-    turned_at_n_ = wanted_n;
-    return force;
-  }
-  const double back = 1.0 - std::min(1.0, wanted_n / turned_at_n_);
-  return shortened(force, return_share_ * (1.0 - (1.0 - return_share_) * back) * wanted_n);
-}
-
 glm::dvec3 Safety::limited(const SafetyInput& input, double dt_s) noexcept {
   if (oscillation_.gain() < 1.0) limit_ = Cause::kOscillation;
   const double gain =
@@ -261,10 +247,10 @@ glm::dvec3 Safety::limited(const SafetyInput& input, double dt_s) noexcept {
   glm::dvec3 force = gain * shortened(input.wanted_n, 10.0 * options_.max_force_n);
   const glm::dvec3 damp = damping(input.velocity_m_per_s);
   force = faded_at_edge(force + damp, input.reading.position_m);
-  const double wanted_n = length_of(force);
 
   // Finite: whatever the steps above made.
   if (!is_finite(force)) force = glm::dvec3(0.0);
+  const glm::dvec3 wanted = force;
   // Magnitude.
   const double most = std::min(options_.max_force_n, heat_.limit_n());
   if (most < options_.max_force_n && length_of(force) > most && limit_ == Cause::kNone)
@@ -273,17 +259,14 @@ glm::dvec3 Safety::limited(const SafetyInput& input, double dt_s) noexcept {
   // Slew.
   const double full = (1.0 - kEnergyShare) * options_.max_slew_n_per_s;
   const double rising = contact_.slew_n_per_s(full);
-  const bool held = wanted_n >= last_wanted_n_;
-  const glm::dvec3 aim = as_let_in(force, wanted_n, dt_s);
+  const glm::dvec3 aim = shortened(force, return_.most_n(length_of(wanted)));
   const bool rises = length_of(aim) > length_of(slewed_);
   const glm::dvec3 change = aim - slewed_;
   if (rises && rising < full && length_of(change) > rising * dt_s && limit_ == Cause::kNone)
     limit_ = Cause::kFirstContact;
   slewed_ += shortened(change, (rises ? rising : full) * dt_s);
-  if (held && wanted_n > 0.0) {
-    const double let_in = std::min(1.0, length_of(slewed_) / wanted_n);
-    return_share_ = rising < full ? let_in : std::max(return_share_, let_in);
-  }
+  return_.give(length_of(slewed_), dt_s);
+  last_wanted_ = wanted;
   // Energy.
   if (power_.gain() < 1.0 && limit_ == Cause::kNone) limit_ = Cause::kEnergy;
   return power_.gain() * slewed_;

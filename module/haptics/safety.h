@@ -105,7 +105,6 @@ class Safety {
   void latch(uint32_t off) noexcept;
   glm::dvec3 limited(const SafetyInput& input, double dt_s) noexcept;
   glm::dvec3 damping(glm::dvec3 velocity) noexcept;
-  glm::dvec3 as_let_in(glm::dvec3 force, double wanted_n, double dt_s) noexcept;
   glm::dvec3 faded_at_edge(glm::dvec3 force, glm::dvec3 position) noexcept;
   bool active() const noexcept {
     return state_ == SafetyState::kRamping || state_ == SafetyState::kOn;
@@ -117,6 +116,7 @@ class Safety {
   MotorHeat heat_;
   PowerGate power_;
   FirstContact contact_;
+  PassiveReturn return_;
   OscillationGuard oscillation_;
 
   SafetyState state_ = SafetyState::kWaiting;
@@ -128,9 +128,7 @@ class Safety {
   int free_frames_ = 0;
   double fast_s_ = 0.0, stale_s_ = 0.0;
   glm::dvec3 fade_from_{0.0}, slewed_{0.0}, force_{0.0};
-  double last_wanted_n_ = 0.0;  // before magnitude and slew, in the last frame
-  double turned_at_n_ = 0.0;    // the same where it began to fall
-  double return_share_ = 1.0;   // of a falling force that may be given
+  glm::dvec3 last_wanted_{0.0};  // before magnitude and slew
   glm::dvec3 last_position_{0.0};
   bool has_position_ = false;
 };
