@@ -105,8 +105,12 @@ Result<StoredCalibration> read_calibration(const fs::path& file) {
   std::ostringstream text;
   text << stream.rdbuf();
   if (!stream) return bad_input(file, "can not be read: check its permissions.");
+  return parse_calibration(file, text.str());
+}
+
+Result<StoredCalibration> parse_calibration(const fs::path& file, std::string_view text) {
   JsonReading reading{file, {}, nullptr};
-  const auto root = parse_json(text.str(), reading);
+  const auto root = parse_json(text, reading);
   if (!root) return *reading.error;
   StoredCalibration stored = read(*root, reading);
   if (reading.error) return *reading.error;

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 #include "module/scene/calibrate.h"
 
@@ -23,5 +24,8 @@ Status write_calibration(const std::filesystem::path& file, const StoredCalibrat
 /// Reads it back. kBadInput, naming file, place and what to change: not there, not JSON, a key
 /// missing, wrong or unknown, a rotation that is none.
 Result<StoredCalibration> read_calibration(const std::filesystem::path& file);
+/// The same from text; `file` is only for messages.
+Result<StoredCalibration> parse_calibration(const std::filesystem::path& file,
+                                            std::string_view text);
 
 }  // namespace palpate::files

@@ -2,79 +2,31 @@
 // unsound answer.
 #include <gtest/gtest.h>
 
-#include <random>
-
 #include "integration/files/image_writer.h"
 #include "tests/files/dicom_files.h"
 #include "tests/files/fuzz/parse_bytes.h"
 #include "tests/files/temporary_folder.h"
 #include "tests/files/test_images.h"
+#include "tests/support/mutator.h"
 
 namespace palpate::files {
 namespace {
 
 constexpr int kRounds = 4000;
 
-/// Pieces that headers are sensitive to, so that mutations reach deeper than noise would.
-constexpr const char* kPieces[] = {"none",   "-1",   "0",
-                                   "1e308",  "nan",  "99999999999999999999",
-                                   "(",      ")",    ",",
-                                   ":=",     ":",    "=",
-                                   "\n",     "%d",   "LIST",
-                                   "LOCAL",  "list", "vector",
-                                   "domain", "gzip", "\xff\xff\xff\xff",
-                                   "\"",     " ",    "-0"};
-
-class Mutator {
- public:
-  std::string mutated(std::string bytes) {
-    const int changes = 1 + int(generator_() % 4);
-    for (int n = 0; n < changes; ++n) change(bytes);
-    return bytes;
-  }
-
- private:
-  size_t below(size_t n) { return n == 0 ? 0 : generator_() % n; }
-
-  void change(std::string& bytes) {
-    const size_t at = below(bytes.size());
-    switch (generator_() % 6) {
-      case 0:
-        if (!bytes.empty()) bytes[at] = char(generator_() & 0xff);
-        break;
-      case 1:
-        bytes.resize(at);
-        break;
-      case 2:
-        bytes.erase(at, below(20));
-        break;
-      case 3:
-        bytes.insert(at, kPieces[below(std::size(kPieces))]);
-        break;
-      case 4: {
-        const std::string piece = kPieces[below(std::size(kPieces))];
-        bytes.replace(at, std::min(piece.size(), bytes.size() - at), piece);
-        break;
-      }
-      default:
-        bytes.insert(at, bytes.substr(below(bytes.size()), below(60)));
-    }
-  }
-
-  std::mt19937 generator_{20240607};
-};
+/// Pieces that headers are sensitive to.
+const std::vector<std::string> kPieces = {"none",   "-1",   "0",
+                                          "1e308",  "nan",  "99999999999999999999",
+                                          "(",      ")",    ",",
+                                          ":=",     ":",    "=",
+                                          "\n",     "%d",   "LIST",
+                                          "LOCAL",  "list", "vector",
+                                          "domain", "gzip", "\xff\xff\xff\xff",
+                                          "\"",     " ",    "-0"};
 
 void run(void (*parse)(std::string_view), const std::vector<std::string>& seeds) {
-  Mutator mutator;
-  for (const std::string& seed : seeds) {
-    parse(seed);
-    for (int n = 0; n < kRounds; ++n) {
-      // On the heap and of exact size, so that the address sanitizer sees one byte too many.
-      const std::string bytes = mutator.mutated(seed);
-      const std::vector<char> exact(bytes.begin(), bytes.end());
-      parse({exact.data(), exact.size()});
-    }
-  }
+  test::Mutator mutator(kPieces);
+  for (const std::string& seed : seeds) mutator.run(seed, kRounds, parse);
 }
 
 Picture picture(size_t components, size_t frames) {
@@ -142,6 +94,14 @@ TEST(HeaderFuzz, SceneReaderHolds) {
        R"("volumes":[{"name":"b","files":["x","y"],"motions":[{"fields":["f"],"confidences":["c"]}],)"
        R"("transform":{"matrix":[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]},"rate":-1,"path":"paper"}],)"
        R"("modes":[{"kind":"follow","strength":{"pairs":[[0,1],[2,3]],"stepped":true},"on":false}]})"});
+}
+
+TEST(HeaderFuzz, CalibrationReaderHolds) {
+  run(fuzz::parse_calibration_file,
+      {R"({"stage_from_device":{"position_m":[0.31,0.74,-0.55],"quaternion_wxyz":[1,0,0,0]},)"
+       R"("space":"local","rms_m":0.001,"used":48,"all":60,"delay_s":0.031,)"
+       R"("controller_from_tip_m":[0.01,-0.1,0.02],"device":"Falcon","headset":"h","runtime":"r"})",
+       R"({"stage_from_device":{"quaternion_wxyz":[0.5,-0.5,0.5,0.5],"position_m":[1e3,-1e-9,0]}})"});
 }
 
 }  // namespace

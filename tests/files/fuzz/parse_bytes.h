@@ -13,5 +13,6 @@ void parse_nifti(std::string_view bytes);
 void parse_dicom_file(std::string_view bytes);
 void parse_points(std::string_view bytes);
 void parse_scene_file(std::string_view bytes);
+void parse_calibration_file(std::string_view bytes);
 
 }  // namespace palpate::files::fuzz
