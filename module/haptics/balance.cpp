@@ -61,8 +61,8 @@ glm::dvec3 proxy_of(const Column& column, glm::dvec3 probe, double stiffness_n_p
 
 /// Equation (12): the friction of each plane from the normal forces of a solve without friction.
 template <class Real>
-Balance convex_balance(const PrimitiveSet& primitives, glm::dvec3 probe,
-                       double stiffness_n_per_m) noexcept {
+Balance convex_balance(const PrimitiveSet& primitives, glm::dvec3 probe, double stiffness_n_per_m,
+                       BalanceHint* hint) noexcept {
   ConvexBalance<Real> convex(probe, stiffness_n_per_m);
   bool friction = false;
   for (const Primitive& p : primitives) {
@@ -71,7 +71,7 @@ Balance convex_balance(const PrimitiveSet& primitives, glm::dvec3 probe,
     if (p.kind == Kind::kPoint) convex.add_point(p.position, p.strength_n);
     friction = friction || (p.kind == Kind::kPlane && p.friction > 0.0);
   }
-  Balance result = convex.solve();
+  Balance result = convex.solve(friction, hint ? &hint->without_friction : nullptr);
   if (!friction) return result;
   int plane = 0;
   bool rubs = false;
@@ -84,15 +84,15 @@ Balance convex_balance(const PrimitiveSet& primitives, glm::dvec3 probe,
   }
   if (!rubs) return result;
   const int iterations = result.iterations;
-  result = convex.solve();
+  result = convex.solve(false, hint ? &hint->with_friction : nullptr);
   result.iterations += iterations;
   return result;
 }
 
 }  // namespace
 
-Balance balance(const PrimitiveSet& primitives, glm::dvec3 probe,
-                double stiffness_n_per_m) noexcept {
+Balance balance(const PrimitiveSet& primitives, glm::dvec3 probe, double stiffness_n_per_m,
+                BalanceHint* hint) noexcept {
   Column column;
   bool empty = true, one_column = true;
   glm::dvec3 pull_n(0.0);
@@ -115,10 +115,10 @@ Balance balance(const PrimitiveSet& primitives, glm::dvec3 probe,
   else if (one_column)
     result.proxy = proxy_of(column, pulled, stiffness_n_per_m);
   else
-    result = convex_balance<double>(primitives, pulled, stiffness_n_per_m);
+    result = convex_balance<double>(primitives, pulled, stiffness_n_per_m, hint);
   if (!result.converged) {  // planes or lines that are nearly parallel and strong
     const int iterations = result.iterations;
-    result = convex_balance<long double>(primitives, pulled, stiffness_n_per_m);
+    result = convex_balance<long double>(primitives, pulled, stiffness_n_per_m, nullptr);
     result.iterations += iterations;
   }
   // Numbers too large for doubles: the spring is let go, and that is said.

@@ -18,6 +18,20 @@ struct Balance {
                           ///< or near the balance
 };
 
+/// What held in one balance and with what force: where the next one begins to look, if it is like
+/// it. Only a guess: a balance comes out the same with it, but for round-off and for who gives how
+/// much where forces are not unique. Plain data, no thread of its own.
+struct BalanceHint {
+  struct Stage {
+    int planes = -1, lines = -1;  ///< how many of each; -1: nothing known
+    std::array<double, PrimitiveSet::kCapacity> plane_n;
+    std::array<bool, PrimitiveSet::kCapacity> plane_holds;
+    std::array<glm::dvec3, 2 * PrimitiveSet::kCapacity> line_n;
+    std::array<bool, 2 * PrimitiveSet::kCapacity> line_holds;
+  };
+  Stage without_friction, with_friction;
+};
+
 /// The proxy that balances spring and primitives, equation (11): the one minimum of the strictly
 /// convex
 ///   Phi(x) = k/2 |x - probe|^2 + sum_planes s max(0, -(x-x_j).q) + sum_lines s dist(x, line) +
@@ -27,8 +41,8 @@ struct Balance {
 /// A convex solver with a bound on iterations for the rest (balance_convex.h). Friction strengths
 /// come from a first solve without friction, as the paper's (12) takes them; planes that repeat
 /// share the normal force in proportion to strength. Space: any, all in m; stiffness in N/m, > 0.
-/// Never NaN for finite input. Real-time safe: no allocation, noexcept.
-Balance balance(const PrimitiveSet& primitives, glm::dvec3 probe,
-                double stiffness_n_per_m) noexcept;
+/// Never NaN for finite input. Real-time safe: no allocation, noexcept. A hint is read and renewed.
+Balance balance(const PrimitiveSet& primitives, glm::dvec3 probe, double stiffness_n_per_m,
+                BalanceHint* hint = nullptr) noexcept;
 
 }  // namespace palpate

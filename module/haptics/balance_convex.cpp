@@ -338,10 +338,12 @@ bool ConvexBalance<Real>::end_round() noexcept {
 }
 
 template <class Real>
-Balance ConvexBalance<Real>::solve() noexcept {
-  iterations_ = 0;
+Balance ConvexBalance<Real>::solve(bool shares_matter, BalanceHint::Stage* hint) noexcept {
+  iterations_ = settle_steps_ = 0;
   start();
-  bool done = false;
+  shares_matter_ = false;
+  bool done = hint && settle_as(*hint);
+  shares_matter_ = shares_matter;
   for (int round = 0; round < kMaxRounds && !done; ++round) {
     farthest_ = 0.0;
     newton_step_ = Vec(0.0);
@@ -350,12 +352,13 @@ Balance ConvexBalance<Real>::solve() noexcept {
     else
       predict();
     newton();
-    done = end_round();
+    done = end_round() || settle();
     if (round == 0 || farthest_ * kUlp > 0.1 * smallest_) place();
   }
+  if (hint && done) remember(*hint);
   Balance result;
   result.proxy = glm::dvec3(proxy_ + proxy_low_);
-  result.iterations = iterations_;
+  result.iterations = iterations_ + settle_steps_;
   result.residual_n = double(stiffness_ * glm::length(rest_));
   result.converged = done && result.residual_n <= kResidualN;
   return result;

@@ -30,6 +30,9 @@ namespace palpate {
 /// met. Where forces are not unique (planes that repeat) they are shared in proportion to strength,
 /// whatever the order.
 ///
+/// Most rounds only drive numbers to round-off that are right already: so after each round the
+/// solution for what holds and slides then is computed at once (settle()) and taken if it is one.
+///
 /// Round-off: offsets and spring are numbers of their own that are only updated, so near the
 /// solution they are small and it is their relative precision that counts. The proxy then is the
 /// exact one of primitives that are moved by a few units in the last place of the largest
@@ -52,8 +55,10 @@ class ConvexBalance {
   void add_line(glm::dvec3 position, glm::dvec3 q, double strength_n) noexcept;
   void add_point(glm::dvec3 position, double strength_n) noexcept;
 
-  /// May be called again after more was added; starts where the last call ended.
-  Balance solve() noexcept;
+  /// May be called again after more was added; starts where the last call ended. shares_matter:
+  /// plane_force_n() is asked for afterwards; where forces are not unique it takes longer then.
+  /// The hint is tried first, whatever its shares, and renewed.
+  Balance solve(bool shares_matter, BalanceHint::Stage* hint) noexcept;
 
   /// Force of the i-th plane that was added, in N, after solve(): 0 to its strength.
   double plane_force_n(int i) const noexcept {
@@ -70,6 +75,7 @@ class ConvexBalance {
     Real height, step;       // of the proxy; and how it changes along the Newton step
     Real force, next_force;  // of the round before; and now
     bool held, would_hold;
+    Real settled_height, settled_force;  // of settle()
   };
   /// A line; or a point, which is a line without a direction.
   struct Line {
@@ -78,6 +84,7 @@ class ConvexBalance {
     Vec offset, step;
     Vec force, next_force;
     bool held, would_hold;
+    Vec settled_offset, settled_force;
   };
   /// Symmetric.
   struct Matrix {
@@ -98,6 +105,16 @@ class ConvexBalance {
   Real search(Real slope, bool strict) noexcept;
   bool newton() noexcept;
   bool end_round() noexcept;
+  /// The solution at once, if what holds and what slides is as the round has left it: up to three
+  /// directions are held exactly, Newton's method without kinks does the rest. True, and proxy and
+  /// forces are set, if every primitive can give what that takes; else nothing is changed. Where
+  /// more is held than is independent and shares matter, only once the rounds know them.
+  bool settle() noexcept;
+  bool settle_as(const BalanceHint::Stage& hint) noexcept;
+  void remember(BalanceHint::Stage& hint) const noexcept;
+  Vec settled_rest(Vec proxy) noexcept;
+  Matrix sliding_curvature() const noexcept;
+  bool all_can() const noexcept;
   static Vec solve(const Matrix& a, Vec b) noexcept;
 
   Vec probe_;
@@ -105,7 +122,7 @@ class ConvexBalance {
   std::array<Plane, PrimitiveSet::kCapacity> planes_;
   std::array<Line, 2 * PrimitiveSet::kCapacity> lines_;
   size_t plane_count_ = 0, line_count_ = 0;
-  bool started_ = false;
+  bool started_ = false, shares_matter_ = true;
 
   Vec proxy_{0.0}, proxy_low_{0.0};  // their sum is the proxy
   Vec spring_{0.0};                  // proxy - probe
@@ -113,7 +130,7 @@ class ConvexBalance {
   Vec rest_{0.0};  // gradient: what is left of spring and forces
   Matrix curvature_{};
   Real tolerance_ = 0.0, farthest_ = 0.0, smallest_ = 0.0;
-  int iterations_ = 0;
+  int iterations_ = 0, settle_steps_ = 0;
 };
 
 extern template class ConvexBalance<double>;

@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "module/haptics/balance.h"
 #include "module/haptics/carrier.h"
 #include "module/haptics/haptic_scene.h"
 #include "module/haptics/placed.h"
@@ -50,6 +51,7 @@ struct HapticRun {
   double time_s = 0.0;       ///< since the start; drives the scripted transforms
   double stiffness_n_per_m = 0.0;
   double wanted_stiffness_n_per_m = 0.0;
+  BalanceHint hint;  ///< of the sweep's last balance
   std::array<Placed, 3>
       scratch;  ///< of the sweep: kept here because to clear it would cost more than to use it
 

@@ -107,7 +107,7 @@ class Way {
 
  private:
   Balance solve(const Placed& placed, Sweep& result) const noexcept {
-    const Balance balance = palpate::balance(placed.set, probe_, stiffness_);
+    const Balance balance = palpate::balance(placed.set, probe_, stiffness_, &run_.hint);
     result.primitives = placed.set.count();
     result.residual_n = balance.residual_n;
     result.touching = false;

@@ -78,6 +78,25 @@ TEST(BalanceSets, AreSolvedToANanonewton) {
   RecordProperty("share_solved_within_iterations", text);
 }
 
+TEST(BalanceSets, AreTheSameWithAHintOfWhatHeldLast) {
+  // A hand that moves on a little, a lot, and then meets another set altogether.
+  BalanceHint hint;
+  for (unsigned seed = 0; seed < 4000; ++seed) {
+    BalanceCase made = random_set(seed);
+    const glm::dvec3 start = made.probe;
+    for (const double share : {0.0, 1e-4, 3e-4, 1e-2, 0.5, 0.5}) {
+      made.probe = start + share * glm::dvec3(start.y, -start.z, start.x);
+      const glm::dvec3 cold = solve(made).proxy;
+      const Balance got = balance(made.primitives, made.probe, made.stiffness_n_per_m, &hint);
+      ASSERT_TRUE(got.converged) << "seed " << seed << ", share " << share;
+      ASSERT_LE(residual_n(made.primitives, made.probe, made.stiffness_n_per_m, got.proxy), 1e-9)
+          << "seed " << seed << ", share " << share;
+      ASSERT_LE(glm::distance(got.proxy, cold), apart_m(made, cold))
+          << "seed " << seed << ", share " << share;
+    }
+  }
+}
+
 TEST(BalanceSets, AreNeverAboveASlowReference) {
   for (unsigned seed = 0; seed < 3000; ++seed) {
     const BalanceCase made = random_set(seed);
