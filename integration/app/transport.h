@@ -1,7 +1,8 @@
 #pragma once
 
 #include <atomic>
-#include <string>
+#include <mutex>
+#include <vector>
 
 #include "integration/app/palpation.h"
 
@@ -19,7 +20,8 @@ class Transport {
   bool allowed() const { return allowed_; }
 
   void toggle();
-  /// By a share of each sequence from where it is in `moment`; pauses.
+  /// By a share of each sequence from where it is in `moment`, or from where the scrub before took
+  /// it, which no picture may have shown yet; pauses.
   void scrub(const SceneMoment& moment, double share);
 
  private:
@@ -27,6 +29,8 @@ class Transport {
 
   Palpation& palpation_;
   std::atomic<bool> allowed_{false}, playing_{true};
+  std::mutex mutex_;
+  std::vector<double> scrubbed_s_;  ///< per volume; empty: not since it played
 };
 
 }  // namespace palpate::app

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "tests/app/program.h"
+#include "tests/app/ticks.h"
 #include "tests/desktop/virtual_display.h"
 
 namespace palpate::app {
@@ -19,28 +20,6 @@ using test::Screenshot;
 using test::VirtualDisplay;
 using ::testing::HasSubstr;
 using namespace std::chrono_literals;
-
-/// The rows of a table of ticks: force (N) and probe (m).
-struct Felt {
-  double force_n = 0.0;
-  double probe_m[3] = {};
-};
-std::vector<Felt> read_ticks(const std::filesystem::path& file) {
-  std::vector<Felt> rows;
-  std::ifstream stream(file);
-  std::string line;
-  std::getline(stream, line);
-  while (std::getline(stream, line)) {
-    std::istringstream cells(line);
-    std::vector<double> values;
-    for (std::string cell; std::getline(cells, cell, ',') && values.size() < 11;)
-      values.push_back(std::strtod(cell.c_str(), nullptr));
-    if (values.size() < 11) continue;
-    rows.push_back(
-        {std::hypot(values[2], values[3], values[4]), {values[8], values[9], values[10]}});
-  }
-  return rows;
-}
 
 /// How much of the middle of a window of 1120 x 760 is redder than the blue-grey background.
 double share_of_flesh(const Screenshot& shot) {
@@ -81,13 +60,93 @@ TEST(Desktop, LetsAMousePressTheBeatingHeart) {
   const Outcome outcome = program.wait();
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("mouse, as asked"));
-  const std::vector<Felt> ticks = read_ticks(csv);
+  const Table ticks(csv);
   ASSERT_GT(ticks.size(), 1000u);
   double most_n = 0.0;
-  for (const Felt& tick : ticks) most_n = std::max(most_n, tick.force_n);
+  for (size_t row = 0; row < ticks.size(); ++row) most_n = std::max(most_n, ticks.force(row));
   EXPECT_GT(most_n, 0.3) << "the heart's wall holds the probe";
   // The eye stands at the front (+z): what the wheel took away from it went to -z.
-  EXPECT_LT(ticks.back().probe_m[2], ticks.front().probe_m[2] - 0.01);
+  EXPECT_LT(ticks.number(ticks.size() - 1, "probe_z_m"), ticks.number(0, "probe_z_m") - 0.01);
+}
+
+/// Mean difference of two pictures of the middle of the window, of 255.
+double apart(const Screenshot& a, const Screenshot& b) {
+  double sum = 0.0;
+  int count = 0;
+  for (int y = 180; y < 580; y += 4)
+    for (int x = 360; x < 760; x += 4)
+      for (const int shift : {0, 8, 16}) {
+        sum += std::abs(int(a.at(x, y) >> shift & 255) - int(b.at(x, y) >> shift & 255));
+        ++count;
+      }
+  return sum / count;
+}
+
+/// Values that stayed for 150 ticks and more, in turn.
+std::vector<double> rests(const Table& ticks, const std::string& column, double within) {
+  std::vector<double> found;
+  size_t since = 0;
+  for (size_t row = 1; row < ticks.size(); ++row) {
+    if (std::abs(ticks.number(row, column) - ticks.number(since, column)) > within) since = row;
+    if (row - since == 150) found.push_back(ticks.number(row, column));
+  }
+  return found;
+}
+
+TEST(Desktop, KeysGoThroughTimeAndBringViewAndProbeBack) {
+  NEEDS_DEVICE();
+  std::string why_not;
+  const auto display = VirtualDisplay::start(1280, 800, why_not);
+  if (!display) GTEST_SKIP() << why_not;
+  const files::TemporaryFolder folder;
+  const auto csv = folder / "ticks.csv";
+  Program program(
+      {"feel", "heart", "--headset", "none", "--device", "mouse", "--csv", csv.string()});
+  ASSERT_TRUE(wait_until([&] { return share_of_flesh(display->screenshot()) > 0.1; }))
+      << "no heart is to be seen";
+  // Space holds it; four steps of a fortieth forward, two back.
+  ASSERT_TRUE(display->act("key space sleep 1"));
+  ASSERT_TRUE(display->act("key --delay 100 Right Right Right Right sleep 1"));
+  ASSERT_TRUE(display->act("key --delay 100 Left Left sleep 1"));
+  // The view turned with the right button, and brought back by O. The probe is put aside first.
+  ASSERT_TRUE(display->act("mousemove 250 700 sleep 1"));
+  Screenshot before = display->screenshot();
+  ASSERT_TRUE(wait_until([&] {
+    std::this_thread::sleep_for(500ms);
+    const Screenshot now = display->screenshot();
+    return apart(std::exchange(before, now), now) < 0.2;
+  })) << "the picture never comes to rest";
+  ASSERT_TRUE(display->act(
+      "mousedown 3 sleep 0.3 mousemove_relative --sync 150 -60 sleep 0.3 mouseup 3 sleep 1"));
+  double turned = 0.0;
+  ASSERT_TRUE(wait_until([&] {
+    turned = apart(before, display->screenshot());
+    return turned > 1.0;
+  })) << "the view did not turn";
+  ASSERT_TRUE(display->act("mousemove_relative -- -150 60 key o sleep 1"));
+  EXPECT_TRUE(wait_until([&] { return apart(before, display->screenshot()) < 0.3 * turned; }))
+      << "O did not bring the view back";
+  // The probe taken far in with the wheel, and brought back by R.
+  ASSERT_TRUE(display->act("mousemove 560 380 sleep 1"));
+  ASSERT_TRUE(display->act("click --repeat 40 --delay 50 4 sleep 1"));
+  ASSERT_TRUE(display->act("key r sleep 2"));
+  ASSERT_TRUE(display->act("key Escape"));
+  EXPECT_EQ(program.wait().exit_code, 0);
+  const Table ticks(csv);
+  const std::vector<double> phases = rests(ticks, "frame_and_phase", 1e-4);
+  ASSERT_GE(phases.size(), 3u);
+  // A fortieth of 4 frames is a tenth of a frame; the ends may lie on either side of the cycle's.
+  const auto steps = [](double from, double to) { return std::remainder(to - from, 4.0); };
+  EXPECT_NEAR(steps(phases.front(), phases.back()), 0.2, 2e-3);
+  double furthest = 0.0;
+  for (const double phase : phases) furthest = std::max(furthest, steps(phases.front(), phase));
+  EXPECT_NEAR(furthest, 0.4, 2e-3);
+  const std::vector<double> depths = rests(ticks, "probe_z_m", 1e-4);
+  ASSERT_GE(depths.size(), 2u);
+  const double deepest = *std::max_element(depths.begin(), depths.end());
+  const double shallowest = *std::min_element(depths.begin(), depths.end());
+  EXPECT_GT(deepest - shallowest, 0.01) << "the wheel moved the probe";
+  EXPECT_GT(std::abs(depths.back() - depths[depths.size() - 2]), 0.01) << "R moved it back";
 }
 
 TEST(Desktop, SaysThatThereIsNoDisplay) {
