@@ -151,15 +151,11 @@ class Calibrating {
     buzzing_ = refused ? 3 * kBuzzFrames : kBuzzFrames;
   }
 
-  void ask_for(size_t number, const std::string& words, bool check) {
-    const TouchPlace& place = touch_place(number);
+  void ask_for(const TouchPlace& place, const std::string& which, const std::string& so_far) {
     if (simulated_)
       simulated_->go_to(info_.workspace_centre_m +
                         0.5 * info_.workspace_radius_m * place.direction);
-    console_.say(fmt::format(
-        "{}take the device's tip to the {}: {}, hold the controller's tip to it, pull the trigger "
-        "and keep still",
-        words, check ? "place where the picture will matter most" : "next place", place.words));
+    console_.say(fmt::format("{}{}{}", which, place.words, so_far));
   }
 
   /// What the person is to see of both tips while a point is awaited.
@@ -192,15 +188,18 @@ class Calibrating {
   }
 
   Result<Calibration> by_points() {
+    console_.say(
+        "Take the device's tip to the place named, hold the controller's tip to it, pull the "
+        "trigger, and keep both still until it knocks: once is taken, twice is not.");
     std::vector<TouchedPoint> points;
     while (int(points.size()) < command_.points) {
       const size_t number = points.size();
       std::string so_far;
       if (number >= kFirstWord)
         if (const auto fit = calibrate_by_points(points))
-          so_far = fmt::format("fits to {} so far; ", mm(fit->rms_m));
-      ask_for(number, fmt::format("Point {:2} of {}: {}", number + 1, command_.points, so_far),
-              false);
+          so_far = fmt::format(" (so far they fit to {})", mm(fit->rms_m));
+      ask_for(touch_place(number), fmt::format("Point {:2} of {}: ", number + 1, command_.points),
+              so_far);
       const auto point = take_point();
       if (!point) return point.error();
       points.push_back(*point);
@@ -277,7 +276,7 @@ class Calibrating {
     const bool agreed = found.used >= kAgree * found.all;
     double off = expected_m_;
     if (command_.by == "points") {
-      ask_for(8, "Check: ", true);
+      ask_for({"once more, where the picture will matter most", {0.0, 0.0, 0.0}}, "Check: ", "");
       const auto point = take_point();
       if (!point) return fail(console_, point.error());
       off = off_m(found, *point);

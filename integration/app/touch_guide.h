@@ -38,7 +38,7 @@ class TouchTaker {
   Taken judge() const;
 
   glm::dvec3 tip_m_;
-  bool pressed_ = false;
+  bool pressed_ = true;  ///< what is held from before is no press
   std::optional<double> since_s_;
   std::vector<glm::dvec3> device_m_, stage_m_;
 };

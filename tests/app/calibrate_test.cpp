@@ -204,7 +204,10 @@ TEST(Calibrate, RefusesATipThatMovesWhileItIsTouchedAndAsksAgain) {
   MadeHeadset headset;
   Program program(calibrate(folder / "room.json", {}));
   ASSERT_TRUE(wait_until([&] { return program.said().find("Point  1") != std::string::npos; }));
-  headset.say("glide 1 0.5 0 0 5");
+  headset.say("glide 1 0.5 0 0 20");
+  const auto frames = [&] { return std::stoul("0" + headset.ask()["frames"]); };
+  const size_t asked = frames();
+  ASSERT_TRUE(wait_until([&] { return frames() > asked + 5; }));
   headset.say(kSelect + std::string("1"));
   EXPECT_TRUE(wait_until([&] {
     return program.said().find("The controller moved: rest it") != std::string::npos;
