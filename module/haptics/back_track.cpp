@@ -11,8 +11,8 @@ constexpr int kNewtonSteps = 16;
 constexpr int kPicardSteps = 64;
 constexpr double kToleranceCells = 1e-6;
 // How finely a path is searched for folds, and how far: beyond, it counts as folded.
-constexpr double kLookCells = 0.125;
-constexpr int kMostLooks = 64;
+constexpr double kLookCells = 1.0 / 32.0;
+constexpr int kMostLooks = 256;
 
 bool finite(glm::dvec3 v) {
   return std::isfinite(v.x + v.y + v.z);

@@ -23,8 +23,8 @@ struct BackTrack {
 /// closing: an offset added to u everywhere (a cycle's closing error, spread over its last step).
 ///
 /// ok if the residual is below 1e-6 cells, det(I + g du/dx) > 0 at x, and no fold was met on the
-/// straight way from `start` to x (looked for every eighth of a cell, only in fields that have
-/// folds): a point behind a fold belongs to another part of the material, however well it fits.
+/// straight way from `start` to x (looked for every 32nd of a cell, only in fields that have
+/// folds; a way of more than 8 cells counts as folded): a point behind a fold belongs to another part of the material, however well it fits.
 /// Where it is not ok, x_m is the best seen: the caller holds. Never NaN: with an argument that is
 /// not finite it is not ok, x_m is the start (or the origin) and the residual infinite. Real-time
 /// safe.
