@@ -56,19 +56,16 @@ class FailingDevice final : public ForceDevice {
   DeviceInfo info() const override { return device_.info(); }
 
   DeviceReading exchange(const DeviceCommand& command) noexcept override {
-    const int64_t start = own_time_ns();
     // A device that is not there keeps no force: its motors go off.
     const bool gone = left_ > 0 && (kind_ == Kind::kUnplugged || kind_ == Kind::kTimeout);
     DeviceReading reading = device_.exchange(gone ? DeviceCommand{} : command);
     reading = failed(reading);
-    own.add(own_time_ns() - start);
     if (stall_ms_ > 0) std::this_thread::sleep_for(std::chrono::milliseconds(stall_ms_));
     stall_ms_ = 0;
     return reading;
   }
 
   Injected injected;
-  OwnTime own;
 
  private:
   enum class Kind { kUnplugged, kTimeout, kGarbage, kJump, kNotNumber, kStale, kStall, kClockBack };
@@ -411,8 +408,8 @@ Report run(const Options& options) {
   report.touching = watch.touching;
   report.causes = watch.causes;
   report.injected = device.injected;
-  report.own_long = device.own.count + ticker.own.count;
-  report.longest_own_ns = std::max(device.own.longest_ns, ticker.own.longest_ns);
+  report.own_long = ticker.own.count;
+  report.longest_own_ns = ticker.own.longest_ns;
   report.broken = watch.broken();
   return report;
 }
@@ -436,7 +433,7 @@ std::string text(const Report& report) {
     text += fmt::format(" {} {},", word(MissCause(c)), report.misses[c]);
   text.back() = '\n';
   text += fmt::format(
-      "Own time  {} ticks or exchanges used more than a period of processor time; the longest "
+      "Own time  {} ticks used more than a period of processor time; the longest "
       "{:.0f} us\n"
       "Heap      {:.1f} MB early, {:.1f} MB at most after that, {:.1f} MB at the end\n",
       report.own_long, 1e-3 * double(report.longest_own_ns), 1e-6 * double(report.heap_early_bytes),

@@ -44,8 +44,8 @@ struct Report {
   uint64_t scenes = 0, fields = 0, events = 0;  ///< handed over, found, sent
   std::array<uint64_t, 32> causes{};            ///< ticks by cause
   std::array<uint64_t, kMissCauses> misses{};
-  /// Ticks and exchanges that used more than a period of processor time by themselves: what was
-  /// missed then nobody else is to blame for.
+  /// Ticks that used more than a period of processor time by themselves: what was missed then
+  /// nobody else is to blame for. (Not the simulated device: after a wait it catches up.)
   uint64_t own_long = 0;
   int64_t longest_own_ns = 0;
   /// Heap in use by the process after the first quarter, at its most after that, and at the end.
