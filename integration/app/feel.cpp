@@ -88,6 +88,8 @@ void add_seeing(CLI::App& app, FeelCommand& command) {
   app.add_option("--calibration", command.calibration,
                  "Where the force device stands in the room, from 'palpate calibrate'")
       ->check(CLI::ExistingFile);
+  app.add_flag("--pass-through", command.pass_through,
+               "In the headset, show the room behind the volume, where the headset can");
   app.add_flag("!--no-mirror", command.mirror, "No window besides the headset");
   app.add_option("--headless", command.headless,
                  "Write stereo pictures and a page of what was seen and felt into this folder; "

@@ -134,6 +134,7 @@ class FeelRun {
     choice.headset = command_.headset;
     choice.headless = !command_.headless.empty();
     choice.mirror = command_.mirror;
+    choice.pass_through = command_.pass_through;
     choice.scene_name = command_.inputs.front().filename().string();
     choice.gpu = command_.gpu;
     choice.view = command_.view;

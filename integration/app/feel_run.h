@@ -33,6 +33,7 @@ struct FeelCommand {
   int core = -1;
   bool dead_man = false, no_real_time = false, no_motion = false, estimate = false, quiet = false;
   bool mirror = true;
+  bool pass_through = false;
 };
 
 /// Feels, or replays, from what is said to its summary; returns the exit code. From the main

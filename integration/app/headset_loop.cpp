@@ -47,10 +47,11 @@ glm::dvec3 ahead_of(const Pose& head) {
 /// Everything that is the thread's own.
 class HeadsetLoop::Run {
  public:
-  explicit Run(HeadsetLoop& loop)
+  Run(HeadsetLoop& loop, bool pass_through)
       : loop_(loop),
         source_([this](const xr::Frame& frame) { return show(frame); }),
-        headset_(xr::HeadsetOptions{}, source_) {}
+        headset_(options(pass_through), source_),
+        pass_through_(pass_through) {}
 
   void live(std::stop_token stop) {
     setpriority(PRIO_PROCESS, id_t(gettid()), kNice);
@@ -70,6 +71,12 @@ class HeadsetLoop::Run {
   }
 
  private:
+  static xr::HeadsetOptions options(bool pass_through) {
+    xr::HeadsetOptions options;
+    if (pass_through) options.blend = xr::Blend::kAlpha;
+    return options;
+  }
+
   void take(const xr::Report& report, int64_t now_ns) {
     if (!report.sentence.empty()) loop_.tell(report.sentence);
     if (!source_.trouble().empty() && source_.trouble() != trouble_)
@@ -124,6 +131,9 @@ class HeadsetLoop::Run {
     last_ns_ = now_ns;
     if (report.sessions != sessions_) {
       sessions_ = report.sessions;
+      if (pass_through_ && report.blend == xr::Blend::kOpaque)
+        loop_.tell(
+            "This headset does not show the room behind the volume: --pass-through does nothing.");
       if (!headset_.colocation().keeps()) placed_ = false;
     }
     if (!placed_) {
@@ -212,6 +222,9 @@ class HeadsetLoop::Run {
     xr::Scenery scenery;
     scenery.scene = picture_->at(moment_, frame.display_time_ns, xr::eye_of(frame.eyes[0]));
     if (const auto clip = hands_->clip()) scenery.scene.clips.push_back(*clip);
+    // Where the room is seen, what covers nothing must add nothing.
+    if (headset_.report().blend != xr::Blend::kOpaque)
+      scenery.scene.background_top = scenery.scene.background_bottom = glm::dvec3(0.0);
     scenery.volumes = picture_->volumes();
     return scenery;
   }
@@ -231,14 +244,16 @@ class HeadsetLoop::Run {
   std::unique_ptr<FeelPicture> picture_;
   SceneMoment moment_;
   std::optional<Pose> head_;  ///< world, of the last frame that asked for a picture
+  bool pass_through_ = false;
   bool placed_ = false, seen_ = false, was_seen_ = false, ending_ = false;
   uint64_t frames_ = 0, sessions_ = 0;
   int64_t last_ns_ = 0;
   std::string trouble_;
 };
 
-HeadsetLoop::HeadsetLoop() {
-  thread_ = std::jthread([this](std::stop_token stop) { Run(*this).live(stop); });
+HeadsetLoop::HeadsetLoop(bool pass_through) {
+  thread_ = std::jthread(
+      [this, pass_through](std::stop_token stop) { Run(*this, pass_through).live(stop); });
 }
 
 HeadsetLoop::~HeadsetLoop() {

@@ -42,7 +42,8 @@ struct HeadsetScene {
 class HeadsetLoop {
  public:
   /// Starts to look for a runtime and a headset at once; shows nothing before begin().
-  HeadsetLoop();
+  /// pass_through: the room is seen behind the volume, where the headset offers that.
+  explicit HeadsetLoop(bool pass_through = false);
   /// As end().
   ~HeadsetLoop();
   HeadsetLoop(const HeadsetLoop&) = delete;

@@ -53,7 +53,7 @@ Result<Onlookers> open_onlookers(const SeeingChoice& choice) {
   }
   // The loader would tell the terminal in words of its own what we say in ours.
   setenv("XR_LOADER_DEBUG", "none", 0);
-  seen.headset = std::make_unique<HeadsetLoop>();
+  seen.headset = std::make_unique<HeadsetLoop>(choice.pass_through);
   const HeadsetLoop::Found found = seen.headset->found();
   if (asked && !found.runtime) return Error{ErrorKind::kNoDevice, found.sentence};
   if (asked || found.headset) return in_headset(choice, std::move(seen), found);

@@ -13,6 +13,7 @@ struct SeeingChoice {
   std::string headset = "auto";  ///< auto, openxr, none (a window) or off
   bool headless = false;         ///< pictures are written to files
   bool mirror = true;            ///< a window besides the headset, where there is a display
+  bool pass_through = false;     ///< the room behind the volume, where the headset can
   std::string scene_name;
   DeviceOptions gpu;
   ViewChoices view;

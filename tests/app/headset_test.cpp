@@ -313,6 +313,37 @@ TEST_F(InAHeadset, IsWaitedForWhileItIsOff) {
   EXPECT_EQ(program.wait().exit_code, 0);
 }
 
+/// The least and the greatest sum of red, green and blue of the pixels that were shown.
+std::pair<int, int> brightness(const MadeHeadset::Shown& shown) {
+  int least = 3 * 255, most = 0;
+  for (size_t at = 0; at + 2 < shown.rgb.size(); at += 3) {
+    const int sum = int(uint8_t(shown.rgb[at])) + int(uint8_t(shown.rgb[at + 1])) +
+                    int(uint8_t(shown.rgb[at + 2]));
+    least = std::min(least, sum);
+    most = std::max(most, sum);
+  }
+  return {least, most};
+}
+
+TEST_F(InAHeadset, PassThroughAddsNothingWhereNothingIs) {
+  for (const bool pass_through : {false, true}) {
+    MadeHeadset headset;
+    headset.say("view 160 120");
+    headset.say("pictures on");
+    std::vector<std::string> more = {"--headset", "openxr", "--device", "simulated"};
+    if (pass_through) more.emplace_back("--pass-through");
+    Program program(feel(still_heart(folder), more));
+    ASSERT_TRUE(wait_until([&] {
+      headset.ask();
+      const auto [least, most] = brightness(headset.shown());
+      return most > 200 && (least == 0) == pass_through;
+    })) << program.said();
+    EXPECT_THAT(program.said(), Not(HasSubstr("does not show the room")));
+    headset.say("exit");
+    EXPECT_EQ(program.wait().exit_code, 0);
+  }
+}
+
 TEST(WithoutAHeadset, SaysThatThereIsNoRuntime) {
   setenv("XR_RUNTIME_JSON", "/nowhere/at/all.json", 1);
   const Outcome outcome = run({"feel", "heart", "--headset", "openxr"});
