@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "integration/app/cancel.h"
+#include "integration/app/chart/wish.h"
 #include "integration/app/commands.h"
 #include "integration/app/delivery.h"
 #include "integration/app/exit_code.h"
@@ -22,6 +23,7 @@ struct MotionCommand {
   std::vector<fs::path> inputs;
   fs::path output;
   std::string preset = "balanced";
+  std::string within, most_error;  ///< a deadline or an error to choose the setting by, instead
   std::string format = "mha";
   fs::path mask;
   DeviceOptions device;
@@ -36,6 +38,7 @@ struct MotionCommand {
   bool json = false;
   bool quiet = false;
 
+  bool chooses() const { return !within.empty() || !most_error.empty(); }
   /// Two files and the name of an image: one field. Everything else fills a folder.
   bool is_pair() const {
     std::error_code error;
@@ -48,6 +51,15 @@ std::string joined_presets() {
   for (const std::string_view preset : kMotionPresets)
     names += (names.empty() ? "" : ", ") + std::string(preset);
   return names;
+}
+
+/// Wishes that can not be read are refused before any file is.
+Status check_wish(const MotionCommand& command) {
+  if (!command.within.empty())
+    if (const auto seconds = parse_seconds(command.within); !seconds) return seconds.error();
+  if (!command.most_error.empty())
+    if (const auto mm = parse_millimetres(command.most_error); !mm) return mm.error();
+  return Nothing{};
 }
 
 Result<MotionOptions> motion_options(const MotionCommand& command) {
@@ -116,11 +128,12 @@ double bytes_to_write(const MotionCommand& command, const Frames& frames) {
   return fields * per_voxel * double(frames.grid.count()) / (command.coarse ? 8.0 : 1.0);
 }
 
-nlohmann::json summary_of(const MotionCommand& command, const Frames& frames,
-                          const vulkan::Context& context, const Delivery& delivery) {
+nlohmann::json summary_of(const MotionCommand& command, const std::string& preset,
+                          const Frames& frames, const vulkan::Context& context,
+                          const Delivery& delivery) {
   nlohmann::json summary = {{"program", "palpate " PALPATE_VERSION},
                             {"input", frames.name},
-                            {"preset", command.preset},
+                            {"preset", preset},
                             {"cyclic", command.cyclic},
                             {"device", context.info().name},
                             {"peak_device_memory_bytes", context.memory_peak_bytes()},
@@ -162,8 +175,9 @@ int conclude(const MotionCommand& command, const Delivery& delivery, const nlohm
 int run(const MotionCommand& command) {
   Console console(command.quiet, command.json);
   const CancelOnSignal cancel;
-  const auto motion = motion_options(command);
+  auto motion = motion_options(command);
   if (!motion) return fail(console, motion.error());
+  if (const Status wish = check_wish(command); !wish) return fail(console, wish.error());
   if (const Status name = check_output_name(command); !name) return fail(console, name.error());
   auto frames = command.is_pair() ? open_pair(command.inputs[0], command.inputs[1])
                                   : open_sequence(command.inputs);
@@ -176,6 +190,15 @@ int run(const MotionCommand& command) {
   console.say(fmt::format("Frames    {}", frames_text(*frames)));
   const auto context = open_device(command.device, console);
   if (!context) return fail(console, context.error());
+  std::string preset = command.preset;
+  if (command.chooses()) {
+    auto choice =
+        choose_setting(command.within, command.most_error, frames->grid, (*context)->info().name);
+    if (!choice) return fail(console, choice.error());
+    console.say("Chosen    " + choice->why);
+    *motion = choice->setting.options;
+    preset = choice->setting.name;
+  }
 
   EstimationJob job{frames->grid, frames->count, frames->read, {}, !command.no_verdict};
   job.options.motion = *motion;
@@ -197,7 +220,7 @@ int run(const MotionCommand& command) {
   if (done) done = delivery.close_cycle();
   if (!done) return fail(console, done.error());
 
-  const auto summary = summary_of(command, *frames, **context, delivery);
+  const auto summary = summary_of(command, preset, *frames, **context, delivery);
   if (!command.is_pair()) done = write_summary(*outputs, summary);
   if (done) done = outputs->publish();
   if (!done) return fail(console, done.error());
@@ -212,6 +235,23 @@ void add_expert_options(CLI::App& app, MotionCommand& command) {
   app.add_option("--levels", command.levels, "So many levels of the pyramid")
       ->check(CLI::Range(1, 12))
       ->group("Experiments");
+}
+
+/// Choosing by what was measured; it leaves nothing else to choose.
+void add_wishes(CLI::App& app, MotionCommand& command) {
+  CLI::Option* within =
+      app.add_option("--within", command.within,
+                     "Choose the most accurate setting that takes at most so long for a pair on "
+                     "this machine (2s, 500ms), as 'palpate chart motion' measured it")
+          ->type_name("TIME");
+  CLI::Option* error =
+      app.add_option("--error", command.most_error,
+                     "Choose the fastest setting whose error is at most this (0.5mm)")
+          ->type_name("LENGTH");
+  within->excludes(error);
+  for (CLI::Option* wish : {within, error})
+    for (const char* other : {"--preset", "--iterations", "--levels"})
+      wish->excludes(app.get_option(other));
 }
 
 }  // namespace
@@ -244,6 +284,7 @@ Command add_motion(CLI::App& program) {
   app->add_flag("--json", command->json, "Print the summary as JSON on stdout, lines on stderr");
   app->add_flag("--quiet", command->quiet, "Print errors and bad verdicts only");
   add_expert_options(*app, *command);
+  add_wishes(*app, *command);
   return {app, [command] { return run(*command); }};
 }
 

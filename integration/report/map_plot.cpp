@@ -206,8 +206,9 @@ size_t key_entries(const HeatMap& map) {
                                    [](const Border& b) { return !b.name.empty(); });
   const bool missing =
       std::any_of(map.values.begin(), map.values.end(), [](double v) { return !std::isfinite(v); });
-  const auto marked = std::count_if(map.marks.begin(), map.marks.end(),
-                                    [](const MarkedCells& m) { return !m.cells.empty() && !m.name.empty(); });
+  const auto marked = std::count_if(map.marks.begin(), map.marks.end(), [](const MarkedCells& m) {
+    return !m.cells.empty() && !m.name.empty();
+  });
   return size_t(named) + size_t(marked) + (missing ? 1 : 0);
 }
 

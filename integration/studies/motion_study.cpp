@@ -72,14 +72,15 @@ std::vector<std::unique_ptr<PairMethod>> palpate_methods(const StudyRun& run) {
 }
 
 MotionMeasures measure_motion(const StudyRun& run, const MotionCase& known,
-                              const std::vector<std::unique_ptr<PairMethod>>& methods,
+                              std::vector<std::unique_ptr<PairMethod>> methods,
                               const MotionStudyOptions& options) {
   MotionMeasures all{known.id, known.name, known.fixed.grid.count(), known.voxel_mm(), 0.0, {}, {}};
   const auto still = error_mm(still_field(known.fixed.grid), known);
   if (!still) throw Mismatch(still.error().message);
   all.still_error_mm = still->mean;
   for (size_t n = 0; n < methods.size() && !run.stop.stop_requested(); ++n) {
-    PairMethod& method = *methods[n];
+    const std::unique_ptr<PairMethod> one = std::move(methods[n]);
+    PairMethod& method = *one;
     run.tell(double(n) / double(methods.size()), known.id + ": " + method.name());
     // A quick run asks for the way back of what people use: the presets.
     const bool ours_back = !method.runs_once() && (method.is_preset() || !run.quick);

@@ -47,10 +47,11 @@ struct MotionStudyOptions {
 };
 
 /// Runs every method on the pair: once to be warm, run.runs times timed, once from moving to fixed.
+/// Each method goes when it is done: it holds device memory.
 /// Throws Mismatch or vulkan::Failure of palpate's own; what a peer can not do becomes a sentence
 /// in `missing`. Ends early, with the rows so far, where run.stop asks for it.
 MotionMeasures measure_motion(const StudyRun& run, const MotionCase& known,
-                              const std::vector<std::unique_ptr<PairMethod>>& methods,
+                              std::vector<std::unique_ptr<PairMethod>> methods,
                               const MotionStudyOptions& options = {});
 
 /// Every setting of palpate, as methods.

@@ -13,9 +13,9 @@
 #include <sstream>
 
 #include "bench_commit.h"
+#include "integration/studies/view_case.h"
 #include "module/view/volume_renderer.h"
 #include "tests/bench/tools.h"
-#include "tests/bench/view_case.h"
 
 namespace palpate::bench {
 namespace {

@@ -20,8 +20,8 @@
 #include <cstdio>
 #include <fstream>
 
+#include "integration/studies/view_case.h"
 #include "module/scene/transform.h"
-#include "tests/bench/view_case.h"
 
 #include <vtkAutoInit.h>
 VTK_MODULE_INIT(vtkRenderingOpenGL2)
@@ -82,15 +82,16 @@ void set_eye(vtkCamera* camera, const Eye& eye) {
 
 std::vector<unsigned char> pixels_of(vtkRenderWindow* window) {
   vtkNew<vtkUnsignedCharArray> pixels;
-  window->GetPixelData(0, 0, bench::kViewSize.width - 1, bench::kViewSize.height - 1, 0, pixels);
+  window->GetPixelData(0, 0, studies::kViewSize.width - 1, studies::kViewSize.height - 1, 0,
+                       pixels);
   return {pixels->GetPointer(0), pixels->GetPointer(0) + pixels->GetNumberOfValues()};
 }
 
 }  // namespace
 
 int main(int count, char** arguments) {
-  const auto eyes = bench::view_eyes();
-  const vtkNew<vtkImageData> image = image_of(bench::view_data());
+  const auto eyes = studies::view_eyes();
+  const vtkNew<vtkImageData> image = image_of(studies::view_data());
   vtkNew<vtkGPUVolumeRayCastMapper> mapper;
   mapper->SetInputData(image);
   mapper->SetAutoAdjustSampleDistances(0);
@@ -101,12 +102,12 @@ int main(int count, char** arguments) {
   renderer->SetBackground(0.03, 0.035, 0.05);
   vtkNew<vtkRenderWindow> window;
   window->SetMultiSamples(0);
-  window->SetSize(bench::kViewSize.width, bench::kViewSize.height);
+  window->SetSize(studies::kViewSize.width, studies::kViewSize.height);
   window->AddRenderer(renderer);
 
   const double voxel_mm = 0.5;
   for (const bool dense : {false, true}) {
-    const Look look = bench::view_look(dense);
+    const Look look = studies::view_look(dense);
     set_look(volume->GetProperty(), look);
     const auto draw = [&](double samples_per_voxel, bool jitter) {
       mapper->SetSampleDistance(float(voxel_mm / samples_per_voxel));
@@ -121,7 +122,7 @@ int main(int count, char** arguments) {
       return both;
     };
     const std::vector<unsigned char> reference = draw(8.0, false);
-    for (const double rate : bench::kRates) {
+    for (const double rate : studies::kRates) {
       draw(rate, true);
       double best = 1e9;
       std::vector<unsigned char> picture;
@@ -130,8 +131,8 @@ int main(int count, char** arguments) {
         picture = draw(rate, true);
         best = std::min(best, seconds() - start);
       }
-      const double quality_db = bench::psnr_db(picture, reference);
-      if (quality_db < bench::kEnoughDb) continue;
+      const double quality_db = studies::psnr_db(picture, reference);
+      if (quality_db < studies::kEnoughDb) continue;
       // The coarsest rate that is good enough is the one that counts.
       std::printf("%s %.4f %.6f %.4f\n", look.name.c_str(), rate, best, quality_db);
       std::fflush(stdout);
@@ -140,9 +141,9 @@ int main(int count, char** arguments) {
     if (count > 1) {
       std::ofstream file(std::string(arguments[1]) + "/vtk_" + look.name + ".ppm",
                          std::ios::binary);
-      file << "P6 " << bench::kViewSize.width << " " << bench::kViewSize.height << " 255\n";
-      const size_t row = size_t(bench::kViewSize.width) * 3;
-      for (int y = bench::kViewSize.height - 1; y >= 0; --y)
+      file << "P6 " << studies::kViewSize.width << " " << studies::kViewSize.height << " 255\n";
+      const size_t row = size_t(studies::kViewSize.width) * 3;
+      for (int y = studies::kViewSize.height - 1; y >= 0; --y)
         file.write(reinterpret_cast<const char*>(reference.data()) + size_t(y) * row,
                    std::streamsize(row));
     }

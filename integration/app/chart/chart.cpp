@@ -164,8 +164,9 @@ Status measure(const Wish& wish, ChartJob& job, report::Page& page) {
       job.console->progress((done + share * study->share) / whole, doing);
     };
     auto section = study->run(job);
+    // Half of a study may not be enough to draw: that is not what ended it.
+    if (job.run.stop.stop_requested()) return Error{ErrorKind::kCancelled, "Stopped"};
     if (!section) return section.error();
-    if (job.run.stop.stop_requested()) return Error{ErrorKind::kCancelled, "Stopped."};
     done += study->share;
     job.console->say(fmt::format("{:<10}{}", study->word, duration_text(studies::now_s() - begin)));
     page.sections.push_back(std::move(*section));

@@ -3,7 +3,9 @@
 #include "compute/vulkan/context.h"
 #include "integration/app/chart/front_file.h"
 #include "integration/app/chart/peers.h"
+#include "integration/studies/feel_section.h"
 #include "integration/studies/motion_section.h"
+#include "integration/studies/scene_study.h"
 
 namespace palpate::app {
 namespace {
@@ -41,8 +43,8 @@ Result<report::Section> motion(const ChartJob& job) {
     auto methods = studies::palpate_methods(part);
     missing.clear();
     for (auto& peer : motion_peers(part.quick, missing)) methods.push_back(std::move(peer));
-    measures.push_back(
-        studies::measure_motion(part, (*pairs)[n], methods, {.peers_back = !part.quick}));
+    measures.push_back(studies::measure_motion(part, (*pairs)[n], std::move(methods),
+                                               {.peers_back = !part.quick}));
   }
   auto section = studies::motion_section(measures);
   if (!section) return section.error();
@@ -58,12 +60,30 @@ Result<report::Section> motion(const ChartJob& job) {
   return section;
 }
 
+Result<report::Section> feel(const ChartJob& job) {
+  return studies::feel_section(studies::measure_feel(job.run));
+}
+
+Result<report::Section> view(const ChartJob& job) {
+  auto measures = studies::measure_view(job.run);
+  std::vector<std::string> missing;
+  for (auto& row : view_peer(job.run.quick, missing)) measures.push_back(std::move(row));
+  return studies::view_section(measures, missing);
+}
+
+Result<report::Section> scene(const ChartJob& job) {
+  return studies::scene_section(studies::measure_scene(job.run));
+}
+
 }  // namespace
 
 const std::vector<ChartStudy>& chart_studies() {
   static const std::vector<ChartStudy> studies = {
       {"motion", "seconds against error: every preset, other settings, other programs", 10.0, true,
        motion},
+      {"feel", "microseconds of a haptic frame against its force error", 1.5, true, feel},
+      {"view", "milliseconds of a stereo picture against its quality", 2.5, true, view},
+      {"scene", "cost against what is in the scene", 1.5, true, scene},
   };
   return studies;
 }

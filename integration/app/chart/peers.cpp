@@ -218,4 +218,35 @@ std::vector<std::unique_ptr<studies::PairMethod>> motion_peers(bool quick,
   return peers;
 }
 
+std::vector<studies::ViewMeasure> view_peer(bool quick, std::vector<std::string>& missing) {
+  std::vector<studies::ViewMeasure> rows;
+  const auto program = program_beside("view_peer");
+  if (quick) {
+    missing.push_back("VTK draws too slowly for a quick run: leave out --quick.");
+    return rows;
+  }
+  if (!program || !on_path("xvfb-run")) {
+    missing.push_back(
+        "VTK was not measured: its program view_peer is not beside palpate, or xvfb-run is not "
+        "installed (apt-get install libvtk9-dev xvfb xauth, then build again).");
+    return rows;
+  }
+  const report::ScratchFolder folder;
+  const fs::path out = folder.path() / "out";
+  report::call_program({"xvfb-run", "-a", "-s", "-screen 0 1024x768x24", program->string()}, out,
+                       out);
+  std::istringstream lines(report::text_of(out));
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    studies::ViewMeasure row;
+    double seconds = 0.0;
+    if (!(words >> row.look >> row.samples_per_voxel >> seconds >> row.quality_db)) continue;
+    row.family = "VTK";
+    row.time_ms = 1e3 * seconds;
+    rows.push_back(row);
+  }
+  if (rows.empty()) missing.push_back("VTK was not measured: view_peer drew nothing.");
+  return rows;
+}
+
 }  // namespace palpate::app

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "integration/studies/motion_contender.h"
+#include "integration/studies/view_study.h"
 
 namespace palpate::app {
 
@@ -14,5 +15,9 @@ namespace palpate::app {
 /// plastimatch. `missing` gets a sentence for each that is left out.
 std::vector<std::unique_ptr<studies::PairMethod>> motion_peers(bool quick,
                                                                std::vector<std::string>& missing);
+
+/// VTK's GPU ray caster on the data of the view study (the program view_peer beside palpate, in an
+/// X server without a screen); nothing in a quick run or where it is not there.
+std::vector<studies::ViewMeasure> view_peer(bool quick, std::vector<std::string>& missing);
 
 }  // namespace palpate::app

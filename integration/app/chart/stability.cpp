@@ -49,9 +49,8 @@ class StabilityRun {
   Status run() {
     // What would end the work is asked for before it begins.
     if (const Status can = files::check_can_write_file(command_.output); !can) return can;
-    if (const auto plot = report::drawn(report::HeatMap{.x_values = {1.0, 2.0},
-                                                        .y_values = {1.0, 2.0},
-                                                        .values = {0.0, 1.0, 2.0, 3.0}});
+    if (const auto plot = report::drawn(report::HeatMap{
+            .x_values = {1.0, 2.0}, .y_values = {1.0, 2.0}, .values = {0.0, 1.0, 2.0, 3.0}});
         !plot)
       return plot.error();
     std::shared_ptr<vulkan::Context> context;

@@ -8,8 +8,9 @@
 #include "module/scene/look.h"
 #include "module/view/eye.h"
 
-/// What palpate and its peer draw in the view benchmark: the same data, looks and eyes for both.
-namespace palpate::bench {
+/// What palpate and its peer draw in the view study and benchmark: the same data, looks and eyes
+/// for both.
+namespace palpate::studies {
 
 inline constexpr PictureSize kViewSize{512, 512};
 inline constexpr double kEyesApartM = 0.06;
@@ -59,4 +60,4 @@ inline double psnr_db(const std::vector<unsigned char>& a, const std::vector<uns
   return sum > 0.0 ? 10.0 * std::log10(255.0 * 255.0 * double(a.size()) / sum) : 99.0;
 }
 
-}  // namespace palpate::bench
+}  // namespace palpate::studies

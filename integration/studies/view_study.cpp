@@ -1,0 +1,237 @@
+#include "integration/studies/view_study.h"
+
+#include <algorithm>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "integration/report/plot.h"
+#include "integration/studies/measuring.h"
+#include "integration/studies/motion_statements.h"
+#include "integration/studies/view_case.h"
+#include "module/view/volume_renderer.h"
+
+namespace palpate::studies {
+namespace {
+
+constexpr double kReferenceRate = 8.0;
+
+const char* const kSteps = "palpate, by samples per voxel";
+const char* const kNoSkip = "palpate, nothing skipped";
+const char* const kMoving = "palpate, moving";
+const char* const kSmaller = "palpate, fewer pixels";
+
+std::shared_ptr<const MovingVolume> beating(int size) {
+  Sequence frames = heart_phantom(heart_grid(size), 4, 1, 0.0);
+  MovingVolume volume;
+  volume.name = "heart";
+  volume.times.times_s = {0.0, 0.25};
+  for (const size_t k : {1, 2})
+    volume.frames.push_back(sampled_scalar(std::move(frames.frames[k])));
+  volume.motions.push_back(
+      {"data", {MotionMap::of(heart_truth(coarsened(heart_grid(size), glm::ivec3(2)), 1, 2, 4))}});
+  return std::make_shared<const MovingVolume>(std::move(volume));
+}
+
+void expect(const Status& status) {
+  if (!status) throw Mismatch(status.error().message);
+}
+
+struct Shot {
+  Look look;
+  double rate = 1.0;
+  int pixels = 512;
+  bool skip = true, moving = false;
+};
+
+struct Drawn {
+  double seconds = 0.0;
+  std::vector<unsigned char> bytes;
+};
+
+Drawn draw(const StudyRun& run, const std::shared_ptr<const MovingVolume>& volume, const Shot& shot,
+           int runs) {
+  const PictureSize size{shot.pixels, shot.pixels};
+  RendererOptions options{size, 2};
+  options.samples_per_voxel = shot.rate;
+  options.skip_empty = shot.skip;
+  auto made = VolumeRenderer::make(run.context, options);
+  if (!made) throw Mismatch(made.error().message);
+  VolumeRenderer& renderer = **made;
+  expect(renderer.set_volumes(std::vector{volume}));
+  ViewScene scene;
+  scene.volumes = {{volume, {}, {}, shot.look}};
+  const auto eyes = view_eyes();
+  std::vector<double> seconds;
+  // The first picture compiles kernels and makes the bricks.
+  for (int n = -1; n < std::max(runs, 0); ++n) {
+    if (shot.moving) scene.volumes[0].pointer.phase = 0.3 + 0.05 * (n + 1);
+    const double begin = now_s();
+    expect(renderer.start(scene, std::vector<Eye>(eyes.begin(), eyes.end()), size));
+    expect(renderer.wait());
+    if (n >= 0) seconds.push_back(now_s() - begin);
+  }
+  Drawn drawn;
+  if (!seconds.empty()) drawn.seconds = median(seconds);
+  for (int eye = 0; eye < 2; ++eye) {
+    const Result<Picture> picture = renderer.read_back(eye);
+    if (!picture) throw Mismatch(picture.error().message);
+    for (const uint32_t colour : picture->colours)
+      for (int shift = 0; shift < 24; shift += 8)
+        drawn.bytes.push_back(static_cast<unsigned char>(colour >> shift));
+  }
+  return drawn;
+}
+
+const ViewMeasure* fastest_good(const std::vector<ViewMeasure>& all, const std::string& look,
+                                bool ours) {
+  const ViewMeasure* best = nullptr;
+  for (const ViewMeasure& m : all) {
+    if (m.look != look || m.quality_db < kEnoughDb || m.family == kSmaller) continue;
+    if ((m.family == kSteps) != ours || (!ours && m.family.starts_with("palpate"))) continue;
+    if (!best || m.time_ms < best->time_ms) best = &m;
+  }
+  return best;
+}
+
+const ViewMeasure* find(const std::vector<ViewMeasure>& all, const std::string& look,
+                        const std::string& family) {
+  for (const ViewMeasure& m : all)
+    if (m.look == look && m.family == family) return &m;
+  return nullptr;
+}
+
+/// palpate's plain way at the rate and size of another one.
+const ViewMeasure* plain_beside(const std::vector<ViewMeasure>& all, const ViewMeasure& other) {
+  for (const ViewMeasure& m : all)
+    if (m.look == other.look && m.family == kSteps &&
+        m.samples_per_voxel == other.samples_per_voxel)
+      return &m;
+  return nullptr;
+}
+
+report::Table view_table(const std::vector<ViewMeasure>& all) {
+  report::Table table{"Pictures in stereo",
+                      "Two eyes; PSNR against the same picture with 8 samples per voxel.",
+                      {{"look", "look"},
+                       {"family", "way"},
+                       {"samples_per_voxel", "samples per voxel"},
+                       {"pixels", "pixels a side"},
+                       {"time_ms", "ms"},
+                       {"quality_db", "PSNR, dB"}},
+                      {}};
+  for (const ViewMeasure& m : all)
+    table.rows.push_back({report::words(m.look), report::words(m.family),
+                          report::number(m.samples_per_voxel, 2), report::number(m.pixels, 0),
+                          report::number(m.time_ms, 1), report::number(m.quality_db, 1)});
+  return table;
+}
+
+report::Chart chart_of(const std::vector<ViewMeasure>& all, const std::string& look) {
+  report::Chart chart;
+  chart.title = "Picture quality against time: " + look + " look";
+  chart.x = {"A stereo picture (ms)", true, {}, {}};
+  chart.y = {"Quality, PSNR (dB)", false, {}, {}};
+  for (const ViewMeasure& m : all) {
+    if (m.look != look) continue;
+    auto found = std::find_if(chart.series.begin(), chart.series.end(),
+                              [&](const report::Series& s) { return s.name == m.family; });
+    if (found == chart.series.end()) {
+      const bool line = m.family == kSteps;
+      found = chart.series.insert(
+          chart.series.end(),
+          {m.family, {}, line ? report::Line::kStraight : report::Line::kNone, {}, {}});
+    }
+    found->points.push_back(
+        {m.time_ms, m.quality_db,
+         m.family == kSmaller ? fmt::format("{} pixels", m.pixels)
+                              : fmt::format("{:g}", m.samples_per_voxel),
+         true,
+         fmt::format("{}\n{:g} samples per voxel, {} x {} pixels\n{:.1f} ms, "
+                     "{:.1f} dB",
+                     m.family, m.samples_per_voxel, m.pixels, m.pixels, m.time_ms, m.quality_db)});
+  }
+  chart.guides = {{false, kEnoughDb, "40 dB: no difference to be seen"}};
+  return chart;
+}
+
+}  // namespace
+
+std::vector<ViewMeasure> measure_view(const StudyRun& run) {
+  const auto volume = beating(run.quick ? 128 : 256);
+  const int pixels = run.quick ? 256 : 512, runs = run.quick ? 2 : 5;
+  std::vector<double> rates{0.5, 1.0, 2.0};
+  if (!run.quick) rates = {0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0};
+  std::vector<ViewMeasure> all;
+  double done = 0.0;
+  const double whole = 2.0 * double(rates.size() + 4);
+  for (const bool dense : {false, true}) {
+    const Look look = view_look(dense);
+    run.tell(done / whole, "view: reference, " + look.name);
+    const Drawn best = draw(run, volume, {look, kReferenceRate, pixels}, 0);
+    const auto add = [&](const char* family, Shot shot, const Drawn& reference) {
+      if (run.stop.stop_requested()) return;
+      run.tell(++done / whole, "view: " + look.name + ", " + family);
+      const Drawn drawn = draw(run, volume, shot, runs);
+      // While it moves every picture is another one: its quality is that of the still one.
+      const double db =
+          shot.moving
+              ? psnr_db(draw(run, volume, {look, shot.rate, shot.pixels}, 0).bytes, reference.bytes)
+              : psnr_db(drawn.bytes, reference.bytes);
+      all.push_back({look.name, family, shot.rate, shot.pixels, 1e3 * drawn.seconds, db});
+    };
+    for (const double rate : rates) add(kSteps, {look, rate, pixels}, best);
+    add(kNoSkip, {look, 1.0, pixels, false}, best);
+    add(kMoving, {look, 1.0, pixels, true, true}, best);
+    const Drawn small = draw(run, volume, {look, kReferenceRate, pixels / 2}, 0);
+    add(kSmaller, {look, 1.0, pixels / 2}, small);
+  }
+  return all;
+}
+
+std::vector<std::string> view_sentences(const std::vector<ViewMeasure>& all) {
+  std::vector<std::string> sentences;
+  for (const char* look : {"sparse", "dense"}) {
+    const ViewMeasure* good = fastest_good(all, look, true);
+    if (good) {
+      sentences.push_back(fmt::format(
+          "A {} stereo picture of {} x {} pixels that can not be told from the best "
+          "one ({:.0f} dB) takes {}.",
+          look, good->pixels, good->pixels, good->quality_db, time_text(1e-3 * good->time_ms)));
+    }
+    if (const ViewMeasure* peer = fastest_good(all, look, false); peer && good)
+      sentences.push_back(fmt::format("{} takes {} for as good a one, {:.2g} times as long.",
+                                      peer->family, time_text(1e-3 * peer->time_ms),
+                                      peer->time_ms / good->time_ms));
+    for (const auto& [family, what] :
+         {std::pair(kNoSkip, "Without skipping what is empty"), {kMoving, "While it moves"}}) {
+      const ViewMeasure* other = find(all, look, family);
+      const ViewMeasure* plain = other ? plain_beside(all, *other) : nullptr;
+      if (plain)
+        sentences.push_back(fmt::format("{} a {} one takes {:.2g} times as long.", what, look,
+                                        other->time_ms / plain->time_ms));
+    }
+  }
+  return sentences;
+}
+
+Result<report::Section> view_section(const std::vector<ViewMeasure>& all,
+                                     const std::vector<std::string>& missing) {
+  report::Section section{"view", "View: milliseconds against picture quality", "", {}};
+  for (const std::string& sentence : view_sentences(all))
+    section.answer += (section.answer.empty() ? "" : " ") + sentence;
+  for (const char* look : {"sparse", "dense"}) {
+    const report::Chart chart = chart_of(all, look);
+    auto svg = drawn(chart, std::string("view") + look);
+    if (!svg) return svg.error();
+    section.parts.push_back(report::Figure{
+        chart.title, std::move(*svg),
+        "Further left is faster, further up is better. Labels: samples per voxel along a ray.",
+        view_table(all)});
+  }
+  section.parts.push_back(report::TablePart{view_table(all), true});
+  for (const std::string& sentence : missing) section.parts.push_back(report::Note{sentence, true});
+  return section;
+}
+
+}  // namespace palpate::studies

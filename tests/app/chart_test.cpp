@@ -1,0 +1,143 @@
+// `palpate chart` and choosing by what it measured.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "integration/studies/motion_choice.h"
+#include "tests/app/program.h"
+#include "tests/app/scenes.h"
+#include "tests/report/xml_check.h"
+
+namespace palpate::app {
+namespace {
+
+using files::TemporaryFolder;
+using ::testing::EndsWith;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+/// What the program keeps goes to a folder of the test's own, and nothing of the machine's is read.
+class ChartCommand : public testing::Test {
+ protected:
+  ChartCommand() { ::setenv("XDG_STATE_HOME", (state_ / "state").c_str(), 1); }
+  ~ChartCommand() override { ::unsetenv("XDG_STATE_HOME"); }
+
+  void keep(const studies::MotionFront& front) const {
+    std::filesystem::create_directories(state_ / "state/palpate");
+    files::write_bytes(state_ / "state/palpate/motion_front.json", studies::front_text(front));
+  }
+  static studies::MotionFront front_on(const std::string& device) {
+    return {device,
+            "palpate",
+            "a pair",
+            size_t(kHeartSize) * kHeartSize * kHeartSize,
+            {{"fast", 1.0, 0.2}, {"balanced", 2.0, 0.1}}};
+  }
+
+  TemporaryFolder state_;
+};
+
+void expect_refused(const Outcome& result, const std::vector<std::string>& words) {
+  EXPECT_EQ(result.exit_code, 2) << result.out;
+  EXPECT_THAT(result.err, StartsWith("palpate: "));
+  EXPECT_THAT(result.err, EndsWith(".\n"));
+  for (const std::string& word : words) EXPECT_THAT(result.err, HasSubstr(word));
+}
+
+TEST_F(ChartCommand, RefusesWhatItCanNotChartBeforeItMeasures) {
+  const TemporaryFolder folder;
+  const std::string heart = written(small_heart(2).frames[0], folder / "heart.mha");
+  const std::string out = folder / "r.html";
+  expect_refused(run({"chart", "speed", "-o", out}),
+                 {"no study 'speed'", "motion, feel, view, scene"});
+  expect_refused(run({"chart", heart, "-o", out}), {"FIXED MOVING"});
+  expect_refused(run({"chart", heart, heart, "-o", out}), {"--truth", "--landmarks"});
+  expect_refused(
+      run({"chart", heart, heart, "--truth", heart, "--landmarks", heart, heart, "-o", out}),
+      {"one thing"});
+  expect_refused(run({"chart", "--truth", heart, "-o", out}), {"name FIXED and MOVING"});
+  expect_refused(run({"chart", "feel", heart, heart, "--truth", heart, "-o", out}), {"'motion'"});
+  expect_refused(run({"chart", "feel", "-o", folder / "absent/r.html"}), {"absent"});
+  EXPECT_EQ(folder.entry_count(), 1U);
+}
+
+TEST_F(ChartCommand, SaysWhatToInstallWhereGnuplotIsMissing) {
+  const TemporaryFolder folder;
+  const std::string path = std::getenv("PATH");
+  ::setenv("PATH", "/nonexistent", 1);
+  const Outcome result = run({"chart", "feel", "-o", folder / "r.html"});
+  ::setenv("PATH", path.c_str(), 1);
+  expect_refused(result, {"apt-get install gnuplot-nox"});
+}
+
+TEST_F(ChartCommand, MakesAPageOfWhatIsFelt) {
+  NEEDS_DEVICE();
+  const TemporaryFolder folder;
+  const Outcome result =
+      run({"chart", "feel", "--quick", "-o", folder / "r.html", "--csv", folder / "csv"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("A haptic frame takes"));
+  const std::string page = files::read_bytes(folder / "r.html");
+  EXPECT_EQ(test::xml_trouble(page), "");
+  EXPECT_EQ(test::count_of("<svg", page), 3U);
+  EXPECT_THAT(files::read_bytes(folder / "csv/feel-one-haptic-frame-and-its-force.csv"),
+              StartsWith("family,setting,median_us"));
+}
+
+TEST_F(ChartCommand, StopsAtCtrlCWithoutATrace) {
+  NEEDS_DEVICE();
+  const TemporaryFolder folder;
+  Program program({"chart", "scene", "feel", "--quick", "-o", folder / "r.html"});
+  ASSERT_TRUE(program.wait_for("Device"));
+  program.signal(SIGINT);
+  EXPECT_EQ(program.wait().exit_code, 1);
+  EXPECT_EQ(folder.entry_count(), 0U);
+}
+
+TEST_F(ChartCommand, ChoosesByWhatThisDeviceMeasured) {
+  NEEDS_DEVICE();
+  const TemporaryFolder folder;
+  const Sequence heart = small_heart(2);
+  const std::string fixed = written(heart.frames[0], folder / "f.mha"),
+                    moving = written(heart.frames[1], folder / "m.mha");
+  const auto chosen = [&](const std::string& wish, const std::string& value) {
+    return run({"motion", fixed, moving, "-o", folder / "u.mha", wish, value});
+  };
+  expect_refused(chosen("--within", "2s"), {"palpate chart motion --quick"});
+  keep(front_on("another device"));
+  const Outcome other = chosen("--within", "2s");
+  expect_refused(other, {"of another device (another device)"});
+  // The sentence names the device that is here.
+  const size_t name = other.err.find("--quick' on ") + 12, end = other.err.find(" once,");
+  ASSERT_LT(name, end);
+  keep(front_on(other.err.substr(name, end - name)));
+  EXPECT_THAT(chosen("--within", "1.5s").out, HasSubstr("Chosen    fast for at most 1.5 s"));
+  EXPECT_THAT(chosen("--within", "3000ms").out, HasSubstr("Chosen    balanced for at most 3 s"));
+  // 128 mm of 48 voxels: 2.67 mm each, so balanced is wrong by 0.27 mm and fast by twice that.
+  EXPECT_THAT(chosen("--error", "0.3mm").out, HasSubstr("Chosen    balanced for at most 0.3 mm"));
+  EXPECT_THAT(chosen("--error", "1").out, HasSubstr("Chosen    fast for at most 1 mm"));
+  expect_refused(chosen("--within", "10ms"), {"the fastest, fast, takes about 1 s"});
+  expect_refused(chosen("--error", "1um"), {"the most accurate, balanced"});
+}
+
+TEST_F(ChartCommand, RefusesWishesThatAreNoneOrContradict) {
+  const TemporaryFolder folder;
+  const std::string heart = written(small_heart(2).frames[0], folder / "f.mha");
+  const auto with = [&](std::vector<std::string> more) {
+    std::vector<std::string> all{"motion", heart, heart, "-o", folder / "u.mha"};
+    all.insert(all.end(), more.begin(), more.end());
+    return run(all);
+  };
+  for (const char* text : {"soon", "-1s", "0", "2 s", "2mm", "nan", "inf", "1e999"})
+    expect_refused(with({"--within", text}), {"can not be understood", "2s or 500ms"});
+  for (const char* text : {"small", "0mm", "3s", "-1"})
+    expect_refused(with({"--error", text}), {"can not be understood", "0.5mm"});
+  EXPECT_EQ(with({"--within", "2s", "--error", "1mm"}).exit_code, 2);
+  EXPECT_EQ(with({"--within", "2s", "--preset", "fast"}).exit_code, 2);
+  EXPECT_THAT(with({"--within", "2s", "--preset", "fast"}).err, HasSubstr("excludes"));
+  EXPECT_EQ(with({"--error", "1mm", "--levels", "2"}).exit_code, 2);
+}
+
+}  // namespace
+}  // namespace palpate::app
