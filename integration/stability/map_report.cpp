@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 
 #include <fmt/format.h>
 
@@ -46,6 +47,24 @@ report::MarkedCells marked(const StabilityMap& map, const Side& side, Outcome ou
   return cells;
 }
 
+/// The border with points between its points: of a long piece only what has an end in the picture
+/// would be drawn.
+std::vector<std::pair<double, double>> drawn_points(const StabilityMap& map, const Border& border) {
+  constexpr int kPieces = 64;
+  const auto between = [](double a, double b, double t, bool logarithmic) {
+    return logarithmic && a > 0.0 && b > 0.0 ? a * std::pow(b / a, t) : a + t * (b - a);
+  };
+  std::vector<std::pair<double, double>> points;
+  for (size_t n = 0; n + 1 < border.points.size(); ++n)
+    for (int k = 0; k <= kPieces; ++k) {
+      const glm::dvec2 a = border.points[n], b = border.points[n + 1];
+      const double t = double(k) / kPieces;
+      points.emplace_back(between(a.x, b.x, t, map.x.logarithmic),
+                          between(a.y, b.y, t, map.y.logarithmic));
+    }
+  return points;
+}
+
 report::HeatMap panel_of(const StabilityMap& map, const Side& side) {
   report::HeatMap panel;
   panel.title = map.title + ": " + side.method;
@@ -56,9 +75,7 @@ report::HeatMap panel_of(const StabilityMap& map, const Side& side) {
   for (const Cell& cell : side.cells) panel.values.push_back(cell.value);
   panel.bar = {with_unit(map.colour, map.colour_unit), map.logarithmic, map.lowest, map.highest};
   for (const Border& border : map.borders) {
-    report::Border line;
-    for (const glm::dvec2& p : border.points) line.points.emplace_back(p.x, p.y);
-    panel.borders.push_back(line);
+    panel.borders.push_back({"", drawn_points(map, border)});
   }
   panel.marks = {marked(map, side, Outcome::kFlagged, report::CellMark::kDot),
                  marked(map, side, Outcome::kSilent, report::CellMark::kCross)};
