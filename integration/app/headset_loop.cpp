@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "integration/app/place_check.h"
+#include "module/haptics/moment_ahead.h"
 #include "module/xr/vibration.h"
 
 namespace palpate::app {
@@ -220,7 +221,8 @@ class HeadsetLoop::Run {
     // Before it is known where the world stands there is nothing to see.
     if (!placed_) return std::nullopt;
     xr::Scenery scenery;
-    scenery.scene = picture_->at(moment_, frame.display_time_ns, xr::eye_of(frame.eyes[0]));
+    scenery.scene = picture_->at(ahead_.at(moment_, frame.display_time_ns), frame.display_time_ns,
+                                 xr::eye_of(frame.eyes[0]));
     if (const auto clip = hands_->clip()) scenery.scene.clips.push_back(*clip);
     // Where the room is seen, what covers nothing must add nothing.
     if (headset_.report().blend != xr::Blend::kOpaque)
@@ -243,6 +245,7 @@ class HeadsetLoop::Run {
   std::optional<PlaceCheck> check_;  ///< where there is a calibration
   std::unique_ptr<FeelPicture> picture_;
   SceneMoment moment_;
+  MomentAhead ahead_;
   std::optional<Pose> head_;  ///< world, of the last frame that asked for a picture
   bool pass_through_ = false;
   bool placed_ = false, seen_ = false, was_seen_ = false, ending_ = false;

@@ -13,6 +13,7 @@
 #include "tests/app/made_headset.h"
 #include "tests/app/program.h"
 #include "tests/app/ticks.h"
+#include "tests/desktop/virtual_display.h"
 
 namespace palpate::app {
 namespace {
@@ -298,6 +299,28 @@ TEST_F(InAHeadset, OneTouchedPointChecksTheCalibrationAlsoAfterARestartOfTheRunt
   ASSERT_TRUE(says(program, "The picture stands where the device is, to 0.0 mm")) << program.said();
   headset.say("exit");
   EXPECT_EQ(program.wait().exit_code, 0);
+  EXPECT_THAT(headset.left(), HasSubstr("violations 0"));
+}
+
+TEST_F(InAHeadset, IsSeenInAWindowAndInPicturesAtTheSameTime) {
+  MadeHeadset headset;
+  std::string why_not;
+  const auto display = test::VirtualDisplay::start(1280, 800, why_not);
+  if (!display) GTEST_SKIP() << why_not;
+  const auto path = path_file(folder, {{0.0, {0.0, 0.0, 0.07}}, {600.0, {0.0, 0.0, 0.07}}});
+  Program program(feel("heart", {"--headset", "openxr", "--headless", folder / "pictures",
+                                 "--picture-size", "96", "--device", "simulated", "--path", path}));
+  ASSERT_TRUE(says(program, "A window shows it to others.")) << program.said();
+  // Flesh in the middle of the window.
+  EXPECT_TRUE(wait_until([&] {
+    const uint32_t pixel = display->screenshot().at(560, 380);
+    return int(pixel >> 16 & 255) > int(pixel & 255) + 25;
+  }));
+  EXPECT_TRUE(wait_until([&] { return headset.ask()["layers"] == "1"; }));
+  headset.say("exit");
+  const Outcome outcome = program.wait();
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(std::filesystem::exists(folder / "pictures/view_1.png")) << outcome.out;
   EXPECT_THAT(headset.left(), HasSubstr("violations 0"));
 }
 
