@@ -35,6 +35,9 @@ void add_loop(CLI::App& app, FeelCommand& command) {
   app.add_option("--core", command.core, "Pin the servo thread to this core");
   app.add_flag("--no-real-time", command.no_real_time,
                "Ask the system for no priority and no locked memory");
+  app.add_flag("--servo-report", command.servo_report,
+               "First run the servo thread alone for 5 s, without pictures and estimation, and "
+               "report its periods beside those of the run");
   app.add_option("--watchdog", command.watchdog_ms,
                  "A tick later than this is a fault, ms (5; simulated: 50)")
       ->check(CLI::Range(1.0, 1000.0));

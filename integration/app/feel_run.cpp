@@ -75,6 +75,12 @@ void announce(const FeelCommand& command, const FeltScene& scene, const OpenedDe
   for (const std::string& note : scene.notes) console.say("Note      " + note);
 }
 
+/// How evenly the servo thread ran.
+struct ServoPeriods {
+  double median_us = 0.0, p999_us = 0.0, most_us = 0.0;
+  uint64_t ticks = 0;
+};
+
 /// One run of the loop with everything that listens to it.
 class FeelRun {
  public:
@@ -121,6 +127,16 @@ class FeelRun {
       return fail(console_, started.error());
     feel(at_start, stop);
     return finish();
+  }
+
+  /// After run(): what the servo thread kept to; nothing if it never ran.
+  std::optional<ServoPeriods> periods() const {
+    if (!palpation_) return std::nullopt;
+    const ServoStatistics& statistics = palpation_->servo().statistics();
+    const auto us = [](int64_t ns) { return 1e-3 * double(ns); };
+    return ServoPeriods{us(statistics.period.quantile_ns(0.5)),
+                        us(statistics.period.quantile_ns(0.999)), us(statistics.period.most_ns()),
+                        statistics.ticks.load()};
   }
 
  private:
@@ -422,6 +438,30 @@ class FeelRun {
   std::unique_ptr<Gallery> gallery_;  ///< likewise
 };
 
+std::string text_of(const ServoPeriods& periods) {
+  return fmt::format("period median {:.0f}, p99.9 {:.0f}, most {:.0f} us in {} ticks",
+                     periods.median_us, periods.p999_us, periods.most_us, periods.ticks);
+}
+
+/// The same scene and device with nothing else going on, for comparison.
+Result<ServoPeriods> periods_alone(FeelCommand command, std::stop_token stop) {
+  constexpr double kAlone_s = 5.0;
+  command.headset = "off";
+  command.no_motion = command.quiet = true;
+  command.seconds = kAlone_s;
+  for (fs::path* file : {&command.headless, &command.csv, &command.picture, &command.record})
+    file->clear();
+  if (command.device.device == "mouse" || command.device.device == "controller")
+    command.device.device = "simulated";
+  Console quiet(true, false);
+  FeelRun run(command, quiet);
+  const int rc = run.run(stop);
+  const auto periods = run.periods();
+  if (rc != kExitOk || !periods)
+    return Error{ErrorKind::kDeviceFailed, "The servo thread could not be run alone"};
+  return *periods;
+}
+
 int replay_run(const FeelCommand& command, Console& console) {
   auto scene = load_felt_scene(command.inputs, command.sequence);
   if (!scene) return fail(console, scene.error());
@@ -439,7 +479,15 @@ int run_feel(const FeelCommand& command) {
   const CancelOnSignal cancel;
   Console console(command.quiet, false);
   if (!command.replay.empty()) return replay_run(command, console);
-  return FeelRun(command, console).run(cancel.token());
+  if (!command.servo_report) return FeelRun(command, console).run(cancel.token());
+  const Result<ServoPeriods> alone = periods_alone(command, cancel.token());
+  if (!alone) return fail(console, alone.error());
+  FeelRun run(command, console);
+  const int rc = run.run(cancel.token());
+  if (const auto joined = run.periods())
+    console.say(fmt::format("Servo     alone: {}\n          in this run: {}", text_of(*alone),
+                            text_of(*joined)));
+  return rc;
 }
 
 }  // namespace palpate::app

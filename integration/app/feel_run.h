@@ -31,6 +31,7 @@ struct FeelCommand {
   std::filesystem::path calibration;
   int picture_size = 384;
   int core = -1;
+  bool servo_report = false;
   bool dead_man = false, no_real_time = false, no_motion = false, estimate = false, quiet = false;
   bool mirror = true;
   bool pass_through = false;

@@ -52,6 +52,24 @@ TEST(Feel, PressesTheBeatingHeartAndDrawsWhatItFelt) {
   EXPECT_EQ(ticks.force(ticks.size() - 1), 0.0);
 }
 
+TEST(Feel, ReportsTheServosPeriodsAloneBesideThoseOfTheRun) {
+  const TemporaryFolder folder;
+  const Outcome result =
+      run(feel("heart", {"--servo-report", "--seconds", "0.5", "--black-box", folder / "."}));
+  ASSERT_EQ(result.exit_code, 0) << result.out << result.err;
+  int alone = 0, joined = 0;
+  const size_t at = result.out.find("Servo     alone:");
+  ASSERT_NE(at, std::string::npos) << result.out;
+  EXPECT_EQ(std::sscanf(result.out.c_str() + result.out.find("us in ", at), "us in %d", &alone), 1);
+  const size_t then = result.out.find("in this run:", at);
+  ASSERT_NE(then, std::string::npos) << result.out;
+  EXPECT_EQ(std::sscanf(result.out.c_str() + result.out.find("us in ", then), "us in %d", &joined),
+            1);
+  // Ten times as long alone: far more ticks, however busy the machine is.
+  EXPECT_GT(alone, joined);
+  EXPECT_GT(joined, 0);
+}
+
 TEST(Feel, RecordsARunAndReplaysItBitByBit) {
   const TemporaryFolder folder;
   const std::string file = folder / "run.ticks";

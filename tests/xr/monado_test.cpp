@@ -20,6 +20,8 @@
 #include <thread>
 #include <vector>
 
+#include "tests/desktop/virtual_display.h"
+
 namespace palpate::test {
 namespace {
 
@@ -131,18 +133,19 @@ class Monado : public ::testing::Test {
     return command;
   }
   std::vector<std::string> environment() {
-    return {"PATH=/usr/bin:/bin",
-            "HOME=" + runtime_folder_,
-            "XDG_RUNTIME_DIR=" + runtime_folder_,
-            "XR_RUNTIME_JSON=" + root_ + "/monado.json",
-            "VK_ICD_FILENAMES=" + root_ + "/lavapipe.json",
-            "VK_DRIVER_FILES=" + root_ + "/lavapipe.json",
-            "VK_LOADER_LAYERS_DISABLE=*",
-            "XRT_NO_STDIN=1",
-            "XRT_COMPOSITOR_NULL=1",
-            "SIMULATED_ENABLE=1",
-            "SIMULATED_LEFT=simple",
-            "SIMULATED_RIGHT=simple"};
+    std::vector<std::string> variables = {"PATH=/usr/bin:/bin",
+                                          "HOME=" + runtime_folder_,
+                                          "XDG_RUNTIME_DIR=" + runtime_folder_,
+                                          "XR_RUNTIME_JSON=" + root_ + "/monado.json",
+                                          "VK_ICD_FILENAMES=" + root_ + "/lavapipe.json",
+                                          "VK_DRIVER_FILES=" + root_ + "/lavapipe.json",
+                                          "VK_LOADER_LAYERS_DISABLE=*",
+                                          "XRT_NO_STDIN=1",
+                                          "SIMULATED_ENABLE=1",
+                                          "SIMULATED_LEFT=simple",
+                                          "SIMULATED_RIGHT=simple"};
+    variables.insert(variables.end(), compositor_.begin(), compositor_.end());
+    return variables;
   }
   bool answers() const {
     const int one = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
@@ -173,6 +176,7 @@ class Monado : public ::testing::Test {
   std::unique_ptr<Child> palpate(std::vector<std::string> arguments);
 
   std::string root_, runtime_folder_;
+  std::vector<std::string> compositor_{"XRT_COMPOSITOR_NULL=1"};
   std::unique_ptr<Child> service_;
 };
 
@@ -249,6 +253,42 @@ TEST_F(Monado, LetsPalpateFeelTheHeartUnmodifiedAlsoAfterItsServiceWasKilled) {
   run->interrupt();
   EXPECT_EQ(run->end(60s), 0) << run->said();
   EXPECT_THAT(run->said(), HasSubstr("in 2 sessions"));
+}
+
+/// How many pixels of a part of a screen are redder than the blue-grey background.
+int flesh(const Screenshot& shot, int left, int right, int height) {
+  int red = 0;
+  for (int y = 0; y < height; ++y)
+    for (int x = left; x < right; ++x) {
+      const uint32_t pixel = shot.at(x, y);
+      red += int(pixel >> 16 & 255) > int(pixel & 255) + 25;
+    }
+  return red;
+}
+
+TEST_F(Monado, ShowsTheHeartToBothEyesInItsWindow) {
+  std::string why_not;
+  const auto display = VirtualDisplay::start(800, 600, why_not);
+  if (!display) GTEST_SKIP() << why_not;
+  compositor_ = {"XRT_COMPOSITOR_FORCE_XCB=1", std::string("DISPLAY=") + std::getenv("DISPLAY")};
+  start_service();
+  const auto run =
+      palpate({"feel", "heart", "--headset", "openxr", "--no-mirror", "--device", "simulated",
+               "--seconds", "600", "--watchdog", "1000", "--black-box", runtime_folder_});
+  ASSERT_TRUE(run->says("in the headset: Monado: Simulated HMD", 60s)) << run->said();
+  // Its window of 640 x 360 has an eye on either side.
+  const auto end = Clock::now() + 90s;
+  int left = 0, right = 0;
+  while ((left < 50 || right < 50) && Clock::now() < end) {
+    std::this_thread::sleep_for(200ms);
+    const Screenshot shot = display->screenshot();
+    left = flesh(shot, 0, 320, 360);
+    right = flesh(shot, 320, 640, 360);
+  }
+  EXPECT_GE(left, 50);
+  EXPECT_GE(right, 50);
+  run->interrupt();
+  EXPECT_EQ(run->end(60s), 0) << run->said();
 }
 
 }  // namespace
