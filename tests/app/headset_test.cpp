@@ -230,7 +230,8 @@ TEST_F(InAHeadset, AControllerFeelsWithVibrationAndPausesTheHeart) {
   headset.say("pictures on");
   // The scene stands 0.45 m before the eyes and 0.15 m below them.
   headset.say("hand 1 0.12 1.45 -0.45");
-  Program program(feel("heart", {"--headset", "openxr", "--csv", folder / "ticks.csv"}));
+  // Nothing is said of headset or device: both are chosen for what is there.
+  Program program(feel("heart", {"--csv", folder / "ticks.csv"}));
   ASSERT_TRUE(says(program, "  free")) << program.said();
   headset.say(kMenu + std::string("1"));
   EXPECT_EQ(headset.ask()["haptics"], "0") << "nothing is touched yet";
@@ -242,6 +243,7 @@ TEST_F(InAHeadset, AControllerFeelsWithVibrationAndPausesTheHeart) {
   headset.say("exit");
   const Outcome outcome = program.wait();
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("Seen      in the headset: made headset"));
   EXPECT_THAT(outcome.out, HasSubstr("controller, as no Falcon is plugged in"));
   EXPECT_THAT(headset.left(), HasSubstr("violations 0"));
   const Table ticks(folder / "ticks.csv");
@@ -300,6 +302,33 @@ TEST_F(InAHeadset, OneTouchedPointChecksTheCalibrationAlsoAfterARestartOfTheRunt
   headset.say("exit");
   EXPECT_EQ(program.wait().exit_code, 0);
   EXPECT_THAT(headset.left(), HasSubstr("violations 0"));
+}
+
+TEST_F(InAHeadset, ForceActsOnlyWhileAControllersDeadManIsHeld) {
+  const std::string scene = still_heart(folder);
+  const Way way = way_to_surface(scene, folder);
+  const std::string path = path_file(folder, presses(way));
+  const std::string dead_man = "input /user/hand/right/input/menu/click ";
+  MadeHeadset headset;
+  Program program(feel(scene, {"--headset", "openxr", "--dead-man", "--device", "simulated",
+                               "--path", path, "--csv", folder / "ticks.csv"}));
+  ASSERT_TRUE(says(program, "dead-man")) << program.said();
+  headset.say(dead_man + "1");
+  ASSERT_TRUE(says(program, "touching")) << program.said();
+  headset.say(dead_man + "0");
+  ASSERT_TRUE(says(program, "dead-man", program.said().rfind("touching"))) << program.said();
+  headset.say("exit");
+  EXPECT_EQ(program.wait().exit_code, 0);
+  const Table ticks(folder / "ticks.csv");
+  expect_no_jump(ticks);
+  size_t last = 0;
+  double most_n = 0.0;
+  for (size_t row = 0; row < ticks.size(); ++row) {
+    if (ticks.text(row, "cause") == "dead-man") last = row;
+    most_n = std::max(most_n, ticks.force(row));
+  }
+  EXPECT_GT(most_n, 0.5) << "while it was held";
+  EXPECT_EQ(ticks.force(last), 0.0);
 }
 
 TEST_F(InAHeadset, IsSeenInAWindowAndInPicturesAtTheSameTime) {
