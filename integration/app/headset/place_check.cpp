@@ -1,4 +1,4 @@
-#include "integration/app/place_check.h"
+#include "integration/app/headset/place_check.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "integration/app/calibrate_run.h"
+#include "integration/app/calibrate/calibrate_run.h"
 #include "integration/app/commands.h"
 
 namespace palpate::app {

@@ -1,4 +1,4 @@
-#include "integration/app/calibrate_run.h"
+#include "integration/app/calibrate/calibrate_run.h"
 
 #include <fmt/format.h>
 
@@ -9,11 +9,11 @@
 #include <optional>
 #include <thread>
 
+#include "integration/app/calibrate/tip_log.h"
+#include "integration/app/calibrate/touch_guide.h"
 #include "integration/app/cancel.h"
 #include "integration/app/exit_code.h"
 #include "integration/app/progress.h"
-#include "integration/app/tip_log.h"
-#include "integration/app/touch_guide.h"
 #include "integration/devices/calibration_hand.h"
 #include "integration/files/calibration_file.h"
 #include "module/haptics/emergency.h"

@@ -1,4 +1,4 @@
-#include "integration/app/headset_loop.h"
+#include "integration/app/headset/headset_loop.h"
 
 #include <fmt/format.h>
 #include <sys/resource.h>
@@ -8,7 +8,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "integration/app/place_check.h"
+#include "integration/app/headset/place_check.h"
 #include "module/haptics/moment_ahead.h"
 #include "module/xr/vibration.h"
 

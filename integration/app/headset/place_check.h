@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-#include "integration/app/touch_guide.h"
+#include "integration/app/calibrate/touch_guide.h"
 #include "module/xr/colocation.h"
 
 namespace palpate::app {

@@ -1,4 +1,4 @@
-#include "integration/app/gated_device.h"
+#include "integration/app/headset/gated_device.h"
 
 #include <chrono>
 

@@ -1,4 +1,4 @@
-#include "integration/app/onlookers.h"
+#include "integration/app/headset/onlookers.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "integration/app/scene_hands.h"
+#include "integration/app/headset/scene_hands.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "integration/app/touch_guide.h"
+#include "integration/app/calibrate/touch_guide.h"
 
 #include <array>
 

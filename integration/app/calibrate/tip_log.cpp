@@ -1,4 +1,4 @@
-#include "integration/app/tip_log.h"
+#include "integration/app/calibrate/tip_log.h"
 
 namespace palpate::app {
 

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "integration/app/feel_view.h"
-#include "integration/app/gated_device.h"
-#include "integration/app/scene_hands.h"
+#include "integration/app/headset/gated_device.h"
+#include "integration/app/headset/scene_hands.h"
 #include "integration/desktop/mouse_probe.h"
 #include "integration/files/calibration_file.h"
 #include "module/xr/headset.h"
