@@ -240,7 +240,8 @@ Command add_chart(CLI::App& program) {
   app->add_option("--landmarks", command->landmarks, "Points in FIXED, and the same in MOVING")
       ->expected(2)
       ->check(CLI::ExistingFile);
-  app->add_flag("--quick", command->quick, "Small data and few settings: about a minute");
+  app->add_flag("--quick", command->quick,
+                "Small data and few settings: a minute or two on two quiet cores");
   app->add_option("-o,--out", command->output, "The report, .html")->capture_default_str();
   app->add_option("--csv", command->csv, "Folder for all tables as CSV");
   app->add_option("--data", command->data, "Folder with lung/, the real CT in known motion")

@@ -37,7 +37,7 @@ Result<studies::MotionFront> read_front(const std::string& device) {
   if (path.empty() || !fs::exists(path, error)) {
     return Error{ErrorKind::kBadInput,
                  "What this machine can do has not been measured yet: run 'palpate chart motion "
-                 "--quick' once (about half a minute), then try again."};
+                 "--quick' once (a minute or two), then try again."};
   }
   auto front = studies::parse_front(report::text_of(path));
   if (!front) return front.error();
