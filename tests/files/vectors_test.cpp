@@ -36,14 +36,6 @@ TEST(Vectors, OfAFolderAreReadInTheNaturalOrderOfNames) {
   }
 }
 
-TEST(Vectors, OfANiftiDisplacementAreTurnedFromRas) {
-  const TemporaryFolder folder;
-  ASSERT_TRUE(write_field(known_vectors(oblique_grid(), 3), folder / "v.nii.gz"));
-  const auto found = read_vectors({folder / "v.nii.gz"});
-  ASSERT_TRUE(found) << found.error().message;
-  EXPECT_EQ(found->front().values, known_vectors(oblique_grid(), 3).u_mm);
-}
-
 TEST(Vectors, AreToldFromScalarsAndFromWhatCanNotBeRead) {
   const TemporaryFolder folder;
   ASSERT_TRUE(write_volume(known_volume(oblique_grid(), 0), folder / "scalar.mha"));
