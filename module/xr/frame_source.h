@@ -68,8 +68,8 @@ struct Drawn {
 /// What is shown in the headset. All on the thread that calls Headset::step.
 ///
 /// sRGB: `color.format` is an _SRGB one wherever the runtime offers one. Its bytes are to be
-/// sRGB-encoded already (vkCmdCopyImage from an R8G8B8A8_UNORM image into which encoded values were
-/// written). B8G8R8A8 wants blue first; a format that is not _SRGB wants linear values.
+/// sRGB-encoded already. B8G8R8A8 wants blue first; a format that is not _SRGB, 8-bit _UNORM or
+/// R16G16B16A16_SFLOAT, wants linear values (OpenXR 1.0, XrSwapchain).
 class FrameSource {
  public:
   virtual ~FrameSource() = default;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string>
 
 namespace palpate::xr {
 namespace {
@@ -21,14 +22,32 @@ Outcome<std::vector<int64_t>> offered_formats(const Session& session) {
   return offered;
 }
 
-/// The first of ours that is offered: the runtime's own order does not matter for 8-bit colour,
-/// ours does, because only R8G8B8A8_SRGB takes the renderer's bytes as they are.
+/// The first takes the renderer's bytes as they are, the second swapped. What is not _SRGB is taken
+/// as linear, for which 8 bits are few where it is dark: so halves come before them.
+constexpr std::array kColours{VK_FORMAT_R8G8B8A8_SRGB, VK_FORMAT_B8G8R8A8_SRGB,
+                              VK_FORMAT_R16G16B16A16_SFLOAT, VK_FORMAT_R8G8B8A8_UNORM,
+                              VK_FORMAT_B8G8R8A8_UNORM};
+
+/// The first of ours that is offered: the runtime's own order is about a renderer that could draw
+/// into any of them, ours about what the picture is made from.
 template <size_t n>
 std::optional<VkFormat> first(const std::array<VkFormat, n>& ours,
                               const std::vector<int64_t>& offered) {
   for (const VkFormat format : ours)
     if (std::find(offered.begin(), offered.end(), int64_t(format)) != offered.end()) return format;
   return std::nullopt;
+}
+
+Problem no_format(const std::vector<int64_t>& offered) {
+  std::string numbers;
+  for (const int64_t format : offered)
+    numbers += (numbers.empty() ? "" : ", ") + std::to_string(format);
+  return {Trouble::kUnsupported,
+          "The OpenXR runtime offers no picture format that palpate can fill, which are 8-bit "
+          "colour and R16G16B16A16_SFLOAT (it offers " +
+              (numbers.empty() ? "none at all" : "these VkFormat numbers: " + numbers) +
+              "): choose another runtime with XR_RUNTIME_JSON.",
+          "xrEnumerateSwapchainFormats", XR_SUCCESS};
 }
 
 VkExtent2D scaled(const XrViewConfigurationView& view, const System& system, double scale) {
@@ -118,15 +137,8 @@ Outcome<Swapchains> Swapchains::make(const Session& session, const System& syste
                                      double view_scale) {
   const auto offered = offered_formats(session);
   if (!offered) return offered.error();
-  const auto color_format = first(std::array{VK_FORMAT_R8G8B8A8_SRGB, VK_FORMAT_B8G8R8A8_SRGB,
-                                             VK_FORMAT_R8G8B8A8_UNORM, VK_FORMAT_B8G8R8A8_UNORM},
-                                  *offered);
-  if (!color_format) {
-    return Problem{Trouble::kUnsupported,
-                   "The OpenXR runtime offers no 8-bit colour format: choose another one with "
-                   "XR_RUNTIME_JSON.",
-                   "xrEnumerateSwapchainFormats", XR_SUCCESS};
-  }
+  const auto color_format = first(kColours, *offered);
+  if (!color_format) return no_format(*offered);
   std::array<VkExtent2D, 2> eyes{};
   VkExtent2D both{};
   for (size_t eye = 0; eye < 2; ++eye) {

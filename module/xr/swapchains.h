@@ -50,8 +50,9 @@ struct Swapchains {
   std::optional<Swapchain> depth;
   std::array<VkExtent2D, 2> eyes;  ///< what of the images each eye fills
 
-  /// Sizes are the recommended ones times view_scale, within what the runtime can. kUnsupported if
-  /// it offers no 8-bit colour format.
+  /// Sizes are the recommended ones times view_scale, within what the runtime can. Colour is
+  /// the first that is offered of R8G8B8A8_SRGB, B8G8R8A8_SRGB, R16G16B16A16_SFLOAT and the 8-bit
+  /// _UNORM ones; kUnsupported if none is.
   static Outcome<Swapchains> make(const Session& session, const System& system, bool depth,
                                   double view_scale);
 };

@@ -43,82 +43,91 @@ Status VolumeSource::use(const std::shared_ptr<vulkan::Context>& context) {
 void VolumeSource::drop() noexcept {
   if (making_.valid()) making_.wait();
   making_ = {};
-  renderer_.reset();
+  drawing_.reset();
   volumes_.clear();
   context_.reset();
   resolution_ = {.scale = kAtFirst};
   unmeasured_ = false;
 }
 
-void VolumeSource::start_making(const Scenery& scenery, PictureSize most) {
-  renderer_.reset();
-  unmeasured_ = false;
-  most_ = most;
-  volumes_.assign(scenery.volumes.begin(), scenery.volumes.end());
-  making_ =
-      std::async(std::launch::async, [context = context_, most, volumes = volumes_]() -> Made {
-        auto made = VolumeRenderer::make(context, {.most = most});
-        if (!made) return made;
-        const Status set = (*made)->set_volumes(volumes);
-        if (!set) return set.error();
-        return made;
-      });
+VolumeSource::Made VolumeSource::make(
+    const std::shared_ptr<vulkan::Context>& context, PictureSize most, VkFormat format,
+    std::span<const std::shared_ptr<const MovingVolume>> volumes) {
+  auto drawing = std::make_unique<Drawing>();
+  auto renderer = VolumeRenderer::make(context, {.most = most});
+  if (!renderer) return renderer.error();
+  drawing->renderer = std::move(*renderer);
+  const Status set = drawing->renderer->set_volumes(volumes);
+  if (!set) return set.error();
+  if (Repacker::needless(format)) return drawing;
+  try {
+    drawing->repacker = std::make_unique<Repacker>(context, format, most);
+  } catch (const vulkan::Failure& failure) {
+    return failure.error();
+  }
+  return drawing;
 }
 
-bool VolumeSource::prepare(const Scenery& scenery, PictureSize most) {
+void VolumeSource::start_making(const Scenery& scenery, PictureSize most, VkFormat format) {
+  drawing_.reset();
+  unmeasured_ = false;
+  most_ = most;
+  format_ = format;
+  volumes_.assign(scenery.volumes.begin(), scenery.volumes.end());
+  making_ = std::async(std::launch::async,
+                       [context = context_, most, format, volumes = volumes_]() -> Made {
+                         return make(context, most, format, volumes);
+                       });
+}
+
+bool VolumeSource::prepare(const Scenery& scenery, PictureSize most, VkFormat format) {
   if (making_.valid()) {
     if (making_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return false;
     Made made = making_.get();
     if (!made) check(made.error());
-    renderer_ = std::move(*made);
+    drawing_ = std::move(*made);
   }
-  if (!renderer_ || most.width > most_.width || most.height > most_.height) {
-    start_making(scenery, most);
+  if (!drawing_ || format != format_ || most.width > most_.width || most.height > most_.height) {
+    start_making(scenery, most, format);
     return false;
   }
   if (std::equal(volumes_.begin(), volumes_.end(), scenery.volumes.begin(), scenery.volumes.end()))
     return true;
   // What is new of volumes that are known, a step of motion say, is little.
-  check(renderer_->set_volumes(scenery.volumes));
+  check(drawing_->renderer->set_volumes(scenery.volumes));
   volumes_.assign(scenery.volumes.begin(), scenery.volumes.end());
   return true;
 }
 
 Drawn VolumeSource::record(const Frame& frame, VkCommandBuffer commands) {
   trouble_.clear();
-  // The renderer's bytes are those of this format; see Swapchains.
-  if (frame.color.format != VK_FORMAT_R8G8B8A8_SRGB) {
-    trouble_ =
-        "The OpenXR runtime offers no R8G8B8A8_SRGB pictures: choose another one with "
-        "XR_RUNTIME_JSON.";
-    return {};
-  }
   const auto scenery = show_(frame);
   if (!scenery || scenery->volumes.empty()) return {};
   PictureSize full{int(frame.eyes[0].size.width), int(frame.eyes[0].size.height)};
   full.width = std::min(full.width, int(frame.eyes[1].size.width));
   full.height = std::min(full.height, int(frame.eyes[1].size.height));
   const double period_s = frame.period_ns > 0 ? 1e-9 * double(frame.period_ns) : kUsualPeriod_s;
-  if (renderer_ && unmeasured_) {
+  if (drawing_ && unmeasured_) {
     // The commands of the frame before have ended: now it is known what they took.
-    const VolumeRenderer::Times took = renderer_->times();
+    const VolumeRenderer::Times took = drawing_->renderer->times();
     picture_s_ = took.update_s + took.rays_s;
     unmeasured_ = false;
     // Fewer pixels make rays cheaper, not the bringing of volumes to their phase.
     const double left_s = std::max(kShare * period_s - took.update_s, kRaysAtLeast * period_s);
     resolution_ = next_resolution(resolution_, took.rays_s, {.budget_s = left_s});
   }
-  if (!prepare(*scenery, full)) return {};
+  if (!prepare(*scenery, full, frame.color.format)) return {};
   const PictureSize wanted = scaled(full, resolution_.scale);
   size_ = {std::min(wanted.width, full.width), std::min(wanted.height, full.height)};
   const std::array<palpate::Eye, 2> eyes{eye_of(frame.eyes[0]), eye_of(frame.eyes[1])};
-  const Status started = renderer_->start(scenery->scene, eyes, size_);
+  const Status started = drawing_->renderer->start(scenery->scene, eyes, size_);
   if (!started && started.error().kind == ErrorKind::kBadInput) {
     trouble_ = started.error().message;
     return {};
   }
   check(started);
   unmeasured_ = true;
+  if (drawing_->repacker) drawing_->repacker->start(drawing_->renderer->colour(), size_);
   return copy(frame, commands);
 }
 
@@ -132,14 +141,16 @@ Drawn VolumeSource::copy(const Frame& frame, VkCommandBuffer commands) const {
   VkBufferImageCopy region{};
   region.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 2};
   region.imageExtent = {uint32_t(size_.width), uint32_t(size_.height), 1};
-  vkCmdCopyBufferToImage(commands, renderer_->colour().handle(), frame.color.image,
+  const vulkan::Buffer& colours =
+      drawing_->repacker ? drawing_->repacker->repacked() : drawing_->renderer->colour();
+  vkCmdCopyBufferToImage(commands, colours.handle(), frame.color.image,
                          VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &region);
   Drawn drawn;
   drawn.color = true;
   drawn.size = {uint32_t(size_.width), uint32_t(size_.height)};
   if (!frame.depth.image) return drawn;
   region.imageSubresource.aspectMask = VK_IMAGE_ASPECT_DEPTH_BIT;
-  vkCmdCopyBufferToImage(commands, renderer_->depth().handle(), frame.depth.image,
+  vkCmdCopyBufferToImage(commands, drawing_->renderer->depth().handle(), frame.depth.image,
                          VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &region);
   drawn.depth = true;
   // Reversed and without end: 1 at the nearest, 0 at infinity.

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "module/view/repacker.h"
 #include "module/view/resolution.h"
 #include "module/view/volume_renderer.h"
 #include "module/xr/frame_source.h"
@@ -45,17 +46,25 @@ class VolumeSource final : public FrameSource {
   double picture_s() const { return picture_s_; }
 
  private:
-  using Made = Result<std::unique_ptr<VolumeRenderer>>;
-  /// True once there is a renderer with the scenery's volumes.
-  bool prepare(const Scenery& scenery, PictureSize most);
-  void start_making(const Scenery& scenery, PictureSize most);
+  struct Drawing {
+    std::unique_ptr<VolumeRenderer> renderer;
+    /// None where the renderer's bytes go as they are. Goes first: it reads what the renderer has.
+    std::unique_ptr<Repacker> repacker;
+  };
+  using Made = Result<std::unique_ptr<Drawing>>;
+  static Made make(const std::shared_ptr<vulkan::Context>& context, PictureSize most,
+                   VkFormat format, std::span<const std::shared_ptr<const MovingVolume>> volumes);
+  /// True once there is a renderer with the scenery's volumes, for pictures of this format.
+  bool prepare(const Scenery& scenery, PictureSize most, VkFormat format);
+  void start_making(const Scenery& scenery, PictureSize most, VkFormat format);
   Drawn copy(const Frame& frame, VkCommandBuffer commands) const;
 
   Show show_;
   std::shared_ptr<vulkan::Context> context_;
-  std::unique_ptr<VolumeRenderer> renderer_;
+  std::unique_ptr<Drawing> drawing_;                          ///< none: nothing is ready
   std::future<Made> making_;                                  ///< valid while a renderer is made
   PictureSize most_;                                          ///< that it is or was made for
+  VkFormat format_ = VK_FORMAT_UNDEFINED;                     ///< the same
   std::vector<std::shared_ptr<const MovingVolume>> volumes_;  ///< that it has or will have
   Resolution resolution_;
   PictureSize size_;

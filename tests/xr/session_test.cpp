@@ -137,20 +137,24 @@ TEST_F(XrSession, HandsNoDepthOverWhereItIsNotTakenOrNotDrawn) {
 }
 
 TEST_F(XrSession, TakesTheColourFormatThatFitsBest) {
-  for (const VkFormat only : {VK_FORMAT_R8G8B8A8_SRGB, VK_FORMAT_B8G8R8A8_SRGB,
-                              VK_FORMAT_R8G8B8A8_UNORM, VK_FORMAT_B8G8R8A8_UNORM}) {
-    runtime().setup().formats = {VK_FORMAT_R16G16B16A16_SFLOAT, only};
+  // Best first; offered in the opposite order, and one less each time.
+  std::vector<int64_t> offered = {VK_FORMAT_B8G8R8A8_UNORM, VK_FORMAT_R8G8B8A8_UNORM,
+                                  VK_FORMAT_R16G16B16A16_SFLOAT, VK_FORMAT_B8G8R8A8_SRGB,
+                                  VK_FORMAT_R8G8B8A8_SRGB};
+  source.with_color = false;
+  for (; !offered.empty(); offered.pop_back()) {
+    runtime().setup().formats = offered;
     headset();
     step_until(State::kFocused);
     step();
-    EXPECT_EQ(source.last->color.format, only);
+    EXPECT_EQ(source.last->color.format, VkFormat(offered.back()));
     EXPECT_EQ(source.last->depth.image, VkImage(VK_NULL_HANDLE)) << "no depth format is offered";
     close();
   }
 }
 
-TEST_F(XrSession, SaysSoWhenNoFormatFits) {
-  runtime().setup().formats = {VK_FORMAT_R16G16B16A16_SFLOAT};
+TEST_F(XrSession, SaysWhatIsOfferedWhenNoFormatFits) {
+  runtime().setup().formats = {VK_FORMAT_R5G6B5_UNORM_PACK16, VK_FORMAT_D32_SFLOAT};
   headset();
   const xr::Report report = [&] {
     for (int i = 0; i < 10 && headset_report().problem.call[0] == 0; ++i) step();
@@ -159,6 +163,7 @@ TEST_F(XrSession, SaysSoWhenNoFormatFits) {
   EXPECT_EQ(report.problem.trouble, xr::Trouble::kUnsupported);
   EXPECT_EQ(report.state, State::kWaiting);
   EXPECT_THAT(report.problem.message, ::testing::HasSubstr("8-bit colour"));
+  EXPECT_THAT(report.problem.message, ::testing::HasSubstr("VkFormat numbers: 4, 126)"));
 }
 
 TEST_F(XrSession, BlendsAsWantedWhereOfferedAndSaysHow) {

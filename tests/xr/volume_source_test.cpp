@@ -81,6 +81,75 @@ TEST_F(VolumeSourceTest, HandsOverWhatTheRendererDrawsForEachEyeWithItsDepth) {
   EXPECT_THAT(headset.context()->validation_messages(), ::testing::IsEmpty());
 }
 
+/// A format, and how far apart its neighbouring values are in linear light: it rounds to the
+/// nearest.
+struct Stored {
+  VkFormat format;
+  double step_at(double value) const {
+    // The same bytes, in another order.
+    if (format == VK_FORMAT_R8G8B8A8_SRGB || format == VK_FORMAT_B8G8R8A8_SRGB) return 0.0;
+    if (format != VK_FORMAT_R16G16B16A16_SFLOAT) return 1.0 / 255.0;
+    return std::ldexp(1.0, std::max(std::ilogb(std::max(value, 1e-30)), -14) - 10);
+  }
+};
+
+TEST_F(VolumeSourceTest, ShowsTheSameColoursInEveryFormat) {
+  const auto heart = small_heart();
+  const std::vector<std::shared_ptr<const MovingVolume>> volumes{heart};
+  const xr::Show show = [&](const xr::Frame&) {
+    xr::Scenery scenery;
+    scenery.volumes = volumes;
+    ViewVolume shown;
+    shown.data = heart;
+    shown.world_from_volume.translation_m = {0.0, 1.6, -0.3};
+    shown.look = *preset_look("CT heart");
+    scenery.scene.volumes = {shown};
+    return std::optional(scenery);
+  };
+  std::vector<fake::Picture> first;
+  for (const Stored stored : {Stored{VK_FORMAT_R8G8B8A8_SRGB}, Stored{VK_FORMAT_B8G8R8A8_SRGB},
+                              Stored{VK_FORMAT_R16G16B16A16_SFLOAT},
+                              Stored{VK_FORMAT_R8G8B8A8_UNORM}, Stored{VK_FORMAT_B8G8R8A8_UNORM}}) {
+    runtime().reset();
+    runtime().setup().formats = {stored.format, VK_FORMAT_D32_SFLOAT};
+    runtime().setup().keep_pictures = true;
+    runtime().script_head([](XrTime) { return XrPosef{{0, 0, 0, 1}, {0, 1.6F, 0}}; });
+    // A display that leaves time: every picture has the same size.
+    runtime().setup().rate_hz = 0.01;
+    xr::HeadsetOptions options;
+    options.validation = true;
+    xr::VolumeSource drawing(show);
+    xr::Headset headset(options, drawing);
+    const int full = int(runtime().setup().view_width);
+    for (int k = 0; k < 60'000 && drawing.size().width < full; ++k) {
+      now_ns_ += 11'111'111;
+      headset.step(now_ns_);
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    ASSERT_EQ(drawing.size().width, full) << drawing.trouble();
+    const std::vector<fake::Picture> pictures = runtime().pictures();
+    ASSERT_EQ(pictures.size(), 2u);
+    ASSERT_EQ(pictures[0].format, stored.format);
+    EXPECT_THAT(headset.context()->validation_messages(), ::testing::IsEmpty());
+    if (first.empty()) first = pictures;
+    std::array<double, 3> most{};
+    for (size_t eye = 0; eye < 2; ++eye) {
+      ASSERT_EQ(pictures[eye].light.size(), first[eye].light.size());
+      for (size_t i = 0; i < pictures[eye].light.size(); ++i)
+        for (size_t c = 0; c < 4; ++c) {
+          const double expected = first[eye].light[i][c], found = pictures[eye].light[i][c];
+          // Half a step, and a little for the last bits of the device's pow.
+          ASSERT_NEAR(found, expected, 0.51 * stored.step_at(expected))
+              << "format " << stored.format << ", eye " << eye << ", pixel " << i << ", part " << c;
+          if (c < 3) most[c] = std::max(most[c], found);
+        }
+      EXPECT_EQ(pictures[eye].depth, first[eye].depth);
+    }
+    // A picture whose red and blue are alike would not tell them apart.
+    EXPECT_GT(most[0], most[2] + 0.2);
+  }
+}
+
 TEST_F(VolumeSourceTest, MakesEverythingAnewOnTheDeviceOfARuntimeThatInsistsOnItsOwn) {
   const auto heart = small_heart();
   const std::vector<std::shared_ptr<const MovingVolume>> volumes{heart};

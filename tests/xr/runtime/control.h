@@ -1,7 +1,9 @@
 #pragma once
 
 #include <openxr/openxr.h>
+#include <vulkan/vulkan.h>
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -38,8 +40,11 @@ struct Setup {
 
 struct Picture {
   uint32_t width = 0, height = 0;
-  std::vector<uint32_t> rgba;  ///< as stored, one word per pixel
-  std::vector<float> depth;    ///< empty without a depth layer
+  VkFormat format = VK_FORMAT_UNDEFINED;
+  std::vector<uint32_t> rgba;  ///< as stored, one word per pixel; two where it is of halves
+  /// What a compositor reads from it: linear light R, G, B, and how much is covered.
+  std::vector<std::array<float, 4>> light;
+  std::vector<float> depth;  ///< empty without a depth layer
   float near_m = 0, far_m = 0;
 };
 

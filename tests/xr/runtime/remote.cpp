@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -76,15 +77,19 @@ PoseScript glide(const XrPosef& from, XrVector3f by, XrTime start, double second
 }
 
 void write_pictures(const std::string& file, const std::vector<Picture>& pictures) {
-  if (pictures.empty() || pictures[0].rgba.empty()) return;
+  if (pictures.empty() || pictures[0].light.empty()) return;
   const uint32_t width = pictures[0].width, height = pictures[0].height;
   std::ofstream stream(file, std::ios::binary);
   stream << "P6\n" << pictures.size() * width << " " << height << "\n255\n";
   for (uint32_t y = 0; y < height; ++y)
     for (const Picture& picture : pictures)
       for (uint32_t x = 0; x < width; ++x) {
-        const uint32_t pixel = picture.rgba[size_t(y) * width + x];
-        for (const int shift : {0, 8, 16}) stream.put(char(pixel >> shift & 255U));
+        const std::array<float, 4>& pixel = picture.light[size_t(y) * width + x];
+        for (size_t c = 0; c < 3; ++c) {
+          const double v = std::clamp(double(pixel[c]), 0.0, 1.0);
+          const double e = v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1.0 / 2.4) - 0.055;
+          stream.put(char(uint8_t(std::lround(255.0 * e))));
+        }
       }
 }
 

@@ -43,6 +43,8 @@ void keep_picture(Session& session, const XrCompositionLayerProjectionView& view
   if (!read_back(session, *chain, view.subImage.imageArrayIndex, view.subImage.imageRect,
                  picture.rgba))
     w.violation("xrEndFrame: the picture can not be read back");
+  picture.format = VkFormat(chain->info.format);
+  picture.light = light_of(picture.format, picture.rgba);
   if (!depth) return;
   const auto* depths = w.find<Swapchain>(Kind::kSwapchain, id_of(depth->subImage.swapchain));
   std::vector<uint32_t> words;

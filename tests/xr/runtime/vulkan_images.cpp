@@ -1,5 +1,7 @@
 // What the runtime does with the program's Vulkan device.
+#include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "tests/xr/runtime/world.h"
 
@@ -81,6 +83,14 @@ class OneTime {
   VkCommandPool pool_ = VK_NULL_HANDLE;
 };
 
+float float_of_half(uint16_t bits) {
+  const int exponent = bits >> 10 & 31, fraction = bits & 1023;
+  const double size = exponent == 0    ? std::ldexp(fraction, -24)
+                      : exponent == 31 ? std::numeric_limits<double>::infinity()
+                                       : std::ldexp(1024 + fraction, exponent - 25);
+  return float(bits >> 15 ? -size : size);
+}
+
 VkImageLayout shared_layout(bool depth) {
   return depth ? VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL
                : VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
@@ -123,7 +133,8 @@ bool read_back(Session& session, const Swapchain& chain, uint32_t layer, const X
                std::vector<uint32_t>& words) {
   const bool depth = is_depth(chain.info);
   const VkImage image = chain.images[size_t(chain.last_released)].image;
-  words.resize(size_t(rect.extent.width) * size_t(rect.extent.height));
+  const bool halves = chain.info.format == VK_FORMAT_R16G16B16A16_SFLOAT;
+  words.resize(size_t(rect.extent.width) * size_t(rect.extent.height) * (halves ? 2 : 1));
   VkBufferCreateInfo create{VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO};
   create.size = words.size() * sizeof(uint32_t);
   create.usage = VK_BUFFER_USAGE_TRANSFER_DST_BIT;
@@ -165,6 +176,29 @@ bool read_back(Session& session, const Swapchain& chain, uint32_t layer, const X
   vkDestroyBuffer(session.device, buffer, nullptr);
   vkFreeMemory(session.device, memory, nullptr);
   return done;
+}
+
+std::vector<std::array<float, 4>> light_of(VkFormat format, const std::vector<uint32_t>& words) {
+  const bool halves = format == VK_FORMAT_R16G16B16A16_SFLOAT;
+  const bool encoded = format == VK_FORMAT_R8G8B8A8_SRGB || format == VK_FORMAT_B8G8R8A8_SRGB;
+  const bool blue_first = format == VK_FORMAT_B8G8R8A8_SRGB || format == VK_FORMAT_B8G8R8A8_UNORM;
+  std::vector<std::array<float, 4>> light;
+  for (size_t at = 0; at < words.size(); at += halves ? 2 : 1) {
+    std::array<float, 4> pixel{};
+    for (size_t c = 0; c < 4; ++c) {
+      if (halves) {
+        pixel[c] = float_of_half(uint16_t(words[at + c / 2] >> 16 * (c % 2)));
+        continue;
+      }
+      const double value = double(words[at] >> 8 * c & 255U) / 255.0;
+      const double linear =
+          value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
+      pixel[c] = float(encoded && c < 3 ? linear : value);
+    }
+    if (blue_first) std::swap(pixel[0], pixel[2]);
+    light.push_back(pixel);
+  }
+  return light;
 }
 
 }  // namespace palpate::test::fake

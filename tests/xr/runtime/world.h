@@ -253,6 +253,10 @@ void destroy_image(Session& session, SwapchainImage& image);
 bool read_back(Session& session, const Swapchain& chain, uint32_t layer, const XrRect2Di& rect,
                std::vector<uint32_t>& words);
 
+/// As a compositor reads the words of an image: what is not _SRGB is linear (OpenXR 1.0,
+/// XrSwapchain).
+std::vector<std::array<float, 4>> light_of(VkFormat format, const std::vector<uint32_t>& words);
+
 /// What xrGetInstanceProcAddr gives out; null if unknown.
 PFN_xrVoidFunction function_named(const std::string& name);
 

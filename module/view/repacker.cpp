@@ -1,0 +1,63 @@
+#include "module/view/repacker.h"
+
+#include "spirv/view/repack.h"
+
+namespace palpate {
+namespace {
+
+struct Packing {
+  VkFormat format;
+  bool swapped, linear, half;
+};
+constexpr Packing kPackings[] = {{VK_FORMAT_R8G8B8A8_SRGB, false, false, false},
+                                 {VK_FORMAT_B8G8R8A8_SRGB, true, false, false},
+                                 {VK_FORMAT_R8G8B8A8_UNORM, false, true, false},
+                                 {VK_FORMAT_B8G8R8A8_UNORM, true, true, false},
+                                 {VK_FORMAT_R16G16B16A16_SFLOAT, false, true, true}};
+
+const Packing* packing_of(VkFormat format) {
+  for (const Packing& packing : kPackings)
+    if (packing.format == format) return &packing;
+  return nullptr;
+}
+
+constexpr int kGroup = 64;
+
+}  // namespace
+
+bool Repacker::can(VkFormat format) {
+  return packing_of(format) != nullptr;
+}
+
+Repacker::Repacker(std::shared_ptr<vulkan::Context> context, VkFormat format, PictureSize most)
+    : context_(std::move(context)), format_(format) {
+  assert(can(format) && "this format can not be made");
+  const Packing& packing = *packing_of(format);
+  vulkan::KernelOptions options;
+  options.spirv = k_view_repack;
+  options.bindings = {vulkan::BindingKind::kBuffer, vulkan::BindingKind::kBuffer};
+  options.push_bytes = sizeof(glm::ivec4);
+  options.specialisation = {packing.swapped, packing.linear, packing.half};
+  kernel_ = vulkan::Kernel(context_, options);
+  const uint64_t bytes = packing.half ? 8 : 4;
+  repacked_ = vulkan::Buffer(context_, 2 * bytes * uint64_t(most.width) * uint64_t(most.height));
+  recorder_ = std::make_unique<vulkan::Recorder>(context_, 1);
+}
+
+Repacker::~Repacker() {
+  // The device must be done with what is freed below, whatever became of it.
+  try {
+    recorder_->wait();
+  } catch (const vulkan::Failure&) {
+  }
+}
+
+void Repacker::start(const vulkan::Buffer& colours, PictureSize size) {
+  const int rows = 2 * size.height;
+  recorder_->restart();
+  recorder_->dispatch(kernel_, {colours, repacked_}, glm::ivec4(size.width, rows, 0, 0),
+                      {(size.width + kGroup - 1) / kGroup, rows, 1});
+  recorder_->start();
+}
+
+}  // namespace palpate

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "compute/vulkan/recorder.h"
+#include "module/view/eye.h"
+
+namespace palpate {
+
+/// The renderer's colours in the bytes of another image format. OpenXR and Vulkan take values of
+/// formats that are not _SRGB ones for linear, so the encoding is taken away for them: 8 bits then
+/// show bands where it is dark. One thread at a time. Throws vulkan::Failure.
+class Repacker {
+ public:
+  /// Formats that a picture can be handed over in: 8 bits of R, G, B and A in either order, _SRGB
+  /// or _UNORM, and R16G16B16A16_SFLOAT.
+  static bool can(VkFormat format);
+  /// Bytes are handed over as the renderer made them.
+  static bool needless(VkFormat format) { return format == VK_FORMAT_R8G8B8A8_SRGB; }
+
+  /// `format` is one that it can(); `most` is the largest picture, of two eyes.
+  Repacker(std::shared_ptr<vulkan::Context> context, VkFormat format, PictureSize most);
+  ~Repacker();
+
+  /// Submits the work, after what was submitted before; does not wait. `colours`: as
+  /// VolumeRenderer::colour(), of two eyes.
+  void start(const vulkan::Buffer& colours, PictureSize size);
+  /// Rows tight, the eyes one after the other; to be copied under the renderer's rules.
+  const vulkan::Buffer& repacked() const { return repacked_; }
+  VkFormat format() const { return format_; }
+
+ private:
+  std::shared_ptr<vulkan::Context> context_;
+  VkFormat format_;
+  vulkan::Kernel kernel_;
+  vulkan::Buffer repacked_;
+  std::unique_ptr<vulkan::Recorder> recorder_;
+};
+
+}  // namespace palpate
