@@ -35,8 +35,11 @@ std::string bytes_text(double bytes) {
   return fmt::format("{:.1f} GB", bytes / 1e9);
 }
 
-Console::Console(bool quiet, bool json)
-    : lines_(json ? stderr : stdout), quiet_(quiet), has_bar_(!quiet && ::isatty(STDERR_FILENO)) {}
+Console::Console(bool quiet, bool json, Steps steps)
+    : lines_(json ? stderr : stdout),
+      quiet_(quiet),
+      has_bar_(!quiet && ::isatty(STDERR_FILENO)),
+      has_step_lines_(!quiet && !has_bar_ && steps == Steps::kLines) {}
 
 Console::~Console() {
   end_progress();
@@ -48,14 +51,20 @@ void Console::say(std::string_view line) {
   erase_bar();
   fmt::print(lines_, "{}\n", line);
   std::fflush(lines_);
-  if (running_) draw_bar();
+  if (running_ && has_bar_) draw_bar();
 }
 
 void Console::progress(double share, std::string_view doing) {
-  if (!has_bar_) return;
+  if (!has_bar_ && !has_step_lines_) return;
   const std::lock_guard lock(mutex_);
   const auto now = Clock::now();
-  if (!running_) start_ = now;
+  if (!running_) start_ = step_start_ = now;
+  if (has_step_lines_) {
+    if (running_ && doing != doing_) end_step(now, share);
+    running_ = true;
+    doing_ = doing;
+    return;
+  }
   if (running_ && now - last_draw_ < kRedraw) return;
   running_ = true;
   last_draw_ = now;
@@ -83,6 +92,7 @@ void Console::live(std::string_view line) {
 void Console::end_progress() {
   const std::lock_guard lock(mutex_);
   erase_bar();
+  if (running_ && has_step_lines_) end_step(Clock::now(), 1.0);
   running_ = false;
 }
 
@@ -99,11 +109,24 @@ void Console::erase_bar() {
   drawn_ = false;
 }
 
+std::string Console::time_left(Clock::time_point now) const {
+  const double elapsed_s = std::chrono::duration<double>(now - start_).count();
+  if (share_ <= kEarlyShare || share_ >= 1.0 || elapsed_s <= kEarlySeconds) return "";
+  return duration_text(elapsed_s * (1.0 - share_) / share_) + " left";
+}
+
+void Console::end_step(Clock::time_point now, double share) {
+  share_ = std::clamp(share, 0.0, 1.0);
+  const double took_s = std::chrono::duration<double>(now - step_start_).count();
+  const std::string left = time_left(now);
+  fmt::print(stderr, "{:3.0f} %  {}  {}{}{}\n", 100.0 * share_, doing_, duration_text(took_s),
+             left.empty() ? "" : ", about ", left);
+  std::fflush(stderr);
+  step_start_ = now;
+}
+
 void Console::draw_bar() {
-  const double elapsed_s = std::chrono::duration<double>(Clock::now() - start_).count();
-  std::string left = "";
-  if (share_ > kEarlyShare && elapsed_s > kEarlySeconds)
-    left = duration_text(elapsed_s * (1.0 - share_) / share_) + " left";
+  const std::string left = time_left(Clock::now());
   const int full = int(share_ * kBarWidth);
   fmt::print(stderr, "\r\033[K[{:#<{}}{:.<{}}] {:3.0f} %  {}  {}", "", full, "", kBarWidth - full,
              100.0 * share_, doing_, left);

@@ -16,11 +16,15 @@ std::string duration_text(double seconds);
 /// "190 MB", "7.5 GB": decimal units, as disks and memory are sold.
 std::string bytes_text(double bytes);
 
+/// Where stderr is no terminal, how a person follows the work: not at all, or by a line on stderr
+/// for each step that is done, for work of many minutes.
+enum class Steps { kSilent, kLines };
+
 /// What a person sees while the program works: lines, and on a terminal a bar with the time left
 /// that stays below them. With JSON on stdout, lines go to stderr. Quiet: errors only. Any thread.
 class Console {
  public:
-  Console(bool quiet, bool json);
+  Console(bool quiet, bool json, Steps steps = Steps::kSilent);
   ~Console();
   Console(const Console&) = delete;
   Console& operator=(const Console&) = delete;
@@ -31,7 +35,7 @@ class Console {
   void say(std::string_view line);
 
   /// The share done, 0 to 1, and of what. On a terminal redraws the bar at most ten times a second;
-  /// elsewhere silent: the lines say how far it is.
+  /// elsewhere a line when `doing` changes, which ends the step before, or nothing: see Steps.
   void progress(double share, std::string_view doing);
 
   /// What happens now, for work without an end: on a terminal one line that is redrawn, elsewhere a
@@ -48,17 +52,19 @@ class Console {
   using Clock = std::chrono::steady_clock;
   void erase_bar();
   void draw_bar();
+  std::string time_left(Clock::time_point now) const;
+  void end_step(Clock::time_point now, double share);
 
   std::mutex mutex_;
   std::FILE* const lines_;
   const bool quiet_;
-  const bool has_bar_;
+  const bool has_bar_, has_step_lines_;
   bool running_ = false;
   bool drawn_ = false;
   Clock::time_point last_live_{};
   double share_ = 0.0;
   std::string doing_;
-  Clock::time_point start_;
+  Clock::time_point start_, step_start_;
   Clock::time_point last_draw_;
 };
 

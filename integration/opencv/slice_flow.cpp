@@ -39,7 +39,8 @@ void add_half(const cv::Mat& pixels, const SliceStack& stack, int normal, int n,
 
 }  // namespace
 
-Result<SliceFlow> slice_flow(FlowMethod method, const Volume& fixed, const Volume& moving) {
+Result<SliceFlow> slice_flow(FlowMethod method, const Volume& fixed, const Volume& moving,
+                             const std::stop_token& stop) {
   if (!same_geometry(fixed.grid, moving.grid))
     return Error{ErrorKind::kBadInput, "Optical flow needs both frames on one grid."};
   const Window from = window_of(fixed), to = window_of(moving);
@@ -49,6 +50,7 @@ Result<SliceFlow> slice_flow(FlowMethod method, const Volume& fixed, const Volum
     if (std::min(stack.size().width, stack.size().height) < kLeastPixels)
       return Error{ErrorKind::kBadInput, "Slices under 32 pixels are too small for optical flow."};
     for (int n = 0; n < fixed.grid.size[normal]; ++n) {
+      if (stop.stop_requested()) return Error{ErrorKind::kCancelled, "Stopped."};
       const cv::Mat first = windowed(stack.slice(fixed, n), from),
                     second = windowed(stack.slice(moving, n), to);
       const auto begin = std::chrono::steady_clock::now();

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <stop_token>
+
 #include "compute/volume/field.h"
 #include "compute/volume/result.h"
 #include "compute/volume/volume.h"
@@ -16,7 +18,8 @@ struct SliceFlow {
 /// The flow from fixed to moving in every slice of the three orientations, windowed as
 /// cross_check() does. Each component of the motion is seen in two of the three: their mean is
 /// taken. Errors: kBadInput where slices are under 32 pixels in one direction, or the grids
-/// differ.
-Result<SliceFlow> slice_flow(FlowMethod method, const Volume& fixed, const Volume& moving);
+/// differ; kCancelled.
+Result<SliceFlow> slice_flow(FlowMethod method, const Volume& fixed, const Volume& moving,
+                             const std::stop_token& stop = {});
 
 }  // namespace palpate::opencv

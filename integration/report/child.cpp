@@ -6,16 +6,47 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
+#include <thread>
 
 extern char** environ;
 
 namespace palpate::report {
 
 namespace fs = std::filesystem;
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr auto kLook = std::chrono::milliseconds(2);
+constexpr auto kGrace = std::chrono::seconds(2);  // to end by itself before it is made to
+
+bool has_ended(pid_t child, int& status) {
+  pid_t found = 0;
+  while ((found = ::waitpid(child, &status, WNOHANG)) < 0 && errno == EINTR) {
+  }
+  return found != 0;
+}
+
+/// Ends a program and all that it started: they are one group.
+void end(pid_t child, int& status) {
+  ::kill(-child, SIGTERM);
+  const auto begin = Clock::now();
+  bool ended = false;
+  while (!(ended = has_ended(child, status)) && Clock::now() - begin < kGrace)
+    std::this_thread::sleep_for(kLook);
+  // Also where the first one has ended: a program that it started may not listen.
+  ::kill(-child, SIGKILL);
+  while (!ended && ::waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+}
+
+}  // namespace
 
 ScratchFolder::ScratchFolder() {
   std::error_code error;
@@ -29,7 +60,7 @@ ScratchFolder::~ScratchFolder() {
 }
 
 int call_program(const std::vector<std::string>& arguments, const fs::path& output,
-                 const fs::path& complaints) {
+                 const fs::path& complaints, const Patience& patience) {
   constexpr int kWrite = O_WRONLY | O_CREAT | O_TRUNC;
   posix_spawn_file_actions_t files;
   posix_spawn_file_actions_init(&files);
@@ -46,7 +77,8 @@ int call_program(const std::vector<std::string>& arguments, const fs::path& outp
   sigset_t none;
   sigemptyset(&none);
   posix_spawnattr_setsigmask(&attributes, &none);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
+  posix_spawnattr_setpgroup(&attributes, 0);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETPGROUP);
   std::vector<std::string> words = arguments;
   std::vector<char*> pointers;
   for (std::string& word : words) pointers.push_back(word.data());
@@ -58,7 +90,15 @@ int call_program(const std::vector<std::string>& arguments, const fs::path& outp
   posix_spawnattr_destroy(&attributes);
   if (started != 0) return started;
   int status = 0;
-  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  const auto begin = Clock::now();
+  while (!has_ended(child, status)) {
+    const bool late =
+        std::chrono::duration<double>(Clock::now() - begin).count() > patience.seconds;
+    if (late || patience.stop.stop_requested()) {
+      end(child, status);
+      return late ? ETIMEDOUT : ECANCELED;
+    }
+    std::this_thread::sleep_for(kLook);
   }
   return WIFEXITED(status) && WEXITSTATUS(status) == 0 ? 0 : -1;
 }

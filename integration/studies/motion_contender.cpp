@@ -12,14 +12,17 @@ class Palpate final : public PairMethod {
   Palpate(std::shared_ptr<vulkan::Context> context, MotionSetting setting)
       : context_(std::move(context)), setting_(std::move(setting)) {}
 
-  Result<PairResult> run(const Volume& fixed, const Volume& moving) override {
+  Result<PairResult> run(const Volume& fixed, const Volume& moving,
+                         const report::Patience& patience) override {
     const bool first = !warm_;
     if (first) warm_ = std::make_unique<WarmPair>(context_, fixed.grid, setting_.options);
-    PairRun run = warm_->run(fixed, moving);
+    auto done = warm_->run(fixed, moving, patience.stop);
+    if (!done) return Error{ErrorKind::kCancelled, "Stopped."};
+    PairRun& run = *done;
     // The presets are what people use: they are held against the public call. All other settings
     // go the same way.
     if (first && setting_.is_preset() && setting_.options.method == MotionMethod::kPalpate)
-      demand_same_as_public(context_, run, fixed, moving, setting_.options);
+      demand_same_as_public(context_, run, fixed, moving, setting_.options, patience.stop);
     const double seconds = run.total_s(), work = work_bytes(warm_->plan(), run.report);
     return PairResult{std::move(run.field), seconds, work};
   }

@@ -7,6 +7,7 @@
 #include "compute/volume/field.h"
 #include "compute/volume/result.h"
 #include "compute/volume/volume.h"
+#include "integration/report/child.h"
 #include "integration/studies/motion_settings.h"
 
 namespace palpate::vulkan {
@@ -26,12 +27,17 @@ struct PairResult {
 class PairMethod {
  public:
   virtual ~PairMethod() = default;
-  virtual Result<PairResult> run(const Volume& fixed, const Volume& moving) = 0;
+  /// Errors: kCancelled where patience runs out (its seconds end other programs only: palpate's own
+  /// methods are quick), and what goes wrong.
+  virtual Result<PairResult> run(const Volume& fixed, const Volume& moving,
+                                 const report::Patience& patience = {}) = 0;
   virtual std::string name() const = 0;    ///< "balanced", "Diffeomorphic Demons"
   virtual std::string family() const = 0;  ///< "palpate presets", "ITK": a series of the plot
   virtual bool is_ours() const { return false; }
   virtual bool is_preset() const { return false; }
   virtual bool is_careful() const { return false; }  ///< see MotionSetting::careful
+  /// About how long all its runs take beside those of "balanced": for a progress bar.
+  virtual double weight() const { return 1.0; }
   /// Peers that take long are run once; ours once to be warm and then several times.
   virtual bool runs_once() const { return true; }
 };

@@ -1,7 +1,9 @@
 #include "integration/studies/motion_settings.h"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
+#include <set>
 
 namespace palpate::studies {
 namespace {
@@ -34,16 +36,27 @@ class List {
     if (quick_ && !in_quick) return;
     MotionSetting setting{std::string(preset) + (what.empty() ? "" : ", " + what), sweep,
                           *motion_preset(preset)};
+    if (in_quick) quick_names_.insert(setting.name);
     if (change) change(setting.options);
     const MotionOptions& o = setting.options;
     setting.careful = o.method == MotionMethod::kPalpate && o.normalise && o.search_mm > 0.0 &&
                       o.coarse_levels == 0;
     settings_.push_back(std::move(setting));
   }
-  std::vector<MotionSetting> take() { return std::move(settings_); }
+  /// Presets first, then what is quick too: where time runs out, the end is left out.
+  std::vector<MotionSetting> take() {
+    std::stable_sort(settings_.begin(), settings_.end(),
+                     [&](const auto& a, const auto& b) { return rank(a) < rank(b); });
+    return std::move(settings_);
+  }
 
  private:
+  int rank(const MotionSetting& setting) const {
+    return setting.is_preset() ? 0 : quick_names_.contains(setting.name) ? 1 : 2;
+  }
+
   bool quick_;
+  std::set<std::string> quick_names_;
   std::vector<MotionSetting> settings_;
 };
 
@@ -55,7 +68,6 @@ void add_levels(List& list) {
   list.add(true, "balanced", "down to half resolution", "levels",
            [](MotionOptions& o) { o.finest_level = 1; });
   list.add(false, "balanced", "1 level", "levels", [](MotionOptions& o) { o.coarse_levels = 1; });
-  list.add(false, "balanced", "2 levels", "levels", [](MotionOptions& o) { o.coarse_levels = 2; });
   list.add(false, "balanced", "no discrete start", "levels",
            [](MotionOptions& o) { o.search_mm = 0.0; });
 }
@@ -69,12 +81,8 @@ void add_iterations(List& list) {
            [](MotionOptions& o) { scale_iterations(o, 0.5); });
   list.add(true, "balanced", "twice the iterations", "iterations",
            [](MotionOptions& o) { scale_iterations(o, 2.0); });
-  list.add(false, "balanced", "four times the iterations", "iterations",
-           [](MotionOptions& o) { scale_iterations(o, 4.0); });
   list.add(false, "best", "half the iterations", "iterations",
            [](MotionOptions& o) { scale_iterations(o, 0.5); });
-  list.add(false, "best", "twice the iterations", "iterations",
-           [](MotionOptions& o) { scale_iterations(o, 2.0); });
   list.add(false, "balanced", "no momentum", "iterations",
            [](MotionOptions& o) { o.momentum = 0.0; });
   list.add(false, "classic", "a fifth of the iterations", "iterations",
@@ -84,10 +92,6 @@ void add_iterations(List& list) {
 void add_smoothing(List& list) {
   list.add(true, "balanced", "a quarter of the smoothing", "smoothing",
            [](MotionOptions& o) { scale_smoothness(o, 0.25); });
-  list.add(false, "balanced", "half the smoothing", "smoothing",
-           [](MotionOptions& o) { scale_smoothness(o, 0.5); });
-  list.add(false, "balanced", "twice the smoothing", "smoothing",
-           [](MotionOptions& o) { scale_smoothness(o, 2.0); });
   list.add(true, "balanced", "four times the smoothing", "smoothing",
            [](MotionOptions& o) { scale_smoothness(o, 4.0); });
   list.add(true, "balanced", "half the window", "smoothing",
@@ -96,20 +100,14 @@ void add_smoothing(List& list) {
            [](MotionOptions& o) { scale_window(o, 1.5); });
   list.add(false, "balanced", "2 filter steps", "smoothing",
            [](MotionOptions& o) { o.filter_steps = 2; });
-  list.add(false, "classic", "a Gaussian of 3 mm", "smoothing",
-           [](MotionOptions& o) { o.classic_sigma_mm = 3.0; });
 }
 
 void add_rest(List& list) {
-  for (const char* preset : {"fast", "balanced", "best"}) {
-    const bool in_quick = std::string_view(preset) == "balanced";
-    list.add(in_quick, preset, "raw intensities", "intensities",
-             [](MotionOptions& o) { o.normalise = false, o.damping = 0.01; });
-    list.add(in_quick, preset, "every brick in every iteration", "bricks",
-             [](MotionOptions& o) { o.converged = o.structure = 0.0; });
-  }
-  list.add(false, "balanced", "a vector per voxel", "grids",
-           [](MotionOptions& o) { set_cells(o, 1); });
+  list.add(true, "balanced", "raw intensities", "intensities",
+           [](MotionOptions& o) { o.normalise = false, o.damping = 0.01; });
+  list.add(true, "balanced", "every brick in every iteration", "bricks",
+           [](MotionOptions& o) { o.converged = o.structure = 0.0; });
+  // A vector per voxel takes minutes on a CPU, and cells of 2 show already what finer ones do.
   list.add(true, "balanced", "cells of 2 voxels", "grids",
            [](MotionOptions& o) { set_cells(o, 2); });
   list.add(false, "balanced", "cells of 8 voxels", "grids",

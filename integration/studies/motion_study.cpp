@@ -6,9 +6,12 @@
 #include <fmt/format.h>
 
 #include "integration/studies/measuring.h"
+#include "integration/studies/motion_choice.h"
 
 namespace palpate::studies {
 namespace {
+
+constexpr double kPeersShare = 0.25;  // of the time that is left: one may not take it from all
 
 double there_and_back_mm(const Field& forward, const Field& backward, const MotionCase& known) {
   const Grid& grid = known.fixed.grid;
@@ -23,11 +26,17 @@ struct Timed {
   std::vector<double> seconds;
 };
 
-Result<Timed> timed(PairMethod& method, const MotionCase& known, int runs) {
+bool agree(const std::vector<double>& seconds) {
+  const auto [least, most] = std::minmax_element(seconds.begin(), seconds.end());
+  return seconds.size() > 1 && *most - *least <= kTimeMargin * *least;
+}
+
+Result<Timed> timed(PairMethod& method, const MotionCase& known, int runs,
+                    const report::Patience& patience) {
   Timed all;
-  const int warm_up = method.runs_once() ? 0 : 1;
-  for (int n = -warm_up; n < (method.runs_once() ? 1 : runs); ++n) {
-    auto result = method.run(known.fixed, known.moving);
+  const bool once = method.runs_once();
+  for (int n = once ? 0 : -1; n < (once ? 1 : runs) && !agree(all.seconds); ++n) {
+    auto result = method.run(known.fixed, known.moving, patience);
     if (!result) return result.error();
     if (n >= 0) all.seconds.push_back(result->seconds);
     all.result = std::move(*result);
@@ -35,8 +44,19 @@ Result<Timed> timed(PairMethod& method, const MotionCase& known, int runs) {
   return all;
 }
 
-Result<MotionMeasure> measured(PairMethod& method, const MotionCase& known, int runs, bool back) {
-  auto all = timed(method, known, runs);
+/// A row for people has to come back soon: a way back that takes longer than this is not taken.
+constexpr double kLongestWayBackS = 10.0;
+
+/// Whether the way back is worth its time: with palpate, of what people use where the run is quick.
+bool goes_back(const StudyRun& run, const PairMethod& method, const MotionMeasure& row) {
+  if (row.seconds > std::min(kLongestWayBackS, run.left_s())) return false;
+  return run.quick ? method.is_preset() : true;
+}
+
+Result<MotionMeasure> measured(const StudyRun& run, PairMethod& method, const MotionCase& known) {
+  const report::Patience patience{run.stop,
+                                  method.is_ours() ? run.left_s() : kPeersShare * run.left_s()};
+  auto all = timed(method, known, run.runs, patience);
   if (!all) return all.error();
   MotionMeasure row;
   row.name = method.name();
@@ -55,39 +75,51 @@ Result<MotionMeasure> measured(PairMethod& method, const MotionCase& known, int 
   row.error_p95_mm = error->p95;
   const Field field = resampled(all->result.field, known.fixed.grid);
   row.folded = folds(field).folded;
-  if (back) {
-    auto way_back = method.run(known.moving, known.fixed);
+  if (goes_back(run, method, row)) {
+    auto way_back = method.run(known.moving, known.fixed, patience);
     if (way_back) row.there_and_back_mm = there_and_back_mm(field, way_back->field, known);
   }
   return row;
 }
 
+std::string joined(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : "; ") + name;
+  return text;
+}
+
 }  // namespace
 
-std::vector<std::unique_ptr<PairMethod>> palpate_methods(const StudyRun& run) {
+std::vector<std::unique_ptr<PairMethod>> palpate_methods(const StudyRun& run, bool few) {
   std::vector<std::unique_ptr<PairMethod>> methods;
-  for (MotionSetting& setting : motion_settings(run.quick))
+  for (MotionSetting& setting : motion_settings(few))
     methods.push_back(palpate_method(run.context, std::move(setting)));
   return methods;
 }
 
 MotionMeasures measure_motion(const StudyRun& run, const MotionCase& known,
-                              std::vector<std::unique_ptr<PairMethod>> methods,
-                              const MotionStudyOptions& options) {
+                              std::vector<std::unique_ptr<PairMethod>> methods) {
   MotionMeasures all{known.id, known.name, known.fixed.grid.count(), known.voxel_mm(), 0.0, {}, {}};
   const auto still = error_mm(still_field(known.fixed.grid), known);
   if (!still) throw Mismatch(still.error().message);
   all.still_error_mm = still->mean;
+  std::vector<std::string> left_out;
+  double whole = 0.0, done = 0.0;
+  for (const auto& method : methods) whole += method->weight();
   for (size_t n = 0; n < methods.size() && !run.stop.stop_requested(); ++n) {
     const std::unique_ptr<PairMethod> one = std::move(methods[n]);
     PairMethod& method = *one;
-    run.tell(double(n) / double(methods.size()), known.id + ": " + method.name());
-    // A quick run asks for the way back of what people use: the presets.
-    const bool ours_back = !method.runs_once() && (method.is_preset() || !run.quick);
-    const bool back = method.is_ours() ? ours_back : options.peers_back;
-    auto row = measured(method, known, run.runs, back);
+    if (run.left_s() == 0.0) {
+      left_out.push_back(method.name());
+      continue;
+    }
+    run.tell(done / whole, known.id + ": " + method.name());
+    done += method.weight();
+    auto row = measured(run, method, known);
     if (row) {
       all.rows.push_back(std::move(*row));
+    } else if (run.stop.stop_requested()) {
+      break;
     } else if (method.is_ours()) {
       throw Mismatch(row.error().message);
     } else {
@@ -95,6 +127,11 @@ MotionMeasures measure_motion(const StudyRun& run, const MotionCase& known,
                                         method.family(), row.error().message));
     }
   }
+  if (!left_out.empty())
+    all.missing.push_back(
+        fmt::format("The time was over before all was measured (more: "
+                    "--minutes). Left out: {}.",
+                    joined(left_out)));
   return all;
 }
 

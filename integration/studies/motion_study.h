@@ -41,21 +41,18 @@ struct MotionMeasures {
   std::vector<std::string> missing;  ///< sentences about methods that could not be run
 };
 
-/// How much each method is asked.
-struct MotionStudyOptions {
-  bool peers_back = true;  ///< also the way back with peers, for inverse consistency
-};
-
-/// Runs every method on the pair: once to be warm, run.runs times timed, once from moving to fixed.
-/// Each method goes when it is done: it holds device memory.
-/// Throws Mismatch or vulkan::Failure of palpate's own; what a peer can not do becomes a sentence
-/// in `missing`. Ends early, with the rows so far, where run.stop asks for it.
+/// Runs every method on the pair, in this order: palpate's once to be warm, then timed at most
+/// run.runs times (no more than it takes until two times agree within kTimeMargin), then from
+/// moving to fixed; peers once, and back where that does not take long. A peer gets a quarter of
+/// the time that is left until run.end_s, methods for which none is left are left out. Each method
+/// goes when it is done: it holds device memory. Throws Mismatch or vulkan::Failure of palpate's
+/// own; what a peer can not do, and what was left out, becomes a sentence in `missing`. Ends early,
+/// with the rows so far, where run.stop asks for it.
 MotionMeasures measure_motion(const StudyRun& run, const MotionCase& known,
-                              std::vector<std::unique_ptr<PairMethod>> methods,
-                              const MotionStudyOptions& options = {});
+                              std::vector<std::unique_ptr<PairMethod>> methods);
 
-/// Every setting of palpate, as methods.
-std::vector<std::unique_ptr<PairMethod>> palpate_methods(const StudyRun& run);
+/// Settings of palpate, as methods: every one, or those that differ most.
+std::vector<std::unique_ptr<PairMethod>> palpate_methods(const StudyRun& run, bool few);
 
 /// All rows, for people and as CSV.
 report::Table motion_table(const MotionMeasures& measures);

@@ -1,9 +1,13 @@
 #pragma once
 
+#include <algorithm>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <stop_token>
 #include <string>
+
+#include "integration/studies/measuring.h"
 
 namespace palpate::vulkan {
 class Context;
@@ -18,9 +22,14 @@ struct StudyRun {
   bool quick = false;  ///< fewer settings on smaller data: everything within about a minute
   int runs = 3;        ///< timed runs, of which the median counts
   std::stop_token stop;
+  /// When this study should be done, by now_s(). What does not fit before is left out, and named in
+  /// the report.
+  double end_s = std::numeric_limits<double>::infinity();
   /// The share of this study that is done, 0 to 1, and what is measured now. May be empty.
   std::function<void(double share, const std::string& doing)> progress;
 
+  /// Seconds until then; never below zero.
+  double left_s() const { return std::max(0.0, end_s - now_s()); }
   void tell(double share, const std::string& doing) const {
     if (progress) progress(share, doing);
   }

@@ -20,8 +20,9 @@ struct ViewMeasure {
   double quality_db = 0.0;  ///< PSNR against the same picture with 8 samples per voxel
 };
 
-/// Draws the heart in stereo in many ways. Throws vulkan::Failure or Mismatch.
-std::vector<ViewMeasure> measure_view(const StudyRun& run);
+/// Draws the heart in stereo in many ways, until run.end_s: a sentence in `missing` says what was
+/// left out. Ends early where run.stop asks for it. Throws vulkan::Failure or Mismatch.
+std::vector<ViewMeasure> measure_view(const StudyRun& run, std::vector<std::string>& missing);
 
 /// Sentences about the measurements, worked out from them alone.
 std::vector<std::string> view_sentences(const std::vector<ViewMeasure>& measures);

@@ -40,7 +40,8 @@ WarmPair::WarmPair(std::shared_ptr<vulkan::Context> context, const Grid& grid,
   }
 }
 
-PairRun WarmPair::run(const Volume& fixed, const Volume& moving) {
+std::optional<PairRun> WarmPair::run(const Volume& fixed, const Volume& moving,
+                                     const std::stop_token& stop) {
   PairRun run;
   const double begin = now_s();
   const IntensityScale scale = intensity_scale(fixed);
@@ -51,7 +52,9 @@ PairRun WarmPair::run(const Volume& fixed, const Volume& moving) {
   builder_.build(fixed_values, noise, false, fixed_);
   builder_.build(moving_values, noise, false, moving_);
   const double prepared = now_s();
-  run.report = *solver_->solve(fixed_, moving_, std::stop_token{}, {});
+  auto report = solver_->solve(fixed_, moving_, stop, {});
+  if (!report) return std::nullopt;
+  run.report = std::move(*report);
   const double solved = now_s();
   solver_->download(run.field, run.confidence);
   run.convert_s = converted - begin;
@@ -80,11 +83,12 @@ double largest_difference_voxels(const Field& a, const Field& b, const Grid& ima
 }
 
 void demand_same_as_public(const std::shared_ptr<vulkan::Context>& context, const PairRun& run,
-                           const Volume& fixed, const Volume& moving,
-                           const MotionOptions& options) {
+                           const Volume& fixed, const Volume& moving, const MotionOptions& options,
+                           const std::stop_token& stop) {
   EstimatorOptions whole;
   whole.motion = options;
-  const Result<PairMotion> motion = estimate_motion(context, fixed, moving, whole);
+  const Result<PairMotion> motion = estimate_motion(context, fixed, moving, whole, stop);
+  if (stop.stop_requested()) return;
   if (!motion) throw Mismatch(motion.error().message);
   const double apart = largest_difference_voxels(run.field, motion->field, fixed.grid);
   if (!(apart <= kSameVoxels)) {

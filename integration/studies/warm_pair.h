@@ -1,6 +1,8 @@
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <stop_token>
 #include <vector>
 
 #include "compute/motion/pyramid.h"
@@ -29,7 +31,10 @@ class WarmPair {
   WarmPair(std::shared_ptr<vulkan::Context> context, const Grid& grid,
            const MotionOptions& options);
 
-  PairRun run(const Volume& fixed, const Volume& moving);
+  PairRun run(const Volume& fixed, const Volume& moving) { return *run(fixed, moving, {}); }
+  /// Nothing if stopped.
+  std::optional<PairRun> run(const Volume& fixed, const Volume& moving,
+                             const std::stop_token& stop);
 
   const MotionPlan& plan() const { return plan_; }
   const std::shared_ptr<MotionKernels>& kernels() const { return kernels_; }
@@ -53,8 +58,9 @@ PairRun median_run(std::vector<PairRun> runs);
 double largest_difference_voxels(const Field& a, const Field& b, const Grid& image);
 
 /// Throws Mismatch unless `run` is what estimate_motion() gives for the same frames: a benchmark of
-/// something else would mean nothing.
+/// something else would mean nothing. Says nothing if stopped.
 void demand_same_as_public(const std::shared_ptr<vulkan::Context>& context, const PairRun& run,
-                           const Volume& fixed, const Volume& moving, const MotionOptions& options);
+                           const Volume& fixed, const Volume& moving, const MotionOptions& options,
+                           const std::stop_token& stop = {});
 
 }  // namespace palpate::studies

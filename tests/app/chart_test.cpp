@@ -78,6 +78,10 @@ TEST_F(ChartCommand, MakesAPageOfWhatIsFelt) {
       run({"chart", "feel", "--quick", "-o", folder / "r.html", "--csv", folder / "csv"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("A haptic frame takes"));
+  // No terminal here: a line for each step, and at the end all is done.
+  EXPECT_THAT(result.err, HasSubstr(" %  feel: transforms  "));
+  EXPECT_THAT(result.err, HasSubstr(" left\n"));
+  EXPECT_THAT(result.err, HasSubstr("100 %  feel: modes and volumes  "));
   const std::string page = files::read_bytes(folder / "r.html");
   EXPECT_EQ(test::xml_trouble(page), "");
   EXPECT_EQ(test::count_of("<svg", page), 3U);
@@ -88,11 +92,15 @@ TEST_F(ChartCommand, MakesAPageOfWhatIsFelt) {
 TEST_F(ChartCommand, StopsAtCtrlCWithoutATrace) {
   NEEDS_DEVICE();
   const TemporaryFolder folder;
-  Program program({"chart", "scene", "feel", "--quick", "-o", folder / "r.html"});
-  ASSERT_TRUE(program.wait_for("Device"));
-  program.signal(SIGINT);
-  EXPECT_EQ(program.wait().exit_code, 1);
-  EXPECT_EQ(folder.entry_count(), 0U);
+  for (const char* study : {"scene", "motion"}) {
+    Program program({"chart", study, "--quick", "-o", folder / "r.html"});
+    ASSERT_TRUE(program.wait_for("Device"));
+    program.signal(SIGINT);
+    const Outcome stopped = program.wait();
+    EXPECT_EQ(stopped.exit_code, 1);
+    EXPECT_THAT(stopped.err, HasSubstr("no report was written"));
+    EXPECT_EQ(folder.entry_count(), 0U);
+  }
 }
 
 TEST_F(ChartCommand, ChoosesByWhatThisDeviceMeasured) {

@@ -14,12 +14,61 @@ namespace {
 
 using testing::HasSubstr;
 
+/// What a method saw of the calls.
+struct Calls {
+  int runs = 0;
+  std::vector<double> patience_s;
+};
+
+/// A method of palpate's that takes the times it is told, one after the other, and stands still.
+class Timed final : public PairMethod {
+ public:
+  Timed(std::vector<double> seconds, Calls& calls) : seconds_(std::move(seconds)), calls_(calls) {}
+  Result<PairResult> run(const Volume& fixed, const Volume&,
+                         const report::Patience& patience) override {
+    calls_.patience_s.push_back(patience.seconds);
+    const size_t n = std::min(size_t(calls_.runs++), seconds_.size() - 1);
+    return PairResult{still_field(fixed.grid), seconds_[n]};
+  }
+  std::string name() const override { return "timed"; }
+  std::string family() const override { return "palpate"; }
+  bool is_ours() const override { return true; }
+  bool runs_once() const override { return false; }
+
+ private:
+  std::vector<double> seconds_;
+  Calls& calls_;
+};
+
+/// A peer that asks the whole study to stop while it runs, and then ends as a stopped one does.
+class Stopping final : public PairMethod {
+ public:
+  explicit Stopping(std::stop_source& source) : source_(source) {}
+  Result<PairResult> run(const Volume&, const Volume&, const report::Patience& patience) override {
+    source_.request_stop();
+    EXPECT_TRUE(patience.stop.stop_requested());
+    return Error{ErrorKind::kCancelled, "Stopped."};
+  }
+  std::string name() const override { return "stopping"; }
+  std::string family() const override { return "peers"; }
+
+ private:
+  std::stop_source& source_;
+};
+
+template <class Method, class... Of>
+std::vector<std::unique_ptr<PairMethod>> just(Of&&... of) {
+  std::vector<std::unique_ptr<PairMethod>> methods;
+  methods.push_back(std::make_unique<Method>(std::forward<Of>(of)...));
+  return methods;
+}
+
 /// A peer that gives a known field in a known time.
 class Fake final : public PairMethod {
  public:
   Fake(Field forward, Field backward)
       : forward_(std::move(forward)), backward_(std::move(backward)) {}
-  Result<PairResult> run(const Volume& fixed, const Volume&) override {
+  Result<PairResult> run(const Volume& fixed, const Volume&, const report::Patience&) override {
     const bool there = first_ == nullptr || first_ == &fixed;
     first_ = first_ ? first_ : &fixed;
     return PairResult{there ? forward_ : backward_, 2.5};
@@ -34,7 +83,7 @@ class Fake final : public PairMethod {
 
 class Broken final : public PairMethod {
  public:
-  Result<PairResult> run(const Volume&, const Volume&) override {
+  Result<PairResult> run(const Volume&, const Volume&, const report::Patience&) override {
     return Error{ErrorKind::kBadInput, "it is broken."};
   }
   std::string name() const override { return "broken"; }
@@ -59,6 +108,91 @@ TEST(MotionStudy, ScoresAPeerAgainstTheTruthAndItsWayBack) {
   EXPECT_GT(all.still_error_mm, 1.0);
   ASSERT_EQ(all.missing.size(), 1U);
   EXPECT_THAT(all.missing[0], HasSubstr("broken (peers) was not measured: it is broken."));
+}
+
+TEST(MotionStudy, RepeatsATimeOnlyUntilTwoAgree) {
+  const MotionCase heart = heart_case(16);
+  StudyRun run;
+  run.runs = 5;
+  // One run to be warm, two that agree, one back.
+  Calls steady;
+  const auto one =
+      measure_motion(run, heart, just<Timed>(std::vector{9.0, 1.0, 1.05, 7.0}, steady));
+  EXPECT_EQ(steady.runs, 4);
+  EXPECT_EQ(one.rows.at(0).seconds, 1.0);
+  EXPECT_NEAR(one.rows.at(0).spread_share, 0.05, 1e-12);  // rounding alone
+  // Where noise does not let two agree, as many as were asked for.
+  Calls noisy;
+  const auto two = measure_motion(
+      run, heart, just<Timed>(std::vector{9.0, 1.0, 2.0, 3.0, 4.0, 5.0, 7.0}, noisy));
+  EXPECT_EQ(noisy.runs, 7);
+  EXPECT_EQ(two.rows.at(0).seconds, 3.0);
+}
+
+TEST(MotionStudy, NamesWhatItLeavesOutForTime) {
+  const MotionCase heart = heart_case(16);
+  StudyRun run;
+  run.end_s = now_s();  // over before it begins
+  Calls calls;
+  auto methods = just<Timed>(std::vector{1.0}, calls);
+  methods.push_back(std::make_unique<Broken>());
+  const auto all = measure_motion(run, heart, std::move(methods));
+  EXPECT_EQ(calls.runs, 0);
+  EXPECT_TRUE(all.rows.empty());
+  ASSERT_EQ(all.missing.size(), 1U);
+  EXPECT_THAT(all.missing[0], HasSubstr("Left out: timed; broken."));
+  EXPECT_THAT(all.missing[0], HasSubstr("--minutes"));
+}
+
+TEST(MotionStudy, LetsNoPeerTakeTheTimeOfAllOthers) {
+  class Peer final : public PairMethod {
+   public:
+    explicit Peer(double& seconds) : seconds_(seconds) {}
+    Result<PairResult> run(const Volume& fixed, const Volume&,
+                           const report::Patience& patience) override {
+      seconds_ = patience.seconds;
+      return PairResult{still_field(fixed.grid), 1e4};
+    }
+    std::string name() const override { return "peer"; }
+    std::string family() const override { return "peers"; }
+    double& seconds_;
+  };
+  StudyRun run;
+  run.end_s = now_s() + 1000.0;
+  double seconds = 0.0;
+  const auto all = measure_motion(run, heart_case(16), just<Peer>(seconds));
+  EXPECT_GT(seconds, 0.0);
+  EXPECT_LE(seconds, 250.0);
+  // It took far too long to go back as well.
+  EXPECT_TRUE(std::isnan(all.rows.at(0).there_and_back_mm));
+}
+
+TEST(MotionStudy, EndsWithTheRowsSoFarWhenStopped) {
+  std::stop_source source;
+  StudyRun run;
+  run.stop = source.get_token();
+  Calls calls, never;
+  auto methods = just<Timed>(std::vector{1.0}, calls);
+  methods.push_back(std::make_unique<Stopping>(source));
+  methods.push_back(std::make_unique<Timed>(std::vector{1.0}, never));
+  const auto all = measure_motion(run, heart_case(16), std::move(methods));
+  EXPECT_EQ(all.rows.size(), 1U);
+  EXPECT_TRUE(all.missing.empty());
+  EXPECT_EQ(never.runs, 0);
+}
+
+TEST(MotionStudy, StopsASettingOfPalpateInItsMiddle) {
+  const auto context = vulkan::Context::open({});
+  if (!context) GTEST_SKIP() << context.error().message;
+  const MotionCase heart = heart_case(32);
+  std::stop_source source;
+  source.request_stop();
+  const auto method = palpate_method(*context, *motion_setting("fast"));
+  const auto stopped = method->run(heart.fixed, heart.moving, {source.get_token()});
+  ASSERT_FALSE(stopped);
+  EXPECT_EQ(stopped.error().kind, ErrorKind::kCancelled);
+  // It is as good as new afterwards.
+  EXPECT_TRUE(method->run(heart.fixed, heart.moving));
 }
 
 TEST(MotionStudy, HalvesAPairWithoutMovingIt) {

@@ -23,12 +23,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// On two cores nothing is left out in these times, unless other programs keep them busy.
+constexpr double kFullMinutes = 18.0, kQuickMinutes = 5.0;
+
 struct ChartCommand {
   std::vector<std::string> words;
   fs::path output = "chart.html", csv, data = "../shared/data", truth, mask;
   std::vector<fs::path> landmarks;
   DeviceOptions device;
   int runs = 0;
+  double minutes = 0.0;
   bool quick = false, quiet = false;
 };
 
@@ -156,27 +160,36 @@ report::Page page_of(const ChartCommand& command, const vulkan::Context& context
 
 /// Runs the studies one after the other under one progress bar.
 Status measure(const Wish& wish, ChartJob& job, report::Page& page) {
+  const double end_s = job.run.end_s;
   double whole = 0.0, done = 0.0;
+  std::string now;
   for (const ChartStudy* study : wish.studies) whole += study->share;
   for (const ChartStudy* study : wish.studies) {
     const double begin = studies::now_s();
+    // What one study does not need is for those after it.
+    job.run.end_s = begin + std::max(0.0, end_s - begin) * study->share / (whole - done);
     job.run.progress = [&](double share, const std::string& doing) {
+      now = doing;
       job.console->progress((done + share * study->share) / whole, doing);
     };
     auto section = study->run(job);
     // Half of a study may not be enough to draw: that is not what ended it.
-    if (job.run.stop.stop_requested()) return Error{ErrorKind::kCancelled, "Stopped"};
+    if (job.run.stop.stop_requested()) {
+      return Error{ErrorKind::kCancelled,
+                   fmt::format("Stopped at '{}'; no report was written", now)};
+    }
     if (!section) return section.error();
     done += study->share;
     job.console->say(fmt::format("{:<10}{}", study->word, duration_text(studies::now_s() - begin)));
     page.sections.push_back(std::move(*section));
   }
+  job.console->progress(1.0, "done");
   job.console->end_progress();
   return Nothing{};
 }
 
 int run(const ChartCommand& command) {
-  Console console(command.quiet, false);
+  Console console(command.quiet, false, Steps::kLines);
   const CancelOnSignal cancel;
   const auto wish = wish_of(command);
   if (!wish) return fail(console, wish.error());
@@ -194,6 +207,10 @@ int run(const ChartCommand& command) {
   job.run.quick = command.quick;
   job.run.runs = command.runs > 0 ? command.runs : command.quick ? 2 : 3;
   job.run.stop = cancel.token();
+  const double minutes = command.minutes > 0.0 ? command.minutes
+                         : command.quick       ? kQuickMinutes
+                                               : kFullMinutes;
+  job.run.end_s = studies::now_s() + 60.0 * minutes;
   job.data = command.data;
   job.own = wish->own;
   job.console = &console;
@@ -249,6 +266,11 @@ Command add_chart(CLI::App& program) {
   app->add_option("--runs", command->runs,
                   "Timed runs, of which the median counts (default: 3, quick: 2)")
       ->check(CLI::Range(1, 100));
+  app->add_option("--minutes", command->minutes,
+                  fmt::format("About how long it may take; what does not fit is left out and named "
+                              "in the report (default: {:g}, quick: {:g})",
+                              kFullMinutes, kQuickMinutes))
+      ->check(CLI::PositiveNumber);
   add_device_options(*app, command->device);
   app->add_flag("--quiet", command->quiet, "Print errors only");
   const Command stability = add_chart_stability(*app);

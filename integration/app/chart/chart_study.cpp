@@ -1,5 +1,8 @@
 #include "integration/app/chart/chart_study.h"
 
+#include <algorithm>
+#include <iterator>
+
 #include "compute/vulkan/context.h"
 #include "integration/app/chart/front_file.h"
 #include "integration/app/chart/peers.h"
@@ -10,24 +13,50 @@
 namespace palpate::app {
 namespace {
 
-/// The pairs to measure on: made first, then real, then the user's own.
-Result<std::vector<studies::MotionCase>> pairs_of(const ChartJob& job) {
-  std::vector<studies::MotionCase> pairs;
-  pairs.push_back(studies::heart_case(job.run.quick ? 64 : 128));
+/// A pair to measure on, and how much is measured on it.
+struct Pair {
+  studies::MotionCase known;
+  bool few = false;  ///< only the settings and peers that differ most
+
+  double weight() const { return few ? 0.3 : 1.0; }  ///< of the time
+};
+
+/// The pairs to measure on: made first, then real, then the user's own. Every setting and every
+/// peer runs on the most real pair of ours and on what the user brings, so that each is seen once.
+Result<std::vector<Pair>> pairs_of(const ChartJob& job) {
+  std::vector<Pair> pairs;
+  pairs.push_back({studies::heart_case(job.run.quick ? 64 : 128), job.run.quick});
   auto ct = read_known_ct(job.data / "lung");
   if (!ct) return ct.error();
   if (*ct) {
-    pairs.push_back(job.run.quick ? studies::halved(**ct) : std::move(**ct));
+    pairs.back().few = true;
+    pairs.push_back({job.run.quick ? studies::halved(**ct) : std::move(**ct), job.run.quick});
     if (job.run.quick)
-      pairs.back().name =
-          "Real chest CT in known motion, halved to " + studies::grid_text(pairs.back().fixed.grid);
+      pairs.back().known.name = "Real chest CT in known motion, halved to " +
+                                studies::grid_text(pairs.back().known.fixed.grid);
   }
   if (job.own) {
     auto own = read_own_pair(*job.own);
     if (!own) return own.error();
-    pairs.push_back(std::move(*own));
+    pairs.push_back({std::move(*own), job.run.quick});
   }
   return pairs;
+}
+
+/// Every setting and peer on one pair, which gets its share of the time that is left for `weight`
+/// (its own and that of the pairs after it).
+studies::MotionMeasures measured(const ChartJob& job, const Pair& pair, double weight,
+                                 std::vector<std::string>& missing) {
+  studies::StudyRun run = job.run;
+  run.end_s = studies::now_s() + run.left_s() * pair.weight() / weight;
+  auto methods = studies::palpate_methods(run, pair.few);
+  missing.clear();
+  auto peers = motion_peers(pair.few, missing);
+  // Presets, then peers, then variations: where time runs out, the least is missing.
+  const auto rest = std::find_if(methods.begin(), methods.end(),
+                                 [](const auto& method) { return !method->is_preset(); });
+  methods.insert(rest, std::move_iterator(peers.begin()), std::move_iterator(peers.end()));
+  return studies::measure_motion(run, pair.known, std::move(methods));
 }
 
 Result<report::Section> motion(const ChartJob& job) {
@@ -35,16 +64,16 @@ Result<report::Section> motion(const ChartJob& job) {
   if (!pairs) return pairs.error();
   std::vector<std::string> missing;
   std::vector<studies::MotionMeasures> measures;
-  for (size_t n = 0; n < pairs->size() && !job.run.stop.stop_requested(); ++n) {
-    studies::StudyRun part = job.run;
-    part.progress = [&](double share, const std::string& doing) {
-      job.run.tell((double(n) + share) / double(pairs->size()), doing);
+  double whole = 0.0, done = 0.0;
+  for (const Pair& pair : *pairs) whole += pair.weight();
+  for (const Pair& pair : *pairs) {
+    if (job.run.stop.stop_requested()) break;
+    ChartJob part = job;
+    part.run.progress = [&](double share, const std::string& doing) {
+      job.run.tell((done + share * pair.weight()) / whole, doing);
     };
-    auto methods = studies::palpate_methods(part);
-    missing.clear();
-    for (auto& peer : motion_peers(part.quick, missing)) methods.push_back(std::move(peer));
-    measures.push_back(studies::measure_motion(part, (*pairs)[n], std::move(methods),
-                                               {.peers_back = !part.quick}));
+    measures.push_back(measured(part, pair, whole - done, missing));
+    done += pair.weight();
   }
   auto section = studies::motion_section(measures);
   if (!section) return section.error();
@@ -65,9 +94,9 @@ Result<report::Section> feel(const ChartJob& job) {
 }
 
 Result<report::Section> view(const ChartJob& job) {
-  auto measures = studies::measure_view(job.run);
   std::vector<std::string> missing;
-  for (auto& row : view_peer(job.run.quick, missing)) measures.push_back(std::move(row));
+  auto measures = studies::measure_view(job.run, missing);
+  for (auto& row : view_peer(job.run, missing)) measures.push_back(std::move(row));
   return studies::view_section(measures, missing);
 }
 

@@ -41,10 +41,12 @@ class FilePeer : public studies::PairMethod {
   std::string name() const override { return name_; }
   std::string family() const override { return family_; }
 
-  Result<PairResult> run(const Volume& fixed, const Volume& moving) override {
+  Result<PairResult> run(const Volume& fixed, const Volume& moving,
+                         const report::Patience& patience) override {
     const report::ScratchFolder folder;
     if (folder.path().empty()) return bad("no temporary folder can be made: is the disk full?");
-    const Job job{folder.path(), folder.path() / "fixed.mha", folder.path() / "moving.mha"};
+    const Job job{folder.path(), folder.path() / "fixed.mha", folder.path() / "moving.mha",
+                  patience};
     for (const auto& [volume, file] : {std::pair(&fixed, &job.fixed), {&moving, &job.moving}})
       if (const Status written = files::write_volume(*volume, *file); !written)
         return written.error();
@@ -58,6 +60,7 @@ class FilePeer : public studies::PairMethod {
  protected:
   struct Job {
     fs::path folder, fixed, moving;
+    report::Patience patience;
   };
   virtual Result<double> register_files(const Job& job) = 0;
   virtual fs::path field_file(const Job& job) const { return job.folder / "field.mha"; }
@@ -66,8 +69,14 @@ class FilePeer : public studies::PairMethod {
   Result<double> step(const Job& job, const std::vector<std::string>& arguments) const {
     const fs::path out = job.folder / "out";
     const double begin = studies::now_s();
-    const int failed = report::call_program(arguments, out, out);
+    const int failed = report::call_program(arguments, out, out, job.patience);
     if (failed == ENOENT) return bad(arguments.front() + " is not installed.");
+    if (failed == ECANCELED) return Error{ErrorKind::kCancelled, "Stopped."};
+    if (failed == ETIMEDOUT) {
+      return Error{ErrorKind::kCancelled,
+                   fmt::format("it was ended after {:.0f} s, more than there is time for.",
+                               job.patience.seconds)};
+    }
     if (failed != 0) {
       const std::string said = report::text_of(out);
       return bad(fmt::format("{} failed: {}", arguments.front(),
@@ -140,8 +149,9 @@ class PlastimatchPeer final : public FilePeer {
 class FlowPeer final : public studies::PairMethod {
  public:
   explicit FlowPeer(opencv::FlowMethod method) : method_(method) {}
-  Result<PairResult> run(const Volume& fixed, const Volume& moving) override {
-    auto flow = opencv::slice_flow(method_, fixed, moving);
+  Result<PairResult> run(const Volume& fixed, const Volume& moving,
+                         const report::Patience& patience) override {
+    auto flow = opencv::slice_flow(method_, fixed, moving, patience.stop);
     if (!flow) return flow.error();
     return PairResult{std::move(flow->field), flow->seconds};
   }
@@ -218,10 +228,11 @@ std::vector<std::unique_ptr<studies::PairMethod>> motion_peers(bool quick,
   return peers;
 }
 
-std::vector<studies::ViewMeasure> view_peer(bool quick, std::vector<std::string>& missing) {
+std::vector<studies::ViewMeasure> view_peer(const studies::StudyRun& run,
+                                            std::vector<std::string>& missing) {
   std::vector<studies::ViewMeasure> rows;
   const auto program = program_beside("view_peer");
-  if (quick) {
+  if (run.quick) {
     missing.push_back("VTK draws too slowly for a quick run: leave out --quick.");
     return rows;
   }
@@ -233,8 +244,10 @@ std::vector<studies::ViewMeasure> view_peer(bool quick, std::vector<std::string>
   }
   const report::ScratchFolder folder;
   const fs::path out = folder.path() / "out";
-  report::call_program({"xvfb-run", "-a", "-s", "-screen 0 1024x768x24", program->string()}, out,
-                       out);
+  // xvfb-run leaves its own temporary files behind where it is ended: here they go with the folder.
+  const int failed = report::call_program({"env", "TMPDIR=" + folder.path().string(), "xvfb-run",
+                                           "-a", "-s", "-screen 0 1024x768x24", program->string()},
+                                          out, out, {run.stop, run.left_s()});
   std::istringstream lines(report::text_of(out));
   for (std::string line; std::getline(lines, line);) {
     std::istringstream words(line);
@@ -245,7 +258,14 @@ std::vector<studies::ViewMeasure> view_peer(bool quick, std::vector<std::string>
     row.time_ms = 1e3 * seconds;
     rows.push_back(row);
   }
-  if (rows.empty()) missing.push_back("VTK was not measured: view_peer drew nothing.");
+  if (failed == ETIMEDOUT) {
+    missing.push_back(
+        fmt::format("VTK was ended before it had drawn all its pictures: {} of them are here. More "
+                    "time: --minutes.",
+                    rows.size()));
+  } else if (rows.empty()) {
+    missing.push_back("VTK was not measured: view_peer drew nothing.");
+  }
   return rows;
 }
 

@@ -17,7 +17,9 @@ std::vector<std::unique_ptr<studies::PairMethod>> motion_peers(bool quick,
                                                                std::vector<std::string>& missing);
 
 /// VTK's GPU ray caster on the data of the view study (the program view_peer beside palpate, in an
-/// X server without a screen); nothing in a quick run or where it is not there.
-std::vector<studies::ViewMeasure> view_peer(bool quick, std::vector<std::string>& missing);
+/// X server without a screen), in the time that is left; nothing in a quick run or where it is not
+/// there.
+std::vector<studies::ViewMeasure> view_peer(const studies::StudyRun& run,
+                                            std::vector<std::string>& missing);
 
 }  // namespace palpate::app

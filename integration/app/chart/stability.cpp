@@ -108,6 +108,7 @@ class StabilityRun {
       if (const Status written = write_csv(map); !written) return written;
       maps_.push_back(std::move(map));
     }
+    console_.progress(1.0, "done");
     console_.end_progress();
     return Nothing{};
   }
@@ -131,7 +132,7 @@ class StabilityRun {
 };
 
 int run(const StabilityCommand& command) {
-  Console console(command.quiet, false);
+  Console console(command.quiet, false, Steps::kLines);
   const CancelOnSignal cancel;
   StabilityRun run(command, console, cancel.token());
   try {
