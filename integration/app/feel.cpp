@@ -128,9 +128,10 @@ Command add_feel(CLI::App& program) {
   app->add_option("--replay", command->replay,
                   "Run a recording again, without a device, and compare every bit")
       ->check(CLI::ExistingFile);
-  app->add_option("--black-box", command->black_box, "Folder for the ticks around a fault")
-      ->check(CLI::ExistingDirectory)
-      ->capture_default_str();
+  app->add_option("--black-box", command->black_box,
+                  "Folder for the ticks around a fault (default: $XDG_STATE_HOME/palpate, or "
+                  "~/.local/state/palpate)")
+      ->check(CLI::ExistingDirectory);
   add_seeing(*app, *command);
   app->add_option("--gpu", command->gpu.device,
                   "Vulkan device for the estimation: number or part of a name");

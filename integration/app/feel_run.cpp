@@ -16,6 +16,8 @@
 #include "integration/app/outputs.h"
 #include "integration/app/palpation.h"
 #include "integration/app/replay.h"
+#include "integration/app/replay_key.h"
+#include "integration/app/state_folder.h"
 #include "integration/app/tick_log.h"
 #include "integration/devices/spacemouse.h"
 #include "integration/files/atomic_file.h"
@@ -199,11 +201,14 @@ class FeelRun {
     if (!log) return log.error();
     log_ = std::move(*log);
     BlackBoxOptions box;
-    box.folder = command_.black_box;
+    // Where no state can be kept, the working folder has to do.
+    const fs::path kept = state_folder();
+    box.folder = !command_.black_box.empty() ? command_.black_box : kept.empty() ? "." : kept;
     black_box_ = std::make_unique<BlackBox>(box);
     if (command_.record.empty()) return Nothing{};
     auto recorder = Recorder::start(
-        command_.record, replay_key(scene, opened_.device->info(), options(scene)), 1'000'000);
+        command_.record,
+        text_of(ReplayKey{scene.spec, opened_.device->info(), options(scene).safety}), 1'000'000);
     if (!recorder) return recorder.error();
     recorder_ = std::move(*recorder);
     return Nothing{};
@@ -372,6 +377,7 @@ class FeelRun {
     console_.say(summary);
     for (const fs::path& file : black_box_->files())
       console_.say(fmt::format("Wrote     {}: the ticks around a fault", file.string()));
+    if (const auto trouble = black_box_->trouble()) console_.complain(*trouble);
     if (!command_.csv.empty()) console_.say(fmt::format("Wrote     {}", command_.csv.string()));
     if (!command_.picture.empty())
       console_.say(fmt::format("Wrote     {}", command_.picture.string()));

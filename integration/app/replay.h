@@ -4,15 +4,9 @@
 #include <string>
 
 #include "integration/app/felt_scene.h"
-#include "module/haptics/haptics.h"
 #include "module/haptics/recording.h"
 
 namespace palpate::app {
-
-/// What a recording has to know of the run besides its ticks: the scene, the device and the
-/// options, as JSON.
-std::string replay_key(const FeltScene& scene, const DeviceInfo& device,
-                       const HapticsOptions& options);
 
 /// Runs a recording again with the scene as it was loaded now. kBadInput if it was made with
 /// another scene, is damaged, or lost ticks.

@@ -40,19 +40,19 @@ StabilityMap spring_wall_map(const char* name, const char* title) {
   return map;
 }
 
-/// A line at the same share of the stable stiffness all along x.
-Border share_one(const Axis& x, const std::string& name) {
-  return {name, {{x.at.front(), 1.0}, {x.at.back(), 1.0}}};
-}
-
 const char* const kStable = "K = b / (T/2 + delay) (Colgate and Schenkel)";
+const char* const kShare = "stiffness, as a share of the limit";
+const char* const kConsent = "b (2 pi f A)^2 / 2 = the allowance of 0.05 W";
 
 Cell worse(const Cell& a, const Cell& b) {
   return {std::max(a.value, b.value), std::max(a.outcome, b.outcome)};
 }
 
-void leaning(StabilityMap& map) {
+StabilityMap leaning_map(const char* name, const char* title) {
+  StabilityMap map;
   map.group = "loop";
+  map.name = name;
+  map.title = title;
   map.failed = "the hand gets more work than it consented to, or the surface slips past";
   map.colour = "work on the hand beyond its consent";
   map.colour_unit = "J";
@@ -61,6 +61,7 @@ void leaning(StabilityMap& map) {
   map.highest = 10.0;
   map.sides = {{"without the tank", "", {}},
                {"palpate", "lets the surface slip past, and its tank tells how much", {}}};
+  return map;
 }
 
 Cell energy_cell(const LeaningCase& at, bool tank) {
@@ -125,12 +126,11 @@ StabilityMap stiffness_map(const Making& making) {
       "A device of 0.15 kg and 2 N s/m with an encoder of 38 um, in five hands one after the "
       "other, "
       "touches a spring wall and rests on it; the worst of the five is shown.";
-  map.x = {"delay", "ms", evenly(0.0, 3.0, making.quick ? 4 : 10), false, {}};
-  map.y = {"stiffness", "N/m", log_evenly(200.0, 8000.0, making.quick ? 5 : 12), true, {}};
-  Border border{kStable, {}};
-  for (const double delay_ms : evenly(0.0, 3.2, 65))
-    border.points.push_back({delay_ms, stable_stiffness(2.0, kPeriod_s, 1e-3 * delay_ms)});
-  map.borders = {border};
+  map.x = even_axis("delay", "ms", 0.0, 3.0, making.count(4, 10));
+  map.y = log_axis("stiffness", "N/m", 200.0, 8000.0, making.count(5, 12));
+  map.borders = {border_along_x(kStable, evenly(0.0, 3.2, 65), [](double delay_ms) {
+    return stable_stiffness(2.0, kPeriod_s, 1e-3 * delay_ms);
+  })};
   fill(map, making, [&](size_t side, double delay_ms, double stiffness) {
     LoopPoint at{.delay_s = 1e-3 * delay_ms};
     at.stiffness_share = stiffness / stable_stiffness(2.0, kPeriod_s, at.delay_s);
@@ -145,10 +145,9 @@ StabilityMap damping_map(const Making& making) {
       "The same five hands on devices with 1 ms of delay; the wall's stiffness is told as a share "
       "of "
       "what the device should hold.";
-  map.x = {"damping of the device", "N s/m", log_evenly(0.1, 10.0, making.quick ? 4 : 9), true, {}};
-  map.y = {
-      "stiffness, as a share of the limit", "", evenly(0.5, 2.0, making.quick ? 4 : 11), false, {}};
-  map.borders = {share_one(map.x, kStable)};
+  map.x = log_axis("damping of the device", "N s/m", 0.1, 10.0, making.count(4, 9));
+  map.y = even_axis(kShare, "", 0.5, 2.0, making.count(4, 11));
+  map.borders = {border_at_y(kStable, 1.0, map.x)};
   fill(map, making, [&](size_t side, double damping, double share) {
     return loop_cell({.stiffness_share = share, .damping_n_s_per_m = damping}, Loop(side),
                      cell_seed(making.seed, damping, share));
@@ -164,9 +163,8 @@ StabilityMap hands_map(const Making& making) {
       "is no hand, and the spring is a hand without mass or damping: the worst that is passive.";
   map.x = {"hand", "", {0.0, 1.0, 2.0, 3.0, 4.0}, false, {}};
   for (int hand = 0; hand < kHandCount; ++hand) map.x.words.emplace_back(hand_name(hand));
-  map.y = {
-      "stiffness, as a share of the limit", "", evenly(0.5, 3.0, making.quick ? 5 : 11), false, {}};
-  map.borders = {{kStable, {{-0.5, 1.0}, {4.5, 1.0}}}};
+  map.y = even_axis(kShare, "", 0.5, 3.0, making.count(5, 11));
+  map.borders = {border_at_y(kStable, 1.0, map.x)};
   fill(map, making, [&](size_t side, double hand, double share) {
     return loop_cell({.stiffness_share = share}, int(hand), Loop(side),
                      cell_seed(making.seed, hand, share));
@@ -179,15 +177,15 @@ StabilityMap jitter_map(const Making& making) {
   map.made =
       "The same device in the same five hands; every period of the loop is longer or shorter than "
       "1 ms by up to the jitter, at random.";
-  map.x = {"jitter", "ms", evenly(0.0, 0.9, making.quick ? 4 : 10), false, {}};
-  map.y = {
-      "stiffness, as a share of the limit", "", evenly(0.4, 2.0, making.quick ? 4 : 9), false, {}};
+  map.x = even_axis("jitter", "ms", 0.0, 0.9, making.count(4, 10));
+  map.y = even_axis(kShare, "", 0.4, 2.0, making.count(4, 9));
   // The worst that could come is the longest period all the time.
-  Border longest{"the limit of a loop whose every period is the longest", {}};
-  for (const double j : evenly(0.0, 1.0, 33))
-    longest.points.push_back({j, stable_stiffness(2.0, (1.0 + j) * kPeriod_s, 1e-3) /
-                                     stable_stiffness(2.0, kPeriod_s, 1e-3)});
-  map.borders = {share_one(map.x, kStable), longest};
+  map.borders = {border_at_y(kStable, 1.0, map.x),
+                 border_along_x("the limit of a loop whose every period is the longest",
+                                evenly(0.0, 1.0, 33), [](double j) {
+                                  return stable_stiffness(2.0, (1.0 + j) * kPeriod_s, 1e-3) /
+                                         stable_stiffness(2.0, kPeriod_s, 1e-3);
+                                })};
   fill(map, making, [&](size_t side, double jitter_ms, double share) {
     return loop_cell({.stiffness_share = share, .jitter_s = 1e-3 * jitter_ms}, Loop(side),
                      cell_seed(making.seed, jitter_ms, share));
@@ -199,15 +197,14 @@ StabilityMap encoder_map(const Making& making) {
   StabilityMap map = spring_wall_map("encoder", "A stiff wall and a coarse encoder");
   map.made =
       "The same device with 0.03 N of dry friction and a coarser encoder, in the same five hands.";
-  map.x = {"encoder step", "um", log_evenly(1.0, 200.0, making.quick ? 4 : 9), true, {}};
-  map.y = {"stiffness", "N/m", log_evenly(200.0, 8000.0, making.quick ? 5 : 11), true, {}};
+  map.x = log_axis("encoder step", "um", 1.0, 200.0, making.count(4, 9));
+  map.y = log_axis("stiffness", "N/m", 200.0, 8000.0, making.count(5, 11));
   constexpr double kCoulomb_n = 0.03;
-  Border friction{"K = 2 friction / step (Abbott and Okamura)", {}};
-  for (const double um : log_evenly(0.7, 300.0, 33))
-    friction.points.push_back({um, 2.0 * kCoulomb_n / (1e-6 * um)});
   const double stable = stable_stiffness(2.0, kPeriod_s, 1e-3);
-  map.borders = {{kStable, {{map.x.at.front() * 0.5, stable}, {map.x.at.back() * 2.0, stable}}},
-                 friction};
+  map.borders = {
+      border_at_y(kStable, stable, map.x),
+      border_along_x("K = 2 friction / step (Abbott and Okamura)", log_evenly(0.7, 300.0, 33),
+                     [](double um) { return 2.0 * kCoulomb_n / (1e-6 * um); })};
   fill(map, making, [&](size_t side, double um, double stiffness) {
     return loop_cell(
         {.stiffness_share = stiffness / stable, .resolution_m = 1e-6 * um, .coulomb_n = kCoulomb_n},
@@ -217,20 +214,15 @@ StabilityMap encoder_map(const Making& making) {
 }
 
 StabilityMap swing_map(const Making& making) {
-  StabilityMap map;
-  leaning(map);
-  map.name = "dragged";
-  map.title = "A volume that is dragged to and fro under the hand";
+  StabilityMap map = leaning_map("dragged", "A volume that is dragged to and fro under the hand");
   map.made =
       "A human hand leans 10 mm into a ball that swings along the hand's way, 1000 N/m, for 10 s "
       "(3 s "
       "in the quick run).";
-  map.x = {"swings per second", "Hz", log_evenly(0.1, 10.0, making.quick ? 5 : 11), true, {}};
-  map.y = {"amplitude", "mm", log_evenly(0.5, 50.0, making.quick ? 4 : 10), true, {}};
-  Border border{"b (2 pi f A)^2 / 2 = the allowance of 0.05 W", {}};
-  for (const double hz : log_evenly(0.08, 13.0, 33))
-    border.points.push_back({hz, 1e3 * consented_amplitude_m(hz)});
-  map.borders = {border};
+  map.x = log_axis("swings per second", "Hz", 0.1, 10.0, making.count(5, 11));
+  map.y = log_axis("amplitude", "mm", 0.5, 50.0, making.count(4, 10));
+  map.borders = {border_along_x(kConsent, log_evenly(0.08, 13.0, 33),
+                                [](double hz) { return 1e3 * consented_amplitude_m(hz); })};
   fill(map, making, [&](size_t side, double hz, double mm) {
     return swing_cell(hz, 1e-3 * mm, side == 1, making.quick ? 3.0 : 10.0);
   });
@@ -238,21 +230,17 @@ StabilityMap swing_map(const Making& making) {
 }
 
 StabilityMap beat_map(const Making& making) {
-  StabilityMap map;
-  leaning(map);
-  map.name = "beating";
-  map.title = "Data that beat under the hand";
+  StabilityMap map = leaning_map("beating", "Data that beat under the hand");
   map.made =
       "A human hand leans 10 mm into a ball whose data beat by 10 mm in radius, for 10 s (3 s in "
       "the "
       "quick run).";
-  map.x = {"beats per second", "Hz", log_evenly(0.5, 10.0, making.quick ? 4 : 9), true, {}};
-  map.y = {"stiffness", "N/m", log_evenly(50.0, 4000.0, making.quick ? 4 : 9), true, {}};
+  map.x = log_axis("beats per second", "Hz", 0.5, 10.0, making.count(4, 9));
+  map.y = log_axis("stiffness", "N/m", 50.0, 4000.0, making.count(4, 9));
   // The wall's amplitude is half of what its radius changes by.
   double limit_hz = 0.1;
   while (consented_amplitude_m(limit_hz) > 0.005) limit_hz *= 1.001;
-  map.borders = {{"b (2 pi f A)^2 / 2 = the allowance of 0.05 W",
-                  {{limit_hz, map.y.at.front() * 0.5}, {limit_hz, map.y.at.back() * 2.0}}}};
+  map.borders = {border_at_x(kConsent, limit_hz, map.y)};
   fill(map, making, [&](size_t side, double hz, double stiffness) {
     return beat_cell(hz, stiffness, side == 1, making.quick ? 3.0 : 10.0);
   });

@@ -156,6 +156,43 @@ std::vector<double> log_evenly(double low, double high, int n) {
   return at;
 }
 
+Axis even_axis(std::string name, std::string unit, double low, double high, int n) {
+  return {std::move(name), std::move(unit), evenly(low, high, n), false, {}};
+}
+
+Axis log_axis(std::string name, std::string unit, double low, double high, int n) {
+  return {std::move(name), std::move(unit), log_evenly(low, high, n), true, {}};
+}
+
+namespace {
+
+/// Beyond the outermost cells on both sides: the drawing cuts it off.
+glm::dvec2 ends_beyond(const Axis& axis) {
+  const double first = axis.at.front(), last = axis.at.back();
+  if (axis.logarithmic) return {0.5 * first, 2.0 * last};
+  const double more = std::max(0.5, 0.5 * (last - first));
+  return {first - more, last + more};
+}
+
+}  // namespace
+
+Border border_at_x(std::string name, double x, const Axis& y) {
+  const glm::dvec2 ends = ends_beyond(y);
+  return {std::move(name), {{x, ends.x}, {x, ends.y}}};
+}
+
+Border border_at_y(std::string name, double y, const Axis& x) {
+  const glm::dvec2 ends = ends_beyond(x);
+  return {std::move(name), {{ends.x, y}, {ends.y, y}}};
+}
+
+Border border_along_x(std::string name, const std::vector<double>& x,
+                      const std::function<double(double)>& y) {
+  Border border{std::move(name), {}};
+  for (const double at : x) border.points.push_back({at, y(at)});
+  return border;
+}
+
 uint32_t cell_seed(uint32_t seed, double x, double y) {
   const auto bits = [](double v) { return uint32_t(int64_t(std::llround(v * 1e6))); };
   return texture::mixed(seed ^ texture::mixed(bits(x) ^ texture::mixed(bits(y))));

@@ -85,6 +85,9 @@ struct Making {
   unsigned threads = 1;
   std::stop_token stop;
   std::function<void(double)> progress;  ///< share of this map that is done; may be empty
+
+  /// How many values an axis gets.
+  int count(int if_quick, int if_full) const { return quick ? if_quick : if_full; }
 };
 
 /// A map's cells by a function of (side, x, y), called from `making.threads` threads at once (one:
@@ -96,6 +99,17 @@ void fill(StabilityMap& map, const Making& making,
 /// n values from low to high, evenly or evenly in the logarithm.
 std::vector<double> evenly(double low, double high, int n);
 std::vector<double> log_evenly(double low, double high, int n);
+
+/// The same as an axis.
+Axis even_axis(std::string name, std::string unit, double low, double high, int n);
+Axis log_axis(std::string name, std::string unit, double low, double high, int n);
+
+/// A border at one value of x, along all of y, and at one value of y, along all of x.
+Border border_at_x(std::string name, double x, const Axis& y);
+Border border_at_y(std::string name, double y, const Axis& x);
+/// The border y(x) over these values of x.
+Border border_along_x(std::string name, const std::vector<double>& x,
+                      const std::function<double(double)>& y);
 
 /// A seed of its own for every cell, the same for all methods, so that they are given the same.
 uint32_t cell_seed(uint32_t seed, double x, double y);

@@ -6,35 +6,12 @@
 #include <numbers>
 
 #include "compute/volume/phantom.h"
-#include "compute/volume/phantom_texture.h"
 
 namespace palpate::stability {
 namespace {
 
 constexpr double kWrongShare = 0.05, kUnseenShare = 0.1;
-constexpr int kHeartFrames = 12;
-constexpr double kRange = 600.0;  // of a body's intensities
-
-/// Intensities about 500, most between 200 and 800.
-double tissue_of(glm::dvec3 lps_mm, double fine_mm, double coarse_mm, uint32_t seed) {
-  return 500.0 + 300.0 * texture::tissue(seed, lps_mm, fine_mm, coarse_mm);
-}
-
-/// Structures of one size alone.
-double grain(glm::dvec3 lps_mm, double size_mm, uint32_t seed) {
-  return 500.0 + 300.0 * texture::smooth_noise(texture::mixed(seed), lps_mm / size_mm);
-}
-
-/// Turns about the middle and dies away towards the border: up to `most` mm, one to one for all
-/// that is asked of it here.
-glm::dvec3 swirl(int size, glm::dvec3 x, double most) {
-  const glm::dvec3 r = (x - 0.5 * (size - 1)) / (0.5 * size);
-  const double t = glm::dot(r, r);
-  if (t >= 1.0) return glm::dvec3(0.0);
-  const double fall = (1.0 - t) * (1.0 - t);
-  // |r| (1 - r^2)^2 is 0.286 at most.
-  return most / 0.286 * fall * glm::cross(glm::normalize(glm::dvec3(0.3, 0.5, 1.0)), r);
-}
+const char* const kStructure = "size of its structures";
 
 StabilityMap motion_map(const char* name, const char* title) {
   StabilityMap map;
@@ -96,119 +73,6 @@ void fill_motion(StabilityMap& map, const std::shared_ptr<vulkan::Context>& cont
 
 }  // namespace
 
-MotionPair shifted_pair(int size, double displacement, double structure, uint32_t seed) {
-  const glm::dvec3 shift = displacement * glm::normalize(glm::dvec3(0.8, 0.5, 0.33));
-  return pair_of(
-      cube(size), [=](glm::dvec3 x) { return grain(x, structure, seed); },
-      [=](glm::dvec3) { return shift; });
-}
-
-MotionPair lit_pair(int size, double more_gain, double bias, uint32_t seed) {
-  MotionPair pair = noisy_pair(size, 0.02, 3.0, seed);
-  const Grid& grid = pair.moving.grid;
-  for (int k = 0; k < grid.size.z; ++k)
-    for (int j = 0; j < grid.size.y; ++j)
-      for (int i = 0; i < grid.size.x; ++i) {
-        float& value = pair.moving.values[grid.offset(i, j, k)];
-        value = float((1.0 + more_gain) * value + bias * kRange * i / (size - 1.0));
-      }
-  return pair;
-}
-
-MotionPair noisy_pair(int size, double noise, double displacement, uint32_t seed) {
-  MotionPair pair = pair_of(
-      cube(size), [=](glm::dvec3 x) { return tissue_of(x, 6.0, 13.0, seed); },
-      [=](glm::dvec3 x) { return swirl(size, x, displacement); });
-  add_noise(pair, noise * deviation(pair.moving), seed);
-  return pair;
-}
-
-MotionPair flat_pair(int size, double radius, double displacement, uint32_t seed) {
-  const glm::dvec3 middle(0.5 * (size - 1));
-  const double scored = std::max(radius, 4.0);
-  const auto body = [=](glm::dvec3 x) {
-    const double edge = texture::soft_step(glm::length(x - middle) - radius, 1.5);
-    return 500.0 + edge * (tissue_of(x, 6.0, 13.0, seed) - 500.0);
-  };
-  // At its rim the ball stands nearly still: the outside says nothing of the inside.
-  const auto u = [=](glm::dvec3 x) {
-    const double t = glm::length(x - middle) / std::max(radius, 12.0);
-    const double inner = t < 1.0 ? (1.0 - t * t) * (1.0 - t * t) : 0.0;
-    return glm::dvec3(displacement * inner, 0.0, 0.0);
-  };
-  MotionPair pair = pair_of(cube(size), body, u);
-  add_noise(pair, 0.02 * deviation(pair.moving), seed);
-  const Grid& grid = pair.fixed.grid;
-  for (int k = 0; k < grid.size.z; ++k)
-    for (int j = 0; j < grid.size.y; ++j)
-      for (int i = 0; i < grid.size.x; ++i)
-        pair.mask.values[grid.offset(i, j, k)] &=
-            uint8_t(glm::length(glm::dvec3(i, j, k) - middle) < scored);
-  return pair;
-}
-
-MotionPair folding_pair(int size, double gradient, double wavelength, uint32_t seed) {
-  const double k = 2.0 * std::numbers::pi / wavelength;
-  MotionPair pair = pair_of(
-      cube(size), [=](glm::dvec3 x) { return tissue_of(x, 4.0, 9.0, seed); },
-      [=](glm::dvec3 x) { return glm::dvec3(gradient / k * std::sin(k * x.x), 0.0, 0.0); });
-  add_noise(pair, 0.02 * deviation(pair.moving), seed);
-  return pair;
-}
-
-MotionPair sliding_pair(int size, double shift, uint32_t seed) {
-  const double middle = 0.5 * (size - 1);
-  MotionPair pair = pair_of(
-      cube(size),
-      [=](glm::dvec3 x) { return tissue_of(x, 5.0, 11.0, x.x > middle ? seed : seed + 77); },
-      [=](glm::dvec3 x) {
-        return glm::dvec3(0.0, x.x > middle ? 0.5 * shift : -0.5 * shift, 0.0);
-      });
-  add_noise(pair, 0.02 * deviation(pair.moving), seed);
-  return pair;
-}
-
-MotionPair scored_at(MotionPair sliding, double distance) {
-  const Grid& grid = sliding.fixed.grid;
-  const double middle = 0.5 * (grid.size.x - 1);
-  for (int k = 0; k < grid.size.z; ++k)
-    for (int j = 0; j < grid.size.y; ++j)
-      for (int i = 0; i < grid.size.x; ++i) {
-        const double off = std::abs(std::abs(i - middle) - distance);
-        sliding.mask.values[grid.offset(i, j, k)] &= uint8_t(off <= 0.5);
-      }
-  return sliding;
-}
-
-MotionPair heart_pair(int size, int left_out, int frame, uint32_t seed) {
-  const Grid grid = heart_grid(size);
-  const int next = (frame + left_out + 1) % kHeartFrames;
-  const auto at = [&](int k) {
-    Volume volume{grid, std::vector<float>(grid.count())};
-    for (int z = 0; z < grid.size.z; ++z)
-      for (int y = 0; y < grid.size.y; ++y)
-        for (int x = 0; x < grid.size.x; ++x)
-          volume.values[grid.offset(x, y, z)] = float(
-              heart_value(grid.lps_from_index({x, y, z}), k, kHeartFrames, 1, grid.finest_mm()));
-    return volume;
-  };
-  MotionPair pair{at(frame), at(next), heart_truth(grid, frame, next, kHeartFrames),
-                  heart_shell(grid, frame, kHeartFrames)};
-  add_noise(pair, 0.01 * 900.0, seed);
-  return pair;
-}
-
-MotionPair thick_pair(int size, double ratio, double structure, uint32_t seed) {
-  Grid grid = cube(size);
-  grid.spacing_mm.z = ratio;
-  grid.size.z = std::max(6, int(std::lround(size / ratio)));
-  MotionPair pair = pair_of(
-      grid, [=](glm::dvec3 x) { return grain(x, structure, seed); },
-      [=](glm::dvec3 x) { return swirl(size, x, 3.0); });
-  add_noise(pair, 0.02 * deviation(pair.moving), seed);
-  return pair;
-}
-
 Found found_by(const std::shared_ptr<vulkan::Context>& context, const MotionPair& pair,
                bool palpate) {
   return found(context, pair, palpate ? "balanced" : "classic", palpate);
@@ -234,12 +98,10 @@ StabilityMap displacement_map(const std::shared_ptr<vulkan::Context>& context,
                               const Making& making) {
   StabilityMap map = motion_map("displacement", "Large motion of small structures");
   map.made = "A body with structures of one size alone is shifted as a whole.";
-  map.x = {"displacement", "voxels", log_evenly(0.5, 16.0, making.quick ? 4 : 9), true, {}};
-  map.y = {
-      "size of its structures", "voxels", log_evenly(3.0, 16.0, making.quick ? 3 : 6), true, {}};
-  Border half{"half a structure: what a gradient can see", {}};
-  for (const double s : log_evenly(2.0, 24.0, 33)) half.points.push_back({0.5 * s, s});
-  map.borders = {half};
+  map.x = log_axis("displacement", "voxels", 0.5, 16.0, making.count(4, 9));
+  map.y = log_axis(kStructure, "voxels", 3.0, 16.0, making.count(3, 6));
+  map.borders = {border_along_x("half a structure: what a gradient can see",
+                                log_evenly(1.0, 12.0, 33), [](double u) { return 2.0 * u; })};
   fill_motion(map, context, making, Colour::kError, shifted_pair);
   return map;
 }
@@ -250,9 +112,8 @@ StabilityMap contrast_map(const std::shared_ptr<vulkan::Context>& context, const
       "A swirl of 3 voxels; the second frame has more gain and gets brighter from left to right by "
       "a "
       "share of the intensity range.";
-  map.x = {"more gain", "", log_evenly(0.01, 3.0, making.quick ? 3 : 7), true, {}};
-  map.y = {
-      "bias, as a share of the range", "", log_evenly(0.01, 3.0, making.quick ? 3 : 5), true, {}};
+  map.x = log_axis("more gain", "", 0.01, 3.0, making.count(3, 7));
+  map.y = log_axis("bias, as a share of the range", "", 0.01, 3.0, making.count(3, 5));
   // Where light changes the frames as much as the motion does, in the mean square, for a body of
   // mean m and deviation s with a range r:  g^2 (m^2 + s^2) + g m b r + b^2 r^2 / 3 = moved.
   const MotionPair plain = noisy_pair(size_of(making), 0.0, 3.0, making.seed);
@@ -280,13 +141,10 @@ StabilityMap noise_map(const std::shared_ptr<vulkan::Context>& context, const Ma
   StabilityMap map = motion_map("noise", "Noise");
   map.made =
       "A swirl in a body with structures of 6 and 13 voxels, independent noise in both frames.";
-  map.x = {"noise, as a share of the body's own deviation",
-           "",
-           log_evenly(0.03, 3.0, making.quick ? 4 : 7),
-           true,
-           {}};
-  map.y = {"displacement", "voxels", log_evenly(1.0, 8.0, making.quick ? 3 : 5), true, {}};
-  map.borders = {{"as much noise as structure", {{1.0, 0.5}, {1.0, 16.0}}}};
+  map.x =
+      log_axis("noise, as a share of the body's own deviation", "", 0.03, 3.0, making.count(4, 7));
+  map.y = log_axis("displacement", "voxels", 1.0, 8.0, making.count(3, 5));
+  map.borders = {border_at_x("as much noise as structure", 1.0, map.y)};
   fill_motion(map, context, making, Colour::kError, noisy_pair);
   return map;
 }
@@ -301,8 +159,8 @@ StabilityMap aperture_map(const std::shared_ptr<vulkan::Context>& context, const
   map.y = {"motion inside", "voxels", {}, true, {}};
   map.x.at = making.quick ? std::vector{2.0, 8.0, 16.0} : evenly(0.0, 24.0, 7);
   map.y.at = making.quick ? std::vector{0.5, 2.0, 4.0} : log_evenly(0.5, 4.0, 4);
-  map.borders = {{"two SDs of the window (7 voxels each): nothing within it has structure",
-                  {{14.0, 0.1}, {14.0, 9.0}}}};
+  map.borders = {border_at_x(
+      "two SDs of the window (7 voxels each): nothing within it has structure", 14.0, map.y)};
   fill_motion(map, context, making, Colour::kError, flat_pair);
   return map;
 }
@@ -312,15 +170,15 @@ StabilityMap folding_map(const std::shared_ptr<vulkan::Context>& context, const 
   map.made =
       "Material that runs to and fro along one axis, u = g/k sin(k x): from g = 1 on the true "
       "motion itself folds, and no field without folds is right.";
-  map.x = {"gradient of the true motion", "", evenly(0.25, 2.0, making.quick ? 3 : 8), false, {}};
-  map.y = {"wavelength", "voxels", log_evenly(12.0, 60.0, making.quick ? 3 : 5), true, {}};
+  map.x = even_axis("gradient of the true motion", "", 0.25, 2.0, making.count(3, 8));
+  map.y = log_axis("wavelength", "voxels", 12.0, 60.0, making.count(3, 5));
   map.colour = "folded voxels";
   map.colour_unit = "%";
   map.lowest = 0.01;
   map.highest = 100.0;
   map.borders = {
-      {"the truth folds", {{1.0, 5.0}, {1.0, 99.0}}},
-      {"a wave is as long as the window is wide (2 pi 7 voxels)", {{0.0, 44.0}, {3.0, 44.0}}}};
+      border_at_x("the truth folds", 1.0, map.y),
+      border_at_y("a wave is as long as the window is wide (2 pi 7 voxels)", 44.0, map.x)};
   fill_motion(map, context, making, Colour::kFolds, folding_pair);
   return map;
 }
@@ -340,7 +198,7 @@ StabilityMap sliding_map(const std::shared_ptr<vulkan::Context>& context, const 
            making.quick ? std::vector{1.0, 4.0, 12.0} : log_evenly(0.5, 16.0, 7),
            true,
            {}};
-  map.borders = {{"two cells of the field (8 voxels)", {{8.0, 0.3}, {8.0, 30.0}}}};
+  map.borders = {border_at_x("two cells of the field (8 voxels)", 8.0, map.y)};
   // One estimate serves all distances.
   struct Known {
     double shift = -1.0;
@@ -396,12 +254,9 @@ StabilityMap anisotropy_map(const std::shared_ptr<vulkan::Context>& context, con
            making.quick ? std::vector{1.0, 3.0, 8.0} : log_evenly(1.0, 8.0, 6),
            true,
            {}};
-  map.y = {
-      "size of its structures", "voxels", log_evenly(4.0, 16.0, making.quick ? 3 : 5), true, {}};
-  Border nyquist{"two slices a structure (Nyquist)", {}};
-  for (const double ratio : log_evenly(0.7, 11.0, 33))
-    nyquist.points.push_back({ratio, 2.0 * ratio});
-  map.borders = {nyquist};
+  map.y = log_axis(kStructure, "voxels", 4.0, 16.0, making.count(3, 5));
+  map.borders = {border_along_x("two slices a structure (Nyquist)", log_evenly(0.7, 11.0, 33),
+                                [](double ratio) { return 2.0 * ratio; })};
   fill_motion(map, context, making, Colour::kError, thick_pair);
   return map;
 }

@@ -165,6 +165,9 @@ void BlackBox::write_due(int64_t now_ns) {
 }
 
 void BlackBox::write(const Box& box) {
+  // What goes wrong with it shows when the file is opened.
+  std::error_code ignored;
+  std::filesystem::create_directories(options_.folder, ignored);
   const std::filesystem::path path = new_file(options_.folder, box.cause);
   std::ofstream file(path);
   file << header() << '\n';

@@ -15,7 +15,7 @@
 namespace palpate {
 
 struct BlackBoxOptions {
-  std::filesystem::path folder = ".";     ///< must exist
+  std::filesystem::path folder = ".";     ///< made when there is something to put into it
   int ticks = 1000;                       ///< kept
   int ticks_after = 100;                  ///< of them, after the one that tripped
   int64_t least_gap_ns = 10'000'000'000;  ///< between two files

@@ -3,9 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <fstream>
 #include <sstream>
+#include <thread>
 
 #include "tests/app/program.h"
 #include "tests/app/scenes.h"
@@ -128,6 +131,33 @@ TEST(Feel, EndsByARampWithItsSummaryOnCtrlC) {
   const Outcome result = program.wait();
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, AllOf(HasSubstr("Felt"), HasSubstr("stopped")));
+}
+
+TEST(Feel, KeepsTheTicksAroundAFaultWithTheProgramsStateAndSaysWhere) {
+  const TemporaryFolder folder;
+  const std::filesystem::path state = folder / "state", kept = state / "palpate";
+  const auto files = [&] {
+    size_t count = 0;
+    std::error_code none;
+    for (const auto& entry : std::filesystem::directory_iterator(kept, none))
+      count += entry.path().filename().string().starts_with("palpate-");
+    return count;
+  };
+  ::setenv("XDG_STATE_HOME", state.c_str(), 1);
+  Program program(
+      {"feel", "molecule", "--device", "simulated", "--seconds", "600", "--watchdog", "1000"});
+  ::unsetenv("XDG_STATE_HOME");
+  ASSERT_TRUE(program.wait_for(" Hz "));
+  // Asleep for longer than the watchdog waits.
+  program.signal(SIGSTOP);
+  std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+  program.signal(SIGCONT);
+  for (int n = 0; n < 6000 && files() == 0 && !program.ended(); ++n)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  program.signal(SIGINT);
+  const Outcome result = program.wait();
+  EXPECT_EQ(files(), 1U) << result.out << result.err;
+  EXPECT_THAT(result.out, HasSubstr("Wrote     " + kept.string() + "/palpate-"));
 }
 
 TEST(Feel, SaysInOneSentenceWhatIsWrong) {

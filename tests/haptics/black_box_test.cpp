@@ -147,6 +147,8 @@ TEST_F(BlackBoxFile, KeepsRecordingWhileTheWriterIsBusy) {
 }
 
 TEST_F(BlackBoxFile, SaysWhenItCanNotBeWritten) {
+  // A file stands where the folder should be.
+  std::ofstream(folder_ / "none") << "a file";
   BlackBox box({.folder = folder_ / "none"}, false);
   hear(box, 1, Cause::kNone);
   hear(box, 200, Cause::kClock);
@@ -155,6 +157,18 @@ TEST_F(BlackBoxFile, SaysWhenItCanNotBeWritten) {
   ASSERT_TRUE(box.trouble());
   EXPECT_THAT(*box.trouble(), testing::HasSubstr("folder that exists"));
   EXPECT_TRUE(box.files().empty());
+}
+
+TEST_F(BlackBoxFile, MakesItsFolderWhenThereIsSomethingToKeep) {
+  const std::filesystem::path folder = folder_ / "state/palpate";
+  BlackBox box({.folder = folder}, false);
+  hear(box, 1, Cause::kNone);
+  box.write_due(kSecond);
+  EXPECT_FALSE(std::filesystem::exists(folder)) << "nothing happened";
+  hear(box, 200, Cause::kClock);
+  box.write_due(2 * kSecond);
+  ASSERT_EQ(box.files().size(), 1u);
+  EXPECT_EQ(box.files()[0].parent_path(), folder);
 }
 
 TEST_F(BlackBoxFile, IsWrittenByItsOwnThread) {

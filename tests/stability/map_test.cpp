@@ -127,6 +127,29 @@ TEST(StabilityMap, DrawsEveryMethodWithItsMarksAndTheBorder) {
   EXPECT_EQ(figure.data.rows.size(), 12U);
 }
 
+TEST(Border, GoesAlongTheWholeMapAndBeyond) {
+  const Axis even = even_axis("q", "", 1.0, 3.0, 5), log = log_axis("size", "mm", 1.0, 100.0, 3);
+  EXPECT_EQ(even.at, (std::vector{1.0, 1.5, 2.0, 2.5, 3.0}));
+  EXPECT_FALSE(even.logarithmic);
+  EXPECT_TRUE(log.logarithmic);
+  ASSERT_EQ(log.at.size(), 3U);
+  EXPECT_NEAR(log.at[1], 10.0, 1e-12);  // rounding of a power
+  for (const Border& border : {border_at_x("x = 2", 2.0, log), border_at_y("y = 2", 2.0, even)}) {
+    const bool at_x = border.name == "x = 2";
+    const Axis& along = at_x ? log : even;
+    ASSERT_EQ(border.points.size(), 2U);
+    for (const glm::dvec2 point : border.points) EXPECT_EQ(at_x ? point.x : point.y, 2.0);
+    EXPECT_LT(at_x ? border.points[0].y : border.points[0].x, along.at.front());
+    EXPECT_GT(at_x ? border.points[1].y : border.points[1].x, along.at.back());
+    // A logarithmic axis has no place below zero.
+    if (at_x) {
+      EXPECT_GT(border.points[0].y, 0.0);
+    }
+  }
+  const Border curve = border_along_x("y = x^2", {1.0, 3.0}, [](double x) { return x * x; });
+  EXPECT_EQ(curve.points, (std::vector<glm::dvec2>{{1.0, 1.0}, {3.0, 9.0}}));
+}
+
 TEST(CellSeed, DiffersFromCellToCellAndNotFromRunToRun) {
   EXPECT_EQ(cell_seed(1, 0.5, 2.0), cell_seed(1, 0.5, 2.0));
   EXPECT_NE(cell_seed(1, 0.5, 2.0), cell_seed(2, 0.5, 2.0));

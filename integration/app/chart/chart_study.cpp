@@ -108,9 +108,9 @@ Result<report::Section> scene(const ChartJob& job) {
 
 const std::vector<ChartStudy>& chart_studies() {
   static const std::vector<ChartStudy> studies = {
-      {"motion", "seconds against error: every preset, other settings, other programs", 10.0, true,
+      {"motion", "seconds against error: every preset, other settings, other programs", 12.0, true,
        motion},
-      {"feel", "microseconds of a haptic frame against its force error", 1.5, true, feel},
+      {"feel", "microseconds of a haptic frame against its force error", 0.5, true, feel},
       {"view", "milliseconds of a stereo picture against its quality", 2.5, true, view},
       {"scene", "cost against what is in the scene", 1.5, true, scene},
   };

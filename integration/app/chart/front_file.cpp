@@ -1,10 +1,8 @@
 #include "integration/app/chart/front_file.h"
 
-#include <cstdlib>
-#include <fstream>
-
 #include <fmt/format.h>
 
+#include "integration/app/state_folder.h"
 #include "integration/files/atomic_file.h"
 #include "integration/report/child.h"
 
@@ -13,12 +11,8 @@ namespace palpate::app {
 namespace fs = std::filesystem;
 
 fs::path front_path() {
-  const char* state = std::getenv("XDG_STATE_HOME");
-  // The XDG rules: a path that is not absolute counts as none.
-  if (state && fs::path(state).is_absolute()) return fs::path(state) / "palpate/motion_front.json";
-  const char* home = std::getenv("HOME");
-  if (home && *home) return fs::path(home) / ".local/state/palpate/motion_front.json";
-  return {};
+  const fs::path folder = state_folder();
+  return folder.empty() ? folder : folder / "motion_front.json";
 }
 
 Status write_front(const studies::MotionFront& front) {

@@ -6,8 +6,7 @@
 
 namespace palpate::app {
 
-/// Where the front that was measured on this machine is kept: $XDG_STATE_HOME/palpate, or
-/// ~/.local/state/palpate; empty where neither is known.
+/// Where the front that was measured on this machine is kept; empty where no state can be.
 std::filesystem::path front_path();
 
 /// Keeps a front; kBadOutput where the folder can not be written.

@@ -1,0 +1,11 @@
+#pragma once
+
+#include <filesystem>
+
+namespace palpate::app {
+
+/// Where what the program keeps between runs lies: $XDG_STATE_HOME/palpate, or
+/// ~/.local/state/palpate; empty where neither is known. It need not exist.
+std::filesystem::path state_folder();
+
+}  // namespace palpate::app

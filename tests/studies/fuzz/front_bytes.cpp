@@ -1,0 +1,45 @@
+#include "tests/studies/fuzz/front_bytes.h"
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+
+#include "integration/studies/motion_choice.h"
+
+namespace palpate::studies::fuzz {
+namespace {
+
+void require(bool holds, const char* what) {
+  if (holds) return;
+  std::fprintf(stderr, "broken promise of the front's reader: %s\n", what);
+  std::abort();
+}
+
+}  // namespace
+
+void parse_front_bytes(std::string_view bytes) {
+  const auto front = parse_front(std::string(bytes));
+  if (!front) {
+    require(front.error().message.find("palpate chart motion") != std::string::npos,
+            "an error says what to run");
+    return;
+  }
+  require(front->voxels > 0 && !front->points.empty(), "there is something to choose from");
+  for (const FrontPoint& point : front->points) {
+    require(std::isfinite(point.seconds) && point.seconds > 0.0, "settings take time");
+    require(std::isfinite(point.error_voxels) && point.error_voxels >= 0.0, "errors are numbers");
+  }
+  for (const double wish : {1e-9, 1.0, 1e9}) {
+    for (const auto& choice :
+         {choose_within(*front, wish, 1000000, 1.0), choose_error(*front, wish, 1000000, 1.0)}) {
+      if (choice) {
+        require(motion_setting(choice->setting.name).has_value(), "what is chosen exists");
+        require(std::isfinite(choice->expected_s), "what is expected is a number");
+      } else {
+        require(choice.error().message.ends_with("."), "a refusal is a sentence");
+      }
+    }
+  }
+}
+
+}  // namespace palpate::studies::fuzz
