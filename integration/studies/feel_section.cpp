@@ -110,7 +110,8 @@ Result<report::Part> turn_figure(const FeelMeasures& all) {
       {{"method", "method"}, {"steps", "steps"}, {"time_us", "us"}, {"left_um", "left, um"}},
       {}};
   const auto add = [&](Series& series, const char* method, const TurnMeasure& m) {
-    series.points.push_back({m.time_us, m.residual_um, fmt::format("{} steps", m.steps), true});
+    series.points.push_back({m.time_us, m.residual_um,
+                             fmt::format("{} step{}", m.steps, m.steps == 1 ? "" : "s"), true});
     table.rows.push_back(
         {words(method), number(m.steps, 0), number(m.time_us, 3), number(m.residual_um, 6)});
   };

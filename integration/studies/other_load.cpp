@@ -18,19 +18,21 @@ namespace {
 
 constexpr double kShortest = 0.5;  // s: the system counts in hundredths of a second
 
-/// Core seconds that all programs but this one have used since the machine started; -1 if not
-/// known.
+/// Core seconds that all programs but this one and those it called have used since the machine
+/// started; -1 if not known.
 double others_s() {
 #ifdef __linux__
   std::ifstream stat("/proc/stat");
   std::string cpu;
   double user = 0, nice = 0, system = 0, idle = 0, wait = 0, interrupts = 0, soft = 0;
   if (!(stat >> cpu >> user >> nice >> system >> idle >> wait >> interrupts >> soft)) return -1.0;
-  rusage own{};
-  if (getrusage(RUSAGE_SELF, &own) != 0) return -1.0;
+  // Programs that this one called, and waited for, are not others.
+  rusage own{}, called{};
+  if (getrusage(RUSAGE_SELF, &own) != 0 || getrusage(RUSAGE_CHILDREN, &called) != 0) return -1.0;
   const auto seconds = [](const timeval& t) { return double(t.tv_sec) + 1e-6 * double(t.tv_usec); };
   return (user + nice + system + interrupts + soft) / double(sysconf(_SC_CLK_TCK)) -
-         seconds(own.ru_utime) - seconds(own.ru_stime);
+         seconds(own.ru_utime) - seconds(own.ru_stime) - seconds(called.ru_utime) -
+         seconds(called.ru_stime);
 #else
   return -1.0;
 #endif

@@ -150,12 +150,22 @@ SceneMeasures measure_scene(const StudyRun& run) {
   const std::vector<double> shares =
       run.quick ? std::vector<double>{1.0, 0.3, 0.1, 0.01}
                 : std::vector<double>{1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01};
+  std::string left_out;
   for (const double share : shares) {
     if (run.stop.stop_requested()) return all;
+    if (run.left_s() == 0.0 && share != shares.front() && share != shares.back()) {
+      left_out += fmt::format("{}{:g} %", left_out.empty() ? "" : ", ", 100.0 * share);
+      continue;
+    }
     run.tell(0.4 + 0.07 * double(all.regions.size()),
              fmt::format("scene: {:g} % of the volume", 100.0 * share));
     all.regions.push_back(estimated(run, fixed, moving, ball(fixed.grid, share), share));
   }
+  if (!left_out.empty())
+    all.missing.push_back(
+        fmt::format("The time was over before all regions were measured (more: "
+                    "--minutes). Left out: {} of the volume.",
+                    left_out));
   run.tell(0.9, "scene: a pair that does not move");
   all.moving_s = all.regions.front().solve_s;
   all.still_s = estimated(run, fixed, fixed, ball(fixed.grid, 1.0), 1.0).solve_s;
@@ -207,6 +217,8 @@ Result<report::Section> scene_section(const SceneMeasures& all) {
     if (!part) return part.error();
     section.parts.push_back(std::move(*part));
   }
+  for (const std::string& sentence : all.missing)
+    section.parts.push_back(report::Note{sentence, true});
   return section;
 }
 

@@ -25,11 +25,13 @@ struct SceneMeasures {
     double bricks = 0.0;     ///< brick iterations
   };
   std::vector<Region> regions;
-  double still_s = 0.0;   ///< motion of a pair that does not move, solved
-  double moving_s = 0.0;  ///< of the one that does
+  double still_s = 0.0;              ///< motion of a pair that does not move, solved
+  double moving_s = 0.0;             ///< of the one that does
+  std::vector<std::string> missing;  ///< sentences about what was left out
 };
 
-/// Measures. Throws Mismatch or vulkan::Failure. Ends early where run.stop asks for it.
+/// Measures; regions for which no time is left until run.end_s are left out, but for the whole and
+/// the smallest. Throws Mismatch or vulkan::Failure. Ends early where run.stop asks for it.
 SceneMeasures measure_scene(const StudyRun& run);
 
 /// Sentences about the measurements, worked out from them alone.

@@ -1,7 +1,9 @@
 #include "integration/studies/view_study.h"
 
 #include <algorithm>
+#include <functional>
 #include <memory>
+#include <tuple>
 
 #include <fmt/format.h>
 
@@ -131,7 +133,10 @@ report::Chart chart_of(const std::vector<ViewMeasure>& all, const std::string& l
   report::Chart chart;
   chart.title = "Picture quality against time: " + look + " look";
   chart.x = {"A stereo picture (ms)", true, {}, {}};
-  chart.y = {"Quality, PSNR (dB)", false, {}, {}};
+  double least = kEnoughDb;
+  for (const ViewMeasure& m : all)
+    if (m.look == look) least = std::min(least, m.quality_db);
+  chart.y = {"Quality, PSNR (dB)", false, 5.0 * std::floor(least / 5.0 - 1.0), {}};
   for (const ViewMeasure& m : all) {
     if (m.look != look) continue;
     auto found = std::find_if(chart.series.begin(), chart.series.end(),
@@ -157,44 +162,99 @@ report::Chart chart_of(const std::vector<ViewMeasure>& all, const std::string& l
 
 }  // namespace
 
+namespace {
+
+/// One picture series of a look: where time runs out, the last are left out.
+struct Way {
+  const char* family;
+  double rate;
+};
+
+/// The yardstick comes first, then what differs from it in kind, then other rates.
+std::vector<Way> ways_of(bool quick) {
+  std::vector<Way> ways = {{kSteps, 1.0}, {kMoving, 1.0}, {kSmaller, 1.0}, {kNoSkip, 1.0}};
+  for (const double rate :
+       quick ? std::vector{0.5, 2.0} : std::vector{0.5, 2.0, 0.7, 1.4, 0.35, 4.0})
+    ways.push_back({kSteps, rate});
+  return ways;
+}
+
+int rank(const ViewMeasure& m) {
+  return m.family == kSteps ? 0 : m.family == kNoSkip ? 1 : m.family == kMoving ? 2 : 3;
+}
+
+/// Draws one look until end_s; adds to `all`, and to `left_out` what there was no time for.
+class LookStudy {
+ public:
+  LookStudy(const StudyRun& run, bool dense, double end_s)
+      : run_(run),
+        look_(view_look(dense)),
+        volume_(beating(run.quick ? 128 : 256)),
+        pixels_(run.quick ? 256 : 512),
+        runs_(run.quick ? 2 : 3),
+        end_s_(end_s) {}
+
+  void measure(const std::function<void(double, const std::string&)>& tell,
+               std::vector<ViewMeasure>& all, std::string& left_out) {
+    tell(0.0, "view: reference, " + look_.name);
+    const Drawn best = draw(run_, volume_, {look_, kReferenceRate, pixels_}, 0);
+    const auto ways = ways_of(run_.quick);
+    for (size_t n = 0; n < ways.size() && !run_.stop.stop_requested(); ++n) {
+      const std::string what =
+          fmt::format("{}, {}, {:g} a voxel", look_.name, ways[n].family, ways[n].rate);
+      // The plain way at one sample per voxel is what all others are held against.
+      if (n > 0 && now_s() > end_s_) {
+        left_out += (left_out.empty() ? "" : "; ") + what;
+        continue;
+      }
+      tell(double(n + 1) / double(ways.size() + 1), "view: " + what);
+      all.push_back(measured(ways[n], best));
+    }
+  }
+
+ private:
+  ViewMeasure measured(const Way& way, const Drawn& best) const {
+    Shot shot{look_, way.rate, pixels_};
+    shot.skip = way.family != kNoSkip;
+    shot.moving = way.family == kMoving;
+    const bool smaller = way.family == kSmaller;
+    if (smaller) shot.pixels /= 2;
+    const Drawn drawn = draw(run_, volume_, shot, runs_);
+    // While it moves every picture is another one: its quality is that of the still one.
+    const Drawn still =
+        shot.moving ? draw(run_, volume_, {look_, shot.rate, shot.pixels}, 0) : drawn;
+    const Drawn reference =
+        smaller ? draw(run_, volume_, {look_, kReferenceRate, shot.pixels}, 0) : best;
+    return {look_.name,  way.family,          way.rate,
+            shot.pixels, 1e3 * drawn.seconds, psnr_db(still.bytes, reference.bytes)};
+  }
+
+  const StudyRun& run_;
+  const Look look_;
+  const std::shared_ptr<const MovingVolume> volume_;
+  const int pixels_, runs_;
+  const double end_s_;
+};
+
+}  // namespace
+
 std::vector<ViewMeasure> measure_view(const StudyRun& run, std::vector<std::string>& missing) {
-  const auto volume = beating(run.quick ? 128 : 256);
-  const int pixels = run.quick ? 256 : 512, runs = run.quick ? 2 : 3;
-  std::vector<double> rates{0.5, 1.0, 2.0};
-  if (!run.quick) rates = {0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 4.0};
   std::vector<ViewMeasure> all;
-  double done = 0.0;
-  const double whole = 2.0 * double(rates.size() + 4);
   std::string left_out;
   for (const bool dense : {false, true}) {
     if (run.stop.stop_requested()) return all;
-    const Look look = view_look(dense);
-    run.tell(done / whole, "view: reference, " + look.name);
-    const Drawn best = draw(run, volume, {look, kReferenceRate, pixels}, 0);
-    const auto add = [&](const char* family, Shot shot, const Drawn& reference) {
-      if (run.stop.stop_requested()) return;
-      // The plain way at one sample per voxel is what all others are held against.
-      const bool yardstick = shot.rate == 1.0 && std::string_view(family) == kSteps;
-      if (run.left_s() == 0.0 && !yardstick) {
-        left_out += fmt::format("{}{}, {} at {:g} samples per voxel", left_out.empty() ? "" : "; ",
-                                look.name, family, shot.rate);
-        return;
-      }
-      run.tell(++done / whole, "view: " + look.name + ", " + family);
-      const Drawn drawn = draw(run, volume, shot, runs);
-      // While it moves every picture is another one: its quality is that of the still one.
-      const double db =
-          shot.moving
-              ? psnr_db(draw(run, volume, {look, shot.rate, shot.pixels}, 0).bytes, reference.bytes)
-              : psnr_db(drawn.bytes, reference.bytes);
-      all.push_back({look.name, family, shot.rate, shot.pixels, 1e3 * drawn.seconds, db});
-    };
-    for (const double rate : rates) add(kSteps, {look, rate, pixels}, best);
-    add(kNoSkip, {look, 1.0, pixels, false}, best);
-    add(kMoving, {look, 1.0, pixels, true, true}, best);
-    const Drawn small = draw(run, volume, {look, kReferenceRate, pixels / 2}, 0);
-    add(kSmaller, {look, 1.0, pixels / 2}, small);
+    // Half of the time for each look.
+    const double end_s = now_s() + run.left_s() * (dense ? 1.0 : 0.5);
+    LookStudy(run, dense, end_s)
+        .measure(
+            [&](double share, const std::string& doing) { run.tell(0.5 * (share + dense), doing); },
+            all, left_out);
   }
+  // In the plots a line goes from rate to rate.
+  std::stable_sort(all.begin(), all.end(), [](const ViewMeasure& a, const ViewMeasure& b) {
+    return std::tuple(a.look == "dense", rank(a), a.samples_per_voxel) <
+           std::tuple(b.look == "dense", rank(b), b.samples_per_voxel);
+  });
   if (!left_out.empty())
     missing.push_back(
         fmt::format("The time was over before all was drawn (more: --minutes). Left "

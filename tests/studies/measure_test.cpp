@@ -8,6 +8,7 @@
 #include "compute/vulkan/context.h"
 #include "integration/studies/feel_runs.h"
 #include "integration/studies/motion_study.h"
+#include "integration/studies/view_study.h"
 
 namespace palpate::studies {
 namespace {
@@ -223,6 +224,28 @@ TEST(MotionStudy, CountsTheSameWorkInEveryRun) {
     EXPECT_LT(error_mm(first->field, heart)->mean,
               0.5 * error_mm(still_field(heart.fixed.grid), heart)->mean);
   }
+}
+
+TEST(ViewStudy, DrawsTheYardstickOfBothLooksWhereThereIsNoTimeAndNamesTheRest) {
+  const auto context = vulkan::Context::open({});
+  if (!context) GTEST_SKIP() << context.error().message;
+  StudyRun run;
+  run.context = *context;
+  run.quick = true;
+  run.runs = 1;
+  run.end_s = now_s();
+  std::vector<std::string> missing;
+  const auto all = measure_view(run, missing);
+  ASSERT_EQ(all.size(), 2U);
+  for (const ViewMeasure& m : all) {
+    EXPECT_EQ(m.samples_per_voxel, 1.0);
+    EXPECT_GT(m.quality_db, 30.0) << m.look;  // a wrong picture has about 10 dB
+    EXPECT_LT(m.quality_db, 99.0) << m.look;  // it is not the reference itself
+  }
+  EXPECT_EQ(all[0].look, "sparse");
+  ASSERT_EQ(missing.size(), 1U);
+  EXPECT_THAT(missing[0], HasSubstr("sparse, palpate, moving, 1 a voxel"));
+  EXPECT_THAT(missing[0], HasSubstr("dense, palpate, by samples per voxel, 2 a voxel"));
 }
 
 TEST(FeelStudy, FindsTheForceOfAStillSphere) {
