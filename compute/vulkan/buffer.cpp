@@ -9,7 +9,8 @@ Buffer::Buffer(std::shared_ptr<Context> context, uint64_t bytes, Kind kind)
   VkBufferCreateInfo create{VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO};
   create.size = bytes;
   create.usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT |
-                 VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT;
+                 VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT |
+                 VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
   const VkDevice device = context_->device();
   check(vkCreateBuffer(device, &create, nullptr, &buffer_), "creating a buffer");
   VkMemoryRequirements needed;
@@ -42,6 +43,24 @@ void Buffer::swap(Buffer& other) noexcept {
   std::swap(reserved_, other.reserved_);
   std::swap(mapped_, other.mapped_);
   std::swap(kind_, other.kind_);
+}
+
+TexelView::TexelView(std::shared_ptr<Context> context, const Buffer& buffer, VkFormat format)
+    : context_(std::move(context)) {
+  VkBufferViewCreateInfo create{VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO};
+  create.buffer = buffer.handle();
+  create.format = format;
+  create.range = VK_WHOLE_SIZE;
+  check(vkCreateBufferView(context_->device(), &create, nullptr, &view_), "viewing a buffer");
+}
+
+TexelView::~TexelView() {
+  if (view_) vkDestroyBufferView(context_->device(), view_, nullptr);
+}
+
+void TexelView::swap(TexelView& other) noexcept {
+  std::swap(context_, other.context_);
+  std::swap(view_, other.view_);
 }
 
 }  // namespace palpate::vulkan

@@ -8,8 +8,8 @@
 
 namespace palpate::vulkan {
 
-/// A storage buffer with its own memory. Host-visible ones stay mapped. Move-only; freed with the
-/// object, which must not be in use by the device then. Creation throws Failure.
+/// A buffer of any use with its own memory. Host-visible ones stay mapped. Move-only; freed with
+/// the object, which must not be in use by the device then. Creation throws Failure.
 class Buffer {
  public:
   enum class Kind { kDevice, kHostVisible };
@@ -44,6 +44,27 @@ class Buffer {
   uint64_t reserved_ = 0;
   void* mapped_ = nullptr;
   Kind kind_ = Kind::kDevice;
+};
+
+/// A whole buffer as texels of a format, for kernels that read single ones (BindingKind::kTexels).
+/// The buffer must outlive it. Move-only. Creation throws Failure.
+class TexelView {
+ public:
+  TexelView() = default;
+  TexelView(std::shared_ptr<Context> context, const Buffer& buffer, VkFormat format);
+  TexelView(TexelView&& other) noexcept { swap(other); }
+  TexelView& operator=(TexelView&& other) noexcept {
+    swap(other);
+    return *this;
+  }
+  ~TexelView();
+  VkBufferView handle() const { return view_; }
+
+ private:
+  void swap(TexelView& other) noexcept;
+
+  std::shared_ptr<Context> context_;
+  VkBufferView view_ = VK_NULL_HANDLE;
 };
 
 }  // namespace palpate::vulkan

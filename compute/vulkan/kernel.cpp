@@ -9,6 +9,10 @@ VkDescriptorType type_of(BindingKind kind) {
   switch (kind) {
     case BindingKind::kBuffer:
       return VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
+    case BindingKind::kUniform:
+      return VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
+    case BindingKind::kTexels:
+      return VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
     case BindingKind::kStorageImage:
       return VK_DESCRIPTOR_TYPE_STORAGE_IMAGE;
     case BindingKind::kSampledImage:

@@ -8,8 +8,11 @@
 
 namespace palpate::vulkan {
 
-/// What a kernel's binding takes; binding i of set 0 is kinds[i].
-enum class BindingKind { kBuffer, kStorageImage, kSampledImage };
+/// What a kernel's binding takes; binding i of set 0 is kinds[i]. A small block that all
+/// invocations read at the same place goes faster through kUniform, and a table that each reads at
+/// a place of its own through kTexels: a CPU driver reads storage buffers value by value, lane by
+/// lane.
+enum class BindingKind { kBuffer, kUniform, kTexels, kStorageImage, kSampledImage };
 
 struct KernelOptions {
   std::span<const uint32_t> spirv;

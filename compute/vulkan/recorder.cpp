@@ -1,6 +1,7 @@
 #include "compute/vulkan/recorder.h"
 
 #include <cassert>
+#include <iterator>
 
 namespace palpate::vulkan {
 namespace {
@@ -24,11 +25,13 @@ Recorder::Recorder(std::shared_ptr<Context> context, uint32_t max_dispatches)
   check(vkAllocateCommandBuffers(device, &allocate, &commands_), "creating a command list");
   const uint32_t each = max_dispatches * kMaxBindingsPerDispatch;
   const VkDescriptorPoolSize sizes[] = {{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, each},
+                                        {VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, each},
+                                        {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, each},
                                         {VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, each},
                                         {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, each}};
   VkDescriptorPoolCreateInfo descriptors{VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO};
   descriptors.maxSets = max_dispatches;
-  descriptors.poolSizeCount = 3;
+  descriptors.poolSizeCount = uint32_t(std::size(sizes));
   descriptors.pPoolSizes = sizes;
   check(vkCreateDescriptorPool(device, &descriptors, nullptr, &descriptors_),
         "creating descriptors");
@@ -113,6 +116,7 @@ void Recorder::bind(const Kernel& kernel, const std::vector<Binding>& bindings, 
   check(vkAllocateDescriptorSets(context_->device(), &allocate, &set), "binding a kernel's data");
 
   std::vector<VkDescriptorBufferInfo> buffers(bindings.size());
+  std::vector<VkBufferView> views(bindings.size());
   std::vector<VkDescriptorImageInfo> images(bindings.size());
   std::vector<VkWriteDescriptorSet> writes(bindings.size());
   for (size_t i = 0; i < bindings.size(); ++i) {
@@ -128,6 +132,18 @@ void Recorder::bind(const Kernel& kernel, const std::vector<Binding>& bindings, 
         buffers[i] = {bound.buffer->handle(), 0, VK_WHOLE_SIZE};
         write.descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
         write.pBufferInfo = &buffers[i];
+        break;
+      case BindingKind::kUniform:
+        assert(bound.buffer && "this binding takes a buffer");
+        buffers[i] = {bound.buffer->handle(), 0, VK_WHOLE_SIZE};
+        write.descriptorType = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
+        write.pBufferInfo = &buffers[i];
+        break;
+      case BindingKind::kTexels:
+        assert(bound.texels && "this binding takes a view of a buffer");
+        views[i] = bound.texels->handle();
+        write.descriptorType = VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
+        write.pTexelBufferView = &views[i];
         break;
       case BindingKind::kStorageImage:
         assert(bound.image && "this binding takes an image");

@@ -14,9 +14,11 @@ namespace palpate::vulkan {
 /// One argument of a dispatch: what to bind.
 struct Binding {
   Binding(const Buffer& bound) : buffer(&bound) {}
+  Binding(const TexelView& bound) : texels(&bound) {}
   Binding(const Image& bound) : image(&bound) {}
   Binding(const Image& bound, const Sampler& through) : image(&bound), sampler(&through) {}
   const Buffer* buffer = nullptr;
+  const TexelView* texels = nullptr;
   const Image* image = nullptr;
   const Sampler* sampler = nullptr;
 };

@@ -15,7 +15,7 @@ namespace palpate::studies {
 inline constexpr PictureSize kViewSize{512, 512};
 inline constexpr double kEyesApartM = 0.06;
 /// Samples per voxel that are tried, from the coarsest on, until a picture is good enough.
-inline constexpr std::array kRates{0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6};
+inline constexpr std::array kRates{0.125, 0.18, 0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6};
 inline constexpr double kEnoughDb = 40.0;
 
 /// The heart phantom at 256^3, half a millimetre a voxel.

@@ -17,12 +17,31 @@ namespace palpate::view {
 
 using namespace view_shaders;
 
+namespace {
+
+vulkan::BindingKind kind_of(char letter) {
+  switch (letter) {
+    case 'u':
+      return vulkan::BindingKind::kUniform;
+    case 't':
+      return vulkan::BindingKind::kTexels;
+    case 's':
+      return vulkan::BindingKind::kSampledImage;
+    case 'i':
+      return vulkan::BindingKind::kStorageImage;
+    default:
+      return vulkan::BindingKind::kBuffer;
+  }
+}
+
+}  // namespace
+
 Kernels::Kernels(std::shared_ptr<vulkan::Context> context)
     : context_(std::move(context)),
       nearest_(context_, VK_FILTER_NEAREST),
       linear_(context_, VK_FILTER_LINEAR) {}
 
-/// `bindings` names the kinds in order: b buffer, s sampled image, i storage image.
+/// `bindings` names the kinds in order, see kind_of.
 template <size_t N>
 const vulkan::Kernel& Kernels::get(const uint32_t (&spirv)[N], const char* bindings,
                                    uint32_t push_bytes, std::vector<uint32_t> specialisation) {
@@ -31,11 +50,7 @@ const vulkan::Kernel& Kernels::get(const uint32_t (&spirv)[N], const char* bindi
   if (!kernel.pipeline()) {
     vulkan::KernelOptions options;
     options.spirv = spirv;
-    for (const char* kind = bindings; *kind; ++kind) {
-      options.bindings.push_back(*kind == 'b'   ? vulkan::BindingKind::kBuffer
-                                 : *kind == 's' ? vulkan::BindingKind::kSampledImage
-                                                : vulkan::BindingKind::kStorageImage);
-    }
+    for (const char* kind = bindings; *kind; ++kind) options.bindings.push_back(kind_of(*kind));
     options.push_bytes = push_bytes;
     options.specialisation = std::move(specialisation);
     kernel = vulkan::Kernel(context_, options);
@@ -65,10 +80,10 @@ const vulkan::Kernel& Kernels::distance(int axis) {
   return get(k_view_distance, "bbb", sizeof(BricksPush), {uint32_t(axis)});
 }
 const vulkan::Kernel& Kernels::things() {
-  return get(k_view_things, "bbbbb", sizeof(ThingsPush));
+  return get(k_view_things, "ubbbb", sizeof(ThingsPush));
 }
 const vulkan::Kernel& Kernels::raycast(int volumes, bool things, bool skip, bool count) {
-  return get(k_view_raycast, "bbbbbbbbssss", 0,
+  return get(k_view_raycast, "uttbbbbbssss", 0,
              {uint32_t(volumes), things ? 1U : 0U, skip ? 1U : 0U, count ? 1U : 0U});
 }
 

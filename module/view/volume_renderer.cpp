@@ -43,8 +43,8 @@ Result<std::unique_ptr<VolumeRenderer>> VolumeRenderer::make(
       options.most_eyes > kMostEyes)
     return refused("pictures need a size, and one or two eyes");
   // Bricks are made one further than what shows: a longer segment would end beyond.
-  if (!(options.samples_per_voxel >= 0.2) || !(options.near_m > 0.0))
-    return refused("samples per voxel must be at least 0.2, and the nearest depth above 0");
+  if (!(options.samples_per_voxel >= 0.125) || !(options.near_m > 0.0))
+    return refused("samples per voxel must be at least 0.125, and the nearest depth above 0");
   try {
     return std::unique_ptr<VolumeRenderer>(new VolumeRenderer(std::move(context), options));
   } catch (const vulkan::Failure& failure) {
@@ -70,6 +70,7 @@ VolumeRenderer::VolumeRenderer(std::shared_ptr<vulkan::Context> context,
   };
   tables_ = tables(Buffer::Kind::kDevice);
   staged_tables_ = tables(Buffer::Kind::kHostVisible);
+  colour_texels_ = vulkan::TexelView(context_, tables_->colours, VK_FORMAT_R32G32B32A32_SFLOAT);
   thing_depth_ = Buffer(context_, 4 * pixels);
   thing_colour_ = Buffer(context_, 4 * pixels);
   colour_ = Buffer(context_, 4 * pixels);
@@ -127,6 +128,7 @@ void VolumeRenderer::upload(std::span<const std::shared_ptr<const MovingVolume>>
     words += view::ShownVolume::skip_words(*resident);
   }
   skip_ = Buffer(context_, 4 * uint64_t(std::max(words, 4)));
+  skip_texels_ = vulkan::TexelView(context_, skip_, VK_FORMAT_R32_UINT);
   looks_.assign(kMostVolumes, Look{});
 }
 
@@ -233,8 +235,8 @@ void VolumeRenderer::record(const ViewScene& scene, std::span<const Eye> eyes, P
   if (things)
     things_->record(recorder, *kernels_, scene.things, eyes, size, options_.near_m, parameters_,
                     thing_depth_, thing_colour_);
-  std::vector<vulkan::Binding> bindings{parameters_,   tables_->colours, skip_,  thing_depth_,
-                                        thing_colour_, colour_,          depth_, samples_};
+  std::vector<vulkan::Binding> bindings{parameters_,   colour_texels_, skip_texels_, thing_depth_,
+                                        thing_colour_, colour_,        depth_,       samples_};
   for (size_t v = 0; v < size_t(kMostVolumes); ++v)
     bindings.emplace_back(drawn[std::min(v, drawn.size() - 1)]->surface(), kernels_->linear());
   recorder.dispatch(

@@ -96,6 +96,7 @@ class VolumeRenderer {
   std::vector<std::unique_ptr<view::ShownVolume>> shown_;
   std::vector<Look> looks_;  ///< by slot, as in the tables
   std::unique_ptr<view::LookTables> tables_, staged_tables_;
+  vulkan::TexelView colour_texels_, skip_texels_;
   vulkan::Buffer parameters_, skip_, thing_depth_, thing_colour_, colour_, depth_, samples_;
   std::unique_ptr<vulkan::Recorder> recorder_;
   PictureSize size_;

@@ -22,7 +22,7 @@ PALPATE_CONSTANT int kMostVolumes = 4; // drawn into one picture
 PALPATE_CONSTANT int kMostPlanes = 8;  // that clip
 PALPATE_CONSTANT int kMostEyes = 2;
 PALPATE_CONSTANT int kTable = 2048;    // entries of a transfer table, each colour and extinction
-// Per brick: its first word (see kFull), two words with a bit for each of its 64 blocks of 2 x 2 x 2
+// Per brick: its first word (see kSolid), two words with a bit for each of its 64 blocks of 2 x 2 x 2
 // cells that shows anything, two with a bit for each block of which every cell does, 16 with a bit
 // for each cell. Bit x + 4 y + 16 z of blocks, x + 8 y + 64 z of cells, from the lowest on.
 PALPATE_CONSTANT int kSkipWords = 21;
@@ -33,13 +33,13 @@ PALPATE_CONSTANT int kFarthest = 63;   // bricks that can be skipped at once
 PALPATE_CONSTANT int kPart = 4;        // cells along the edge of a part whose bounds are kept
 PALPATE_CONSTANT int kMostLevels = 12; // powers of two of entries of which the most is kept
 PALPATE_CONSTANT int kStride = 4;      // steps at once where a volume is thin
-// The first skip word of a brick: bits 0 to 7, bricks to the nearest occupied one; bits 16 to 23,
-// bricks to the nearest one that is not thin; and while it is made:
+// The first skip word of a brick holds how many bricks away the nearest one is that is occupied (bits
+// 0 to 7), not solid (8 to 15) and not thin (16 to 23), 0 if it is so itself; while it is made, flags.
 #ifdef __cplusplus
-constexpr unsigned kFull = 0x100U;  // every block is occupied
-constexpr unsigned kThin = 0x200U;  // little light is lost across it, so longer steps will do
+constexpr unsigned kSolid = 0x100U;  // every block is occupied, and it is not thin
+constexpr unsigned kThin = 0x200U;   // little light is lost across it, so longer steps will do
 #else
-const uint kFull = 0x100u;
+const uint kSolid = 0x100u;
 const uint kThin = 0x200u;
 #endif
 

@@ -175,7 +175,7 @@ void main() {
     const uint level = uint(findMSB(span));
     const uint table = uint(push.table.z) * uint(kMostLevels) + level * uint(kTable);
     const float densest = max(most[table + entries[0]], most[table + entries[1] + 1u - (1u << level)]);
-    skip[word] = (densest <= push.frames.z ? kThin : 0u) |
-                 ((blocks[2] & blocks[3]) == 0xffffffffu ? kFull : 0u);
+    const bool full = (blocks[2] & blocks[3]) == 0xffffffffu;
+    skip[word] = densest <= push.frames.z ? kThin : full ? kSolid : 0u;
   }
 }

@@ -3,13 +3,13 @@
 #include "interface/view.h"
 // How many bricks away the nearest occupied one is, in the greatest of the three axes (Chebyshev),
 // one axis per pass:  d'(i) = min over k of max(|k|, d(i + k));  and the same to the nearest brick
-// that is not thin.
+// that is not solid, and to the nearest one that is not thin.
 // Deakin & Knackstedt 2019 (doi 10.1007/s41095-019-0155-y) skip by such a map.
 //
 // binding  direction  format  shape                     unit
-// 0        in out     uint    kSkipWords per brick      word 0, see kFull in interface/view.h
-// 1        in         uint    bricks (z, y, x)          both distances after the axis before, 16 bits
-//                                                       each, the one to occupied ones lower
+// 0        in out     uint    kSkipWords per brick      word 0, see kSolid in interface/view.h
+// 1        in         uint    bricks (z, y, x)          the distances after the axis before, where word
+//                                                       0 will have them
 // 2        out        uint    bricks                    the same after this axis
 //
 // kAxis 0 reads what brick.comp wrote instead of binding 1, kAxis 2 writes word 0 instead of
@@ -29,14 +29,18 @@ uint place(ivec3 brick) {
 
 uint word_of(ivec3 brick) { return uint(push.bricks.w) + uint(kSkipWords) * place(brick); }
 
-// x: to the nearest occupied brick, y: to the nearest one that is not thin.
-uvec2 distances_before(ivec3 brick) {
+uvec3 unpacked(uint packed) { return uvec3(packed, packed >> 8, packed >> 16) & 0xffu; }
+uint packed(uvec3 distances) { return distances.x | distances.y << 8 | distances.z << 16; }
+
+// To the nearest brick that is occupied, that is not solid, that is not thin.
+uvec3 distances_before(ivec3 brick) {
   if (any(lessThan(brick, ivec3(0))) || any(greaterThanEqual(brick, push.bricks.xyz)))
-    return uvec2(kFarthest);
-  if (kAxis > 0) return uvec2(from[place(brick)] & 0xffffu, from[place(brick)] >> 16);
+    return uvec3(kFarthest);
+  if (kAxis > 0) return unpacked(from[place(brick)]);
   const uint word = word_of(brick);
-  return uvec2((skip[word + uint(kBlockWord)] | skip[word + uint(kBlockWord) + 1u]) != 0u ? 0u : uint(kFarthest),
-               (skip[word] & kThin) == 0u ? 0u : uint(kFarthest));
+  const bool empty = (skip[word + uint(kBlockWord)] | skip[word + uint(kBlockWord) + 1u]) == 0u;
+  const bool solid = (skip[word] & kSolid) != 0u, thin = (skip[word] & kThin) != 0u;
+  return mix(uvec3(0u), uvec3(kFarthest), bvec3(empty, solid, thin));
 }
 
 void main() {
@@ -44,15 +48,14 @@ void main() {
   if (any(greaterThanEqual(brick, push.bricks.xyz))) return;
   ivec3 way = ivec3(0);
   way[kAxis] = 1;
-  uvec2 best = distances_before(brick);
-  for (int k = 1; k < kFarthest && uint(k) < max(best.x, best.y); ++k) {
-    const uvec2 nearest = min(distances_before(brick - k * way), distances_before(brick + k * way));
-    best = min(best, max(uvec2(k), nearest));
+  uvec3 best = distances_before(brick);
+  for (int k = 1; k < kFarthest && uint(k) < max(max(best.x, best.y), best.z); ++k) {
+    const uvec3 nearest = min(distances_before(brick - k * way), distances_before(brick + k * way));
+    best = min(best, max(uvec3(k), nearest));
   }
   if (kAxis < 2) {
-    to[place(brick)] = best.x | best.y << 16;
+    to[place(brick)] = packed(best);
     return;
   }
-  const uint word = word_of(brick);
-  skip[word] = skip[word] & kFull | best.x | best.y << 16;
+  skip[word_of(brick)] = packed(best);
 }

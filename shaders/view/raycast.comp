@@ -32,9 +32,9 @@
 // A CPU driver runs eight neighbouring pixels in step and works through both sides of every "if";
 // loops it leaves when no pixel needs them. So what is rarely needed stands in loops.
 layout(local_size_x = 64) in;
-layout(set = 0, binding = 0) readonly buffer Parameters { ViewParameters view; };
-layout(set = 0, binding = 1) readonly buffer Tables { vec4 table[]; };
-layout(set = 0, binding = 2) readonly buffer Skip { uint skip[]; };
+layout(set = 0, binding = 0) uniform Parameters { ViewParameters view; };
+layout(set = 0, binding = 1) uniform samplerBuffer tables;
+layout(set = 0, binding = 2) uniform usamplerBuffer skips;
 layout(set = 0, binding = 3) readonly buffer ThingDepth { uint thing_depth[]; };
 layout(set = 0, binding = 4) readonly buffer ThingColour { uint thing_colour[]; };
 layout(set = 0, binding = 5) writeonly buffer Colour { uint colour_out[]; };
@@ -48,6 +48,9 @@ layout(constant_id = 0) const int kVolumes = 1;
 layout(constant_id = 1) const int kThings = 1;
 layout(constant_id = 2) const int kSkip = 1;
 layout(constant_id = 3) const int kCount = 0;
+
+vec4 table(uint i) { return texelFetch(tables, int(i)); }
+uint skip(uint i) { return texelFetch(skips, int(i)).x; }
 
 const float kStop = 1.0 / 256.0;
 const float kNeeded = 0.01;
@@ -76,20 +79,20 @@ bool occupied(int v, float t, out float end, out bool thin) {
   const ivec3 bricks = view.volumes[v].bricks.xyz;
   const ivec3 brick = voxel >> 3;
   const uint word = uint(view.volumes[v].bricks.w + kSkipWords * (brick.x + bricks.x * (brick.y + bricks.y * brick.z)));
-  const uint head = skip[word];
+  const uint head = skip(word);
   const ivec3 block = voxel >> 1 & 3, cell = voxel & 7;
   const uint block_word = word + uint(block.z >> 1);
   const uint block_bit = uint(block.x + 4 * block.y + 16 * (block.z & 1));
-  const bool any_cell = (skip[block_word + uint(kBlockWord)] >> block_bit & 1u) != 0u;
-  const bool every_cell = (skip[block_word + uint(kFullBlockWord)] >> block_bit & 1u) != 0u;
-  const uint row = skip[word + uint(kCellWord + 2 * cell.z + (cell.y >> 2))];
+  const bool any_cell = (skip(block_word + uint(kBlockWord)) >> block_bit & 1u) != 0u;
+  const bool every_cell = (skip(block_word + uint(kFullBlockWord)) >> block_bit & 1u) != 0u;
+  const uint row = skip(word + uint(kCellWord + 2 * cell.z + (cell.y >> 2)));
   const bool shows = (row >> uint(cell.x + 8 * (cell.y & 3)) & 1u) != 0u;
-  // The box in which the answer is the same: bricks around an empty or thin one, a full brick, a
-  // block, or a cell.
-  const int apart = int(head & 0xffu), not_thin = int(head >> 16);
-  const bool whole = apart > 0 || not_thin > 0 || (head & kFull) != 0u;
+  // The box in which the answer is the same: bricks around an empty, solid or thin one, a block, or a
+  // cell.
+  const int apart = int(head & 0xffu), solid = int(head >> 8 & 0xffu), not_thin = int(head >> 16);
+  const bool whole = (apart | solid | not_thin) > 0;
   // Of thin bricks one less: a segment that ends beyond them has to end in one that was made.
-  const int reach = max(apart > 0 ? apart : not_thin - 1, 1);
+  const int reach = max(apart > 0 ? apart : max(solid, not_thin - 1), 1);
   const int edge = any_cell && !every_cell ? 1 : 2;
   const ivec3 part = voxel & ~(edge - 1);
   const ivec3 low = whole ? (brick - reach + 1) << 3 : part;
@@ -134,14 +137,14 @@ vec4 sampled(int v, float t) {
 // Extinction times colour, and extinction, integrated up to an entry.
 vec4 integral(int v, float entry) {
   const uint first = uint(view.volumes[v].table.z) * 2u + uint(kTable);
-  return mix(table[first + uint(entry - 0.5)], table[first + min(uint(entry + 0.5), uint(kTable - 1))], fract(entry - 0.5));
+  return mix(table(first + uint(entry - 0.5)), table(first + min(uint(entry + 0.5), uint(kTable - 1))), fract(entry - 0.5));
 }
 
 // Colour times extinction, lit, and extinction of one volume between two samples.
 vec4 lit(int v, vec4 one, vec4 other) {
   const float between = other.w - one.w;
   const uint middle = uint(0.5 * (one.w + other.w));
-  const vec4 here = table[uint(view.volumes[v].table.z) * 2u + middle];
+  const vec4 here = table(uint(view.volumes[v].table.z) * 2u + middle);
   const vec4 mean = (integral(v, other.w) - integral(v, one.w)) / between;
   const bool flat_enough = abs(between) < 1.0;
   const vec4 glow = flat_enough ? vec4(here.rgb * here.w, here.w) : max(mean, vec4(0.0));

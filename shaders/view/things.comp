@@ -22,7 +22,7 @@
 // within 1e-6 of the same depth may both write a colour; one of them stays.
 // Checked against the formula of a round cone: tests/view/scene_test.cpp.
 layout(local_size_x = 64) in;
-layout(set = 0, binding = 0) readonly buffer Parameters { ViewParameters view; };
+layout(set = 0, binding = 0) uniform Parameters { ViewParameters view; };
 layout(set = 0, binding = 1) readonly buffer Things { ViewThing things[]; };
 layout(set = 0, binding = 2) readonly buffer Items { uvec4 items[]; };
 layout(set = 0, binding = 3) buffer Depth { uint depth[]; };
