@@ -1,0 +1,142 @@
+// What is seen is what is felt, on a real chest CT in known motion, noise and all.
+#include <algorithm>
+#include <array>
+#include <filesystem>
+
+#include "integration/files/read_sequence.h"
+#include "integration/files/read_volume.h"
+#include "tests/view/shown_value.h"
+#include "tests/view/view_scenes.h"
+
+namespace palpate::test {
+namespace {
+
+constexpr PictureSize kSize{48, 48};
+constexpr double kVoxelM = 1.366e-3;  // the finest axis
+
+class LungSurfaceTest : public ViewTest {
+ protected:
+  void SetUp() override {
+    ViewTest::SetUp();
+    if (!std::filesystem::exists(folder_)) GTEST_SKIP() << "there is no " << folder_;
+  }
+
+  /// Frames `first` and `first` + 1 of the breathing with their true motion.
+  std::shared_ptr<const MovingVolume> breathing(size_t first) {
+    auto sequence = files::read_sequence({folder_ / "breathing.seq.nrrd"});
+    auto truth = files::read_field(folder_ / ("breathing_truth_" + std::to_string(first) + "_to_" +
+                                              std::to_string(first + 1) + ".mha"));
+    if (!sequence || !truth) return nullptr;
+    grid_ = truth->grid;
+    VolumeSpec spec;
+    spec.name = "chest";
+    spec.cyclic = false;
+    spec.motions.resize(1);
+    VolumeData data;
+    data.frames.frames.assign(sequence->frames.begin() + long(first),
+                              sequence->frames.begin() + long(first) + 2);
+    data.frames.times_s = {0.0, 0.5};
+    data.frames.times_known = true;
+    data.motions = {MotionData{{std::move(*truth)}, {}}};
+    auto built = build(spec, std::move(data));
+    EXPECT_TRUE(built) << (built ? "" : built.error().message);
+    if (!built) return nullptr;
+    transform_ = start_transform(spec, *built);
+    return std::make_shared<const MovingVolume>(std::move(*built));
+  }
+
+  /// How far the drawn surface lies from the felt one, along the normal, voxels: one number per
+  /// pixel that shows the level. The felt surface is looked for within two voxels of the drawn one.
+  std::vector<double> off(VolumeRenderer& view, const std::shared_ptr<const MovingVolume>& chest,
+                          FramePointer at, double level, glm::dvec3 from) {
+    ViewScene scene;
+    scene.volumes = {{chest, transform_, at, step_look(level)}};
+    const Eye eye = eye_at(from, {0, 0, 0}, 0.5, kSize);
+    const Picture picture = draw(view, scene, {eye}, kSize)[0];
+    const auto above = [&](glm::dvec3 world) {
+      return felt_value(*chest, at, transform_.volume_from_world(world)) - level;
+    };
+    std::vector<double> found;
+    for (int y = 1; y < kSize.height; y += 2)
+      for (int x = 1; x < kSize.width; x += 2) {
+        const float seen = picture.depths[size_t(y * kSize.width + x)];
+        if (seen == 0.0F) continue;
+        const glm::dvec3 way = glm::normalize(ray_of(eye, kSize, x, y));
+        const double length = glm::length(ray_of(eye, kSize, x, y));
+        const double half_light_m = 1e-3 * std::log(2.0) / -std::log(1.0 - 0.999);
+        const double drawn = kNear / double(seen) * length - half_light_m;
+        const glm::dvec3 place = eye.position_m + drawn * way;
+        // Where the scan ends inside the body there is a cut, not a surface.
+        const glm::dvec3 index =
+            grid_.index_from_lps(lps_from_volume(transform_.volume_from_world(place)));
+        if (glm::any(glm::lessThan(index, glm::dvec3(2.0))) ||
+            glm::any(glm::greaterThan(index, glm::dvec3(grid_.size) - 3.0)))
+          continue;
+        constexpr double kStep = 0.2e-3;
+        glm::dvec3 slope;
+        for (int a = 0; a < 3; ++a) {
+          glm::dvec3 aside(0.0);
+          aside[a] = kStep;
+          slope[a] = (above(place + aside) - above(place - aside)) / (2.0 * kStep);
+        }
+        const double facing = std::abs(glm::dot(glm::normalize(slope), way));
+        // At a rim depth says nothing of where the surface is.
+        if (facing < 0.4) continue;
+        double nearest = 1e9;
+        for (double t = -2.0 * kVoxelM; t < 2.0 * kVoxelM; t += kStep) {
+          const double a = above(place + t * way), b = above(place + (t + kStep) * way);
+          if ((a < 0.0) == (b < 0.0)) continue;
+          const double crossing = t + kStep * a / (a - b);
+          if (std::abs(crossing) < std::abs(nearest)) nearest = crossing;
+        }
+        found.push_back(std::abs(nearest) * facing / kVoxelM);
+      }
+    return found;
+  }
+
+  static constexpr double kNear = 0.02;
+  const std::filesystem::path folder_ = std::filesystem::path(PALPATE_SHARED_DATA) / "lung";
+  Transform transform_;
+  Grid grid_;
+};
+
+struct Surface {
+  const char* name;
+  double level;   ///< HU
+  double middle;  ///< at most this far off in the middle, and at 19 of 20 places, voxels
+  double nearly_all;
+};
+// Issue: 0.1 voxel. Reached on skin (measured over all phases: 0.013 to 0.017 and 0.031 to 0.042
+// for its outer edge, 0.019 to 0.041 and 0.042 to 0.094 for its middle). Bone is a voxel or two
+// thick here, and between voxels the picture reads straight lines where the hand reads a cubic
+// spline: measured 0.051 to 0.059 and 0.22 to 0.31.
+constexpr Surface kSurfaces[]{{"edge of the skin", -700.0, 0.03, 0.1},
+                              {"skin", -300.0, 0.06, 0.1},
+                              {"bone", 250.0, 0.08, 0.35}};
+
+TEST_F(LungSurfaceTest, OfARealChestIsSeenWhereItIsFeltAtEveryPhase) {
+  RendererOptions options{kSize, 1};
+  // The picture's lattice of samples is a voxel wide; a fine one shows where the surface itself is.
+  options.samples_per_voxel = 32.0;
+  options.near_m = kNear;
+  for (const size_t first : {1, 3}) {
+    const auto chest = breathing(first);
+    ASSERT_TRUE(chest);
+    auto view = renderer(options);
+    set(*view, {chest});
+    for (const double phase : first == 1 ? std::array{0.0, 0.5} : std::array{0.2, 0.85})
+      for (const Surface& surface : kSurfaces) {
+        std::vector<double> found =
+            off(*view, chest, FramePointer{0, phase}, surface.level, {0.1, 0.05, 0.5});
+        ASSERT_GE(found.size(), 30U) << surface.name;
+        std::sort(found.begin(), found.end());
+        EXPECT_LT(found[found.size() / 2], surface.middle)
+            << surface.name << ", frame " << first << ", phase " << phase;
+        EXPECT_LT(found[found.size() * 19 / 20], surface.nearly_all)
+            << surface.name << ", frame " << first << ", phase " << phase;
+      }
+  }
+}
+
+}  // namespace
+}  // namespace palpate::test
