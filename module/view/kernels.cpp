@@ -59,7 +59,7 @@ const vulkan::Kernel& Kernels::get(const uint32_t (&spirv)[N], const char* bindi
 }
 
 const vulkan::Kernel& Kernels::prefilter() {
-  return get(k_view_prefilter, "bi", sizeof(PrefilterPush));
+  return get(k_view_prefilter, "si", sizeof(PrefilterPush));
 }
 const vulkan::Kernel& Kernels::track() {
   return get(k_view_track, "ssibb", sizeof(TrackPush));

@@ -73,15 +73,22 @@ class FrameUpload {
       : context_(std::move(context)),
         kernels_(kernels),
         place_(place),
-        staging_(context_, 4 * count_of(place), vulkan::Buffer::Kind::kHostVisible) {}
+        staging_(context_, 4 * count_of(place), vulkan::Buffer::Kind::kHostVisible),
+        samples_(context_, place.size, VK_FORMAT_R32_SFLOAT) {
+    vulkan::Recorder recorder(context_, 1);
+    recorder.prepare(samples_);
+    recorder.run();
+  }
 
   /// curve: what to take off, see kOnce. Samples are smoothed as the hand smooths them; values
   /// that were read by the hand's own reader are not.
   vulkan::Image put(std::span<const float> values, bool samples, double curve,
                     const ResidentFrames& frames) {
     const std::span<float> staged = staging_.as<float>();
-    for (size_t i = 0; i < values.size(); ++i)
-      staged[i] = std::isfinite(values[i]) ? values[i] : float(frames.lowest);
+    parallel_ranges(int(values.size()), 2.0, [&](int begin, int end) {
+      for (size_t i = size_t(begin); i < size_t(end); ++i)
+        staged[i] = std::isfinite(values[i]) ? values[i] : float(frames.lowest);
+    });
     const VkFormat format = context_->is_cpu() ? VK_FORMAT_R32_SFLOAT : VK_FORMAT_R16_SFLOAT;
     vulkan::Image image(context_, place_.size, format);
     const double side = (samples ? 1.0 / 6.0 : 0.0) - curve;
@@ -91,8 +98,10 @@ class FrameUpload {
     push.weights = glm::vec4(1.0 - 2.0 * side, side, scale, -frames.lowest * scale);
     vulkan::Recorder recorder(context_, 1);
     recorder.prepare(image);
-    recorder.dispatch(kernels_.prefilter(), {staging_, image}, push,
-                      {(place_.size.x + 63) / 64, place_.size.y, place_.size.z});
+    recorder.copy(staging_, samples_);
+    const glm::ivec3 group(8 * view_shaders::kPrefilterRun, 8, 1);
+    recorder.dispatch(kernels_.prefilter(), {{samples_, kernels_.nearest()}, image}, push,
+                      (place_.size + group - 1) / group);
     recorder.run();
     return image;
   }
@@ -102,6 +111,7 @@ class FrameUpload {
   Kernels& kernels_;
   GridPlace place_;
   vulkan::Buffer staging_;
+  vulkan::Image samples_;
 };
 
 /// What closes a cycle, by the index of its last field. The rest that many fields leave is small

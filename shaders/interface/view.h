@@ -32,6 +32,7 @@ PALPATE_CONSTANT int kCellWord = 5;
 PALPATE_CONSTANT int kFarthest = 63;   // bricks that can be skipped at once
 PALPATE_CONSTANT int kPart = 4;        // cells along the edge of a part whose bounds are kept
 PALPATE_CONSTANT int kMostLevels = 12; // powers of two of entries of which the most is kept
+PALPATE_CONSTANT int kPrefilterRun = 8; // voxels that an invocation smooths
 PALPATE_CONSTANT int kStride = 4;      // steps at once where a volume is thin
 // The first skip word of a brick holds how many bricks away the nearest one is that is occupied (bits
 // 0 to 7), not solid (8 to 15) and not thin (16 to 23), 0 if it is so itself; while it is made, flags.

@@ -8,34 +8,43 @@
 // the weights take part of it off in advance (see weights_of in volume_upload.cpp).
 //
 // binding  direction  format             shape             unit
-// 0        in         float              samples (z, y, x) data
+// 0        in         r32f               samples (z, y, x) data
 // 1        out        any, one channel   image (z, y, x)   share of the data's range
 //
-// One invocation: one voxel. Border: the outermost sample is repeated, as the spline has it.
+// One invocation: kPrefilterRun voxels along x, so that the sum over y and z is made once for three of them.
+// Border: the outermost sample is repeated, as the spline has it.
 // Precision: fp32, stored as the image has it. Race: each output written once.
 // CPU oracle: FrameData::scalar of sampled_scalar.
-layout(local_size_x = 64) in;
-layout(set = 0, binding = 0) readonly buffer Samples { float samples[]; };
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(set = 0, binding = 0) uniform sampler3D samples;
 layout(set = 0, binding = 1) uniform writeonly image3D frame;
 layout(push_constant) uniform Push { PrefilterPush push; };
 
-float row(int y, int z, ivec3 x) {
-  const uint start = uint(push.size.x) * uint(y + push.size.y * z);
-  return push.weights.x * samples[start + x.y] +
-         push.weights.y * (samples[start + x.x] + samples[start + x.z]);
+float row(int x, ivec3 y, int z) {
+  return push.weights.x * texelFetch(samples, ivec3(x, y.y, z), 0).x +
+         push.weights.y * (texelFetch(samples, ivec3(x, y.x, z), 0).x +
+                           texelFetch(samples, ivec3(x, y.z, z), 0).x);
 }
 
-float plane(ivec3 y, int z, ivec3 x) {
-  return push.weights.x * row(y.y, z, x) + push.weights.y * (row(y.x, z, x) + row(y.z, z, x));
+float plane(int x, ivec3 y, ivec3 z) {
+  const int held = clamp(x, 0, push.size.x - 1);
+  return push.weights.x * row(held, y, z.y) +
+         push.weights.y * (row(held, y, z.x) + row(held, y, z.z));
 }
 
 void main() {
-  const ivec3 i = ivec3(gl_GlobalInvocationID);
   const ivec3 last = push.size.xyz - 1;
-  if (any(greaterThan(i, last))) return;
-  const ivec3 before = max(i - 1, ivec3(0)), after = min(i + 1, last);
-  const ivec3 x = ivec3(before.x, i.x, after.x), y = ivec3(before.y, i.y, after.y);
-  const float sum = push.weights.x * plane(y, i.z, x) +
-                    push.weights.y * (plane(y, before.z, x) + plane(y, after.z, x));
-  imageStore(frame, i, vec4(push.weights.z * sum + push.weights.w));
+  const int first = kPrefilterRun * int(gl_GlobalInvocationID.x);
+  const ivec2 at = ivec2(gl_GlobalInvocationID.yz);
+  if (first > last.x || any(greaterThan(at, last.yz))) return;
+  const ivec3 y = ivec3(max(at.x - 1, 0), at.x, min(at.x + 1, last.y));
+  const ivec3 z = ivec3(max(at.y - 1, 0), at.y, min(at.y + 1, last.z));
+  float before = plane(first - 1, y, z), here = plane(first, y, z);
+  for (int x = first; x < min(first + kPrefilterRun, last.x + 1); ++x) {
+    const float after = plane(x + 1, y, z);
+    const float sum = push.weights.x * here + push.weights.y * (before + after);
+    imageStore(frame, ivec3(x, at), vec4(push.weights.z * sum + push.weights.w));
+    before = here;
+    here = after;
+  }
 }
