@@ -10,6 +10,7 @@
 #include <glm/glm.hpp>
 
 #include "integration/files/calibration_file.h"
+#include "tests/app/headset_play.h"
 #include "tests/app/made_headset.h"
 #include "tests/app/program.h"
 #include "tests/app/ticks.h"
@@ -21,98 +22,6 @@ namespace {
 using files::TemporaryFolder;
 using ::testing::HasSubstr;
 using ::testing::Not;
-
-constexpr const char* kSelect = "input /user/hand/right/input/select/click ";
-constexpr const char* kMenu = "input /user/hand/left/input/menu/click ";
-
-/// The beating heart of `palpate feel heart`, held still.
-std::string still_heart(const TemporaryFolder& folder) {
-  const std::string file = folder / "still.json";
-  std::ofstream(file) << R"({"volumes": [{"name": "heart", "source": "heart", "rate": 0}],
-    "modes": [{"name": "wall", "kind": "surface", "volume": "heart",
-               "strength": {"window": {"level": 625, "width": 150, "full": 5}}}]})";
-  return file;
-}
-
-std::vector<std::string> feel(const std::string& what, const std::vector<std::string>& more) {
-  // A busy machine must not trip the watchdog in a test of something else.
-  std::vector<std::string> all = {"feel", what,          "--watchdog",
-                                  "1000", "--black-box", std::filesystem::temp_directory_path()};
-  all.insert(all.end(), more.begin(), more.end());
-  return all;
-}
-
-/// Waits until it does; false if it ends before.
-bool says(Program& program, const std::string& text, size_t from = 0) {
-  const auto said = [&] { return program.said().find(text, from) != std::string::npos; };
-  return wait_until([&] { return program.ended() || said(); }) && said();
-}
-
-glm::dvec3 place(const Table& ticks, size_t row, const char* what) {
-  const std::string name = what;
-  return {ticks.number(row, name + "_x_m"), ticks.number(row, name + "_y_m"),
-          ticks.number(row, name + "_z_m")};
-}
-
-/// Where the simulated hand waits before a scene, and where it meets it.
-struct Way {
-  glm::dvec3 start_m{0.0}, surface_m{0.0};
-  glm::dvec3 in() const { return glm::normalize(surface_m - start_m); }
-};
-Way found_way(const std::string& scene, const TemporaryFolder& folder) {
-  const Outcome pressed =
-      run(feel(scene, {"--headset", "off", "--device", "simulated", "--csv", folder / "way.csv"}));
-  EXPECT_EQ(pressed.exit_code, 0) << pressed.err;
-  const Table ticks(folder / "way.csv");
-  Way way;
-  for (size_t row = 0; row < ticks.size(); ++row) {
-    if (row == 0) way.start_m = place(ticks, row, "probe");
-    if (ticks.text(row, "contact") != "1") continue;
-    way.surface_m = place(ticks, row, "probe");
-    return way;
-  }
-  ADD_FAILURE() << "the hand met nothing";
-  return way;
-}
-
-Way way_to_surface(const std::string& scene, const TemporaryFolder& folder) {
-  static const Way way = found_way(scene, folder);
-  return way;
-}
-
-std::string path_file(const TemporaryFolder& folder,
-                      const std::vector<std::pair<double, glm::dvec3>>& points) {
-  const std::string file = folder / "path.csv";
-  std::ofstream stream(file);
-  for (const auto& [t, x] : points) stream << fmt::format("{},{},{},{}\n", t, x.x, x.y, x.z);
-  return file;
-}
-
-std::string text_of(glm::dvec3 x) {
-  return fmt::format("{} {} {}", x.x, x.y, x.z);
-}
-
-/// No step of the force larger than the guards' slew allows in the time between two ticks (at most
-/// 2 ms count), and the CSV's last digits.
-void expect_no_jump(const Table& ticks) {
-  constexpr double kSlew_n_per_s = 2000.0, kDigits_n = 2e-5;
-  for (size_t row = 1; row < ticks.size(); ++row) {
-    const double dt_s = std::min(ticks.number(row, "dt_s"), 0.002);
-    glm::dvec3 step(0.0);
-    for (int a = 0; a < 3; ++a) {
-      const std::string name = fmt::format("force_{}_n", "xyz"[a]);
-      step[a] = ticks.number(row, name) - ticks.number(row - 1, name);
-    }
-    ASSERT_LE(glm::length(step), kSlew_n_per_s * std::max(dt_s, 0.001) + kDigits_n)
-        << "row " << row;
-  }
-}
-
-class InAHeadset : public ::testing::Test {
- protected:
-  void SetUp() override { NEEDS_DEVICE(); }
-  TemporaryFolder folder;
-};
 
 TEST_F(InAHeadset, AGrabbedVolumeDragsTheFeltOne) {
   const std::string scene = still_heart(folder);
@@ -156,18 +65,6 @@ TEST_F(InAHeadset, AGrabbedVolumeDragsTheFeltOne) {
   for (size_t row = 0; row < ticks.size(); ++row) most_n = std::max(most_n, ticks.force(row));
   EXPECT_GT(most_n, 0.5) << "the wall came 8 mm past the hand's place";
   expect_no_jump(ticks);
-}
-
-/// A hand that presses for two seconds and is free for two, again and again.
-std::vector<std::pair<double, glm::dvec3>> presses(const Way& way) {
-  std::vector<std::pair<double, glm::dvec3>> points;
-  const glm::dvec3 deep = way.surface_m + 0.012 * way.in();
-  for (int k = 0; k < 100; ++k) {
-    const double t = 4.0 * k;
-    points.insert(points.end(),
-                  {{t, way.start_m}, {t + 1.5, way.start_m}, {t + 2.0, deep}, {t + 3.5, deep}});
-  }
-  return points;
 }
 
 TEST_F(InAHeadset, TheForceRampsDownWhenThePictureIsLostAndComesBackWithIt) {

@@ -68,6 +68,10 @@ MadeHeadset::Shown MadeHeadset::shown() const {
   std::stringstream rest;
   rest << stream.rdbuf();
   shown.rgb = rest.str();
+  std::ifstream depths(folder_ / ("asked_" + std::to_string(asked_ - 1) + ".depth"),
+                       std::ios::binary);
+  for (float at_m = 0; depths.read(reinterpret_cast<char*>(&at_m), sizeof at_m);)
+    shown.depth_m.push_back(at_m);
   return shown;
 }
 

@@ -3,6 +3,7 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "tests/files/temporary_folder.h"
 
@@ -25,6 +26,7 @@ class MadeHeadset {
   struct Shown {
     int width = 0, height = 0;
     std::string rgb;
+    std::vector<float> depth_m;  ///< along the eye's axis, the left eye's picture first
   };
   Shown shown() const;
   /// The report that it left when the program ended.

@@ -247,6 +247,8 @@ XrResult xr_SyncActions(XrSession handle, const XrActionsSyncInfo* sync) {
   call.session->synced = true;
   call.session->input_before = call.session->input;
   call.session->input = w.inputs;
+  for (const std::string& part : w.taps) call.session->input[part] = 1.0F;
+  w.taps.clear();
   return XR_SUCCESS;
 }
 

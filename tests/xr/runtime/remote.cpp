@@ -93,10 +93,22 @@ void write_pictures(const std::string& file, const std::vector<Picture>& picture
       }
 }
 
+/// Distances along the eyes' axes, m; infinite where nothing is.
+void write_depths(const std::string& file, const std::vector<Picture>& pictures) {
+  std::ofstream stream(file, std::ios::binary);
+  for (const Picture& picture : pictures)
+    for (const float d : picture.depth) {
+      // near and far: what depth 0 and 1 stand for; reversed and without end.
+      const float at_m = picture.far_m / d;
+      stream.write(reinterpret_cast<const char*>(&at_m), sizeof at_m);
+    }
+}
+
 /// Whole or not at all: who waits for it must not read half of it.
 void tell(const std::string& file, World& world) {
   const std::vector<Picture> pictures = world.pictures();
   write_pictures(file + ".ppm", pictures);
+  write_depths(file + ".depth", pictures);
   const std::string making = file + ".making";
   {
     std::ofstream stream(making);
@@ -120,6 +132,9 @@ void obey(const std::string& line, World& world) {
     float value = 0;
     words >> what >> value;
     world.set_input(what, value);
+  } else if (command == "tap") {
+    words >> what;
+    world.taps.insert(what);
   } else if (command == "hand") {
     words >> side;
     const XrPosef pose = read_pose(words);
@@ -137,6 +152,10 @@ void obey(const std::string& line, World& world) {
     world.script_head([pose](XrTime) { return pose; });
   } else if (command == "view") {
     words >> world.setup().view_width >> world.setup().view_height;
+  } else if (command == "profile") {
+    words >> world.setup().profile;
+  } else if (command == "rate") {
+    words >> world.setup().rate_hz;
   } else if (command == "headset") {
     words >> what;
     world.setup().headset_on = what == "on";

@@ -10,15 +10,19 @@ class World;
 /// by PALPATE_FAKE_XR_REMOTE, one command a line, looked at in every call.
 ///
 ///   input PATH VALUE                 a part of a controller, by its full path
+///   tap PATH                         a button, pressed as the program sees it next, then let go
 ///   hand SIDE X Y Z [QX QY QZ QW]    0 left, 1 right: at rest there (room, m)
 ///   glide SIDE DX DY DZ SECONDS      from where it is, evenly
 ///   path SIDE FILE                   rows of t_s x y z qx qy qz qw, t of the monotonic clock
 ///   head X Y Z
 ///   view WIDTH HEIGHT                of the next session's pictures
+///   profile PATH                     which controllers the next session's hands hold
+///   rate HZ                          of the display
 ///   headset on|off, runtime up|down, lose session|instance, pictures on
 ///   recentre X Y Z                   the stage's origin moves, and the runtime says how far
 ///   exit                             the person ends the session
-///   tell FILE                        writes how it stands; FILE.ppm: both eyes' last picture
+///   tell FILE                        writes how it stands; FILE.ppm: both eyes' last picture,
+///                                    FILE.depth: floats, one eye after the other, m
 class Remote {
  public:
   Remote();

@@ -92,6 +92,7 @@ void World::reset() {
   parts.clear();
   changes.clear();
   inputs.clear();
+  taps.clear();
   shown.clear();
   vibrations.clear();
   vibration_stops = 0;

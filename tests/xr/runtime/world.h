@@ -190,6 +190,7 @@ class World : public Control {
   PoseScript head;
   PoseScript hands[2];
   std::map<std::string, float> inputs;
+  std::set<std::string> taps;  ///< pressed for the next sync only
   uint64_t ended_frames = 0;
   Ended ended;
   std::vector<Picture> shown;
