@@ -82,9 +82,11 @@ const vulkan::Kernel& Kernels::distance(int axis) {
 const vulkan::Kernel& Kernels::things() {
   return get(k_view_things, "ubbbb", sizeof(ThingsPush));
 }
-const vulkan::Kernel& Kernels::raycast(int volumes, bool things, bool skip, bool count) {
-  return get(k_view_raycast, "uttbbbbbssss", 0,
-             {uint32_t(volumes), things ? 1U : 0U, skip ? 1U : 0U, count ? 1U : 0U});
+const vulkan::Kernel& Kernels::raycast(int volumes, bool things, bool skip, bool count,
+                                       bool masked) {
+  return get(
+      k_view_raycast, "uttbbbbbssssb", 0,
+      {uint32_t(volumes), things ? 1U : 0U, skip ? 1U : 0U, count ? 1U : 0U, masked ? 1U : 0U});
 }
 
 }  // namespace palpate::view

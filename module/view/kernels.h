@@ -25,8 +25,8 @@ class Kernels {
   const vulkan::Kernel& distance(int axis);
   const vulkan::Kernel& things();
   /// volumes: 1 to kMostVolumes. skip: off marches everywhere; count: samples are counted. Both
-  /// for measurements.
-  const vulkan::Kernel& raycast(int volumes, bool things, bool skip, bool count);
+  /// for measurements. masked: not all pixels are seen.
+  const vulkan::Kernel& raycast(int volumes, bool things, bool skip, bool count, bool masked);
 
   const vulkan::Sampler& linear() const { return linear_; }
   const vulkan::Sampler& nearest() const { return nearest_; }

@@ -164,12 +164,16 @@ view::ShownVolume* VolumeRenderer::shown_of(const ViewVolume& volume) {
   return nullptr;
 }
 
-Status VolumeRenderer::start(const ViewScene& scene, std::span<const Eye> eyes, PictureSize size) {
+Status VolumeRenderer::start(const ViewScene& scene, std::span<const Eye> eyes, PictureSize size,
+                             std::shared_ptr<const SeenPixels> seen) {
   if (eyes.empty() || int(eyes.size()) > options_.most_eyes)
     return refused("it has no eyes, or more than the renderer was made for");
   if (size.width < 1 || size.height < 1 || size.width > options_.most.width ||
       size.height > options_.most.height)
     return refused("the picture is empty, or larger than the renderer was made for");
+  if (seen && (seen->size.width != size.width || seen->size.height != size.height ||
+               seen->eyes != int(eyes.size())))
+    return refused("what is said to be seen of it is about another picture");
   if (scene.volumes.empty() || scene.volumes.size() > size_t(kMostVolumes))
     return refused("it has no volumes, or more than " + std::to_string(kMostVolumes));
   if (scene.clips.size() > size_t(kMostPlanes))
@@ -180,6 +184,7 @@ Status VolumeRenderer::start(const ViewScene& scene, std::span<const Eye> eyes, 
   }
   return tried([&] {
     recorder_->restart();
+    seen_ = std::move(seen);
     record(scene, eyes, size);
     recorder_->start();
   });
@@ -202,6 +207,18 @@ bool VolumeRenderer::set_table(int slot, const Look& look) {
       staged_tables_->next_entries.as<uint32_t>().subspan(first, kTable),
       staged_tables_->most.as<float>().subspan(first * kMostLevels, size_t(kTable) * kMostLevels));
   return true;
+}
+
+void VolumeRenderer::upload_seen() {
+  if (!seen_ || seen_ == uploaded_seen_) return;
+  const uint64_t bytes = seen_->tiles.size() * sizeof(uint64_t);
+  if (seen_tiles_.bytes() < bytes) {
+    seen_tiles_ = Buffer(context_, bytes);
+    staged_seen_ = Buffer(context_, bytes, Buffer::Kind::kHostVisible);
+  }
+  std::copy(seen_->tiles.begin(), seen_->tiles.end(), staged_seen_.as<uint64_t>().begin());
+  recorder_->copy(staged_seen_, seen_tiles_, bytes);
+  uploaded_seen_ = seen_;
 }
 
 void VolumeRenderer::record(const ViewScene& scene, std::span<const Eye> eyes, PictureSize size) {
@@ -230,6 +247,7 @@ void VolumeRenderer::record(const ViewScene& scene, std::span<const Eye> eyes, P
     parameters.volumes[v].table.z = float(kTable * shown->slot());
     drawn.push_back(shown);
   }
+  upload_seen();
   recorder.stamp("volumes");
   const bool things = !scene.things.empty();
   if (things)
@@ -239,9 +257,10 @@ void VolumeRenderer::record(const ViewScene& scene, std::span<const Eye> eyes, P
                                         thing_colour_, colour_,        depth_,       samples_};
   for (size_t v = 0; v < size_t(kMostVolumes); ++v)
     bindings.emplace_back(drawn[std::min(v, drawn.size() - 1)]->surface(), kernels_->linear());
-  recorder.dispatch(
-      kernels_->raycast(int(drawn.size()), things, options_.skip_empty, options_.count_samples),
-      bindings, nullptr, {(size.width + 7) / 8, (size.height + 7) / 8, eyes_});
+  bindings.emplace_back(seen_ ? seen_tiles_ : samples_);
+  recorder.dispatch(kernels_->raycast(int(drawn.size()), things, options_.skip_empty,
+                                      options_.count_samples, seen_ != nullptr),
+                    bindings, nullptr, {(size.width + 7) / 8, (size.height + 7) / 8, eyes_});
   recorder.stamp("rays");
 }
 

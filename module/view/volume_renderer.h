@@ -9,6 +9,7 @@
 #include "compute/vulkan/recorder.h"
 #include "module/view/eye.h"
 #include "module/view/picture.h"
+#include "module/view/seen_pixels.h"
 #include "module/view/view_scene.h"
 
 namespace palpate {
@@ -64,8 +65,10 @@ class VolumeRenderer {
   Status set_volumes(std::span<const std::shared_ptr<const MovingVolume>> volumes);
 
   /// Submits the passes that phases and looks need, and one dispatch for all eyes. Waits for the
-  /// picture before. size at most that of the options; 1 or 2 eyes.
-  Status start(const ViewScene& scene, std::span<const Eye> eyes, PictureSize size);
+  /// picture before. size at most that of the options; 1 or 2 eyes. seen: of these eyes and this
+  /// size, or none where all is seen, which costs nothing; the same object is uploaded once.
+  Status start(const ViewScene& scene, std::span<const Eye> eyes, PictureSize size,
+               std::shared_ptr<const SeenPixels> seen = nullptr);
   Status wait();
 
   const vulkan::Buffer& colour() const { return colour_; }
@@ -83,6 +86,7 @@ class VolumeRenderer {
   VolumeRenderer(std::shared_ptr<vulkan::Context> context, const RendererOptions& options);
   void upload(std::span<const std::shared_ptr<const MovingVolume>> volumes);
   void record(const ViewScene& scene, std::span<const Eye> eyes, PictureSize size);
+  void upload_seen();
   void upload_steps(view::ResidentVolume& resident, const view::ResidentVolume* before);
   double thin_per_mm(const view::ResidentVolume& resident) const;
   bool set_table(int slot, const Look& look);
@@ -98,6 +102,8 @@ class VolumeRenderer {
   std::unique_ptr<view::LookTables> tables_, staged_tables_;
   vulkan::TexelView colour_texels_, skip_texels_;
   vulkan::Buffer parameters_, skip_, thing_depth_, thing_colour_, colour_, depth_, samples_;
+  std::shared_ptr<const SeenPixels> seen_, uploaded_seen_;
+  vulkan::Buffer seen_tiles_, staged_seen_;  ///< made when first needed
   std::unique_ptr<vulkan::Recorder> recorder_;
   PictureSize size_;
   int eyes_ = 0;

@@ -23,6 +23,7 @@ struct Fov {
 struct HiddenMesh {
   std::vector<glm::vec2> vertices;
   std::vector<uint32_t> triangles;  ///< three indices each
+  bool operator==(const HiddenMesh&) const = default;
 };
 
 /// One eye of a frame.

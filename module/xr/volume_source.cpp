@@ -120,7 +120,8 @@ Drawn VolumeSource::record(const Frame& frame, VkCommandBuffer commands) {
   const PictureSize wanted = scaled(full, resolution_.scale);
   size_ = {std::min(wanted.width, full.width), std::min(wanted.height, full.height)};
   const std::array<palpate::Eye, 2> eyes{eye_of(frame.eyes[0]), eye_of(frame.eyes[1])};
-  const Status started = drawing_->renderer->start(scenery->scene, eyes, size_);
+  const Status started =
+      drawing_->renderer->start(scenery->scene, eyes, size_, seen_of(frame, eyes));
   if (!started && started.error().kind == ErrorKind::kBadInput) {
     trouble_ = started.error().message;
     return {};
@@ -129,6 +130,26 @@ Drawn VolumeSource::record(const Frame& frame, VkCommandBuffer commands) {
   unmeasured_ = true;
   if (drawing_->repacker) drawing_->repacker->start(drawing_->renderer->colour(), size_);
   return copy(frame, commands);
+}
+
+std::shared_ptr<const SeenPixels> VolumeSource::seen_of(const Frame& frame,
+                                                        const std::array<palpate::Eye, 2>& eyes) {
+  if (frame.eyes[0].hidden->triangles.empty() && frame.eyes[1].hidden->triangles.empty())
+    return nullptr;
+  bool same = mask_.seen && mask_.seen->size.width == size_.width &&
+              mask_.seen->size.height == size_.height;
+  std::array<HiddenTriangles, 2> hidden;
+  for (size_t e = 0; e < 2; ++e) {
+    const HiddenMesh& mesh = *frame.eyes[e].hidden;
+    const palpate::Eye& eye = eyes[e];
+    const glm::dvec4 tangents(eye.tan_left, eye.tan_right, eye.tan_down, eye.tan_up);
+    same = same && mask_.tangents[e] == tangents && mask_.hidden[e] == mesh;
+    mask_.tangents[e] = tangents;
+    if (!same) mask_.hidden[e] = mesh;
+    hidden[e] = {mesh.vertices, mesh.triangles};
+  }
+  if (!same) mask_.seen = std::make_shared<const SeenPixels>(seen_pixels(eyes, hidden, size_));
+  return mask_.seen;
 }
 
 /// The eyes lie one after the other in the renderer's buffers, as layers do in a copy.

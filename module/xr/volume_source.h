@@ -57,6 +57,9 @@ class VolumeSource final : public FrameSource {
   /// True once there is a renderer with the scenery's volumes, for pictures of this format.
   bool prepare(const Scenery& scenery, PictureSize most, VkFormat format);
   void start_making(const Scenery& scenery, PictureSize most, VkFormat format);
+  /// What of pictures of this size the optics let through; null where that is all.
+  std::shared_ptr<const SeenPixels> seen_of(const Frame& frame,
+                                            const std::array<palpate::Eye, 2>& eyes);
   Drawn copy(const Frame& frame, VkCommandBuffer commands) const;
 
   Show show_;
@@ -66,6 +69,13 @@ class VolumeSource final : public FrameSource {
   PictureSize most_;                                          ///< that it is or was made for
   VkFormat format_ = VK_FORMAT_UNDEFINED;                     ///< the same
   std::vector<std::shared_ptr<const MovingVolume>> volumes_;  ///< that it has or will have
+  /// As it was last asked for, and what came of it.
+  struct Mask {
+    std::array<HiddenMesh, 2> hidden;
+    std::array<glm::dvec4, 2> tangents{};
+    std::shared_ptr<const SeenPixels> seen;
+  };
+  Mask mask_;
   Resolution resolution_;
   PictureSize size_;
   double picture_s_ = 0.0;

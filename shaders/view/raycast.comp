@@ -24,6 +24,7 @@
 // 6        out        float             the same                near / depth, 0 where nothing is
 // 7        out        uint              2 per pixel             samples taken and needed (if kCount)
 // 8..11    in         any rgba          volumes (z, y, x)       see brick.comp
+// 12       in         uvec2             tiles of 8 x 8 pixels   bit x + 8 y: the pixel is seen (if kMasked)
 //
 // kVolumes of the images are used. One invocation: one pixel of one eye. Border: a volume ends half
 // a voxel beyond its outermost samples, its value held. Precision: fp32. Race: each output written
@@ -44,10 +45,12 @@ layout(set = 0, binding = 8) uniform sampler3D volume0;
 layout(set = 0, binding = 9) uniform sampler3D volume1;
 layout(set = 0, binding = 10) uniform sampler3D volume2;
 layout(set = 0, binding = 11) uniform sampler3D volume3;
+layout(set = 0, binding = 12) readonly buffer Seen { uvec2 seen[]; };
 layout(constant_id = 0) const int kVolumes = 1;
 layout(constant_id = 1) const int kThings = 1;
 layout(constant_id = 2) const int kSkip = 1;
 layout(constant_id = 3) const int kCount = 0;
+layout(constant_id = 4) const int kMasked = 0;
 
 vec4 table(uint i) { return texelFetch(tables, int(i)); }
 uint skip(uint i) { return texelFetch(skips, int(i)).x; }
@@ -178,15 +181,7 @@ float jitter_of(vec2 pixel) {
   return fract(52.9829189 * fract(dot(pixel, vec2(0.06711056, 0.00583715))));
 }
 
-void main() {
-  const uint l = gl_LocalInvocationIndex;
-  const ivec2 pixel = ivec2(8u * gl_WorkGroupID.xy) +
-                      ivec2(l & 3u | l >> 1 & 4u, l >> 2 & 1u | l >> 3 & 6u);
-  const int eye = int(gl_WorkGroupID.z);
-  const ivec2 size = view.counts.zw;
-  if (any(greaterThanEqual(pixel, size))) return;
-  const uint out_index = uint(pixel.x + size.x * (pixel.y + size.y * eye));
-
+void march(ivec2 pixel, int eye, ivec2 size, uint out_index) {
   // The part of the ray that is looked at: in front of the eye and on the kept side of all planes.
   const ViewRays world = view.rays[eye];
   const vec3 direction = world.first.xyz + float(pixel.x) * world.right.xyz + float(pixel.y) * world.down.xyz;
@@ -326,4 +321,34 @@ void main() {
     samples_out[2u * out_index] = taken;
     samples_out[2u * out_index + 1u] = needed;
   }
+}
+
+// Whether the optics let the pixel through.
+bool is_seen(ivec2 pixel, int eye, ivec2 size) {
+  const ivec2 tiles = (size + 7) / 8, tile = pixel / 8;
+  const uvec2 bits = seen[tile.x + tiles.x * (tile.y + tiles.y * eye)];
+  const int bit = (pixel.x & 7) + 8 * (pixel.y & 7);
+  return ((bit < 32 ? bits.x : bits.y) >> (bit & 31) & 1u) != 0u;
+}
+
+void main() {
+  const uint l = gl_LocalInvocationIndex;
+  const ivec2 pixel = ivec2(8u * gl_WorkGroupID.xy) +
+                      ivec2(l & 3u | l >> 1 & 4u, l >> 2 & 1u | l >> 3 & 6u);
+  const int eye = int(gl_WorkGroupID.z);
+  const ivec2 size = view.counts.zw;
+  if (any(greaterThanEqual(pixel, size))) return;
+  const uint out_index = uint(pixel.x + size.x * (pixel.y + size.y * eye));
+  if (kMasked == 0) {
+    march(pixel, eye, size, out_index);
+    return;
+  }
+  const bool is_here = is_seen(pixel, eye, size);
+  if (!is_here) {
+    colour_out[out_index] = 0u;
+    depth_out[out_index] = 0.0;
+    if (kCount != 0) samples_out[2u * out_index] = samples_out[2u * out_index + 1u] = 0u;
+  }
+  // A loop, so that a CPU driver leaves it where nothing is seen.
+  for (bool marches = is_here; marches; marches = false) march(pixel, eye, size, out_index);
 }

@@ -3,6 +3,7 @@
 #include "module/xr/volume_source.h"
 
 #include <cmath>
+#include <cstring>
 
 #include "compute/volume/phantom.h"
 #include "module/scene/built_in.h"
@@ -42,6 +43,7 @@ TEST_F(VolumeSourceTest, HandsOverWhatTheRendererDrawsForEachEyeWithItsDepth) {
     return last;
   });
   runtime().setup().keep_pictures = true;
+  runtime().setup().hidden.clear();
   runtime().setup().view_width = 160;
   runtime().setup().view_height = 120;
   xr::HeadsetOptions options;
@@ -78,6 +80,82 @@ TEST_F(VolumeSourceTest, HandsOverWhatTheRendererDrawsForEachEyeWithItsDepth) {
   }
   EXPECT_NE(pictures[0].rgba, pictures[1].rgba);
   EXPECT_TRUE(headset.context()->validation_active());
+  EXPECT_THAT(headset.context()->validation_messages(), ::testing::IsEmpty());
+}
+
+/// The left half of a view (side -1) or its right one, as triangles that reach beyond its edges.
+std::vector<XrVector2f> half(float side) {
+  return {{0, -3}, {3 * side, -3}, {3 * side, 3}, {0, -3}, {3 * side, 3}, {0, 3}};
+}
+
+TEST_F(VolumeSourceTest, DrawsNothingWhereTheOpticsHideItAlsoWhenTheRuntimeChangesThat) {
+  const auto heart = small_heart();
+  const std::vector<std::shared_ptr<const MovingVolume>> volumes{heart};
+  xr::VolumeSource drawing([&](const xr::Frame&) {
+    xr::Scenery scenery;
+    scenery.volumes = volumes;
+    ViewVolume shown;
+    shown.data = heart;
+    shown.world_from_volume.translation_m = {0.0, 1.6, -0.3};
+    shown.look = *preset_look("CT heart");
+    scenery.scene.volumes = {shown};
+    return std::optional(scenery);
+  });
+  runtime().setup().keep_pictures = true;
+  runtime().setup().rate_hz = 0.01;  // leaves time: every picture comes to its full size
+  runtime().script_head([](XrTime) { return XrPosef{{0, 0, 0, 1}, {0, 1.6F, 0}}; });
+  runtime().setup().hidden.clear();
+  xr::HeadsetOptions options;
+  options.validation = true;
+  xr::Headset headset(options, drawing);
+  const int full = int(runtime().setup().view_width);
+  const auto drawn_now = [&] {
+    const uint64_t before = headset.report().drawn;
+    for (int k = 0;
+         k < 60'000 && (drawing.size().width < full || headset.report().drawn < before + 2); ++k) {
+      now_ns_ += 11'111'111;
+      headset.step(now_ns_);
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    EXPECT_EQ(drawing.size().width, full) << drawing.trouble();
+    return runtime().pictures();
+  };
+  const auto change = [&](std::vector<XrVector2f> hidden) {
+    runtime().setup().hidden = std::move(hidden);
+    for (const uint32_t view : {0U, 1U}) {
+      XrEventDataVisibilityMaskChangedKHR changed{XR_TYPE_EVENT_DATA_VISIBILITY_MASK_CHANGED_KHR};
+      changed.session = runtime().session();
+      changed.viewConfigurationType = XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO;
+      changed.viewIndex = view;
+      XrEventDataBuffer buffer{XR_TYPE_EVENT_DATA_BUFFER};
+      std::memcpy(&buffer, &changed, sizeof changed);
+      runtime().push_event(buffer);
+    }
+  };
+  const std::vector<fake::Picture> whole = drawn_now();
+  ASSERT_EQ(whole.size(), 2u);
+  for (const float side : {-1.0F, 1.0F}) {
+    change(half(side));
+    const std::vector<fake::Picture> pictures = drawn_now();
+    ASSERT_EQ(pictures.size(), 2u);
+    for (size_t eye = 0; eye < 2; ++eye) {
+      const double low = std::tan(eye ? -0.7 : -0.9), high = std::tan(eye ? 0.9 : 0.7);
+      int hidden = 0;
+      for (size_t i = 0; i < pictures[eye].rgba.size(); ++i) {
+        const double pixels = double(pictures[eye].width);
+        const double tangent =
+            low + (high - low) * (double(i % pictures[eye].width) + 0.5) / pixels;
+        // A pixel whose neighbour is seen is drawn: the border is one pixel further.
+        const bool is_hidden = side * tangent > (high - low) / pixels;
+        hidden += is_hidden;
+        ASSERT_EQ(pictures[eye].rgba[i], is_hidden ? 0u : whole[eye].rgba[i])
+            << "side " << side << ", eye " << eye << ", pixel " << i;
+      }
+      EXPECT_GT(hidden, 500);
+    }
+  }
+  change({});
+  EXPECT_EQ(drawn_now()[0].rgba, whole[0].rgba);
   EXPECT_THAT(headset.context()->validation_messages(), ::testing::IsEmpty());
 }
 

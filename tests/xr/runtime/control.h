@@ -31,6 +31,9 @@ struct Setup {
       false;              ///< sessions only with the last VkDevice made through this instance
   bool automatic = true;  ///< the session's states come by themselves
   bool should_render = true;
+  /// What the optics hide of each view, in its plane z = -1: triangles, one after the other.
+  std::vector<XrVector2f> hidden = {{-1, 1}, {-0.6F, 1}, {-1, 0.6F},
+                                    {1, -1}, {0.6F, -1}, {1, -0.6F}};
   bool keep_pictures = false;     ///< read the projection layer back at xrEndFrame
   bool tracked = true;            ///< false: poses are not valid
   uint32_t vulkan_minor = 0;      ///< least Vulkan 1.x

@@ -296,8 +296,8 @@ XrResult xr_GetVisibilityMaskKHR(XrSession handle, XrViewConfigurationType, uint
   std::vector<XrVector2f> vertices;
   std::vector<uint32_t> indices;
   if (type == XR_VISIBILITY_MASK_TYPE_HIDDEN_TRIANGLE_MESH_KHR) {
-    vertices = {{-1, 1}, {-0.6F, 1}, {-1, 0.6F}, {1, -1}, {0.6F, -1}, {1, -0.6F}};
-    indices = {0, 1, 2, 3, 4, 5};
+    vertices = world().setup().hidden;
+    for (uint32_t i = 0; i < vertices.size(); ++i) indices.push_back(i);
   }
   const auto copy = [](const auto& from, auto& to) { to = from; };
   const XrResult first = enumerate(vertices, mask->vertexCapacityInput, &mask->vertexCountOutput,
