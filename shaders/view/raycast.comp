@@ -347,7 +347,10 @@ void main() {
   if (!is_here) {
     colour_out[out_index] = 0u;
     depth_out[out_index] = 0.0;
-    if (kCount != 0) samples_out[2u * out_index] = samples_out[2u * out_index + 1u] = 0u;
+    if (kCount != 0) {
+      samples_out[2u * out_index] = 0u;
+      samples_out[2u * out_index + 1u] = 0u;
+    }
   }
   // A loop, so that a CPU driver leaves it where nothing is seen.
   for (bool marches = is_here; marches; marches = false) march(pixel, eye, size, out_index);
