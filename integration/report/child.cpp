@@ -24,7 +24,10 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr auto kLook = std::chrono::milliseconds(2);
-constexpr auto kGrace = std::chrono::seconds(2);  // to end by itself before it is made to
+
+double since_s(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
 
 bool has_ended(pid_t child, int& status) {
   pid_t found = 0;
@@ -34,13 +37,14 @@ bool has_ended(pid_t child, int& status) {
 }
 
 /// Ends a program and all that it started: they are one group.
-void end(pid_t child, int& status) {
+void end(pid_t child, double grace_s, int& status) {
   ::kill(-child, SIGTERM);
   const auto begin = Clock::now();
   bool ended = false;
-  while (!(ended = has_ended(child, status)) && Clock::now() - begin < kGrace)
+  // What it started may have something to put away too, and may not listen.
+  while ((!(ended = ended || has_ended(child, status)) || ::kill(-child, 0) == 0) &&
+         since_s(begin) < grace_s)
     std::this_thread::sleep_for(kLook);
-  // Also where the first one has ended: a program that it started may not listen.
   ::kill(-child, SIGKILL);
   while (!ended && ::waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
@@ -92,10 +96,9 @@ int call_program(const std::vector<std::string>& arguments, const fs::path& outp
   int status = 0;
   const auto begin = Clock::now();
   while (!has_ended(child, status)) {
-    const bool late =
-        std::chrono::duration<double>(Clock::now() - begin).count() > patience.seconds;
+    const bool late = since_s(begin) > patience.seconds;
     if (late || patience.stop.stop_requested()) {
-      end(child, status);
+      end(child, patience.grace_s, status);
       return late ? ETIMEDOUT : ECANCELED;
     }
     std::this_thread::sleep_for(kLook);

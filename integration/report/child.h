@@ -27,6 +27,7 @@ class ScratchFolder {
 struct Patience {
   std::stop_token stop;  ///< asked to stop, it ends at once
   double seconds = std::numeric_limits<double>::infinity();
+  double grace_s = 2.0;  ///< what is asked to end may put its things away for so long
 };
 
 /// Starts a program (found by PATH where its name has no slash), without a shell and without input,

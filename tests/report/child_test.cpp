@@ -39,7 +39,8 @@ class CallProgram : public testing::Test {
   }
   /// Calls what prints its own number and that of a program which it starts, asks to stop when both
   /// stand there, and returns what came back; pids: the two.
-  int stop_once_started(const std::string& shell, std::vector<int>& pids) const {
+  int stop_once_started(const std::string& shell, std::vector<int>& pids,
+                        double grace_s = Patience().grace_s) const {
     std::stop_source source;
     std::jthread asks([&] {
       comes_true([&] {
@@ -50,7 +51,7 @@ class CallProgram : public testing::Test {
       });
       source.request_stop();
     });
-    return call(shell, {source.get_token()});
+    return call(shell, {.stop = source.get_token(), .grace_s = grace_s});
   }
 
   ScratchFolder folder_;
@@ -80,6 +81,17 @@ TEST_F(CallProgram, EndsAlsoWhatDoesNotListen) {
   EXPECT_EQ(stop_once_started("trap '' TERM; sleep 1000 & echo $$ $!; wait", pids), ECANCELED);
   ASSERT_EQ(pids.size(), 2U);
   for (const int pid : pids) EXPECT_TRUE(comes_true([&] { return !runs(pid); })) << pid;
+}
+
+TEST_F(CallProgram, LetsWhatTheProgramStartedPutItsThingsAway) {
+  std::vector<int> pids;
+  // The first dies at once; the one that it started says farewell after a while.
+  const std::string shell =
+      "sh -c 'trap \"sleep 0.2; echo farewell; exit\" TERM; echo $$; while :; do sleep 0.01; done' "
+      "& "
+      "echo $$; wait";
+  EXPECT_EQ(stop_once_started(shell, pids, 60.0), ECANCELED);
+  EXPECT_TRUE(text_of(out_).ends_with("farewell\n")) << text_of(out_);
 }
 
 TEST_F(CallProgram, EndsOneThatTakesTooLong) {
