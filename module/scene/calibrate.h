@@ -70,6 +70,22 @@ Result<Calibration> calibrate_by_movement(std::span<const TipSample> tip,
                                           std::span<const ControllerSample> controller,
                                           const CalibrationOptions& options = {});
 
+/// The touching tip of a controller, found by turning the controller about the tip's fixed place.
+struct Pivot {
+  glm::dvec3 controller_from_tip_m{0.0};
+  glm::dvec3 stage_m{0.0};  ///< where the tip rested
+  double rms_m = 0.0;       ///< of the poses that were used, three-dimensional
+  int used = 0, all = 0;    ///< poses that agree, and poses there were
+};
+
+/// Pivot calibration: the tip x of the controller and its place p stay, R_i x + t_i = p for every
+/// pose, linear in both; wild poses are found by random subsets and weighed down by Tukey's
+/// function of their distance. kBadInput, in a sentence: too few poses, a controller that was
+/// hardly turned about two axes (then x along the one axis can not be told), a tip that did not
+/// rest.
+Result<Pivot> find_pivot(std::span<const ControllerSample> controller,
+                         const CalibrationOptions& options = {});
+
 /// How far a touched point is off, m: to be asked of a point that was not used.
 double off_m(const Calibration& calibration, const TouchedPoint& point);
 

@@ -8,6 +8,7 @@
 #include "module/scene/calibrate.h"
 #include "module/scene/small_linear.h"
 #include "module/scene/tukey.h"
+#include "module/scene/turning.h"
 
 namespace palpate {
 namespace {
@@ -174,27 +175,6 @@ bool improve(Model& model, const std::vector<Pair>& pairs, const std::vector<dou
   model.tip += glm::dvec3((*x)[6], (*x)[7], (*x)[8]);
   model.delay_s += std::clamp((*x)[9], -0.01, 0.01);
   return true;
-}
-
-/// RMS turn about the second of the three principal axes of turning, rad; robust against single
-/// wild poses, because it is used to refuse.
-double second_turn(std::span<const ControllerSample> controller) {
-  linear::Matrix<3> spread{};
-  const glm::dquat middle = controller[controller.size() / 2].stage_from_controller.rotation;
-  glm::dvec3 mean(0.0);
-  std::vector<glm::dvec3> turns;
-  for (const ControllerSample& sample : controller) {
-    glm::dquat turn = glm::conjugate(middle) * sample.stage_from_controller.rotation;
-    if (turn.w < 0.0) turn = -turn;
-    turns.push_back(2.0 * glm::dvec3(turn.x, turn.y, turn.z));
-    mean += turns.back() / double(controller.size());
-  }
-  for (const glm::dvec3& turn : turns)
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j)
-        spread[size_t(i)][size_t(j)] +=
-            (turn[i] - mean[i]) * (turn[j] - mean[j]) / double(turns.size());
-  return std::sqrt(std::max(0.0, linear::eigen(spread).values[1]));
 }
 
 /// RMS movement of the tip along the direction in which it moved least, m.

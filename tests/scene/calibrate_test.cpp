@@ -316,5 +316,77 @@ TEST(CalibrateByMovement, SaysWhatIsWrongWithTheMovement) {
   EXPECT_NE(message(back).find("do not rise"), std::string::npos);
 }
 
+/// A controller that is turned about its tip: tilted to all sides and rolled, as a wrist does.
+std::vector<ControllerSample> turned(Dice& dice, glm::dvec3 tip_m, glm::dvec3 place_m, int count,
+                                     double tilt_rad, double noise_m, double noise_rad,
+                                     double share_wrong) {
+  std::vector<ControllerSample> samples;
+  const glm::dquat middle = dice.turn();
+  for (int i = 0; i < count; ++i) {
+    const double t = double(i) / count;
+    const glm::dquat turn =
+        glm::angleAxis(tilt_rad * std::sin(19.0 * t), glm::dvec3(1, 0, 0)) *
+        glm::angleAxis(tilt_rad * std::sin(31.0 * t + 1.0), glm::dvec3(0, 1, 0)) *
+        glm::angleAxis(0.5 * tilt_rad * std::sin(13.0 * t + 2.0), glm::dvec3(0, 0, 1));
+    Pose pose{{},
+              glm::normalize(dice.small_normal_turn(noise_rad / std::sqrt(3.0)) * middle * turn)};
+    pose.position_m = place_m - (middle * turn) * tip_m;
+    pose.position_m += dice.normal_vector(noise_m / std::sqrt(3.0));
+    if (dice.chance(share_wrong)) pose.position_m += 0.08 * glm::normalize(dice.normal_vector(1.0));
+    samples.push_back({t, pose});
+  }
+  return samples;
+}
+
+TEST(FindPivot, IsExactForExactPoses) {
+  for (uint32_t seed = 1; seed <= 100; ++seed) {
+    Dice dice(seed);
+    const glm::dvec3 tip = dice.vector(0.1), place = dice.vector(1.0);
+    const auto found = find_pivot(turned(dice, tip, place, 120, 0.6, 0.0, 0.0, 0.0));
+    ASSERT_TRUE(found) << found.error().message << ", seed " << seed;
+    EXPECT_LT(glm::distance(found->controller_from_tip_m, tip), 1e-9) << "seed " << seed;
+    EXPECT_LT(glm::distance(found->stage_m, place), 1e-9) << "seed " << seed;
+    EXPECT_EQ(found->used, 120);
+  }
+}
+
+TEST(FindPivot, FindsTheTipThroughNoiseAndAFifthOfWildPoses) {
+  double worst = 0.0, sum = 0.0;
+  constexpr uint32_t kSeeds = 100;
+  for (uint32_t seed = 1; seed <= kSeeds; ++seed) {
+    Dice dice(seed);
+    const glm::dvec3 tip = dice.vector(0.1), place = dice.vector(1.0);
+    const auto samples = turned(dice, tip, place, 450, 0.6, 1e-3, 0.0052, 0.2);
+    const auto found = find_pivot(samples);
+    ASSERT_TRUE(found) << found.error().message << ", seed " << seed;
+    const double off = glm::distance(found->controller_from_tip_m, tip);
+    worst = std::max(worst, off);
+    sum += off;
+    // Of 360 good poses on average, with a spread of 8.5.
+    EXPECT_GT(found->used, 320) << "seed " << seed;
+    EXPECT_LT(found->used, 400) << "seed " << seed;
+  }
+  std::printf("pivot: mean of 100 tips %.3f mm, worst %.3f mm\n", 1e3 * sum / kSeeds, 1e3 * worst);
+  // What a dozen touches with 1 mm of noise leave is 0.3 mm: the tip must not be the weaker part.
+  EXPECT_LT(worst, 0.3e-3);
+}
+
+TEST(FindPivot, RefusesWhatDoesNotTellTheTip) {
+  Dice dice(3);
+  const glm::dvec3 tip(0.01, -0.02, -0.06), place(0.1, 0.8, -0.4);
+  const auto few = find_pivot(turned(dice, tip, place, 50, 0.6, 1e-3, 0.0, 0.0));
+  ASSERT_FALSE(few);
+  EXPECT_NE(few.error().message.find("too seldom"), std::string::npos);
+  const auto still = find_pivot(turned(dice, tip, place, 300, 0.05, 1e-3, 0.0, 0.0));
+  ASSERT_FALSE(still);
+  EXPECT_NE(still.error().message.find("hardly turned"), std::string::npos);
+  auto walking = turned(dice, tip, place, 300, 0.6, 1e-3, 0.0, 0.0);
+  for (ControllerSample& sample : walking)
+    sample.stage_from_controller.position_m += dice.vector(0.1);
+  const auto moved = find_pivot(walking);
+  ASSERT_FALSE(moved);
+  EXPECT_NE(moved.error().message.find("did not rest"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace palpate::test

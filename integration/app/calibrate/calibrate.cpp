@@ -25,13 +25,16 @@ Command add_calibrate(CLI::App& program) {
   app->add_option("--points", command->points, "How many places to touch")
       ->check(CLI::Range(5, 200))
       ->capture_default_str();
-  app->add_option("--seconds", command->seconds, "How long to record the movement")
-      ->check(CLI::Range(5.0, 600.0))
-      ->capture_default_str();
-  app->add_option("--tip", command->tip_mm,
-                  "The controller's touching tip, mm in its grip's axes: X,Y,Z")
-      ->delimiter(',')
-      ->expected(3);
+  app->add_option("--seconds", command->seconds,
+                  "How long to record the movement (30), or the turning about the tip (15)")
+      ->check(CLI::Range(5.0, 600.0));
+  app->add_option("--tip", command->tip,
+                  "The controller's touching tip, mm in its grip's axes: X,Y,Z; or pivot: found by "
+                  "turning the controller about it")
+      ->check([](const std::string& text) {
+        return text == "pivot" || tip_of(text) ? std::string()
+                                               : "say X,Y,Z in mm, or pivot, instead of " + text;
+      });
   app->add_option("--wait", command->wait_s, "Give up after so many s without a headset")
       ->check(CLI::Range(0.0, 1e6));
   app->add_flag("--quiet", command->quiet, "Print errors only");

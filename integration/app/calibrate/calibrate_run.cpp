@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <limits>
 #include <optional>
+#include <sstream>
 #include <thread>
 
 #include "integration/app/calibrate/tip_log.h"
@@ -58,13 +59,18 @@ class Calibrating {
  public:
   Calibrating(const CalibrateCommand& command, Console& console, std::stop_token stop)
       : command_(command), console_(console), stop_(stop), headset_({}, watch_) {
-    if (command.tip_mm.size() == 3)
-      tip_m_ = 1e-3 * glm::dvec3(command.tip_mm[0], command.tip_mm[1], command.tip_mm[2]);
+    tip_m_ = tip_of(command.tip).value_or(glm::dvec3(0.0));
   }
 
   int run() {
+    if (command_.tip == "pivot" && command_.by == "movement")
+      return fail(console_, {ErrorKind::kBadInput,
+                             "A movement finds the tip by itself: leave --tip pivot away, or "
+                             "calibrate --by points"});
     if (const Status opened = open_device(); !opened) return fail(console_, opened.error());
     if (const Status there = find_headset(); !there) return leave(there.error());
+    if (command_.tip == "pivot")
+      if (const Status pivoted = find_tip(); !pivoted) return leave(pivoted.error());
     auto found = command_.by == "points" ? by_points() : by_movement();
     if (!found) return leave(found.error());
     const int rc = store(*found);
@@ -187,6 +193,63 @@ class Calibrating {
     }
   }
 
+  double seconds() const {
+    return command_.seconds > 0.0 ? command_.seconds : command_.tip == "pivot" ? 15.0 : 30.0;
+  }
+
+  /// The controller's poses from when the trigger is pulled.
+  Result<std::vector<ControllerSample>> turning() {
+    std::vector<ControllerSample> samples;
+    bool was_pressed = true;  // what is held from before is no press
+    std::optional<double> since_s;
+    while (!since_s || watch_.time_s - *since_s < seconds()) {
+      if (const Status framed = frame(); !framed) return framed.error();
+      if (!fresh_) continue;
+      const bool pressed = hand().active && hand().grabs;
+      if (pressed && !was_pressed && !since_s) {
+        since_s = watch_.time_s;
+        knock(false);
+      }
+      was_pressed = pressed;
+      if (since_s && hand().active) samples.push_back({watch_.time_s, hand().world_from_grip});
+      console_.live(since_s ? fmt::format("{:.0f} s of {:.0f}, {} controller samples",
+                                          watch_.time_s - *since_s, seconds(), samples.size())
+                            : std::string("waiting for the trigger"));
+    }
+    knock(false);
+    return samples;
+  }
+
+  Status find_tip() {
+    console_.say(fmt::format(
+        "Rest the controller's touching tip in a dent that holds it, pull the trigger, and turn "
+        "the "
+        "controller about the tip, tilted to all sides and rolled, for {:.0f} s until it knocks.",
+        seconds()));
+    const auto samples = turning();
+    if (!samples) return samples.error();
+    const auto found = find_pivot(*samples);
+    if (!found) return found.error();
+    // Each half alone: what the two say apart is how well it is known.
+    const std::span<const ControllerSample> all(*samples);
+    const auto first = find_pivot(all.first(all.size() / 2));
+    const auto second = find_pivot(all.subspan(all.size() / 2));
+    const double apart_m = first && second ? 0.5 * glm::distance(first->controller_from_tip_m,
+                                                                 second->controller_from_tip_m)
+                                           : std::numeric_limits<double>::infinity();
+    const glm::dvec3 tip = 1e3 * found->controller_from_tip_m;
+    console_.say(fmt::format(
+        "Tip       at {:.1f},{:.1f},{:.1f} mm of the controller's grip: {} of {} poses agree to {} "
+        "(RMS); each half of them alone puts it within {} of that",
+        tip.x, tip.y, tip.z, found->used, found->all, mm(found->rms_m), mm(apart_m)));
+    if (found->used < kAgree * found->all || !(apart_m <= kGood_m))
+      return Error{ErrorKind::kBadInput,
+                   "The tip is not known well enough: keep it in its dent, tilt the controller "
+                   "further to all sides, and turn for longer with --seconds"};
+    tip_m_ = found->controller_from_tip_m;
+    return Nothing{};
+  }
+
   Result<Calibration> by_points() {
     console_.say(
         "Take the device's tip to the place named, hold the controller's tip to it, pull the "
@@ -222,11 +285,11 @@ class Calibrating {
     console_.say(fmt::format(
         "Move the stylus, with the controller clipped to it, through all of its reach and turn it "
         "in all directions, for {:.0f} s",
-        command_.seconds));
+        seconds()));
     if (simulated_) simulated_->wander();
     std::vector<ControllerSample> samples;
     std::optional<double> since_s;
-    while (!since_s || watch_.time_s - *since_s < command_.seconds) {
+    while (!since_s || watch_.time_s - *since_s < seconds()) {
       if (const Status framed = frame(); !framed) return framed.error();
       if (!fresh_) continue;
       if (!since_s) {
@@ -235,7 +298,7 @@ class Calibrating {
       }
       if (hand().active) samples.push_back({watch_.time_s, hand().world_from_grip});
       console_.live(fmt::format("{:.0f} s of {:.0f}, {} controller samples{}",
-                                watch_.time_s - *since_s, command_.seconds, samples.size(),
+                                watch_.time_s - *since_s, seconds(), samples.size(),
                                 hand().active ? "" : "; the headset does not see the controller"));
     }
     auto found = calibrate_by_movement(tips_, samples);
@@ -339,6 +402,16 @@ class Calibrating {
 };
 
 }  // namespace
+
+std::optional<glm::dvec3> tip_of(const std::string& text) {
+  std::istringstream words(text);
+  glm::dvec3 tip_mm(0.0);
+  char first = 0, second = 0;
+  if (!(words >> tip_mm.x >> first >> tip_mm.y >> second >> tip_mm.z) || first != ',' ||
+      second != ',' || words.peek() != std::istringstream::traits_type::eof())
+    return std::nullopt;
+  return 1e-3 * tip_mm;
+}
 
 int run_calibrate(const CalibrateCommand& command) {
   emergency::install();

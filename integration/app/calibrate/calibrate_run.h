@@ -1,8 +1,9 @@
 #pragma once
 
 #include <filesystem>
+#include <glm/glm.hpp>
+#include <optional>
 #include <string>
-#include <vector>
 
 #include "integration/app/force_device.h"
 
@@ -15,11 +16,14 @@ struct CalibrateCommand {
   std::string hand = "right";  ///< that holds the controller
   ForceDeviceChoice device;
   int points = 12;
-  double seconds = 30.0;       ///< of movement
-  std::vector<double> tip_mm;  ///< of the controller, in its grip; empty: its origin
-  double wait_s = 0.0;         ///< give up after so long without a headset; 0: never
+  double seconds = 0.0;  ///< of movement; 0: 30, for a pivot 15
+  std::string tip;       ///< of the controller: X,Y,Z in its grip, mm; pivot; empty: its origin
+  double wait_s = 0.0;   ///< give up after so long without a headset; 0: never
   bool quiet = false;
 };
+
+/// What --tip says as a place, m; nothing if it says none (pivot, or nonsense).
+std::optional<glm::dvec3> tip_of(const std::string& text);
 
 /// Guides a person from no headset to a stored and checked calibration; returns the exit code. From
 /// the main thread, before others are started.

@@ -172,6 +172,12 @@ class HeadsetLoop::Run {
           "again with 'palpate calibrate'.",
           scene_->calibration->space));
       scene_->calibration.reset();
+    } else if (!scene_->controller && !guess_told_) {
+      guess_told_ = true;
+      loop_.tell(
+          "Where the force device stands in this room is a guess, so what is felt is not where it "
+          "is "
+          "seen: find it with 'palpate calibrate -o room.json', and add --calibration room.json.");
     }
     glm::dvec3 centre;
     double radius_m = 0.0;
@@ -248,7 +254,7 @@ class HeadsetLoop::Run {
   MomentAhead ahead_;
   std::optional<Pose> head_;  ///< world, of the last frame that asked for a picture
   bool pass_through_ = false;
-  bool placed_ = false, seen_ = false, was_seen_ = false, ending_ = false;
+  bool guess_told_ = false, placed_ = false, seen_ = false, was_seen_ = false, ending_ = false;
   uint64_t frames_ = 0, sessions_ = 0;
   int64_t last_ns_ = 0;
   std::string trouble_;
