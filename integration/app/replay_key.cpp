@@ -72,8 +72,10 @@ SafetyOptions safety_of(const Json& j) {
   safety.late_s = not_below_zero(j.at("late_s"));
   safety.stale_s = not_below_zero(j.at("stale_s"));
   safety.dead_man = j.at("dead_man").get<bool>();
-  safety.dead_man_buttons = buttons(j.at("dead_man_buttons"));
-  safety.seen_buttons = buttons(j.at("seen_buttons"));
+  // Any button was the dead-man and nobody had to see it before there were headsets: recordings of
+  // that time say nothing of either, and the defaults are what held then.
+  if (j.contains("dead_man_buttons")) safety.dead_man_buttons = buttons(j.at("dead_man_buttons"));
+  if (j.contains("seen_buttons")) safety.seen_buttons = buttons(j.at("seen_buttons"));
   return safety;
 }
 

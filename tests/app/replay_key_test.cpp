@@ -50,6 +50,16 @@ TEST(ReplayKey, IsReadBackAsItWasWritten) {
   EXPECT_EQ(read->scene.volumes.size(), heart_scene().volumes.size());
 }
 
+TEST(ReplayKey, OfTheTimeBeforeHeadsetsIsReadAsOfARunThatNobodyHadToSee) {
+  std::string text = replaced(text_of(made_key()), ",\"seen_buttons\":2147483648", "");
+  text = replaced(text, ",\"dead_man_buttons\":4294967294", "");
+  const auto read = parse_replay_key("a.ticks", text);
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_EQ(read->safety.seen_buttons, 0u);
+  EXPECT_EQ(read->safety.dead_man_buttons, ~0u) << "any button";
+  EXPECT_TRUE(read->safety.dead_man) << "the rest is as it was";
+}
+
 TEST(ReplayKey, RefusesWhatPalpateNeverWrites) {
   const std::string text = text_of(made_key());
   for (const auto& [what, by] : std::vector<std::pair<std::string, std::string>>{
