@@ -255,6 +255,24 @@ TEST_F(Monado, LetsPalpateFeelTheHeartUnmodifiedAlsoAfterItsServiceWasKilled) {
   EXPECT_THAT(run->said(), HasSubstr("in 2 sessions"));
 }
 
+TEST_F(Monado, GuidesACalibrationThatEndsInASentenceWhereNobodyMoves) {
+  start_service();
+  const std::string file = runtime_folder_ + "/room.json";
+  const auto points = palpate({"calibrate", "-o", file, "--device", "simulated"});
+  ASSERT_TRUE(points->says("The headset is there: Monado: Simulated HMD", 60s)) << points->said();
+  ASSERT_TRUE(points->says("Point  1 of 12", 60s)) << points->said();
+  ASSERT_TRUE(points->says("controller seen", 60s)) << points->said();
+  points->interrupt();
+  EXPECT_EQ(points->end(60s), 1) << points->said();
+  EXPECT_THAT(points->said(), HasSubstr("Stopped before there was a calibration"));
+  // The simulated controllers do not follow the simulated device: that is seen, and nothing stored.
+  const auto movement = palpate(
+      {"calibrate", "-o", file, "--device", "simulated", "--by", "movement", "--seconds", "6"});
+  EXPECT_EQ(movement->end(90s), 2) << movement->said();
+  EXPECT_THAT(movement->said(), HasSubstr("palpate: The stylus was hardly turned"));
+  EXPECT_FALSE(std::filesystem::exists(file));
+}
+
 /// How many pixels of a part of a screen are redder than the blue-grey background.
 int flesh(const Screenshot& shot, int left, int right, int height) {
   int red = 0;
