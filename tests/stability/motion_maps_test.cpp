@@ -36,6 +36,19 @@ TEST_F(MotionMaps, HoldUnderAnotherLightWhereClassicDoesNot) {
   EXPECT_EQ(classic(lit_pair(kSize, 0.5, 0.3, 2)).outcome, Outcome::kSilent);
 }
 
+TEST(LitPair, HasItsGainAndItsBiasInTheMovingFrameAlone) {
+  constexpr int kSmall = 16;
+  const MotionPair plain = noisy_pair(kSmall, 0.02, 3.0, 2), lit = lit_pair(kSmall, 0.5, 0.3, 2);
+  const Grid& grid = plain.fixed.grid;
+  EXPECT_EQ(lit.fixed.values, plain.fixed.values);
+  for (const int i : {0, 5, kSmall - 1}) {
+    const size_t at = grid.offset(i, 3, 7);
+    // 600 is the range of a body's intensities; values of about 1000 in single precision.
+    EXPECT_NEAR(lit.moving.values[at],
+                1.5 * double(plain.moving.values[at]) + 0.3 * 600.0 * i / (kSmall - 1.0), 1e-3);
+  }
+}
+
 TEST_F(MotionMaps, HoldUnderALittleNoiseAndFlagMuch) {
   EXPECT_EQ(ours(noisy_pair(kSize, 0.05, 3.0, 3)).outcome, Outcome::kHeld);
   EXPECT_NE(ours(noisy_pair(kSize, 1.0, 3.0, 3)).outcome, Outcome::kSilent);
