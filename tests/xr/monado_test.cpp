@@ -161,7 +161,9 @@ class Monado : public ::testing::Test {
     std::filesystem::remove(runtime_folder_ + "/monado_comp_ipc");
     service_ =
         std::make_unique<Child>(within(root_ + "/usr/bin/monado-service", {}), environment());
-    const auto end = Clock::now() + 30s;
+    // Its driver is hundreds of MB of libraries: read from a slow disk, they once took more than 30
+    // s.
+    const auto end = Clock::now() + 150s;
     while (!answers()) {
       ASSERT_LT(Clock::now(), end) << "the service did not start: " << service_->said();
       std::this_thread::sleep_for(20ms);
