@@ -270,9 +270,12 @@ TEST_F(InAHeadset, IsWaitedForWhileItIsOff) {
 }
 
 /// The least and the greatest sum of red, green and blue of the pixels that were shown.
+/// Least and most of the rows in the middle: the made optics hide corners above and below.
 std::pair<int, int> brightness(const MadeHeadset::Shown& shown) {
   int least = 3 * 255, most = 0;
-  for (size_t at = 0; at + 2 < shown.rgb.size(); at += 3) {
+  const size_t row = 3 * size_t(shown.width), height = size_t(shown.height);
+  const size_t end = std::min(height * 3 / 4 * row, shown.rgb.size());
+  for (size_t at = height / 4 * row; at + 2 < end; at += 3) {
     const int sum = int(uint8_t(shown.rgb[at])) + int(uint8_t(shown.rgb[at + 1])) +
                     int(uint8_t(shown.rgb[at + 2]));
     least = std::min(least, sum);
@@ -289,11 +292,14 @@ TEST_F(InAHeadset, PassThroughAddsNothingWhereNothingIs) {
     std::vector<std::string> more = {"--headset", "openxr", "--device", "simulated"};
     if (pass_through) more.emplace_back("--pass-through");
     Program program(feel(still_heart(folder), more));
-    ASSERT_TRUE(wait_until([&] {
+    bool as_asked = false;
+    wait_until([&] {
       headset.ask();
       const auto [least, most] = brightness(headset.shown());
-      return most > 200 && (least == 0) == pass_through;
-    })) << program.said();
+      as_asked = most > 200 && (least == 0) == pass_through;
+      return as_asked || program.ended();
+    });
+    ASSERT_TRUE(as_asked) << program.said();
     EXPECT_THAT(program.said(), Not(HasSubstr("does not show the room")));
     headset.say("exit");
     EXPECT_EQ(program.wait().exit_code, 0);
