@@ -130,7 +130,9 @@ Result<std::unique_ptr<ForceDevice>> find_falcon(const ForceDeviceChoice& choice
   options.firmware_file = choice.falcon_firmware.string();
   auto falcon = devices::FalconDevice::make(options);
   if (!falcon) return falcon.error();
-  if (choice.device == "auto" && !answers(**falcon)) return std::unique_ptr<ForceDevice>();
+  // What is not on the bus is not waited for: it would be a second on the way to the first picture.
+  if (choice.device == "auto" && !(devices::FalconDevice::is_plugged_in() && answers(**falcon)))
+    return std::unique_ptr<ForceDevice>();
   return std::unique_ptr<ForceDevice>(std::move(*falcon));
 }
 

@@ -51,6 +51,8 @@ class FalconDevice final : public ForceDevice {
   /// kBadInput if the firmware file can not be read or can not be firmware. Not finding a device is
   /// no error: it is looked for all the time.
   static Result<std::unique_ptr<FalconDevice>> make(const FalconOptions& options);
+  /// Whether something with the Falcon's ids is on the bus now: takes a look, and no time to open.
+  static bool is_plugged_in();
 
   /// Sends zero force and closes the device. No exchange() may be running.
   ~FalconDevice() override;

@@ -116,6 +116,11 @@ void FalconDevice::Worker::cut() noexcept {
   pushing_.store(false, std::memory_order_relaxed);
 }
 
+bool FalconDevice::is_plugged_in() {
+  const usb::Context context = usb::make_context();
+  return context && !usb::find(context.get(), is_falcon).empty();
+}
+
 // ---- the thread's half ------------------------------------------------------------------------
 
 void FalconDevice::Worker::run() {

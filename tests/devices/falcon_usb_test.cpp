@@ -224,6 +224,17 @@ TEST(Falcon, RefusesFirmwareFilesThatAreNone) {
   EXPECT_THAT(large.error().message, testing::HasSubstr("too large"));
 }
 
+TEST(Falcon, IsOnTheBusAsLongAsItIsPluggedInWhetherItMayBeOpenedOrNot) {
+  EmulatedFalcon falcon;
+  EXPECT_FALSE(FalconDevice::is_plugged_in());
+  falcon.plug();
+  EXPECT_TRUE(FalconDevice::is_plugged_in());
+  falcon.permit(false);
+  EXPECT_TRUE(FalconDevice::is_plugged_in());
+  falcon.unplug();
+  EXPECT_FALSE(FalconDevice::is_plugged_in());
+}
+
 TEST(Falcon, SaysThatItMayNotOpenItAndOpensItWhenItMay) {
   EmulatedFalcon falcon;
   falcon.plug();
