@@ -4,8 +4,8 @@
 
 #include "integration/app/replay_key.h"
 #include "integration/files/sentences.h"
-#include "module/haptics/haptics.h"
 #include "module/haptics/haptic_scene.h"
+#include "module/haptics/haptics.h"
 
 namespace palpate::app {
 Result<Replay> replay_felt(const FeltScene& felt, const std::filesystem::path& file) {

@@ -4,48 +4,22 @@
 #include "integration/stability/back_track_maps.h"
 #include "integration/stability/draws.h"
 #include "integration/stability/paper_loop.h"
-#include "integration/stability/shell.h"
+#include "integration/stability/thin_shell.h"
 
 namespace palpate::stability {
 namespace {
 
-constexpr int kFrames = 4;
+constexpr int kFrames = kThinFrames;
 constexpr double kThin_m = 1e-3;
 constexpr double kDartStrength_n = 20.0;
 
-/// The ball's surface alone, one voxel thick.
-Volume thin_frame(const Grid& grid, int k) {
-  Volume frame{grid, std::vector<float>(grid.count())};
-  const double radius = shell_radius_mm(k, kFrames);
-  for (int z = 0; z < grid.size.z; ++z)
-    for (int y = 0; y < grid.size.y; ++y)
-      for (int x = 0; x < grid.size.x; ++x) {
-        // What of a voxel the wall fills.
-        const double r = glm::length(grid.lps_from_index({x, y, z}));
-        const double share = 1.0 - std::abs(r - radius) / grid.finest_mm();
-        frame.values[grid.offset(x, y, z)] = float(1000.0 * std::max(0.0, share));
-      }
-  return frame;
-}
-
-/// The same frames at any rate share data and motion. The fastest step goes at so many m/s.
-std::shared_ptr<const MovingVolume> thin_shell(double wall_m_per_s) {
-  static const MovingVolume made = [] {
-    MovingVolume volume = *shell(kFrames, 1.0);
-    volume.frames.clear();
-    for (int k = 0; k < kFrames; ++k)
-      volume.frames.push_back(sampled_scalar(thin_frame(shell_grid(1e3 * kThin_m), k)));
-    return volume;
-  }();
+/// The thin shell whose fastest step goes at so many m/s.
+std::shared_ptr<const MovingVolume> shell_at(double wall_m_per_s) {
   double step_m = 0.0;
   for (int k = 0; k < kFrames; ++k)
     step_m = std::max(
         step_m, 1e-3 * std::abs(shell_radius_mm(k + 1, kFrames) - shell_radius_mm(k, kFrames)));
-  const double frames_per_second = std::max(1e-6, wall_m_per_s / step_m);
-  auto volume = std::make_shared<MovingVolume>(made);
-  for (int k = 0; k < kFrames; ++k) volume->times.times_s[size_t(k)] = k / frames_per_second;
-  volume->times.cycle_s = kFrames / frames_per_second;
-  return volume;
+  return thin_shell(std::max(1e-6, wall_m_per_s / step_m));
 }
 
 /// A hand that darts about the wall, up to 15 mm inside of it. Straight ways between seeded points.
@@ -99,7 +73,7 @@ Darts darted(double hand_m_per_s, int ticks, Draws draws, const MakeHand& make) 
 }  // namespace
 
 Cell dart_cell(double hand_m_per_s, double wall_m_per_s, bool palpate, int ticks, uint32_t seed) {
-  const auto data = thin_shell(wall_m_per_s);
+  const auto data = shell_at(wall_m_per_s);
   SceneSpec spec = shell_spec(kDartStrength_n, 0.2, 600.0);
   spec.modes.front().strength = *TransferFunction::window(300.0, 200.0, kDartStrength_n);
   Darts darts;

@@ -62,8 +62,7 @@ StabilityMap stroke_map(const Making& making) {
   StabilityMap map = new_map("stroked", "Stroking data whose motion is steep or folded");
   map.made =
       "A hand 2.5 to 12 mm inside a beating shell strokes it for 4 s, 600 N/m; in one step of four "
-      "the "
-      "material also runs along the surface, with a gradient q.";
+      "the material also runs along the surface, with a gradient q.";
   map.failed =
       "the force changes by more than 0.05 N in a millisecond beyond what the hand's own way "
       "makes";

@@ -143,8 +143,7 @@ StabilityMap damping_map(const Making& making) {
   StabilityMap map = spring_wall_map("damping", "A stiff wall and little damping");
   map.made =
       "The same five hands on devices with 1 ms of delay; the wall's stiffness is told as a share "
-      "of "
-      "what the device should hold.";
+      "of what the device should hold.";
   map.x = log_axis("damping of the device", "N s/m", 0.1, 10.0, making.count(4, 9));
   map.y = even_axis(kShare, "", 0.5, 2.0, making.count(4, 11));
   map.borders = {border_at_y(kStable, 1.0, map.x)};
@@ -233,8 +232,7 @@ StabilityMap beat_map(const Making& making) {
   StabilityMap map = leaning_map("beating", "Data that beat under the hand");
   map.made =
       "A human hand leans 10 mm into a ball whose data beat by 10 mm in radius, for 10 s (3 s in "
-      "the "
-      "quick run).";
+      "the quick run).";
   map.x = log_axis("beats per second", "Hz", 0.5, 10.0, making.count(4, 9));
   map.y = log_axis("stiffness", "N/m", 50.0, 4000.0, making.count(4, 9));
   // The wall's amplitude is half of what its radius changes by.

@@ -80,6 +80,20 @@ class Toucher {
   Toucher(MadeHeadset& headset, double noise_m, int slip)
       : headset_(headset), noise_(0.0, noise_m / std::sqrt(3.0)), slip_(slip) {}
 
+  /// Twelve points and the check, as they are asked for from this place in what was said on; false
+  /// if one is not.
+  bool touch_all(const Program& program, size_t from) {
+    for (int number = 1; number <= 13; ++number) {
+      const std::string wanted =
+          number <= 12 ? fmt::format("Point {:2} of 12", number) : std::string("Check: ");
+      from = after(program, from, wanted, "palpate:");
+      if (from == std::string::npos) return false;
+      touch(program, from, number);
+    }
+    return true;
+  }
+
+ private:
   void touch(const Program& program, size_t from, int number) {
     const glm::dvec3 tip = tip_said(program, from);
     glm::dvec3 place = kStageFromDevice(tip);
@@ -97,7 +111,6 @@ class Toucher {
     headset_.say(kSelect + std::string("0"));
   }
 
- private:
   MadeHeadset& headset_;
   std::mt19937_64 random_{7};
   std::normal_distribution<double> noise_;
@@ -116,14 +129,7 @@ TEST(Calibrate, FindsTheDeviceByTouchedPointsInSpiteOfASlip) {
   MadeHeadset headset;
   Program program(calibrate(folder / "room.json", {"--points", "12", "--tip", "10,-20,-60"}));
   Toucher toucher(headset, 0.0003, 5);
-  size_t from = 0;
-  for (int number = 1; number <= 13; ++number) {
-    const std::string wanted =
-        number <= 12 ? fmt::format("Point {:2} of 12", number) : std::string("Check: ");
-    from = after(program, from, wanted, "palpate:");
-    ASSERT_NE(from, std::string::npos);
-    toucher.touch(program, from, number);
-  }
+  ASSERT_TRUE(toucher.touch_all(program, 0)) << program.said();
   const Outcome outcome = program.wait();
   EXPECT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("11 of 12 points agree"));
@@ -219,7 +225,7 @@ TEST(Calibrate, FindsTheTipByTurningTheControllerAboutItAndThenTheDevice) {
   write_turning(folder / "turning");
   Program program(
       calibrate(folder / "room.json", {"--points", "12", "--tip", "pivot", "--seconds", "8"}));
-  size_t from = after(program, 0, "Rest the controller's touching tip", "palpate:");
+  const size_t from = after(program, 0, "Rest the controller's touching tip", "palpate:");
   ASSERT_NE(from, std::string::npos);
   headset.say("path 1 " + (folder / "turning").string());
   const auto frames = [&] { return std::stoul("0" + headset.ask()["frames"]); };
@@ -229,13 +235,7 @@ TEST(Calibrate, FindsTheTipByTurningTheControllerAboutItAndThenTheDevice) {
   ASSERT_NE(after(program, from, "Tip       at ", "palpate:"), std::string::npos);
   headset.say(kSelect + std::string("0"));
   Toucher toucher(headset, 0.0003, 0);
-  for (int number = 1; number <= 13; ++number) {
-    const std::string wanted =
-        number <= 12 ? fmt::format("Point {:2} of 12", number) : std::string("Check: ");
-    from = after(program, from, wanted, "palpate:");
-    ASSERT_NE(from, std::string::npos);
-    toucher.touch(program, from, number);
-  }
+  ASSERT_TRUE(toucher.touch_all(program, from)) << program.said();
   const Outcome outcome = program.wait();
   EXPECT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("each half of them alone puts it within"));

@@ -7,6 +7,7 @@
 #include <glm/gtc/constants.hpp>
 
 #include "compute/volume/phantom.h"
+#include "integration/stability/thin_shell.h"
 #include "tests/bench/haptics_bench.h"
 #include "tests/bench/haptics_bench_scenes.h"
 #include "tests/support/random.h"
@@ -14,43 +15,14 @@
 namespace palpate::bench {
 namespace {
 
+using stability::thin_shell;
 using test::Random;
 
-constexpr int kFrames = 4;
+constexpr int kFrames = stability::kThinFrames;
 constexpr double kVoxel_m = 1e-3;
 constexpr double kStiffness = 600.0, kStrength_n = 20.0;
 constexpr double kWallSpeed_m_per_s = 0.3, kHandSpeed_m_per_s = 1.0;
 constexpr int kFramesPerScene = 100'000;
-
-/// The ball's surface alone, one voxel thick.
-Volume thin_frame(const Grid& grid, int k) {
-  Volume frame{grid, std::vector<float>(grid.count())};
-  const double radius = test::shell_radius_mm(k, kFrames);
-  for (int z = 0; z < grid.size.z; ++z)
-    for (int y = 0; y < grid.size.y; ++y)
-      for (int x = 0; x < grid.size.x; ++x) {
-        // What of a voxel the wall fills.
-        const double r = glm::length(grid.lps_from_index({x, y, z}));
-        const double share = 1.0 - std::abs(r - radius) / grid.finest_mm();
-        frame.values[grid.offset(x, y, z)] = float(1000.0 * std::max(0.0, share));
-      }
-  return frame;
-}
-
-/// The same frames at any rate share data and motion.
-std::shared_ptr<const MovingVolume> thin_shell(double frames_per_second) {
-  static const MovingVolume made = [] {
-    MovingVolume volume = *test::shell(kFrames, 1.0);
-    volume.frames.clear();
-    const Grid grid = test::shell_grid(1e3 * kVoxel_m);
-    for (int k = 0; k < kFrames; ++k) volume.frames.push_back(sampled_scalar(thin_frame(grid, k)));
-    return volume;
-  }();
-  auto volume = std::make_shared<MovingVolume>(made);
-  for (int k = 0; k < kFrames; ++k) volume->times.times_s[size_t(k)] = k / frames_per_second;
-  volume->times.cycle_s = kFrames / frames_per_second;
-  return volume;
-}
 
 /// A hand that darts about the wall at up to 1 m/s, up to 20 mm inside of it. Straight ways between
 /// seeded points.

@@ -24,6 +24,22 @@ std::shared_ptr<const MovingVolume> small_heart() {
   return built ? std::make_shared<const MovingVolume>(std::move(*built)) : nullptr;
 }
 
+/// The heart at rest before a person who stands 1.6 m tall.
+xr::Show showing(std::shared_ptr<const MovingVolume> heart) {
+  const auto volumes =
+      std::make_shared<const std::vector<std::shared_ptr<const MovingVolume>>>(1, std::move(heart));
+  return [volumes](const xr::Frame&) {
+    xr::Scenery scenery;
+    scenery.volumes = *volumes;
+    ViewVolume shown;
+    shown.data = volumes->front();
+    shown.world_from_volume.translation_m = {0.0, 1.6, -0.3};
+    shown.look = *preset_look("CT heart");
+    scenery.scene.volumes = {shown};
+    return std::optional(scenery);
+  };
+}
+
 TEST_F(VolumeSourceTest, HandsOverWhatTheRendererDrawsForEachEyeWithItsDepth) {
   const auto heart = small_heart();
   ASSERT_TRUE(heart);
@@ -90,17 +106,7 @@ std::vector<XrVector2f> half(float side) {
 
 TEST_F(VolumeSourceTest, DrawsNothingWhereTheOpticsHideItAlsoWhenTheRuntimeChangesThat) {
   const auto heart = small_heart();
-  const std::vector<std::shared_ptr<const MovingVolume>> volumes{heart};
-  xr::VolumeSource drawing([&](const xr::Frame&) {
-    xr::Scenery scenery;
-    scenery.volumes = volumes;
-    ViewVolume shown;
-    shown.data = heart;
-    shown.world_from_volume.translation_m = {0.0, 1.6, -0.3};
-    shown.look = *preset_look("CT heart");
-    scenery.scene.volumes = {shown};
-    return std::optional(scenery);
-  });
+  xr::VolumeSource drawing(showing(heart));
   runtime().setup().keep_pictures = true;
   runtime().setup().rate_hz = 0.01;  // leaves time: every picture comes to its full size
   runtime().script_head([](XrTime) { return XrPosef{{0, 0, 0, 1}, {0, 1.6F, 0}}; });
@@ -173,17 +179,7 @@ struct Stored {
 
 TEST_F(VolumeSourceTest, ShowsTheSameColoursInEveryFormat) {
   const auto heart = small_heart();
-  const std::vector<std::shared_ptr<const MovingVolume>> volumes{heart};
-  const xr::Show show = [&](const xr::Frame&) {
-    xr::Scenery scenery;
-    scenery.volumes = volumes;
-    ViewVolume shown;
-    shown.data = heart;
-    shown.world_from_volume.translation_m = {0.0, 1.6, -0.3};
-    shown.look = *preset_look("CT heart");
-    scenery.scene.volumes = {shown};
-    return std::optional(scenery);
-  };
+  const xr::Show show = showing(heart);
   std::vector<fake::Picture> first;
   for (const Stored stored : {Stored{VK_FORMAT_R8G8B8A8_SRGB}, Stored{VK_FORMAT_B8G8R8A8_SRGB},
                               Stored{VK_FORMAT_R16G16B16A16_SFLOAT},
@@ -230,17 +226,7 @@ TEST_F(VolumeSourceTest, ShowsTheSameColoursInEveryFormat) {
 
 TEST_F(VolumeSourceTest, MakesEverythingAnewOnTheDeviceOfARuntimeThatInsistsOnItsOwn) {
   const auto heart = small_heart();
-  const std::vector<std::shared_ptr<const MovingVolume>> volumes{heart};
-  xr::VolumeSource drawing([&](const xr::Frame&) {
-    xr::Scenery scenery;
-    scenery.volumes = volumes;
-    ViewVolume shown;
-    shown.data = heart;
-    shown.world_from_volume.translation_m = {0.0, 1.6, -0.3};
-    shown.look = *preset_look("CT heart");
-    scenery.scene.volumes = {shown};
-    return std::optional(scenery);
-  });
+  xr::VolumeSource drawing(showing(heart));
   runtime().setup().own_devices_only = true;
   xr::HeadsetOptions options;
   options.validation = true;

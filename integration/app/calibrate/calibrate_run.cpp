@@ -223,8 +223,8 @@ class Calibrating {
   Status find_tip() {
     console_.say(fmt::format(
         "Rest the controller's touching tip in a dent that holds it, pull the trigger, and turn "
-        "the "
-        "controller about the tip, tilted to all sides and rolled, for {:.0f} s until it knocks.",
+        "the controller about the tip, tilted to all sides and rolled, for {:.0f} s until it "
+        "knocks.",
         seconds()));
     const auto samples = turning();
     if (!samples) return samples.error();

@@ -176,8 +176,8 @@ class HeadsetLoop::Run {
       guess_told_ = true;
       loop_.tell(
           "Where the force device stands in this room is a guess, so what is felt is not where it "
-          "is "
-          "seen: find it with 'palpate calibrate -o room.json', and add --calibration room.json.");
+          "is seen: find it with 'palpate calibrate -o room.json', and add --calibration "
+          "room.json.");
     }
     glm::dvec3 centre;
     double radius_m = 0.0;
