@@ -77,5 +77,39 @@ TEST_F(LightTest, ThroughASphereFollowsItsLineIntegral) {
   }
 }
 
+TEST_F(LightTest, IsSmoothedAlikeAlongAllAxes) {
+  // Frames are smoothed in runs along one axis: the borders of runs must not show.
+  constexpr PictureSize kSquare{64, 64};
+  constexpr int kVoxels = 32;
+  const auto level = [](double mm) {
+    const int voxel = int(std::floor(mm + 0.5 * kVoxels));
+    return voxel * voxel * 7 % 11 < 5 ? 1.0 : 0.0;
+  };
+  const auto across = still_volume(kVoxels, 1.0, [&](glm::dvec3 mm) { return level(mm.x); });
+  const auto up = still_volume(kVoxels, 1.0, [&](glm::dvec3 mm) { return level(mm.y); });
+  auto view = renderer({kSquare, 1});
+  set(*view, {across, up});
+  // From so far away that rays are parallel.
+  const Eye eye = eye_at({0.0, 0.0, 10.0}, {0.0, 0.0, 0.0}, 0.001 * kVoxels / 10.0, kSquare);
+  std::vector<Picture> pictures;
+  for (const auto& volume : {across, up}) {
+    ViewScene scene;
+    scene.volumes = {{volume, {}, {}, proportional_look(0.05)}};
+    pictures.push_back(draw(*view, scene, {eye}, kSquare)[0]);
+  }
+  int least = 255, most = 0;
+  for (int y = 2; y < kSquare.height - 2; ++y)
+    for (int x = 2; x < kSquare.width - 2; ++x) {
+      least = std::min(least, channel(pictures[0], x, y, 3));
+      most = std::max(most, channel(pictures[0], x, y, 3));
+      // Half a step of rounding for each, and one for jitter, which differs from pixel to pixel.
+      ASSERT_NEAR(channel(pictures[0], x, y, 3), channel(pictures[1], y, kSquare.height - 1 - x, 3),
+                  2)
+          << x << ", " << y;
+    }
+  // There is something to compare.
+  EXPECT_GT(most - least, 80);
+}
+
 }  // namespace
 }  // namespace palpate::test
