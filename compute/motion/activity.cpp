@@ -3,13 +3,6 @@
 #include <cassert>
 
 namespace palpate {
-namespace {
-
-glm::ivec3 unpacked(uint32_t brick) {
-  return {int(brick & 1023U), int(brick >> 10 & 1023U), int(brick >> 20)};
-}
-
-}  // namespace
 
 BrickList active_bricks(const BrickList& bricks, std::span<const BrickLook> looks, glm::ivec3 cells,
                         const RestRule& rule) {

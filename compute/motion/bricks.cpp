@@ -4,17 +4,20 @@
 
 namespace palpate {
 
-BrickList all_bricks(glm::ivec3 cells) {
-  const glm::ivec3 n = brick_count(cells);
+BrickList bricks_over(glm::ivec3 begin, glm::ivec3 end) {
+  const glm::ivec3 first = begin / shaders::kBrick, n = brick_count(end);
   BrickList bricks;
-  bricks.reserve(size_t(n.x) * size_t(n.y) * size_t(n.z));
-  for (int z = 0; z < n.z; ++z) {
-    for (int y = 0; y < n.y; ++y) {
-      for (int x = 0; x < n.x; ++x)
+  for (int z = first.z; z < n.z; ++z) {
+    for (int y = first.y; y < n.y; ++y) {
+      for (int x = first.x; x < n.x; ++x)
         bricks.push_back(uint32_t(x) | uint32_t(y) << 10 | uint32_t(z) << 20);
     }
   }
   return bricks;
+}
+
+BrickList all_bricks(glm::ivec3 cells) {
+  return bricks_over(glm::ivec3(0), cells);
 }
 
 vulkan::Buffer upload_bricks(const std::shared_ptr<vulkan::Context>& context,

@@ -16,6 +16,13 @@ inline glm::ivec3 brick_count(glm::ivec3 cells) {
   return (cells + shaders::kBrick - 1) / shaders::kBrick;
 }
 
+/// Where a brick lies, counted in bricks.
+inline glm::ivec3 unpacked(uint32_t brick) {
+  return {int(brick & 1023U), int(brick >> 10 & 1023U), int(brick >> 20)};
+}
+
+/// The bricks that hold any of the cells [begin, end).
+BrickList bricks_over(glm::ivec3 begin, glm::ivec3 end);
 /// Every brick of a grid of cells.
 BrickList all_bricks(glm::ivec3 cells);
 

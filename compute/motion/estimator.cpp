@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <condition_variable>
 #include <deque>
 #include <mutex>
@@ -34,6 +35,7 @@ struct DeviceFrame {
   size_t index = 0;
   double prepare_seconds = 0.0;
   std::unique_ptr<FramePyramid> pyramid;
+  HalfVolume values;  // only if it was not prepared as a whole, and may have to be
 };
 
 class Worker final : public SequenceEstimator {
@@ -50,12 +52,12 @@ class Worker final : public SequenceEstimator {
   /// Allocates everything and starts the worker. Throws vulkan::Failure.
   void start() {
     auto kernels = std::make_shared<MotionKernels>(context_);
-    builder_ = std::make_unique<PyramidBuilder>(context_, kernels, plan_);
-    if (options_.mask) builder_->set_mask(*options_.mask);
+    region_ = options_.mask ? region_of(plan_, *options_.mask) : whole_region(plan_);
+    builder_ = std::make_unique<PyramidBuilder>(context_, kernels, plan_, region_);
     if (options_.motion.method == MotionMethod::kClassic) {
       solver_ = std::make_unique<ClassicSolver>(context_, kernels, plan_);
     } else {
-      solver_ = std::make_unique<PairSolver>(context_, kernels, plan_);
+      solver_ = std::make_unique<PairSolver>(context_, kernels, plan_, region_);
     }
     thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
   }
@@ -172,22 +174,35 @@ class Worker final : public SequenceEstimator {
     return frame;
   }
 
-  DeviceFrame prepare(const WaitingFrame& frame, std::unique_ptr<FramePyramid> reuse) {
+  DeviceFrame prepare(WaitingFrame frame, std::unique_ptr<FramePyramid> reuse) {
     const auto start = Clock::now();
     DeviceFrame result;
     result.index = frame.index;
     result.pyramid = reuse ? std::move(reuse) : std::make_unique<FramePyramid>(context_, plan_);
-    builder_->build(frame.values, noise_, options_.mask.has_value(), *result.pyramid);
+    builder_->build(frame.values, noise_, *result.pyramid);
+    if (std::isfinite(region_.reach_mm)) result.values = std::move(frame.values);
     result.prepare_seconds = seconds_since(start);
     return result;
+  }
+
+  /// Motion has turned out larger than the region expects: from now on frames are whole.
+  void widen(DeviceFrame& frame) {
+    const auto start = Clock::now();
+    if (std::isfinite(region_.reach_mm)) {
+      region_ = with_whole_images(plan_, std::move(region_));
+      builder_->set_region(region_);
+    }
+    if (!std::isfinite(frame.pyramid->reach_mm())) return;
+    builder_->build(frame.values, noise_, *frame.pyramid);
+    frame.values = {};
+    frame.prepare_seconds += seconds_since(start);
   }
 
   void work() {
     std::optional<DeviceFrame> first, before;
     std::unique_ptr<FramePyramid> spare;
     while (auto frame = next()) {
-      DeviceFrame now = prepare(*frame, std::move(spare));
-      frame.reset();
+      DeviceFrame now = prepare(*std::move(frame), std::move(spare));
       // A cycle needs its first frame again at the end; otherwise a frame is done once it has been
       // fixed.
       if (before) {
@@ -204,11 +219,20 @@ class Worker final : public SequenceEstimator {
   }
 
   /// False if stopped.
-  bool solve(const DeviceFrame& fixed, const DeviceFrame& moving) {
-    const auto report =
-        solver_->solve(*fixed.pyramid, *moving.pyramid, stop_.get_token(), [&](double share) {
-          if (on_progress_) on_progress_(fixed.index, moving.index, share);
-        });
+  bool solve(DeviceFrame& fixed, DeviceFrame& moving) {
+    const auto solve_once = [&] {
+      return solver_->solve(*fixed.pyramid, *moving.pyramid, stop_.get_token(), [&](double share) {
+        if (on_progress_) on_progress_(fixed.index, moving.index, share);
+      });
+    };
+    auto report = solve_once();
+    if (report && report->out_of_reach) {
+      const double in_vain = report->seconds;
+      widen(fixed);
+      widen(moving);
+      report = solve_once();
+      if (report) report->seconds += in_vain;
+    }
     if (!report) return false;
     PairMotion motion;
     motion.fixed_frame = fixed.index;
@@ -227,6 +251,7 @@ class Worker final : public SequenceEstimator {
   const bool fits_;
   const OnMotion on_motion_;
   const OnProgress on_progress_;
+  Region region_;
   std::unique_ptr<PyramidBuilder> builder_;
   std::unique_ptr<FieldSolver> solver_;
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
+#include <limits>
 
 #include "compute/motion/bricks.h"
 #include "compute/motion/gauss.h"
@@ -9,33 +11,21 @@
 namespace palpate {
 namespace {
 
+constexpr float kInfinite = std::numeric_limits<float>::infinity();
+const glm::vec4 kOutside(kInfinite, kInfinite, kInfinite, 0.0F);
+
+glm::ivec4 wide(glm::ivec3 v) {
+  return {v, 0};
+}
+
 glm::ivec3 groups_of(glm::ivec3 size, int local_x = 64) {
   return {(size.x + local_x - 1) / local_x, size.y, size.z};
 }
 
-/// Most of what a coarse voxel covers decides whether it is inside.
-std::vector<uint8_t> shrunk_mask(const std::vector<uint8_t>& fine, glm::ivec3 fine_size,
-                                 glm::ivec3 ratio, glm::ivec3 size) {
-  std::vector<uint8_t> coarse(size_t(size.x) * size_t(size.y) * size_t(size.z));
-  size_t out = 0;
-  for (int z = 0; z < size.z; ++z) {
-    for (int y = 0; y < size.y; ++y) {
-      for (int x = 0; x < size.x; ++x, ++out) {
-        int inside = 0, all = 0;
-        for (int k = 0; k < ratio.x * ratio.y * ratio.z; ++k) {
-          const glm::ivec3 i =
-              glm::ivec3(x, y, z) * ratio +
-              glm::ivec3(k % ratio.x, k / ratio.x % ratio.y, k / (ratio.x * ratio.y));
-          if (i.x >= fine_size.x || i.y >= fine_size.y || i.z >= fine_size.z) continue;
-          ++all;
-          inside += fine[size_t(i.x) + size_t(fine_size.x) *
-                                           (size_t(i.y) + size_t(fine_size.y) * size_t(i.z))] != 0;
-        }
-        coarse[out] = 2 * inside >= all ? 255 : 0;
-      }
-    }
-  }
-  return coarse;
+/// SD of the window of local normalisation, in cells of the moments.
+glm::dvec3 moment_sigma(const MotionPlan& plan, const LevelPlan& level) {
+  return plan.options.normalise_window * level.h_mm /
+         (level.spacing_mm * glm::dvec3(level.moment_cell));
 }
 
 }  // namespace
@@ -64,8 +54,7 @@ PyramidBuilder::Workspace::Workspace(const std::shared_ptr<vulkan::Context>& con
     : size(image_size),
       cells((image_size + cell - 1) / cell),
       raw(context, size, VK_FORMAT_R16_SFLOAT),
-      normalised(context, size, VK_FORMAT_R16_SFLOAT),
-      bricks(upload_bricks(context, all_bricks(cells))) {
+      normalised(context, size, VK_FORMAT_R16_SFLOAT) {
   vulkan::Recorder recorder(context);
   recorder.prepare(raw);
   recorder.prepare(normalised);
@@ -77,7 +66,8 @@ PyramidBuilder::Workspace::Workspace(const std::shared_ptr<vulkan::Context>& con
 }
 
 PyramidBuilder::PyramidBuilder(std::shared_ptr<vulkan::Context> context,
-                               std::shared_ptr<MotionKernels> kernels, const MotionPlan& plan)
+                               std::shared_ptr<MotionKernels> kernels, const MotionPlan& plan,
+                               const Region& region)
     : context_(std::move(context)),
       kernels_(std::move(kernels)),
       plan_(plan),
@@ -91,6 +81,26 @@ PyramidBuilder::PyramidBuilder(std::shared_ptr<vulkan::Context> context,
     levels_.emplace_back(context_, on_host ? glm::ivec3(1) : plan_.levels[l].image_size,
                          plan_.levels[l].moment_cell);
   }
+  set_region(region);
+}
+
+/// A texel reads its neighbours' normalised intensity, a normalised intensity the moments of the
+/// cells around it, and smoothed moments those as far as the Gaussian's taps go along each axis.
+void PyramidBuilder::aim(Workspace& work, const LevelPlan& level, const VoxelBox& box) const {
+  const auto widened = [](const VoxelBox& inner, glm::ivec3 by, glm::ivec3 size) {
+    return VoxelBox{glm::max(inner.begin - by, glm::ivec3(0)), glm::min(inner.end + by, size)};
+  };
+  work.packed_box = box;
+  work.normalised_box = widened(box, glm::ivec3(1), work.size);
+  const glm::ivec3 cell = level.moment_cell;
+  const glm::dvec3 sigma = moment_sigma(plan_, level);
+  glm::ivec3 taps(1);
+  for (int a = 0; a < 3; ++a) taps[a] += gauss_push(work.cells, a, sigma[a]).radius.x;
+  work.moments_box =
+      widened({work.normalised_box.begin / cell, (work.normalised_box.end + cell - 1) / cell}, taps,
+              work.cells);
+  work.bricks = bricks_over(work.moments_box.begin, work.moments_box.end);
+  work.list = upload_bricks(context_, work.bricks);
 }
 
 vulkan::Image PyramidBuilder::upload_mask(const uint8_t* values, glm::ivec3 size) {
@@ -105,18 +115,19 @@ vulkan::Image PyramidBuilder::upload_mask(const uint8_t* values, glm::ivec3 size
   return image;
 }
 
-void PyramidBuilder::set_mask(const Mask& mask) {
-  assert(mask.grid.size == plan_.image.size && "the mask must have the plan's size");
-  std::vector<uint8_t> values = mask.values;
-  for (uint8_t& value : values) value = value ? 255 : 0;
+void PyramidBuilder::set_region(const Region& region) {
+  assert(region.levels.size() == plan_.levels.size() && "the region must be the plan's");
+  reach_mm_ = region.reach_mm;
   masks_.clear();
-  if (plan_.slabs > 1) finest_mask_ = values;
+  finest_mask_.clear();
   for (size_t l = 0; l < plan_.levels.size(); ++l) {
-    const LevelPlan& level = plan_.levels[l];
-    if (l > 0)
-      values = shrunk_mask(values, plan_.levels[l - 1].image_size, level.ratio, level.image_size);
+    const LevelRegion& level = region.levels[l];
     const bool on_host = l == 0 && plan_.slabs > 1;
-    masks_.push_back(upload_mask(values.data(), on_host ? glm::ivec3(1) : level.image_size));
+    if (!on_host) aim(levels_[l], plan_.levels[l], level.voxels);
+    if (!region.masked()) continue;
+    if (on_host) finest_mask_ = level.mask;
+    masks_.push_back(
+        upload_mask(level.mask.data(), on_host ? glm::ivec3(1) : plan_.levels[l].image_size));
   }
 }
 
@@ -124,38 +135,43 @@ void PyramidBuilder::record_level(vulkan::Recorder& recorder, size_t l, const Wo
                                   double noise, const vulkan::Image* mask,
                                   const vulkan::Image& packed) {
   const LevelPlan& level = plan_.levels[l];
+  if (work.packed_box.empty()) return;
   const glm::ivec4 size(work.size, 0);
   const glm::ivec4 cells(work.cells, 0);
   const glm::ivec4 cell(level.moment_cell, 0);
   const vulkan::Image* moments = &work.moments[0];
   if (plan_.options.normalise) {
     recorder.dispatch(kernels_->moments(), {{work.raw, kernels_->nearest()}, work.moments[0]},
-                      shaders::MomentsPush{size, cells, cell}, groups_of(work.cells));
-    const glm::dvec3 sigma = plan_.options.normalise_window * level.h_mm /
-                             (level.spacing_mm * glm::dvec3(level.moment_cell));
-    if (record_gauss(recorder, *kernels_, work.bricks, brick_groups(all_bricks(work.cells)), sigma,
-                     {&work.moments[0]}, {&work.moments[1]})) {
+                      shaders::MomentsPush{size, cells, cell, wide(work.moments_box.begin)},
+                      groups_of(work.moments_box.size()));
+    if (record_gauss(recorder, *kernels_, work.list, brick_groups(work.bricks),
+                     moment_sigma(plan_, level), {&work.moments[0]}, {&work.moments[1]})) {
       moments = &work.moments[1];
     }
   }
   recorder.dispatch(
       kernels_->normalise(),
       {{work.raw, kernels_->nearest()}, {*moments, kernels_->linear()}, work.normalised},
-      shaders::NormalisePush{
-          size, cells, cell, {float(noise * noise), plan_.options.normalise ? 1.0F : 0.0F, 0, 0}},
-      groups_of(work.size));
-  recorder.dispatch(kernels_->pack(mask != nullptr),
-                    {{work.normalised, kernels_->nearest()},
-                     {mask ? *mask : no_mask_, kernels_->nearest()},
-                     packed},
-                    shaders::PackPush{size, glm::vec4(level.spacing_mm, 0)}, groups_of(work.size));
+      shaders::NormalisePush{size,
+                             cells,
+                             cell,
+                             {float(noise * noise), plan_.options.normalise ? 1.0F : 0.0F, 0, 0},
+                             wide(work.normalised_box.begin)},
+      groups_of(work.normalised_box.size()));
+  recorder.dispatch(
+      kernels_->pack(mask != nullptr),
+      {{work.normalised, kernels_->nearest()},
+       {mask ? *mask : no_mask_, kernels_->nearest()},
+       packed},
+      shaders::PackPush{size, glm::vec4(level.spacing_mm, 0), wide(work.packed_box.begin)},
+      groups_of(work.packed_box.size()));
 }
 
 /// One slab of the finest level, from the host and back to it: with a halo wide enough for local
 /// normalisation, so that nothing tells where the cut was. Its share of the next level is left in
 /// that level's workspace.
 void PyramidBuilder::build_slab(const HalfVolume& volume, const Slab& slab, double noise,
-                                bool masked, const vulkan::Buffer& target) {
+                                const vulkan::Buffer& target) {
   const glm::ivec3 whole = plan_.image.size;
   const int halo = normalisation_halo(plan_);
   // A last, short slab holds more than it answers for. Cells of the moments must fall where they do
@@ -166,6 +182,8 @@ void PyramidBuilder::build_slab(const HalfVolume& volume, const Slab& slab, doub
   const glm::ivec3 size{whole.x, whole.y, high - low};
   const size_t slice = size_t(whole.x) * size_t(whole.y);
   Workspace work(context_, size, plan_.levels[0].moment_cell);
+  aim(work, plan_.levels[0], {glm::ivec3(0), size});
+  const bool masked = !finest_mask_.empty();
   vulkan::Image packed(context_, size, VK_FORMAT_R16G16B16A16_SFLOAT);
   vulkan::Image mask;
   if (masked) mask = upload_mask(finest_mask_.data() + slice * size_t(low), size);
@@ -190,16 +208,18 @@ void PyramidBuilder::build_slab(const HalfVolume& volume, const Slab& slab, doub
   recorder.run();
 }
 
-void PyramidBuilder::build(const HalfVolume& volume, double noise, bool masked,
-                           FramePyramid& target) {
+void PyramidBuilder::build(const HalfVolume& volume, double noise, FramePyramid& target) {
   assert(volume.bits.size() == plan_.image.count() && "the frame must have the plan's size");
-  assert((!masked || !masks_.empty()) && "set_mask() first");
   const size_t first_whole = plan_.slabs > 1 ? 1 : 0;
   vulkan::Recorder recorder(context_, uint32_t(16 * plan_.levels.size()));
+  if (target.reach_mm_ != reach_mm_ && std::isfinite(reach_mm_)) {
+    // What lies outside the boxes must not look like an image.
+    for (size_t l = 0; l < plan_.levels.size(); ++l) recorder.clear(target.level(l), kOutside);
+  }
+  target.reach_mm_ = reach_mm_;
   if (plan_.slabs > 1) {
     const std::vector<Slab> slabs = slabs_of(plan_);
-    for (size_t s = 0; s < slabs.size(); ++s)
-      build_slab(volume, slabs[s], noise, masked, target.slab(s));
+    for (size_t s = 0; s < slabs.size(); ++s) build_slab(volume, slabs[s], noise, target.slab(s));
   } else {
     std::copy(volume.bits.begin(), volume.bits.end(), staging_.as<uint16_t>().begin());
     recorder.copy(staging_, levels_[0].raw);
@@ -214,7 +234,8 @@ void PyramidBuilder::build(const HalfVolume& volume, double noise, bool masked,
           groups_of(level.image_size));
     }
     if (int(l) >= plan_.options.finest_level) {
-      record_level(recorder, l, levels_[l], noise, masked ? &masks_[l] : nullptr, target.level(l));
+      record_level(recorder, l, levels_[l], noise, masks_.empty() ? nullptr : &masks_[l],
+                   target.level(l));
     }
   }
   recorder.run();

@@ -6,6 +6,7 @@
 #include "compute/motion/intensity.h"
 #include "compute/motion/kernels.h"
 #include "compute/motion/plan.h"
+#include "compute/motion/region.h"
 #include "compute/vulkan/recorder.h"
 
 namespace palpate {
@@ -20,10 +21,15 @@ class FramePyramid {
   /// The finest level's texels of slab s, the slices that it holds, in host memory that the device
   /// can copy from. Only with more than one slab.
   const vulkan::Buffer& slab(size_t s) const { return slabs_[s]; }
+  /// Motion up to which this frame can be the moving one, in mm: it was prepared no further around
+  /// what the mask leaves.
+  double reach_mm() const { return reach_mm_; }
 
  private:
+  friend class PyramidBuilder;
   std::vector<vulkan::Image> levels_;
   std::vector<vulkan::Buffer> slabs_;
+  double reach_mm_ = 0.0;
 };
 
 /// Fills pyramids. Owns what it needs on the way, so one builder serves all frames of a plan. One
@@ -31,16 +37,15 @@ class FramePyramid {
 class PyramidBuilder {
  public:
   PyramidBuilder(std::shared_ptr<vulkan::Context> context, std::shared_ptr<MotionKernels> kernels,
-                 const MotionPlan& plan);
+                 const MotionPlan& plan, const Region& region);
 
   /// Uploads and computes all levels; waits for the end. `noise` is the floor of local
-  /// normalisation, in scaled units. With `masked`, the gradients of voxels outside the mask are
-  /// infinite on the finest level, and on a coarser one if most of what they cover is outside.
-  /// Throws vulkan::Failure.
-  void build(const HalfVolume& volume, double noise, bool masked, FramePyramid& target);
+  /// normalisation, in scaled units. The gradients of voxels that do not count are infinite; so are
+  /// those outside the region's boxes, whose intensity is 0. Throws vulkan::Failure.
+  void build(const HalfVolume& volume, double noise, FramePyramid& target);
 
-  /// The mask for build(): on the frames' grid.
-  void set_mask(const Mask& mask);
+  /// Another region of the same plan, for the frames to come.
+  void set_region(const Region& region);
 
  private:
   /// What one image needs on its way from intensities to texels.
@@ -50,10 +55,15 @@ class PyramidBuilder {
     vulkan::Image raw;         // r16f
     vulkan::Image normalised;  // r16f
     vulkan::Image moments[2];  // rg32f, on cells
-    vulkan::Buffer bricks;     // of the cells
+    // What of them is needed for the texels of a box: voxels, cells of the moments, and bricks of
+    // these.
+    VoxelBox packed_box, normalised_box, moments_box;
+    BrickList bricks;
+    vulkan::Buffer list;
   };
+  void aim(Workspace& work, const LevelPlan& level, const VoxelBox& box) const;
   vulkan::Image upload_mask(const uint8_t* values, glm::ivec3 size);
-  void build_slab(const HalfVolume& volume, const Slab& slab, double noise, bool masked,
+  void build_slab(const HalfVolume& volume, const Slab& slab, double noise,
                   const vulkan::Buffer& target);
   void record_level(vulkan::Recorder& recorder, size_t l, const Workspace& work, double noise,
                     const vulkan::Image* mask, const vulkan::Image& packed);
@@ -63,8 +73,9 @@ class PyramidBuilder {
   const MotionPlan plan_;
   vulkan::Buffer staging_;
   std::vector<Workspace> levels_;     // [0] is a stand-in if the finest images are cut into slabs
-  std::vector<vulkan::Image> masks_;  // r8 per level, only once a mask was given
-  std::vector<uint8_t> finest_mask_;  // for slabs
+  std::vector<vulkan::Image> masks_;  // r8 per level, only with a mask
+  std::vector<uint8_t> finest_mask_;  // for slabs, only with a mask
+  double reach_mm_ = 0.0;
   vulkan::Image no_mask_;
 };
 

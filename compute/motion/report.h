@@ -19,8 +19,11 @@ struct SolveReport {
   std::vector<LevelReport> levels;  ///< coarsest first
   int repaired = 0;                 ///< rounds of fold repair
   size_t folded_cells = 0;          ///< left after repair: 0 unless the repair failed
-  double seconds = 0.0;             ///< from images on the device to the field on the device
-  double prepare_seconds = 0.0;     ///< upload, pyramid and normalisation of frames that were new
+  /// Ended without a field, because something moved further than the moving frame was prepared.
+  /// Never in a report that an estimator delivers: it prepares more and solves again.
+  bool out_of_reach = false;
+  double seconds = 0.0;          ///< from images on the device to the field on the device
+  double prepare_seconds = 0.0;  ///< upload, pyramid and normalisation of frames that were new
 };
 
 }  // namespace palpate

@@ -12,9 +12,9 @@ namespace {
 
 constexpr int kBatch =
     5;  // iterations per submission: also how often convergence and stop are looked at
-constexpr double kHalfTrust = 0.5;  // h: expected error at which trust is a half
-constexpr int kMaxRepairs = 200;    // smoothing rounds; a few are enough on any data seen
-constexpr int kDispatchesPerIteration = 32;
+constexpr double kHalfTrust = 0.5;           // h: expected error at which trust is a half
+constexpr int kMaxRepairs = 200;             // smoothing rounds; a few are enough on any data seen
+constexpr int kDispatchesPerIteration = 16;  // without the filter's steps, two each
 glm::ivec4 wide(glm::ivec3 v, int w = 0) {
   return {v, w};
 }
@@ -22,7 +22,8 @@ glm::ivec4 wide(glm::ivec3 v, int w = 0) {
 }  // namespace
 
 PairSolver::PairSolver(std::shared_ptr<vulkan::Context> context,
-                       std::shared_ptr<MotionKernels> kernels, const MotionPlan& plan)
+                       std::shared_ptr<MotionKernels> kernels, const MotionPlan& plan,
+                       const Region& region)
     : context_(std::move(context)),
       kernels_(std::move(kernels)),
       plan_(plan),
@@ -32,6 +33,7 @@ PairSolver::PairSolver(std::shared_ptr<vulkan::Context> context,
   if (const auto search = plan_search(plan_)) {
     start_ = std::make_unique<DiscreteStart>(context_, kernels_, plan_, *search);
   }
+  for (const LevelRegion& level : region.levels) bricks_.push_back(level.bricks);
   vulkan::Recorder recorder(context_);
   if (plan_.slabs > 1) {
     const glm::ivec3 size{plan_.image.size.x, plan_.image.size.y, slabs_of(plan_).front().depth};
@@ -102,17 +104,18 @@ void PairSolver::begin_level(size_t l, bool searched) {
   recorder.run();
 }
 
-/// The first iteration is done everywhere and looked at alone: it finds what does not move or shows
-/// nothing. After that every batch drops the bricks that have come to rest; the level ends when
-/// none is left.
-void PairSolver::iterate(size_t l, const FramePyramid& fixed, const FramePyramid& moving,
+/// The first iteration is done wherever the mask leaves something and is looked at alone: it finds
+/// what does not move or shows nothing. After that every batch drops the bricks that have come to
+/// rest; the level ends when none is left.
+bool PairSolver::iterate(size_t l, const FramePyramid& fixed, const FramePyramid& moving,
                          const std::stop_token& stop, LevelReport& report,
                          const std::function<void(int)>& done) {
   const LevelPlan& level = plan_.levels[l];
   const int wanted = level.options.iterations;
   const bool prunes = plan_.options.converged > 0.0;
-  Active active = activate(all_bricks(level.cells));
-  const auto all = double(active.bricks.size());
+  const bool bounded = std::isfinite(moving.reach_mm());
+  const auto all = double(all_bricks(level.cells).size());
+  Active active = activate(bricks_[l]);
   std::optional<vulkan::Recorder> batch;
   int batch_size = 0;
   while (report.iterations < wanted && !stop.stop_requested() && !active.bricks.empty()) {
@@ -120,13 +123,15 @@ void PairSolver::iterate(size_t l, const FramePyramid& fixed, const FramePyramid
         std::min(prunes && report.iterations == 0 ? 1 : kBatch, wanted - report.iterations);
     if (!batch || size != batch_size) {
       batch.emplace(context_,
-                    uint32_t(size * (kDispatchesPerIteration + plan_.slabs * plan_.slabs) + 2));
+                    uint32_t(size * (kDispatchesPerIteration + 2 * plan_.options.filter_steps +
+                                     plan_.slabs * plan_.slabs) +
+                             2));
       for (int k = 0; k < size; ++k) {
         // Odd and even voxels take turns, except in the first iteration, which decides what rests.
         const int turn = plan_.options.checkerboard && report.iterations > 0 ? k % 2 : -1;
         record_iteration(*batch, l, fixed, moving, active, turn);
       }
-      if (prunes) record_look(*batch, l, active);
+      if (prunes || bounded) record_look(*batch, l, active);
       batch_size = size;
     }
     batch->run();
@@ -134,8 +139,13 @@ void PairSolver::iterate(size_t l, const FramePyramid& fixed, const FramePyramid
     report.brick_iterations += size * double(active.bricks.size());
     report.all_brick_iterations += size * all;
     done(report.iterations);
+    const std::span<BrickLook> looks = active.looks.as<BrickLook>().first(active.bricks.size());
+    if (bounded && std::any_of(looks.begin(), looks.end(), [&](const BrickLook& look) {
+          return double(look.reach) * level.h_mm > moving.reach_mm();
+        })) {
+      return false;
+    }
     if (!prunes || report.iterations == wanted) continue;
-    const std::span<BrickLook> looks = active.looks.as<BrickLook>();
     const RestRule rule{plan_.options.converged * size,
                         plan_.options.normalise ? plan_.options.structure : 0.0};
     BrickList left = active_bricks(active.bricks, looks, level.cells, rule);
@@ -145,6 +155,7 @@ void PairSolver::iterate(size_t l, const FramePyramid& fixed, const FramePyramid
   }
   report.converged = active.bricks.empty();
   report.all_brick_iterations += (wanted - report.iterations) * all;
+  return true;
 }
 
 void PairSolver::repair(size_t l, SolveReport& report) {
@@ -235,10 +246,15 @@ std::optional<SolveReport> PairSolver::solve(const FramePyramid& fixed, const Fr
     LevelReport& level = report.levels.emplace_back();
     level.h_mm = plan_.levels[l].h_mm;
     begin_level(l, start_ && l + 1 == levels);
-    iterate(l, fixed, moving, stop, level, [&](int iterations) {
+    const bool in_reach = iterate(l, fixed, moving, stop, level, [&](int iterations) {
       const double share = double(iterations) / std::max(1, plan_.levels[l].options.iterations);
       if (progress) progress((done_work + work(l) * share) / all_work);
     });
+    if (!in_reach) {
+      report.out_of_reach = true;
+      report.seconds = since(begin);
+      return report;
+    }
     done_work += work(l);
     level.seconds = since(level_begin);
   }

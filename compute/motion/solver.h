@@ -9,6 +9,7 @@
 #include "compute/motion/bricks.h"
 #include "compute/motion/discrete_start.h"
 #include "compute/motion/pyramid.h"
+#include "compute/motion/region.h"
 #include "compute/motion/report.h"
 
 namespace palpate {
@@ -22,7 +23,9 @@ class FieldSolver {
  public:
   virtual ~FieldSolver() = default;
 
-  /// Solves; the field then waits on the device for download(). Returns nothing if stopped.
+  /// Solves; the field then waits on the device for download(). Returns nothing if stopped. If
+  /// something moves further than moving.reach_mm() it ends early and the report says so
+  /// (out_of_reach): there is no field then.
   virtual std::optional<SolveReport> solve(const FramePyramid& fixed, const FramePyramid& moving,
                                            const std::stop_token& stop,
                                            const SolveProgress& progress) = 0;
@@ -38,7 +41,7 @@ class FieldSolver {
 class PairSolver : public FieldSolver {
  public:
   PairSolver(std::shared_ptr<vulkan::Context> context, std::shared_ptr<MotionKernels> kernels,
-             const MotionPlan& plan);
+             const MotionPlan& plan, const Region& region);
 
   std::optional<SolveReport> solve(const FramePyramid& fixed, const FramePyramid& moving,
                                    const std::stop_token& stop,
@@ -67,7 +70,8 @@ class PairSolver : public FieldSolver {
                         const FramePyramid& moving, const Active& active, int colour);
   void record_filter(vulkan::Recorder& recorder, size_t l, const Active& active);
   void record_look(vulkan::Recorder& recorder, size_t l, const Active& active);
-  void iterate(size_t l, const FramePyramid& fixed, const FramePyramid& moving,
+  /// False if something moved out of the moving frame's reach.
+  bool iterate(size_t l, const FramePyramid& fixed, const FramePyramid& moving,
                const std::stop_token& stop, LevelReport& report,
                const std::function<void(int)>& done);
   void repair(size_t l, SolveReport& report);
@@ -76,6 +80,7 @@ class PairSolver : public FieldSolver {
   std::shared_ptr<vulkan::Context> context_;
   std::shared_ptr<MotionKernels> kernels_;
   const MotionPlan plan_;
+  std::vector<BrickList> bricks_;  // per level: what the mask leaves
   std::vector<LevelImages> levels_;
   std::unique_ptr<DiscreteStart> start_;
   vulkan::Image fixed_slab_, moving_slab_;  // where slabs of the finest images visit the device

@@ -220,11 +220,11 @@ void Recorder::fill(const Buffer& buffer, uint32_t word) {
   vkCmdFillBuffer(commands_, buffer.handle(), 0, VK_WHOLE_SIZE, word);
 }
 
-void Recorder::clear(const Image& image) {
+void Recorder::clear(const Image& image, glm::vec4 value) {
   barrier();
-  const VkClearColorValue zero{};
+  const VkClearColorValue color{{value.x, value.y, value.z, value.w}};
   const VkImageSubresourceRange all{VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
-  vkCmdClearColorImage(commands_, image.handle(), VK_IMAGE_LAYOUT_GENERAL, &zero, 1, &all);
+  vkCmdClearColorImage(commands_, image.handle(), VK_IMAGE_LAYOUT_GENERAL, &color, 1, &all);
 }
 
 void Recorder::stamp(const std::string& name) {

@@ -55,7 +55,7 @@ class Recorder {
   /// Slices [first, first + slices) of the image to the start of the buffer.
   void copy_slices(const Image& from, int first, int slices, const Buffer& to);
   void fill(const Buffer& buffer, uint32_t word);
-  void clear(const Image& image);
+  void clear(const Image& image, glm::vec4 value = glm::vec4(0.0F));
   void begin_concurrent();
   void end_concurrent();
   /// Writes a device time stamp under a name; read with timestamps() after run().

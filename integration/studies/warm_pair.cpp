@@ -30,13 +30,13 @@ WarmPair::WarmPair(std::shared_ptr<vulkan::Context> context, const Grid& grid,
     : context_(std::move(context)),
       plan_(fitting_plan(*context_, grid, options)),
       kernels_(std::make_shared<MotionKernels>(context_)),
-      builder_(context_, kernels_, plan_),
+      builder_(context_, kernels_, plan_, whole_region(plan_)),
       fixed_(context_, plan_),
       moving_(context_, plan_) {
   if (options.method == MotionMethod::kClassic) {
     solver_ = std::make_unique<ClassicSolver>(context_, kernels_, plan_);
   } else {
-    solver_ = std::make_unique<PairSolver>(context_, kernels_, plan_);
+    solver_ = std::make_unique<PairSolver>(context_, kernels_, plan_, whole_region(plan_));
   }
 }
 
@@ -49,8 +49,8 @@ std::optional<PairRun> WarmPair::run(const Volume& fixed, const Volume& moving,
   const HalfVolume fixed_values = scaled_halves(fixed, scale);
   const HalfVolume moving_values = scaled_halves(moving, scale);
   const double converted = now_s();
-  builder_.build(fixed_values, noise, false, fixed_);
-  builder_.build(moving_values, noise, false, moving_);
+  builder_.build(fixed_values, noise, fixed_);
+  builder_.build(moving_values, noise, moving_);
   const double prepared = now_s();
   auto report = solver_->solve(fixed_, moving_, stop, {});
   if (!report) return std::nullopt;

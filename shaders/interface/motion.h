@@ -34,8 +34,9 @@ struct MomentsPush {
   ivec4 size;    // of the image
   ivec4 cells;   // of the moments
   ivec4 cell;    // voxels per cell
+  ivec4 begin;   // first cell that is written
 };
-PALPATE_SIZE(MomentsPush, 48);
+PALPATE_SIZE(MomentsPush, 64);
 
 struct GaussPush {
   ivec4 size;                // of the image smoothed; w: axis 0, 1, 2
@@ -49,14 +50,16 @@ struct NormalisePush {
   ivec4 cells;   // of the moments
   ivec4 cell;    // voxels per moments cell
   vec4 noise;    // x: f^2, the noise variance; y: 1 = normalise locally, 0 = keep the intensity
+  ivec4 begin;   // first voxel that is written
 };
-PALPATE_SIZE(NormalisePush, 64);
+PALPATE_SIZE(NormalisePush, 80);
 
 struct PackPush {
   ivec4 size;
   vec4 spacing_mm;
+  ivec4 begin;   // first voxel that is written
 };
-PALPATE_SIZE(PackPush, 32);
+PALPATE_SIZE(PackPush, 48);
 
 struct NormalEquationsPush {
   ivec4 cells;          // of the field; w: colour of the checkerboard that is read, 0 or 1; -1 = every voxel

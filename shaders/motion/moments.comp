@@ -9,7 +9,7 @@
 // 0        in         any, one channel      image (z, y, x)   scaled intensity
 // 1        out        rg32f: m1 m2          cells             scaled intensity, its square
 //
-// One invocation: one cell. Border: a cell that reaches beyond the image averages what is inside.
+// One invocation: one cell, from `begin` on. Border: a cell that reaches beyond the image averages what is inside.
 // Precision: fp32 and stored so: m2 - m1^2 cancels. Race: each output written once. CPU oracle: oracle::moments.
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) uniform sampler3D image;
@@ -17,7 +17,7 @@ layout(set = 0, binding = 1) uniform writeonly image3D moments;
 layout(push_constant) uniform Push { MomentsPush push; };
 
 void main() {
-  const ivec3 i = ivec3(gl_GlobalInvocationID);
+  const ivec3 i = push.begin.xyz + ivec3(gl_GlobalInvocationID);
   if (any(greaterThanEqual(i, push.cells.xyz))) return;
   const ivec3 begin = i * push.cell.xyz;
   const ivec3 end = min(begin + push.cell.xyz, push.size.xyz);

@@ -10,7 +10,7 @@
 // 1        in         rg32f: m1 m2          cells             smoothed moments
 // 2        out        any, one channel      image             1 (local SDs)
 //
-// One invocation: one voxel. Border: held. Precision: fp32. Race: each output written once.
+// One invocation: one voxel, from `begin` on. Border: held. Precision: fp32. Race: each output written once.
 // CPU oracle: oracle::normalise.
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) uniform sampler3D image;
@@ -19,7 +19,7 @@ layout(set = 0, binding = 2) uniform writeonly image3D normalised;
 layout(push_constant) uniform Push { NormalisePush push; };
 
 void main() {
-  const ivec3 i = ivec3(gl_GlobalInvocationID);
+  const ivec3 i = push.begin.xyz + ivec3(gl_GlobalInvocationID);
   if (any(greaterThanEqual(i, push.size.xyz))) return;
   float value = texelFetch(image, i, 0).r;
   if (push.noise.y != 0.0) {

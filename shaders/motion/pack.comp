@@ -15,7 +15,7 @@
 // small, is then infinite or NaN, and no comparison lets it pass. A large number was tried: at weights below a
 // hundredth it looked like an image.
 //
-// One invocation: one voxel. Border: held, so the difference is halved there. Precision: fp32.
+// One invocation: one voxel, from `begin` on. Border: held, so the difference is halved there. Precision: fp32.
 // Race: each output written once. CPU oracle: oracle::pack.
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) uniform sampler3D image;
@@ -29,7 +29,7 @@ float slope(float before, float after, float spacing) {
 }
 
 void main() {
-  const ivec3 i = ivec3(gl_GlobalInvocationID);
+  const ivec3 i = push.begin.xyz + ivec3(gl_GlobalInvocationID);
   const ivec3 last = push.size.xyz - 1;
   if (any(greaterThan(i, last))) return;
   const ivec3 lo = max(i - 1, ivec3(0));
