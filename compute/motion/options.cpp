@@ -11,14 +11,14 @@ std::optional<MotionOptions> motion_preset(std::string_view name) {
   if (name == "fast") {
     options.levels = {{3, 4, 7.0, 0.06}, {8, 4, 1.2, 0.2}, {12, 4, 1.4, 0.15}};
     options.normalise_window = 3.0;  // wide enough for moments on cells of four voxels
-    options.filter_steps = 1;
     options.search_work = 1e7;
   } else if (name == "balanced") {
     options.levels = {{10, 4, 7.0, 0.06}, {12, 4, 1.2, 0.2}, {25, 4, 1.4, 0.15}};
-    options.filter_steps = 1;
+    options.filter_steps = 4;
     options.search_work = 1e7;
   } else if (name == "best") {
-    options.levels = {{20, 4, 7.0, 0.06}, {25, 4, 1.2, 0.2}, {40, 2, 1.4, 0.15}};
+    options.levels = {{12, 4, 7.0, 0.06}, {25, 4, 1.2, 0.2}, {40, 4, 1.4, 0.15}};
+    options.filter_steps = 4;
     options.checkerboard = false;
   } else if (name == "classic") {
     options.method = MotionMethod::kClassic;

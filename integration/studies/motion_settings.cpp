@@ -98,8 +98,10 @@ void add_smoothing(List& list) {
            [](MotionOptions& o) { scale_window(o, 0.5); });
   list.add(false, "balanced", "one and a half the window", "smoothing",
            [](MotionOptions& o) { scale_window(o, 1.5); });
-  list.add(false, "balanced", "2 filter steps", "smoothing",
-           [](MotionOptions& o) { o.filter_steps = 2; });
+  list.add(true, "balanced", "1 filter step", "smoothing",
+           [](MotionOptions& o) { o.filter_steps = 1; });
+  list.add(false, "balanced", "8 filter steps", "smoothing",
+           [](MotionOptions& o) { o.filter_steps = 8; });
 }
 
 void add_rest(List& list) {
@@ -110,7 +112,7 @@ void add_rest(List& list) {
   // A vector per voxel takes minutes on a CPU, and cells of 2 show already what finer ones do.
   list.add(true, "balanced", "cells of 2 voxels", "grids",
            [](MotionOptions& o) { set_cells(o, 2); });
-  list.add(false, "balanced", "cells of 8 voxels", "grids",
+  list.add(true, "balanced", "cells of 8 voxels", "grids",
            [](MotionOptions& o) { set_cells(o, 8); });
   list.add(false, "best", "cells of 2 voxels", "grids", [](MotionOptions& o) { set_cells(o, 2); });
   list.add(false, "balanced", "every voxel in every iteration", "bricks",

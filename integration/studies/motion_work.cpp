@@ -6,7 +6,8 @@ namespace palpate::studies {
 namespace {
 
 constexpr double kBrickCells = 512.0;
-constexpr double kBytesPerVoxel = 5.0, kBytesPerCell = 340.0, kClassicBytes = 345.0;
+constexpr double kBytesPerVoxel = 16.0, kBytesPerHalfVoxel = 12.0, kClassicBytes = 144.0;
+constexpr double kBytesPerCell = 336.0, kBytesPerFilterStep = 120.0;
 constexpr double kBytesPerLabel = 72.0;
 
 const LevelPlan* level_of(const MotionPlan& plan, double h_mm) {
@@ -24,9 +25,11 @@ double work_bytes(const MotionPlan& plan, const SolveReport& report) {
     const LevelPlan* level = level_of(plan, done.h_mm);
     if (!level) continue;
     const double voxels = double(level->cell.x) * level->cell.y * level->cell.z;
-    const double read = plan.options.checkerboard ? 0.5 : 1.0;
+    const double per_voxel = plan.options.checkerboard ? kBytesPerHalfVoxel : kBytesPerVoxel;
     const double per_cell =
-        classic ? kClassicBytes : kBytesPerCell + read * kBytesPerVoxel * voxels;
+        classic
+            ? kClassicBytes
+            : kBytesPerCell + kBytesPerFilterStep * plan.options.filter_steps + per_voxel * voxels;
     bytes += done.brick_iterations * kBrickCells * per_cell;
   }
   if (const auto search = plan_search(plan); search && !classic) {
