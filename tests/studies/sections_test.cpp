@@ -87,8 +87,9 @@ std::vector<ViewMeasure> made_view() {
 TEST(ViewSection, SaysWhatTheNumbersSay) {
   const auto sentences = view_sentences(made_view());
   EXPECT_THAT(sentences, Contains(HasSubstr("256 x 256 pixels that can not be told from the best "
-                                            "one (45 dB) takes 80 ms.")));
-  EXPECT_THAT(sentences, Contains("VTK takes 0.16 s for as good a one, 2 times as long."));
+                                            "one (it has 45 dB) takes 80 ms.")));
+  EXPECT_THAT(sentences, Contains("VTK takes 0.16 s for its fastest that is good enough too (41 "
+                                  "dB), 2 times as long."));
   EXPECT_THAT(sentences,
               Contains("Without skipping what is empty a sparse one takes 5 times as long."));
   EXPECT_THAT(sentences, Contains("While it moves a sparse one takes 1.5 times as long."));
