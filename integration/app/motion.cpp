@@ -273,7 +273,9 @@ Command add_motion(CLI::App& program) {
   app->add_option("--format", command->format, "Format of a sequence's fields")
       ->check(CLI::IsMember({"mha", "nrrd", "nii", "nii.gz"}))
       ->capture_default_str();
-  app->add_option("--mask", command->mask, "Volume on the frames' grid: zero counts for nothing");
+  app->add_option(
+      "--mask", command->mask,
+      "Volume on the frames' grid: zero counts for nothing; draw it 10 voxels wider than needed");
   app->add_flag("--cyclic", command->cyclic, "The last frame leads back to the first");
   app->add_flag("--inverse", command->inverse, "Also write the inverse of each field");
   app->add_flag("--confidence", command->confidence,

@@ -122,8 +122,9 @@ Result<report::Part> region_figure(const SceneMeasures& all) {
   auto svg = drawn(chart, "sceneregion");
   if (!svg) return svg.error();
   return report::Part(report::Figure{chart.title, std::move(*svg),
-                                     "A cube about the middle of the beating heart counts; bricks "
-                                     "outside of it are left out of the iterations.",
+                                     "A cube about the middle of the beating heart counts: bricks "
+                                     "that it does not touch are left out of the iterations, and "
+                                     "frames are prepared as far around it as things may move.",
                                      table});
 }
 
@@ -177,10 +178,10 @@ std::vector<std::string> scene_sentences(const SceneMeasures& all) {
   const double still = felt_us(all, 1, Moves::kNothing), both = felt_us(all, 1, Moves::kBoth),
                transform = felt_us(all, 1, Moves::kTransform);
   if (std::isfinite(still) && std::isfinite(both) && std::isfinite(transform)) {
-    sentences.push_back(fmt::format(
-        "A still volume costs the hand {:.2g} us; a moving transform adds {:.2g} us, and moving "
-        "data another {:.2g} us.",
-        still, transform - still, both - transform));
+    sentences.push_back(
+        fmt::format("On the wall of a heart a still volume costs the hand {:.2g} us; a moving "
+                    "transform adds {:.2g} us, and moving data another {:.2g} us.",
+                    still, transform - still, both - transform));
   }
   for (const Moves moves : {Moves::kNothing, Moves::kBoth}) {
     std::vector<std::pair<double, double>> points;

@@ -77,7 +77,7 @@ TEST_F(ChartCommand, MakesAPageOfWhatIsFelt) {
   const Outcome result =
       run({"chart", "feel", "--quick", "-o", folder / "r.html", "--csv", folder / "csv"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(result.out, HasSubstr("A haptic frame takes"));
+  EXPECT_THAT(result.out, HasSubstr("a haptic frame takes"));
   // No terminal here: a line for each step, and at the end all is done.
   EXPECT_THAT(result.err, HasSubstr(" %  feel: transforms  "));
   EXPECT_THAT(result.err, HasSubstr(" left\n"));

@@ -1,6 +1,7 @@
 #include "tests/soak/soak.h"
 
 #include <malloc.h>
+#include <sys/resource.h>
 #include <time.h>
 
 #include <algorithm>
@@ -37,15 +38,24 @@ int64_t own_time_ns() noexcept {
   return int64_t(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
 }
 
-/// What the servo thread counts by itself, besides its statistics.
-struct OwnTime {
-  uint64_t count = 0;
-  int64_t longest_ns = 0;
-  void add(int64_t took_ns) noexcept {
-    longest_ns = std::max(longest_ns, took_ns);
-    count += took_ns > kPeriod_ns;
-  }
-};
+/// Pages that this thread has waited for.
+int64_t page_faults() noexcept {
+  rusage usage{};
+  getrusage(RUSAGE_THREAD, &usage);
+  return usage.ru_minflt + usage.ru_majflt;
+}
+
+/// About 20 us of arithmetic in registers.
+uint32_t fixed_work(uint32_t x) noexcept {
+  for (int k = 0; k < 20'000; ++k) x = x * 1664525U + 1013904223U;
+  return x;
+}
+
+void add(OwnTime& all, int64_t took_ns) noexcept {
+  all.longest_ns = std::max(all.longest_ns, took_ns);
+  all.all_ns += took_ns;
+  all.count += took_ns > kPeriod_ns;
+}
 
 /// A simulated device that fails at random, as the bus, the firmware and the person do. Seeded; the
 /// servo thread's own.
@@ -149,18 +159,60 @@ class FailingDevice final : public ForceDevice {
   int left_ = 0, stall_ms_ = 0;
 };
 
-/// The step with a stopwatch of its own processor time around it.
+/// The step with a stopwatch of its own processor time around it, and the yardstick after it.
 class TimedTicker final : public Ticker {
  public:
-  TimedTicker(const HapticsOptions& options, const DeviceInfo& device) : scene(options, device) {}
+  TimedTicker(const HapticsOptions& options, const DeviceInfo& device) : scene(options, device) {
+    // The servo thread does not allocate.
+    long_.reserve(100);
+    long_work_.reserve(100);
+  }
   TickOutput tick(const TickInput& input) noexcept override {
+    const int64_t faults = page_faults();
     const int64_t start = own_time_ns();
     const TickOutput output = scene.tick(input);
-    own.add(own_time_ns() - start);
+    const int64_t middle = own_time_ns();
+    work_ = fixed_work(work_);
+    const int64_t end = own_time_ns();
+    add(own, middle - start);
+    add(yardstick, end - middle);
+    Work& work = works_[work_of(output)];
+    if (middle - start <= kPeriod_ns) {
+      ++work.count;
+      work.all_ns += middle - start;
+    } else if (long_.size() < long_.capacity()) {
+      long_.push_back({middle - start, page_faults() > faults, output.substeps, output.primitives,
+                       output.newton_steps, 0, 0.0});
+      long_work_.push_back(work_of(output));
+    }
     return output;
   }
+  /// After the loop.
+  std::vector<LongTick> long_ticks() const {
+    std::vector<LongTick> all = long_;
+    for (size_t n = 0; n < all.size(); ++n) {
+      const Work& work = works_[long_work_[n]];
+      all[n].others = work.count;
+      all[n].others_mean_ns = work.count ? double(work.all_ns) / double(work.count) : 0.0;
+    }
+    return all;
+  }
   SceneTicker scene;
-  OwnTime own;
+  OwnTime own, yardstick;
+
+ private:
+  struct Work {
+    uint64_t count = 0;
+    int64_t all_ns = 0;
+  };
+  static size_t work_of(const TickOutput& output) noexcept {
+    return std::min<size_t>(output.substeps, 31) << 8 |
+           std::min<size_t>(output.primitives, 15) << 4 | std::min<size_t>(output.newton_steps, 15);
+  }
+  std::vector<Work> works_ = std::vector<Work>(32 * 256);
+  std::vector<LongTick> long_;
+  std::vector<size_t> long_work_;
+  volatile uint32_t work_ = 1;
 };
 
 /// Looks at every tick as somebody would whose hand is in it.
@@ -373,6 +425,14 @@ uint64_t Report::all_misses() const {
   return all;
 }
 
+bool Report::long_ticks_explained() const {
+  return own.count == long_ticks.size() &&
+         std::all_of(long_ticks.begin(), long_ticks.end(), [](const LongTick& tick) {
+           return !tick.page_faults && tick.others >= 10 &&
+                  tick.others_mean_ns < 0.1 * double(kPeriod_ns);
+         });
+}
+
 Report run(const Options& options) {
   Report report;
   FailingDevice device(hand_of(options), options.seed);
@@ -408,8 +468,9 @@ Report run(const Options& options) {
   report.touching = watch.touching;
   report.causes = watch.causes;
   report.injected = device.injected;
-  report.own_long = ticker.own.count;
-  report.longest_own_ns = ticker.own.longest_ns;
+  report.own = ticker.own;
+  report.yardstick = ticker.yardstick;
+  report.long_ticks = ticker.long_ticks();
   report.broken = watch.broken();
   return report;
 }
@@ -433,11 +494,23 @@ std::string text(const Report& report) {
     text += fmt::format(" {} {},", word(MissCause(c)), report.misses[c]);
   text.back() = '\n';
   text += fmt::format(
-      "Own time  {} ticks used more than a period of processor time; the longest "
-      "{:.0f} us\n"
+      "Own time  {} ticks used more than a period of processor time; the longest {:.0f} us, all "
+      "{:.1f} s\n"
+      "Yardstick fixed arithmetic after each tick did so {} times; the longest {:.0f} us, all "
+      "{:.1f} "
+      "s\n"
       "Heap      {:.1f} MB early, {:.1f} MB at most after that, {:.1f} MB at the end\n",
-      report.own_long, 1e-3 * double(report.longest_own_ns), 1e-6 * double(report.heap_early_bytes),
+      report.own.count, 1e-3 * double(report.own.longest_ns), 1e-9 * double(report.own.all_ns),
+      report.yardstick.count, 1e-3 * double(report.yardstick.longest_ns),
+      1e-9 * double(report.yardstick.all_ns), 1e-6 * double(report.heap_early_bytes),
       1e-6 * double(report.heap_most_bytes), 1e-6 * double(report.heap_end_bytes));
+  for (const LongTick& tick : report.long_ticks)
+    text += fmt::format(
+        "Long tick {:.0f} us{} for {} pieces of path, {} primitives and {} steps of back-tracking; "
+        "{} "
+        "others with as much to do took {:.1f} us in the mean\n",
+        1e-3 * double(tick.took_ns), tick.page_faults ? " with a page fault" : "", tick.substeps,
+        tick.primitives, tick.newton_steps, tick.others, 1e-3 * tick.others_mean_ns);
   for (const std::string& what : report.broken) text += "BROKEN    " + what + "\n";
   return text;
 }

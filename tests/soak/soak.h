@@ -38,16 +38,40 @@ struct Injected {
   }
 };
 
+/// Processor time of what is done again and again in one thread.
+struct OwnTime {
+  uint64_t count = 0;  ///< times that it took more than a period
+  int64_t longest_ns = 0, all_ns = 0;
+};
+
+/// A tick that used more than a period of processor time, beside others that did the same work: as
+/// many pieces of the proxy's path, primitives and steps of back-tracking.
+struct LongTick {
+  int64_t took_ns = 0;
+  bool page_faults = false;  ///< it fetched a page of memory: our doing
+  int substeps = 0, primitives = 0, newton_steps = 0;
+  uint64_t others = 0;  ///< ticks with the same work
+  double others_mean_ns = 0.0;
+};
+
 struct Report {
   uint64_t ticks = 0, touching = 0;
   Injected injected;
   uint64_t scenes = 0, fields = 0, events = 0;  ///< handed over, found, sent
   std::array<uint64_t, 32> causes{};            ///< ticks by cause
   std::array<uint64_t, kMissCauses> misses{};
-  /// Ticks that used more than a period of processor time by themselves: what was missed then
-  /// nobody else is to blame for. (Not the simulated device: after a wait it catches up.)
-  uint64_t own_long = 0;
-  int64_t longest_own_ns = 0;
+  /// The ticks, without the simulated device, which catches up after a wait: those that used more
+  /// than a period of processor time by themselves were missed by nobody else's fault.
+  OwnTime own;
+  /// Fixed arithmetic after each tick, in the same thread, which touches no memory: what it takes
+  /// too long for, the machine has taken from it (a guest's processor is stopped by its host
+  /// without the guest's clocks knowing).
+  OwnTime yardstick;
+  /// The long ticks, the first hundred of them.
+  std::vector<LongTick> long_ticks;
+  /// True if each long tick fetched no page of memory and did work that many others did in a tenth
+  /// of a period: then the time went elsewhere.
+  bool long_ticks_explained() const;
   /// Heap in use by the process after the first quarter, at its most after that, and at the end.
   int64_t heap_early_bytes = 0, heap_most_bytes = 0, heap_end_bytes = 0;
   /// What must never be and was: a force that is no number, too large, too fast, still there while

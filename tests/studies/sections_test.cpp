@@ -127,8 +127,11 @@ SceneMeasures made_scene() {
 
 TEST(SceneSection, SaysWhatTheNumbersSay) {
   const auto sentences = scene_sentences(made_scene());
-  EXPECT_THAT(sentences, Contains("A still volume costs the hand 1 us; a moving transform adds 0.2 "
-                                  "us, and moving data another 0.8 us."));
+  EXPECT_THAT(
+      sentences,
+      Contains(
+          "On the wall of a heart a still volume costs the hand 1 us; a moving transform adds 0.2 "
+          "us, and moving data another 0.8 us."));
   EXPECT_THAT(sentences, Contains("Each further volume (still) adds 0.5 us."));
   EXPECT_THAT(sentences, Contains(HasSubstr("Where only 1 % of the volume counts, the iterations "
                                             "take 10 % of the time of the whole")));
