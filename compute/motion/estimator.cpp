@@ -185,7 +185,8 @@ class Worker final : public SequenceEstimator {
     return result;
   }
 
-  /// Motion has turned out larger than the region expects: from now on frames are whole.
+  /// Motion has turned out larger than the region expects: from now on frames are whole, and this
+  /// one, which was the moving one. (The fixed one is read where the mask leaves bricks only.)
   void widen(DeviceFrame& frame) {
     const auto start = Clock::now();
     if (std::isfinite(region_.reach_mm)) {
@@ -219,7 +220,7 @@ class Worker final : public SequenceEstimator {
   }
 
   /// False if stopped.
-  bool solve(DeviceFrame& fixed, DeviceFrame& moving) {
+  bool solve(const DeviceFrame& fixed, DeviceFrame& moving) {
     const auto solve_once = [&] {
       return solver_->solve(*fixed.pyramid, *moving.pyramid, stop_.get_token(), [&](double share) {
         if (on_progress_) on_progress_(fixed.index, moving.index, share);
@@ -228,7 +229,6 @@ class Worker final : public SequenceEstimator {
     auto report = solve_once();
     if (report && report->out_of_reach) {
       const double in_vain = report->seconds;
-      widen(fixed);
       widen(moving);
       report = solve_once();
       if (report) report->seconds += in_vain;

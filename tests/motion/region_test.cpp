@@ -55,7 +55,9 @@ TEST(Region, OfAMaskThatIsFullIsEverything) {
 TEST(Region, WorksOnTheBricksThatCountingVoxelsReadAndNoOthers) {
   const Grid grid = plain_grid({150, 90, 100}, {1.0, 1.0, 1.5});
   const MotionPlan plan = plan_of(grid);
-  for (const Mask& mask : {box_mask(grid, {62, 30, 5}, {67, 60, 40}), scattered_mask(grid)}) {
+  // One that ends with a brick's last cell, one that begins with a brick's first.
+  for (const Mask& mask : {box_mask(grid, {62, 30, 5}, {64, 60, 40}),
+                           box_mask(grid, {96, 34, 66}, {99, 40, 70}), scattered_mask(grid)}) {
     const Region region = region_of(plan, mask);
     ASSERT_EQ(region.levels.size(), plan.levels.size());
     for (size_t l = 0; l < plan.levels.size(); ++l) {

@@ -58,7 +58,7 @@ class SolverRegion : public SolverTest {
 TEST_F(SolverRegion, PreparesTheSameTexelsInItsBoxAndNothingAround) {
   MotionOptions options = *motion_preset("balanced");
   options.search_mm = 9.0;
-  make({1.0, 2.0, -1.0}, {70, 10, 10}, {80, 20, 20}, options);
+  make({1.0, 2.0, -1.0}, {70, 50, 50}, {80, 60, 60}, options);
   const Region region = region_of(plan, mask);
   const FramePyramid whole = prepared(pair.moving, with_whole_images(plan, region));
   const FramePyramid part = prepared(pair.moving, region);
@@ -141,9 +141,12 @@ TEST_F(SolverRegion, SaysSoWhenSomethingMovesOutOfReachAndTheEstimatorPreparesMo
   ASSERT_EQ(motions.size(), 2U);
   EXPECT_EQ(begun_again, 1U);
   for (const PairMotion& motion : motions) EXPECT_FALSE(motion.report.out_of_reach);
-  const Result<Distances> error = endpoint_error(motions[0].field, pair.truth, &mask);
-  ASSERT_TRUE(error);
-  EXPECT_LT(error->voxels.mean, kRigidMean);
+  for (PairMotion& motion : motions) {
+    const Result<Distances> error = endpoint_error(motion.field, pair.truth, &mask);
+    ASSERT_TRUE(error);
+    EXPECT_LT(error->voxels.mean, kRigidMean);
+    for (glm::vec3& u : pair.truth.u_mm) u = -u;
+  }
 }
 
 TEST_F(SolverRegion, CostsTheBricksThatCountAndIsAsExactThere) {
