@@ -227,9 +227,9 @@ class HeadsetLoop::Run {
     // Before it is known where the world stands there is nothing to see.
     if (!placed_) return std::nullopt;
     xr::Scenery scenery;
-    scenery.scene = picture_->at(ahead_.at(moment_, frame.display_time_ns), frame.display_time_ns,
-                                 xr::eye_of(frame.eyes[0]));
-    if (const auto clip = hands_->clip()) scenery.scene.clips.push_back(*clip);
+    const SceneMoment ahead = ahead_.at(moment_, frame.display_time_ns);
+    scenery.scene = picture_->at(ahead, frame.display_time_ns, xr::eye_of(frame.eyes[0]));
+    if (const auto clip = hands_->clip(ahead)) scenery.scene.clips.push_back(*clip);
     // Where the room is seen, what covers nothing must add nothing.
     if (headset_.report().blend != xr::Blend::kOpaque)
       scenery.scene.background_top = scenery.scene.background_bottom = glm::dvec3(0.0);

@@ -10,12 +10,21 @@ constexpr double kScrubPerSecond = 0.25;  // of the sequence, stick pushed all t
 constexpr double kDeadZone = 0.15;        // of the stick
 constexpr double kTap_s = 0.3;            // a shorter press takes the cut away
 
+/// What takes a thing that lies at `before` to `after`: both similarities, and so is this.
+Transform moved_between(const Transform& before, const Transform& after) {
+  Transform moved;
+  moved.scale = after.scale / before.scale;
+  moved.rotation = glm::normalize(after.rotation * glm::conjugate(before.rotation));
+  moved.translation_m = after.translation_m - moved.rotation * (moved.scale * before.translation_m);
+  return moved;
+}
+
 }  // namespace
 
 void SceneHands::step(const xr::Hands& hands, const SceneMoment& moment, double dt_s) {
   const Transform dragged = grab_.drag(world_from_start_, hands);
   if (grab_.holds()) move_to(dragged);
-  cut(hands, dt_s);
+  hold_cut(hands, dt_s);
   if (hands.play_pause) transport_.toggle();
   if (std::abs(hands.scrub) > kDeadZone)
     transport_.scrub(moment, hands.scrub * kScrubPerSecond * dt_s);
@@ -28,36 +37,44 @@ void SceneHands::bring(glm::dvec3 centre_m, glm::dvec3 target_m, glm::dvec3 view
 }
 
 void SceneHands::move_to(const Transform& world_from_start) {
-  const Transform& before = world_from_start_;
-  Transform moved;
-  moved.scale = world_from_start.scale / before.scale;
-  moved.rotation = glm::normalize(world_from_start.rotation * glm::conjugate(before.rotation));
-  moved.translation_m =
-      world_from_start.translation_m - moved.rotation * (moved.scale * before.translation_m);
+  const Transform moved = moved_between(world_from_start_, world_from_start);
   world_from_start_ = world_from_start;
   palpation_.drag(moved);
 }
 
-void SceneHands::cut(const xr::Hands& hands, double dt_s) {
-  std::optional<int> holds;
+void SceneHands::hold_cut(const xr::Hands& hands, double dt_s) {
+  held_cut_.reset();
   for (int side = 0; side < 2; ++side)
-    if (hands.hand[size_t(side)].active && hands.hand[size_t(side)].clip) holds = side;
-  if (!holds) {
+    if (const xr::Hand& hand = hands.hand[size_t(side)]; hand.active && hand.clip)
+      held_cut_ = xr::clip_plane(hand.world_from_grip, side);
+  if (held_cut_) {
+    cut_held_s_ += dt_s;
+  } else {
     if (cut_held_s_ > 0.0 && cut_held_s_ < kTap_s) cut_.reset();
     cut_held_s_ = 0.0;
-    return;
   }
-  cut_held_s_ += dt_s;
-  xr::Plane plane = xr::clip_plane(hands.hand[size_t(*holds)].world_from_grip, *holds);
-  plane.point_m = world_from_start_.volume_from_world(plane.point_m);
-  plane.normal = glm::conjugate(world_from_start_.rotation) * plane.normal;
-  cut_ = plane;
 }
 
-std::optional<ClipPlane> SceneHands::clip() const {
+/// Not where the hands took the volumes: they follow on a smooth path, and a cut that is there
+/// before them shows more or less of them than it should. A space mouse may have moved them, too.
+Transform SceneHands::drawn_from_start(const SceneMoment& drawn) const {
+  const auto scene = palpation_.scene();
+  for (size_t v = 0; v < scene->volumes.size() && int(v) < drawn.volume_count; ++v) {
+    const VolumeSpec& spec = scene->volumes[v].spec;
+    if (spec.drive.kind == DriveSpec::Kind::kSecondHand)
+      return moved_between(spec.transform, drawn.volumes[v].world_from_volume);
+  }
+  return {};
+}
+
+std::optional<ClipPlane> SceneHands::clip(const SceneMoment& drawn) {
+  const Transform from_start = drawn_from_start(drawn);
+  if (held_cut_)
+    cut_ = xr::Plane{from_start.volume_from_world(held_cut_->point_m),
+                     glm::conjugate(from_start.rotation) * held_cut_->normal};
   if (!cut_) return std::nullopt;
-  const glm::dvec3 normal = world_from_start_.rotation * cut_->normal;
-  return ClipPlane{normal, glm::dot(normal, world_from_start_.world_from_volume(cut_->point_m))};
+  const glm::dvec3 normal = from_start.rotation * cut_->normal;
+  return ClipPlane{normal, glm::dot(normal, from_start.world_from_volume(cut_->point_m))};
 }
 
 void SceneHands::next_look(int steps) {

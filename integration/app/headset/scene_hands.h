@@ -26,11 +26,13 @@ class SceneHands {
 
   /// As presets were chosen.
   const ViewChoices& view() const { return view_; }
-  /// The cut that is to be seen: held by a palm, or left where it was let go, in the volumes.
-  std::optional<ClipPlane> clip() const;
+  /// The cut that is to be seen where `drawn` is drawn: at the palm that holds it, or in the
+  /// volumes where it was let go. Once per picture.
+  std::optional<ClipPlane> clip(const SceneMoment& drawn);
 
  private:
-  void cut(const xr::Hands& hands, double dt_s);
+  void hold_cut(const xr::Hands& hands, double dt_s);
+  Transform drawn_from_start(const SceneMoment& drawn) const;
   void move_to(const Transform& world_from_start);
   void next_look(int steps);
 
@@ -38,8 +40,9 @@ class SceneHands {
   Transport& transport_;
   ViewChoices view_;
   xr::Grab grab_;
-  Transform world_from_start_;    ///< where the hands have taken all volumes from their start
-  std::optional<xr::Plane> cut_;  ///< in the volumes at their start
+  Transform world_from_start_;         ///< where the hands have taken all volumes from their start
+  std::optional<xr::Plane> held_cut_;  ///< world, by a palm, now
+  std::optional<xr::Plane> cut_;       ///< in the volumes at their start
   double cut_held_s_ = 0.0;
 };
 
