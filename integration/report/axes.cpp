@@ -11,6 +11,14 @@
 namespace palpate::report {
 namespace {
 
+std::string own_ticks(const char* axis, const Axis& of) {
+  std::string ticks;
+  for (const auto& [at, text] : of.ticks)
+    ticks += fmt::format("{}\"{}\" {:.9g}", ticks.empty() ? "" : ", ", gnuplot_text(text), at);
+  return fmt::format("set {}tics ({}) nomirror scale 0.4 textcolor rgb \"{}\"\n", axis, ticks,
+                     kSoft);
+}
+
 /// A span of three decades or less has its numbers at 1, 2 and 5; a longer one at the decades.
 std::string log_ticks(const char* axis, const Span& span) {
   const bool fine = std::log10(span.high / span.low) <= 3.0;
@@ -40,8 +48,9 @@ std::string axis_script(const char* name, const Axis& axis, const Span& span) {
   std::string script = fmt::format(
       "set {0}range [{1:.9g}:{2:.9g}] noextend\nset {0}label \"{3}\" textcolor rgb \"{4}\"\n", name,
       span.low, span.high, gnuplot_text(axis.title), kInk);
-  if (span.logarithmic)
-    return script + fmt::format("set logscale {}\n", name) + log_ticks(name, span);
+  if (span.logarithmic) script += fmt::format("set logscale {}\n", name);
+  if (!axis.ticks.empty()) return script + own_ticks(name, axis);
+  if (span.logarithmic) return script + log_ticks(name, span);
   return script + fmt::format("set {}tics nomirror scale 0.4 textcolor rgb \"{}\"\n", name, kSoft);
 }
 

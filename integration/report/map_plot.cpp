@@ -122,6 +122,13 @@ std::string key_entry(const MarkedCells& marked) {
   return fmt::format("keyentry {} rgb \"{}\" title \"{}\"", look, kInk, gnuplot_text(marked.name));
 }
 
+/// A value as its axis names it, else as a number.
+std::string said(const Axis& axis, double value) {
+  for (const auto& [at, text] : axis.ticks)
+    if (at == value) return text;
+  return fmt::format("{:g}", value);
+}
+
 struct Cells {
   std::vector<double> x_edges, y_edges;
 };
@@ -144,8 +151,9 @@ std::string cells_blocks(const HeatMap& map, const Cells& cells, const Span& col
       }
       all +=
           fmt::format("{:.9g} {:.9g} \"tip{}\"\n", map.x_values[x], map.y_values[y], tips.size());
-      tips.push_back(fmt::format("{}: {:g}\n{}: {:g}\n{}: {}", map.x.title, map.x_values[x],
-                                 map.y.title, map.y_values[y], map.bar.title,
+      tips.push_back(fmt::format("{}: {}\n{}: {}\n{}: {}", map.x.title,
+                                 said(map.x, map.x_values[x]), map.y.title,
+                                 said(map.y, map.y_values[y]), map.bar.title,
                                  shown ? fmt::format("{:.4g}", value) : "not measured"));
     }
   }

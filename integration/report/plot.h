@@ -24,6 +24,8 @@ struct Axis {
   std::string title;
   bool logarithmic = false;         ///< to base 10; what is not above zero can not be shown then
   std::optional<double> low, high;  ///< what is shown; where not given, all data and a little room
+  /// What stands at which value: for values that have names, or are few. None: round numbers.
+  std::vector<std::pair<double, std::string>> ticks = {};
 };
 
 enum class Mark { kCircle, kSquare, kTriangle, kDiamond, kDown, kPentagon, kCross, kRing, kNone };

@@ -59,7 +59,7 @@ StabilityMap leaning_map(const char* name, const char* title) {
   map.logarithmic = true;
   map.lowest = 1e-4;
   map.highest = 10.0;
-  map.sides = {{"without the tank", "", {}},
+  map.sides = {{"palpate without its tank", "", {}},
                {"palpate", "lets the surface slip past, and its tank tells how much", {}}};
   return map;
 }
@@ -124,8 +124,7 @@ StabilityMap stiffness_map(const Making& making) {
   StabilityMap map = spring_wall_map("stiffness-and-delay", "A stiff wall and a late force");
   map.made =
       "A device of 0.15 kg and 2 N s/m with an encoder of 38 um, in five hands one after the "
-      "other, "
-      "touches a spring wall and rests on it; the worst of the five is shown.";
+      "other, touches a spring wall and rests on it; the worst of the five is shown.";
   map.x = even_axis("delay", "ms", 0.0, 3.0, making.count(4, 10));
   map.y = log_axis("stiffness", "N/m", 200.0, 8000.0, making.count(5, 12));
   map.borders = {border_along_x(kStable, evenly(0.0, 3.2, 65), [](double delay_ms) {
@@ -158,8 +157,8 @@ StabilityMap hands_map(const Making& making) {
   StabilityMap map = spring_wall_map("hands", "A stiff wall in different hands");
   map.made =
       "One device (0.15 kg, 2 N s/m, 1 ms of delay, 38 um) in each hand; a weight presses where "
-      "there "
-      "is no hand, and the spring is a hand without mass or damping: the worst that is passive.";
+      "there is no hand, and the spring is a hand without mass or damping: the worst that is "
+      "passive.";
   map.x = {"hand", "", {0.0, 1.0, 2.0, 3.0, 4.0}, false, {}};
   for (int hand = 0; hand < kHandCount; ++hand) map.x.words.emplace_back(hand_name(hand));
   map.y = even_axis(kShare, "", 0.5, 3.0, making.count(5, 11));
@@ -216,8 +215,7 @@ StabilityMap swing_map(const Making& making) {
   StabilityMap map = leaning_map("dragged", "A volume that is dragged to and fro under the hand");
   map.made =
       "A human hand leans 10 mm into a ball that swings along the hand's way, 1000 N/m, for 10 s "
-      "(3 s "
-      "in the quick run).";
+      "(3 s in the quick run).";
   map.x = log_axis("swings per second", "Hz", 0.1, 10.0, making.count(5, 11));
   map.y = log_axis("amplitude", "mm", 0.5, 50.0, making.count(4, 10));
   map.borders = {border_along_x(kConsent, log_evenly(0.08, 13.0, 33),

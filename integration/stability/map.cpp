@@ -26,11 +26,6 @@ const char* word(Outcome outcome) {
   return "";
 }
 
-std::string at_text(const Axis& axis, size_t i) {
-  if (!axis.words.empty()) return axis.words[i];
-  return fmt::format("{:.3g}{}{}", axis.at[i], axis.unit.empty() ? "" : " ", axis.unit);
-}
-
 /// How many lines of cells are held before the first that is not, going towards what is harder.
 size_t lines_held(const StabilityMap& map, size_t side) {
   const bool along_y = map.harder_along_y;
@@ -47,7 +42,8 @@ std::string reach_text(const StabilityMap& map, size_t side) {
   const Axis& axis = map.harder_along_y ? map.y : map.x;
   const size_t lines = lines_held(map, side);
   if (!axis.words.empty() || lines == 0 || lines == axis.at.size()) return "";
-  return fmt::format(", all of them up to {} of {}", axis.name, at_text(axis, lines - 1));
+  return fmt::format(", in every one up to {}{}{} ({})", value_text(axis, lines - 1),
+                     axis.unit.empty() ? "" : " ", axis.unit, axis.name);
 }
 
 std::string capital(std::string text) {
@@ -69,6 +65,14 @@ std::string side_text(const StabilityMap& map, size_t side) {
 }
 
 }  // namespace
+
+std::string value_text(const Axis& axis, size_t i) {
+  if (!axis.words.empty()) return axis.words[i];
+  std::string text = fmt::format("{:.3g}", axis.at[i]);
+  // 3.18e+03: not for people.
+  if (text.find("e+") != std::string::npos) text = fmt::format("{:.0f}", std::stod(text));
+  return text;
+}
 
 Tally tally(const Side& side) {
   Tally t;

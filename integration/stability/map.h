@@ -31,6 +31,9 @@ struct Axis {
   std::vector<std::string> words;  ///< one for each of `at`, or none
 };
 
+/// The i-th value for people: its word, or three digits, without the unit.
+std::string value_text(const Axis& axis, size_t i);
+
 /// A line that theory draws into a map: where a method should begin to fail.
 struct Border {
   std::string name;                ///< "q times phase = 1 (Banach)"

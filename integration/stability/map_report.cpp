@@ -31,11 +31,14 @@ std::string with_unit(const std::string& name, const std::string& unit) {
   return unit.empty() ? name : fmt::format("{} ({})", name, unit);
 }
 
+/// Few cells are named each: what was measured is read off, and nothing between or beyond.
 report::Axis axis_of(const Axis& axis) {
-  std::string title = with_unit(axis.name, axis.unit);
-  for (size_t i = 0; i < axis.words.size(); ++i)
-    title += fmt::format("{}{} {}", i ? ", " : ": ", axis.at[i], axis.words[i]);
-  return {title, axis.logarithmic, {}, {}};
+  constexpr size_t kFew = 7;
+  report::Axis drawn{with_unit(axis.name, axis.unit), axis.logarithmic, {}, {}};
+  if (!axis.words.empty() || axis.at.size() <= kFew)
+    for (size_t i = 0; i < axis.at.size(); ++i)
+      drawn.ticks.emplace_back(axis.at[i], value_text(axis, i));
+  return drawn;
 }
 
 report::MarkedCells marked(const StabilityMap& map, const Side& side, Outcome outcome,

@@ -113,6 +113,18 @@ TEST_F(Charts, OfMapsAreWellFormedAndSayEveryCell) {
     EXPECT_THAT(svg, HasSubstr(std::string(name) + "</text>"));
 }
 
+TEST_F(Charts, OfMapsHaveTheirOwnWordsAtTheirCells) {
+  HeatMap map = small_map();
+  map.x.ticks = {{1, "none"}, {2, "loose <grip"}, {4, "firm"}};
+  const std::string svg = svg_of(map);
+  EXPECT_EQ(test::xml_trouble(svg), "");
+  for (const char* word : {"none", "loose &lt;grip", "firm"})
+    EXPECT_THAT(svg, HasSubstr(std::string(word) + "</text>"));
+  EXPECT_THAT(svg, HasSubstr("Shift (mm): firm\nNoise (%): 10\nError (voxels): 0.6"));
+  // The other axis has its numbers.
+  EXPECT_THAT(svg, HasSubstr("> 5</text>"));
+}
+
 TEST_F(Charts, OfMapsThatDoNotFitTogetherAreRefused) {
   HeatMap map = small_map();
   map.values.pop_back();

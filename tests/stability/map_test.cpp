@@ -37,14 +37,21 @@ StabilityMap small_map() {
 
 TEST(StabilityMap, SaysWhatItsCellsSay) {
   EXPECT_EQ(meaning(small_map()),
-            "Palpate holds in 4 of 6 cells, all of them up to speed of 2 m/s; in 2 it stops with a "
-            "word; in none it fails unseen. The old way holds in 2 of 6 cells, all of them up to "
-            "speed of 1 m/s; in 4 it fails unseen.");
+            "Palpate holds in 4 of 6 cells, in every one up to 2 m/s (speed); in 2 it stops with a "
+            "word; in none it fails unseen. The old way holds in 2 of 6 cells, in every one up to "
+            "1 m/s (speed); in 4 it fails unseen.");
   StabilityMap map = small_map();
   for (Cell& cell : map.sides[1].cells) cell.outcome = Outcome::kHeld;
   EXPECT_THAT(meaning(map), HasSubstr("Palpate holds in all 6 cells."));
   map.sides[1].cells[0].outcome = Outcome::kSilent;
   EXPECT_THAT(meaning(map), HasSubstr("Palpate holds in 5 of 6 cells; in 1 it fails unseen."));
+}
+
+TEST(StabilityMap, NamesItsValuesForPeople) {
+  const Axis axis = log_axis("stiffness", "N/m", 200.0, 8000.0, 5);
+  EXPECT_EQ(value_text(axis, 1), "503");
+  EXPECT_EQ(value_text(axis, 3), "3180");
+  EXPECT_EQ(value_text({"hand", "", {0.0, 1.0}, false, {"none", "loose"}}, 1), "loose");
 }
 
 TEST(StabilityMap, CountsEveryCellOnce) {
