@@ -127,12 +127,12 @@ class Checker {
 
   Status compare_points() {
     if (command_.points.empty()) return Nothing{};
-    const auto fixed = read_followed_points(command_.points, command_.frames[0]);
+    const auto fixed = files::read_followed_points(command_.points, command_.frames[0]);
     if (!fixed) return fixed.error();
-    const auto moving = read_followed_points(command_.points, command_.frames[1]);
+    const auto moving = files::read_followed_points(command_.points, command_.frames[1]);
     if (!moving) return moving.error();
-    points_ = *fixed;
-    return registration_error(*fixed, *moving);
+    points_ = fixed->points_lps_mm;
+    return registration_error(fixed->points_lps_mm, moving->points_lps_mm);
   }
 
   Status registration_error(const std::vector<glm::dvec3>& fixed,

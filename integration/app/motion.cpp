@@ -13,6 +13,7 @@
 #include "integration/files/atomic_file.h"
 #include "integration/files/sentences.h"
 #include "integration/files/write_volume.h"
+#include "integration/studies/quantity.h"
 
 namespace palpate::app {
 namespace {
@@ -56,9 +57,10 @@ std::string joined_presets() {
 /// Wishes that can not be read are refused before any file is.
 Status check_wish(const MotionCommand& command) {
   if (!command.within.empty())
-    if (const auto seconds = parse_seconds(command.within); !seconds) return seconds.error();
+    if (const auto seconds = studies::parse_seconds(command.within); !seconds)
+      return seconds.error();
   if (!command.most_error.empty())
-    if (const auto mm = parse_millimetres(command.most_error); !mm) return mm.error();
+    if (const auto mm = studies::parse_millimetres(command.most_error); !mm) return mm.error();
   return Nothing{};
 }
 

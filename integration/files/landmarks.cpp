@@ -6,7 +6,10 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <optional>
 #include <sstream>
+
+#include <fmt/format.h>
 
 #include "integration/files/sentences.h"
 #include "integration/files/text.h"
@@ -21,6 +24,7 @@ struct Table {
   std::array<size_t, 3> columns = {0, 1, 2};  ///< where x, y, z stand
   bool columns_known = false;
   bool is_ras = false;
+  std::optional<int> frame;  ///< whose columns are wanted, of points followed through many
 };
 
 std::vector<std::string_view> split(std::string_view line) {
@@ -50,6 +54,20 @@ bool take_columns(const std::vector<std::string_view>& names, Table& table) {
   return true;
 }
 
+/// Takes those of one frame from names like "x0".
+bool take_columns_of_frame(const std::vector<std::string_view>& names, Table& table) {
+  for (size_t axis = 0; axis < 3; ++axis) {
+    const std::string wanted = fmt::format("{}{}", "xyz"[axis], *table.frame);
+    const auto at = std::find_if(names.begin(), names.end(), [&](std::string_view name) {
+      return lowered(trimmed(name)) == wanted;
+    });
+    if (at == names.end()) return false;
+    table.columns[axis] = size_t(at - names.begin());
+  }
+  table.columns_known = true;
+  return true;
+}
+
 /// "# CoordinateSystem = LPS" and "# columns = id,x,y,z,..."; other comments say nothing.
 Status take_comment(const std::filesystem::path& file, std::string_view comment, Table& table) {
   const size_t equals = comment.find('=');
@@ -63,7 +81,7 @@ Status take_comment(const std::filesystem::path& file, std::string_view comment,
     }
     table.is_ras = value == "ras" || value == "0";
   }
-  if (name == "columns" && !take_columns(cells(value, ','), table)) {
+  if (name == "columns" && !table.frame && !take_columns(cells(value, ','), table)) {
     return bad_input(file, "names no columns x, y, z: export the points again");
   }
   return Nothing{};
@@ -80,16 +98,8 @@ std::optional<glm::dvec3> point_of(const std::vector<std::string_view>& parts, c
   return point;
 }
 
-}  // namespace
-
-Result<Landmarks> parse_landmarks(const std::filesystem::path& file, std::string_view text) {
-  Table table;
-  if (lowered(file.string()).ends_with(".fcsv")) {
-    // Slicer's own table: id, x, y, z, ... in RAS unless its comments say otherwise.
-    table.is_ras = true;
-    table.columns = {1, 2, 3};
-    table.columns_known = true;
-  }
+Result<Landmarks> parse_table(const std::filesystem::path& file, std::string_view text,
+                              Table table) {
   Landmarks landmarks;
   if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // byte order mark of spreadsheets
   for (size_t number = 1; !text.empty(); ++number) {
@@ -101,6 +111,10 @@ Result<Landmarks> parse_landmarks(const std::filesystem::path& file, std::string
       continue;
     }
     const auto parts = split(line);
+    if (table.frame && !table.columns_known) {
+      if (take_columns_of_frame(parts, table)) continue;
+      return bad_input(file, "has no columns x{0}, y{0}, z{0}: name another frame", *table.frame);
+    }
     const auto point = point_of(parts, table);
     if (point) {
       const glm::dvec3 signs = table.is_ras ? glm::dvec3(-1, -1, 1) : glm::dvec3(1);
@@ -118,7 +132,7 @@ Result<Landmarks> parse_landmarks(const std::filesystem::path& file, std::string
   return landmarks;
 }
 
-Result<Landmarks> read_landmarks(const std::filesystem::path& file) {
+Result<std::string> text_of(const std::filesystem::path& file) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error))
     return bad_input(file, "does not exist or is no file: check the name");
@@ -130,7 +144,39 @@ Result<Landmarks> read_landmarks(const std::filesystem::path& file) {
     return bad_input(file, "can not be opened ({}): check the permissions", std::strerror(errno));
   std::ostringstream text;
   text << stream.rdbuf();
-  return parse_landmarks(file, text.str());
+  return text.str();
+}
+
+}  // namespace
+
+Result<Landmarks> parse_landmarks(const std::filesystem::path& file, std::string_view text) {
+  Table table;
+  if (lowered(file.string()).ends_with(".fcsv")) {
+    // Slicer's own table: id, x, y, z, ... in RAS unless its comments say otherwise.
+    table.is_ras = true;
+    table.columns = {1, 2, 3};
+    table.columns_known = true;
+  }
+  return parse_table(file, text, table);
+}
+
+Result<Landmarks> parse_followed_points(const std::filesystem::path& file, std::string_view text,
+                                        int frame) {
+  Table table;
+  table.frame = frame;
+  return parse_table(file, text, table);
+}
+
+Result<Landmarks> read_landmarks(const std::filesystem::path& file) {
+  const auto text = text_of(file);
+  if (!text) return text.error();
+  return parse_landmarks(file, *text);
+}
+
+Result<Landmarks> read_followed_points(const std::filesystem::path& file, int frame) {
+  const auto text = text_of(file);
+  if (!text) return text.error();
+  return parse_followed_points(file, *text, frame);
 }
 
 }  // namespace palpate::files

@@ -21,7 +21,14 @@ struct Landmarks {
 /// kBadInput with a sentence that names the line otherwise. Any thread.
 Result<Landmarks> read_landmarks(const std::filesystem::path& file);
 
+/// Reads where points that were followed through a sequence are in one frame: a table whose columns
+/// are named x0, y0, z0, x1, ..., one row per material point; all else as in plain tables of
+/// read_landmarks(). kBadInput if there is no such frame.
+Result<Landmarks> read_followed_points(const std::filesystem::path& file, int frame);
+
 /// The same from text; `file` is only for messages, and its ending says whether it is an .fcsv.
 Result<Landmarks> parse_landmarks(const std::filesystem::path& file, std::string_view text);
+Result<Landmarks> parse_followed_points(const std::filesystem::path& file, std::string_view text,
+                                        int frame);
 
 }  // namespace palpate::files

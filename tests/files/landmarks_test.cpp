@@ -56,6 +56,38 @@ TEST(LandmarkReader, HonoursTheCoordinateSystemOfSlicer) {
   EXPECT_THAT(refusal("p.fcsv", "# CoordinateSystem = IJK\n" + row), HasSubstr("'ijk'"));
 }
 
+TEST(LandmarkReader, TakesOneFrameOfPointsThatWereFollowed) {
+  const auto frame = [](int which, std::string_view text) {
+    const auto found = parse_followed_points("way.csv", text, which);
+    EXPECT_TRUE(found) << found.error().message;
+    return found ? found->points_lps_mm : std::vector<glm::dvec3>{};
+  };
+  const char* way =
+      "# two points\nx0,y0,z0,x1,y1,z1,x10,y10,z10\n1,2,3,4,5,6,7,8,9\n-1,0,0,0,0,0.5,0,0,2\n";
+  EXPECT_THAT(frame(0, way), ElementsAre(glm::dvec3(1, 2, 3), glm::dvec3(-1, 0, 0)));
+  EXPECT_THAT(frame(1, way), ElementsAre(glm::dvec3(4, 5, 6), glm::dvec3(0, 0, 0.5)));
+  EXPECT_THAT(frame(10, way), ElementsAre(glm::dvec3(7, 8, 9), glm::dvec3(0, 0, 2)));
+  // As spreadsheets write it: a byte order mark, semicolons, capitals, another order.
+  EXPECT_THAT(frame(0, "\xef\xbb\xbfX0; Z0; Y0\n1;3;2\n"), ElementsAre(glm::dvec3(1, 2, 3)));
+  EXPECT_THAT(frame(0, "# CoordinateSystem = RAS\nx0 y0 z0\n1 2 3\n"),
+              ElementsAre(glm::dvec3(-1, -2, 3)));
+}
+
+TEST(LandmarkReader, SaysWhichFrameHasNoPoints) {
+  const auto said = [](int which, std::string_view text) {
+    const auto found = parse_followed_points("way.csv", text, which);
+    EXPECT_FALSE(found);
+    return found ? std::string{} : found.error().message;
+  };
+  EXPECT_THAT(said(2, "x0,y0,z0,x1,y1,z1\n1,2,3,4,5,6\n"),
+              HasSubstr("has no columns x2, y2, z2: name another frame"));
+  EXPECT_THAT(said(0, "x0,y0\n1,2\n"), HasSubstr("has no columns x0, y0, z0"));
+  EXPECT_THAT(said(0, "1,2,3\n"), HasSubstr("has no columns x0, y0, z0"));
+  EXPECT_THAT(said(0, "x0,y0,z0\n1,2,nan\n"), HasSubstr("line 2 ('1,2,nan')"));
+  EXPECT_THAT(said(0, "x0,y0,z0\n"), HasSubstr("holds no points"));
+  EXPECT_THAT(said(0, ""), HasSubstr("holds no points"));
+}
+
 TEST(LandmarkReader, NamesTheLineThatIsWrong) {
   EXPECT_THAT(refusal("p.csv", "x,y,z\n1,2,3\n4,five,6\n"), HasSubstr("line 3 ('4,five,6')"));
   EXPECT_THAT(refusal("p.csv", "1,2,3\n4,5\n"), HasSubstr("line 2"));

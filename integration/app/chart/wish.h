@@ -7,12 +7,6 @@
 
 namespace palpate::app {
 
-/// "2s", "500ms", "1min", "2": seconds. kBadInput otherwise, or where it is not above zero.
-Result<double> parse_seconds(const std::string& text);
-
-/// "0.5mm", "500um", "0.5": mm. kBadInput otherwise, or where it is not above zero.
-Result<double> parse_millimetres(const std::string& text);
-
 /// The setting for a deadline or an error (one of the two is not empty) of a pair on this grid,
 /// from the front that was measured on this device. Errors: kBadInput with what to do.
 Result<studies::Choice> choose_setting(const std::string& within, const std::string& error,

@@ -86,6 +86,11 @@ TEST(HeaderFuzz, LandmarkParserHolds) {
        "a,1,2,3,0\nb,4,5,6,0\n"});
 }
 
+TEST(HeaderFuzz, FollowedPointsParserHolds) {
+  run(fuzz::parse_followed, {"# a way\nx0,y0,z0,x1,y1,z1\n1,2,3,4,5,6\n7,8,9,10,11,12\n",
+                             "\xef\xbb\xbfname;z1;y1;x1\na;1;2;3\nb;-4;5e1;6\n"});
+}
+
 TEST(HeaderFuzz, SceneReaderHolds) {
   run(fuzz::parse_scene_file,
       {R"({"volumes":[{"name":"a","source":"heart","drive":{"kind":"turn","axis":[0,1,0]}}],)"

@@ -83,14 +83,21 @@ void parse_dicom_file(std::string_view bytes) {
   }
 }
 
-void parse_points(std::string_view bytes) {
-  const bool slicer = !bytes.empty() && (bytes.back() & 1) != 0;
-  const auto found = parse_landmarks(slicer ? "fuzz.fcsv" : "fuzz.csv", bytes);
+static void check_points(const Result<Landmarks>& found) {
   if (!found) return check_sentence(found.error());
   require(!found->points_lps_mm.empty(), "there is a point");
   for (const glm::dvec3& p : found->points_lps_mm) {
     require(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z), "points are finite");
   }
+}
+
+void parse_points(std::string_view bytes) {
+  const bool slicer = !bytes.empty() && (bytes.back() & 1) != 0;
+  check_points(parse_landmarks(slicer ? "fuzz.fcsv" : "fuzz.csv", bytes));
+}
+
+void parse_followed(std::string_view bytes) {
+  for (const int frame : {0, 1, -1}) check_points(parse_followed_points("fuzz.csv", bytes, frame));
 }
 
 }  // namespace palpate::files::fuzz

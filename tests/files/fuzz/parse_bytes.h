@@ -12,6 +12,7 @@ void parse_meta(std::string_view bytes);
 void parse_nifti(std::string_view bytes);
 void parse_dicom_file(std::string_view bytes);
 void parse_points(std::string_view bytes);
+void parse_followed(std::string_view bytes);
 void parse_scene_file(std::string_view bytes);
 void parse_calibration_file(std::string_view bytes);
 
