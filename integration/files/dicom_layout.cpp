@@ -225,8 +225,7 @@ Result<DicomLayout> arrange_group(const std::filesystem::path& name,
     return bad_input(
         name,
         "holds {} images of each slice, but no temporal position, trigger time, cardiac phase or "
-        "series "
-        "tells them apart: put every frame into a folder of its own and name these folders",
+        "series tells them apart: put every frame into a folder of its own and name these folders",
         places.front().size());
   }
   DicomLayout layout;

@@ -178,8 +178,7 @@ Result<report::Section> section_of(const StabilityMap& map) {
   figure.svg = std::move(*picture);
   figure.caption = fmt::format(
       "{} Colour: {}. A failure is when {}. No mark: it held; a dot: it failed and said so; a "
-      "cross: "
-      "it failed unseen. The line is where theory sees the border.",
+      "cross: it failed unseen. The line is where theory sees the border.",
       map.made, with_unit(map.colour, map.colour_unit), map.failed);
   figure.data = table_of(map);
   report::Section section{

@@ -110,8 +110,7 @@ StabilityMap contrast_map(const std::shared_ptr<vulkan::Context>& context, const
   StabilityMap map = motion_map("contrast", "Another contrast and a bias field");
   map.made =
       "A swirl of 3 voxels; the second frame has more gain and gets brighter from left to right by "
-      "a "
-      "share of the intensity range.";
+      "a share of the intensity range.";
   map.x = log_axis("more gain", "", 0.01, 3.0, making.count(3, 7));
   map.y = log_axis("bias, as a share of the range", "", 0.01, 3.0, making.count(3, 5));
   // Where light changes the frames as much as the motion does, in the mean square, for a body of
@@ -153,8 +152,7 @@ StabilityMap aperture_map(const std::shared_ptr<vulkan::Context>& context, const
   StabilityMap map = motion_map("flat", "A region without structure (aperture)");
   map.made =
       "A ball with nothing in it but noise, whose inside moves and whose rim hardly does; scored "
-      "in "
-      "the ball. Nothing in the frames tells its motion.";
+      "in the ball. Nothing in the frames tells its motion.";
   map.x = {"radius of the flat ball", "voxels", {}, false, {}};
   map.y = {"motion inside", "voxels", {}, true, {}};
   map.x.at = making.quick ? std::vector{2.0, 8.0, 16.0} : evenly(0.0, 24.0, 7);

@@ -190,13 +190,12 @@ std::vector<std::string> feel_sentences(const FeelMeasures& all) {
   const auto* both = find(all, kOurs, "transforms and moving data");
   const auto* paper = find(all, kPaper, "transforms and moving data");
   if (still && transforms && both) {
-    sentences.push_back(fmt::format(
-        "Where a hand strokes a shell, a haptic frame takes {:.2g} us for still data, {:.2g} us "
-        "with a moving transform, and {:.2g} us when the data move too: {:.2g} % of the "
-        "millisecond "
-        "that it may take.",
-        still->median_us, transforms->median_us, both->median_us,
-        100.0 * both->median_us / kPeriodUs));
+    sentences.push_back(
+        fmt::format("Where a hand strokes a shell, a haptic frame takes {:.2g} us for still data, "
+                    "{:.2g} us with a moving transform, and {:.2g} us when the data move too: "
+                    "{:.2g} % of the millisecond that it may take.",
+                    still->median_us, transforms->median_us, both->median_us,
+                    100.0 * both->median_us / kPeriodUs));
   }
   if (both && paper) {
     const bool less = both->rms_n <= paper->rms_n;

@@ -196,8 +196,7 @@ std::vector<std::string> scene_sentences(const SceneMeasures& all) {
     sentences.push_back(fmt::format(
         "Where only {:g} % of the volume counts, the iterations take {:.0f} % of the time of the "
         "whole ({:.2g} s of {:.2g} s) for {:.0f} % of its bricks; preparing the frame takes {:.2g} "
-        "s "
-        "instead of {:.2g} s.",
+        "s instead of {:.2g} s.",
         100.0 * least.share, 100.0 * least.solve_s / whole.solve_s, least.solve_s, whole.solve_s,
         100.0 * least.bricks / whole.bricks, least.prepare_s, whole.prepare_s));
   }

@@ -34,12 +34,9 @@ struct StabilityCommand {
 
 constexpr const char* kLead =
     "Every method fails somewhere. These maps show where: each cell is a small experiment whose "
-    "truth "
-    "is known, harder to the right and upwards. What counts is that a method holds as far as it "
-    "can, "
-    "and that it says so where it does not: a failure that nobody is told of (a cross) is worse "
-    "than "
-    "one that is flagged (a dot).";
+    "truth is known, harder to the right and upwards. What counts is that a method holds as far as "
+    "it can, and that it says so where it does not: a failure that nobody is told of (a cross) is "
+    "worse than one that is flagged (a dot).";
 
 class StabilityRun {
  public:
