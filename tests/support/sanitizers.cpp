@@ -1,14 +1,21 @@
 #include <dlfcn.h>
 
-/// What the sanitizers must pass over in tests that use a device: the driver and the validation
-/// layers are not built with them, so that their own locks and lists can not be followed.
+/// What the sanitizers must pass over. The driver, its validation layers, ITK's threads and the
+/// emulated USB bus are not built with them, so that their own locks and lists can not be followed.
+/// EmulatedDevice stands in for the kernel: it reads and writes what libusb hands over with an
+/// ioctl, on a thread that is told of it through umockdev's socket.
 extern "C" const char* __tsan_default_suppressions();
 extern "C" const char* __tsan_default_suppressions() {
   return "called_from_lib:libVkLayer_khronos_validation.so\n"
          "called_from_lib:libvulkan_lvp.so\n"
          "race:libVkLayer_khronos_validation.so\n"
          "race:libvulkan_lvp.so\n"
-         "race:libLLVM\n";
+         "race:libLLVM\n"
+         "race:EmulatedDevice\n"
+         "race:libumockdev\n"
+         "race:g_rec_mutex_clear\n"
+         "race:^itk::\n"
+         "race:itk_oracle\n";
 }
 
 /// The driver's compiler holds one lock per kernel, more at a time than the search for deadlocks
