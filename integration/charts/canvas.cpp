@@ -10,14 +10,6 @@
 #include <cstring>
 #include <numbers>
 
-#ifdef __SANITIZE_ADDRESS__
-// Fontconfig keeps a few patterns of its own until the process ends; they are not ours to free.
-extern "C" const char* __lsan_default_suppressions();
-extern "C" const char* __lsan_default_suppressions() {
-  return "leak:libfontconfig\n";
-}
-#endif
-
 namespace palpate::charts {
 namespace {
 

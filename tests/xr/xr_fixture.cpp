@@ -2,17 +2,6 @@
 
 #include <cstdlib>
 
-/// What the leak sanitizer must pass over: Debian's OpenXR loader loses 88 bytes per instance, and
-/// the driver keeps what it has compiled.
-extern "C" const char* __lsan_default_suppressions();
-extern "C" const char* __lsan_default_suppressions() {
-  return "leak:libopenxr_loader.so\n"
-         "leak:libvulkan_lvp.so\n"
-         "leak:libvulkan.so\n"
-         "leak:libVkLayer_khronos_validation.so\n"
-         "leak:libLLVM\n";
-}
-
 namespace palpate::test {
 namespace {
 

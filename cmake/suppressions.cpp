@@ -1,6 +1,6 @@
 #include <dlfcn.h>
 
-/// What the sanitizers must pass over. The driver, its validation layers, ITK's threads and the
+/// What the sanitizers must pass over. Drivers, the validation layers, OpenCV, TBB, ITK and the
 /// emulated USB bus are not built with them, so that their own locks and lists can not be followed.
 /// EmulatedDevice stands in for the kernel: it reads and writes what libusb hands over with an
 /// ioctl, on a thread that is told of it through umockdev's socket.
@@ -11,6 +11,11 @@ extern "C" const char* __tsan_default_suppressions() {
          "race:libVkLayer_khronos_validation.so\n"
          "race:libvulkan_lvp.so\n"
          "race:libLLVM\n"
+         "race:swrast_dri.so\n"
+         "race:libopencv_core.so\n"
+         "race:libopencv_imgproc.so\n"
+         "race:libopencv_video.so\n"
+         "race:libtbb.so\n"
          "race:EmulatedDevice\n"
          "race:libumockdev\n"
          "race:g_rec_mutex_clear\n"
@@ -25,12 +30,16 @@ extern "C" const char* __tsan_default_options() {
   return "detect_deadlocks=0";
 }
 
+/// The driver and fontconfig keep what they have made until the process ends; Debian's OpenXR
+/// loader loses 88 bytes per instance.
 extern "C" const char* __lsan_default_suppressions();
 extern "C" const char* __lsan_default_suppressions() {
   return "leak:libVkLayer_khronos_validation.so\n"
          "leak:libvulkan_lvp.so\n"
          "leak:libvulkan.so\n"
-         "leak:libLLVM\n";
+         "leak:libLLVM\n"
+         "leak:libopenxr_loader.so\n"
+         "leak:libfontconfig\n";
 }
 
 namespace {
