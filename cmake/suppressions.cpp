@@ -18,7 +18,7 @@ extern "C" const char* __tsan_default_suppressions() {
          "race:libtbb.so\n"
          "race:EmulatedDevice\n"
          "race:libumockdev\n"
-         "race:g_rec_mutex_clear\n"
+         "race:libglib-2.0\n"
          "race:^itk::\n"
          "race:itk_oracle\n";
 }
