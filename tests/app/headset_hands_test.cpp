@@ -211,6 +211,8 @@ TEST_F(HandsInAHeadset, APalmCutsTheVolumeAndTheCutStaysInItUntilItIsTappedAway)
   as_wide_until([&](const Flesh& now) { return now.middle_m.x < left.middle_m.x + 0.01; });
   frames_pass(8);
   press(kLeft + "squeeze/value", 0.0);
+  // Where a cut that stayed would be seen.
+  hand(1, kMiddle_m);
   tap(kRight + "thumbstick/click");
   EXPECT_TRUE(wait_until([&] {
     const Flesh now = flesh();
