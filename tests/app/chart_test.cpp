@@ -137,7 +137,7 @@ TEST_F(ChartCommand, RefusesWishesThatAreNoneOrContradict) {
     all.insert(all.end(), more.begin(), more.end());
     return run(all);
   };
-  for (const char* text : {"soon", "-1s", "0", "2 s", "2mm", "nan", "inf", "1e999"})
+  for (const char* text : {"soon", "-1s", "0", "2 hours", "2mm", "nan", "inf", "1e999"})
     expect_refused(with({"--within", text}), {"can not be understood", "2s or 500ms"});
   for (const char* text : {"small", "0mm", "3s", "-1"})
     expect_refused(with({"--error", text}), {"can not be understood", "0.5mm"});
