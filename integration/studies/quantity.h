@@ -6,7 +6,8 @@
 
 namespace palpate::studies {
 
-/// "2s", "500ms", "1min", "2": seconds, above zero and finite. kBadInput otherwise, with an example.
+/// "2s", "500ms", "1min", "2": seconds, above zero and finite. kBadInput otherwise, with an
+/// example.
 Result<double> parse_seconds(const std::string& text);
 
 /// "0.5mm", "500um", "1cm", "0.5": mm. The same.

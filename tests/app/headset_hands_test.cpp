@@ -171,20 +171,32 @@ TEST_F(HandsInAHeadset, TwoHandsThatGoApartEnlargeWhatIsSeenAndWhatIsFelt) {
 
 TEST_F(HandsInAHeadset, APalmCutsTheVolumeAndTheCutStaysInItUntilItIsTappedAway) {
   const std::string scene = still_heart(folder);
-  start(scene, at_rest({-0.07, 0.05, 0.0}));  // the pen not before what is looked at
-  const Flesh whole = flesh();
-  EXPECT_GT(whole.right, whole.left / 4) << "a cut would not be seen";
+  constexpr int kWidth = 96;
+  start(scene, at_rest({-0.07, 0.05, 0.0}),  // the pen not before what is looked at
+        "96 72", 15.0);
+  // Shares of the picture are compared, so all are taken where nothing is left out for time: a
+  // busy machine draws half of the pixels, which are few of the heart.
+  const auto in_full = [&] {
+    Flesh found;
+    EXPECT_TRUE(wait_until([&] {
+      found = flesh();
+      return headset->shown().width == 2 * kWidth;
+    }));
+    return found;
+  };
+  const Flesh whole = in_full();
+  EXPECT_GT(whole.right, whole.left / 2);
   // The right palm looks to the left, and its side is kept.
   hand(1, kMiddle_m);
   press(kRight + "thumbstick/click", 1.0);
   frames_pass(8);
-  const Flesh held = flesh();
-  EXPECT_LT(held.right, whole.right / 5);
-  EXPECT_NEAR(held.left, whole.left, 0.3 * whole.left);
+  const Flesh held = in_full();
+  EXPECT_LT(held.right, held.left / 10);
+  EXPECT_NEAR(held.left, whole.left, 0.25 * whole.left);
   press(kRight + "thumbstick/click", 0.0);
   hand(1, kMiddle_m + glm::dvec3(0.3, 0.0, 0.0));
-  const Flesh left = flesh();
-  EXPECT_LT(left.right, whole.right / 5) << "the cut went with the hand";
+  const Flesh left = in_full();
+  EXPECT_LT(left.right, left.left / 10) << "the cut went with the hand";
   // It lies in the volume: whoever moves that moves the cut.
   constexpr double kQuick_s = 0.15;
   hand(0, kMiddle_m);
