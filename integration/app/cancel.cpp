@@ -1,9 +1,11 @@
 #include "integration/app/cancel.h"
 
 #include <pthread.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <ctime>
+#include <string_view>
 
 #include "integration/app/exit_code.h"
 
@@ -11,8 +13,11 @@ namespace palpate::app {
 
 CancelOnSignal::CancelOnSignal() {
   sigemptyset(&signals_);
-  sigaddset(&signals_, SIGINT);
-  sigaddset(&signals_, SIGTERM);
+  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGQUIT}) {
+    struct sigaction action {};
+    sigaction(number, nullptr, &action);
+    if (action.sa_handler != SIG_IGN) sigaddset(&signals_, number);
+  }
   pthread_sigmask(SIG_BLOCK, &signals_, &before_);
   watcher_ = std::jthread([this](std::stop_token ended) { watch(std::move(ended)); });
 }
@@ -28,7 +33,14 @@ void CancelOnSignal::watch(std::stop_token ended) {
   const timespec tick{0, 50'000'000};
   while (!ended.stop_requested()) {
     if (sigtimedwait(&signals_, nullptr, &tick) <= 0) continue;
-    if (source_.stop_requested()) std::_Exit(kExitInternal);
+    if (at_once_) {
+      constexpr std::string_view kSentence = "palpate: Stopped as asked, before anything began.\n";
+      [[maybe_unused]] const ssize_t said =
+          ::write(STDERR_FILENO, kSentence.data(), kSentence.size());
+      std::_Exit(kExitInternal);
+    }
+    // Asked again: at_quick_exit() of emergency waits for the ramp.
+    if (source_.stop_requested()) std::quick_exit(kExitInternal);
     source_.request_stop();
   }
 }

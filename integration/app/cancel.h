@@ -1,14 +1,17 @@
 #pragma once
 
+#include <atomic>
 #include <csignal>
 #include <stop_token>
 #include <thread>
 
 namespace palpate::app {
 
-/// Turns Ctrl-C (SIGINT) and SIGTERM into a stop request while it lives, so that nothing half
-/// written stays behind; a second one ends the program at once. Make it before any other thread
-/// starts: threads inherit the blocked signals. One at a time.
+/// Turns Ctrl-C (SIGINT), SIGTERM, SIGHUP (the terminal was closed) and SIGQUIT into a stop request
+/// while it lives, so that nothing half written stays behind; a second one ends the program at once
+/// (after the servo thread's ramp). A signal that was ignored when the program was started (nohup)
+/// stays ignored. Make it before any other thread starts: threads inherit the blocked signals. One
+/// at a time.
 class CancelOnSignal {
  public:
   CancelOnSignal();
@@ -18,12 +21,17 @@ class CancelOnSignal {
 
   std::stop_token token() const { return source_.get_token(); }
 
+  /// While true, a signal ends the program at once, with one sentence and exit code 1: for work
+  /// that writes nothing yet and can not be asked to stop, such as reading files. Any thread.
+  void end_at_once(bool yes) { at_once_ = yes; }
+
  private:
   void watch(std::stop_token ended);
 
   sigset_t signals_{};
   sigset_t before_{};
   std::stop_source source_;
+  std::atomic<bool> at_once_{false};
   std::jthread watcher_;
 };
 
