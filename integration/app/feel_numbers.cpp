@@ -52,10 +52,18 @@ bool TickHistory::is_larger(const TickRow& a, const TickRow& b) {
   return glm::dot(a.force_n, a.force_n) > glm::dot(b.force_n, b.force_n);
 }
 
-void TickHistory::append(const TickRow& smallest, const TickRow& largest) {
-  const bool rises = smallest.time_s <= largest.time_s;
-  rows_.push_back(rises ? smallest : largest);
-  if (smallest.time_s != largest.time_s) rows_.push_back(rises ? largest : smallest);
+TickHistory::TickHistory() {
+  // Written once, so that the memory is there from the start and the process does not grow later.
+  rows_.resize(kMostRows);
+  rows_.clear();
+}
+
+TickRow* TickHistory::put(const TickRow& smallest, const TickRow& largest, TickRow* to) {
+  const std::array<TickRow, 2> both = {smallest, largest};
+  const size_t first = smallest.time_s <= largest.time_s ? 0 : 1;
+  *to++ = both[first];
+  if (smallest.time_s != largest.time_s) *to++ = both[1 - first];
+  return to;
 }
 
 void TickHistory::add(const TickRow& row) {
@@ -63,21 +71,22 @@ void TickHistory::add(const TickRow& row) {
   if (count_ == 0 || is_larger(smallest_, row)) smallest_ = row;
   if (count_ == 0 || is_larger(row, largest_)) largest_ = row;
   if (++count_ < group_) return;
-  append(smallest_, largest_);
+  std::array<TickRow, 2> kept;
+  rows_.insert(rows_.end(), kept.data(), put(smallest_, largest_, kept.data()));
   count_ = 0;
 }
 
-/// Four rows become two: their smallest and their largest.
+/// Four rows become two, in place: their smallest and their largest.
 void TickHistory::thin() {
-  const std::vector<TickRow> before = rows_;
-  rows_.clear();
-  for (size_t first = 0; first < before.size(); first += 4) {
-    const auto begin = before.begin() + ptrdiff_t(first);
-    const auto end = before.begin() + ptrdiff_t(std::min(first + 4, before.size()));
+  TickRow* to = rows_.data();
+  for (size_t first = 0; first < rows_.size(); first += 4) {
+    const auto begin = rows_.begin() + ptrdiff_t(first);
+    const auto end = rows_.begin() + ptrdiff_t(std::min(first + 4, rows_.size()));
     const auto [smallest, largest] = std::minmax_element(
         begin, end, [](const TickRow& a, const TickRow& b) { return is_larger(b, a); });
-    append(*smallest, *largest);
+    to = put(*smallest, *largest, to);
   }
+  rows_.resize(size_t(to - rows_.data()));
   group_ = group_ == 1 ? 4 : 2 * group_;
 }
 

@@ -65,14 +65,15 @@ class TickHistory {
  public:
   static constexpr size_t kMostRows = 32768;  // 6 MB
 
-  TickHistory() { rows_.reserve(kMostRows); }
+  TickHistory();
   void add(const TickRow& row);
   /// In rising time; without the group that is not complete yet.
   const std::vector<TickRow>& rows() const { return rows_; }
 
  private:
   static bool is_larger(const TickRow& a, const TickRow& b);
-  void append(const TickRow& smallest, const TickRow& largest);
+  /// Writes them in the order of time; returns what follows.
+  static TickRow* put(const TickRow& smallest, const TickRow& largest, TickRow* to);
   void thin();
 
   std::vector<TickRow> rows_;
