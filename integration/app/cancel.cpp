@@ -10,6 +10,15 @@
 #include "integration/app/exit_code.h"
 
 namespace palpate::app {
+namespace {
+
+/// From a thread that shares no lock with what may hang; emergency waits for the force's ramp.
+[[noreturn]] void end_now(std::string_view sentence) {
+  [[maybe_unused]] const ssize_t said = ::write(STDERR_FILENO, sentence.data(), sentence.size());
+  std::quick_exit(kExitInternal);
+}
+
+}  // namespace
 
 CancelOnSignal::CancelOnSignal() {
   sigemptyset(&signals_);
@@ -29,19 +38,22 @@ CancelOnSignal::~CancelOnSignal() {
 }
 
 void CancelOnSignal::watch(std::stop_token ended) {
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point asked;
   // A waiting signal wakes at once; the time limit is only how long the end of the work may wait.
   const timespec tick{0, 50'000'000};
   while (!ended.stop_requested()) {
-    if (sigtimedwait(&signals_, nullptr, &tick) <= 0) continue;
-    if (at_once_) {
-      constexpr std::string_view kSentence = "palpate: Stopped as asked, before anything began.\n";
-      [[maybe_unused]] const ssize_t said =
-          ::write(STDERR_FILENO, kSentence.data(), kSentence.size());
-      std::_Exit(kExitInternal);
+    const bool is_new = sigtimedwait(&signals_, nullptr, &tick) > 0;
+    if (is_new && at_once_) end_now("palpate: Stopped as asked, before anything began.\n");
+    if (is_new && source_.stop_requested()) end_now("palpate: Ended at once, as asked again.\n");
+    if (is_new) {
+      asked = Clock::now();
+      source_.request_stop();
     }
-    // Asked again: at_quick_exit() of emergency waits for the ramp.
-    if (source_.stop_requested()) std::quick_exit(kExitInternal);
-    source_.request_stop();
+    const auto patience = patience_.load();
+    if (source_.stop_requested() && patience != std::chrono::seconds::max() &&
+        Clock::now() - asked > patience)
+      end_now("palpate: Something did not stop when it was asked to, so the program was ended.\n");
   }
 }
 

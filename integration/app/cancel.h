@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <csignal>
 #include <stop_token>
 #include <thread>
@@ -25,6 +26,10 @@ class CancelOnSignal {
   /// that writes nothing yet and can not be asked to stop, such as reading files. Any thread.
   void end_at_once(bool yes) { at_once_ = yes; }
 
+  /// The program is ended, with one sentence, if it still runs so long after a signal: a driver or
+  /// a headset's runtime may wait for ever for something that has died. Any thread.
+  void give_up_after(std::chrono::seconds patience) { patience_ = patience; }
+
  private:
   void watch(std::stop_token ended);
 
@@ -32,6 +37,7 @@ class CancelOnSignal {
   sigset_t before_{};
   std::stop_source source_;
   std::atomic<bool> at_once_{false};
+  std::atomic<std::chrono::seconds> patience_{std::chrono::seconds::max()};
   std::jthread watcher_;
 };
 

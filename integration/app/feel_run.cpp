@@ -36,6 +36,9 @@ using Clock = std::chrono::steady_clock;
 
 constexpr auto kSilence = std::chrono::milliseconds(500);  // before reading is said
 
+/// How long the end of a run may take after a signal; the force is down in a tenth of a second.
+constexpr std::chrono::seconds kPatience{10};
+
 /// A hand that is not there can not be hurt by a late frame, and this machine may be busy.
 constexpr double kWatchdog_ms = 5.0, kSimulatedWatchdog_ms = 50.0;
 
@@ -121,6 +124,7 @@ class FeelRun {
     cancel.end_at_once(false);
     if (const Status started = start(std::move(*scene)); !started)
       return fail(console_, started.error());
+    cancel.give_up_after(kPatience);
     feel(at_start, cancel.token());
     return finish();
   }

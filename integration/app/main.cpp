@@ -49,11 +49,12 @@ std::vector<std::filesystem::path> paths_of(const CLI::App& app,
 }
 
 int run_checked(const Command& command) {
-  const Status kept = check_overwrites(paths_of(*command.app, command.reads),
-                                       paths_of(*command.app, command.writes));
-  if (kept) return command.run();
-  fmt::print(stderr, "palpate: {}.\n", kept.error().message);
-  return exit_code(kept.error());
+  const auto inputs = paths_of(*command.app, command.reads);
+  Status sound = check_are_files(inputs);
+  if (sound) sound = check_overwrites(inputs, paths_of(*command.app, command.writes));
+  if (sound) return command.run();
+  fmt::print(stderr, "palpate: {}.\n", sound.error().message);
+  return exit_code(sound.error());
 }
 
 int run(int argc, char** argv) {

@@ -142,6 +142,18 @@ class InputFiles {
 
 }  // namespace
 
+Status check_are_files(const std::vector<fs::path>& inputs) {
+  for (const fs::path& input : inputs) {
+    std::error_code error;
+    const fs::file_status status = fs::status(input, error);
+    if (!fs::exists(status) || fs::is_regular_file(status) || fs::is_directory(status)) continue;
+    return files::bad_input(input,
+                            "is a pipe or a device, not a file: save what comes out of it to a "
+                            "file, and name that");
+  }
+  return Nothing{};
+}
+
 Status check_overwrites(const std::vector<fs::path>& inputs, const std::vector<fs::path>& outputs) {
   InputFiles read;
   for (const fs::path& input : inputs) read.add(input);

@@ -7,6 +7,10 @@
 
 namespace palpate::app {
 
+/// kBadInput, in one sentence, if an input is a pipe, a socket or a device: palpate reads headers
+/// first and data later, and could wait for ever. Names that do not exist pass. Any thread.
+Status check_are_files(const std::vector<std::filesystem::path>& inputs);
+
 /// Whether outputs can be written without losing an input: kBadOutput, in one sentence, if
 /// - an output is an input, whatever the spelling of its path (compared by device and inode, links
 ///   followed). Inputs are the named files, the files of a named folder, and the files that a named

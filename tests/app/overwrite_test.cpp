@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -199,6 +200,21 @@ TEST(AnInput, ThatAHeaderNamesIsNotReplaced) {
     EXPECT_THAT(result.err, HasSubstr("would be lost"));
   }
   EXPECT_TRUE(in.contents() == before);
+}
+
+TEST(AnInput, ThatIsAPipeIsRefusedInsteadOfWaitedFor) {
+  const InputFolder in;
+  const std::string pipe = in.at("pipe.mha");
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  for (const std::vector<std::string>& line :
+       std::vector<std::vector<std::string>>{{"motion", pipe, in.at("b.mha"), "-o", in.at("u.mha")},
+                                             {"motion", pipe, "-o", in.at("fields")},
+                                             {"feel", pipe},
+                                             {"check", pipe}}) {
+    const Outcome result = run(line);
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_THAT(result.err, HasSubstr("is a pipe or a device"));
+  }
 }
 
 TEST(AnOutput, IsNotTwoThings) {
