@@ -65,9 +65,11 @@ Result<MotionData> read_motion(const MotionSpec& spec) {
 }
 
 /// All frames of files, a single one included. `first` (may be null) gets a copy of the first.
-Result<Sequence> read_frames(const std::vector<fs::path>& inputs, Volume* first) {
+Result<Sequence> read_frames(const std::vector<fs::path>& inputs, Volume* first,
+                             std::vector<std::string>& notes) {
   auto reader = files::SequenceReader::open(inputs);
   if (!reader) return reader.error();
+  notes.insert(notes.end(), reader->notes().begin(), reader->notes().end());
   Sequence sequence;
   sequence.name = reader->name();
   for (size_t k = 0; k < reader->frame_count(); ++k) {
@@ -88,7 +90,8 @@ Volume lengths_of(const VectorFrame& frame) {
   return lengths;
 }
 
-Result<MovingVolume> read_volume_of(const VolumeSpec& spec, Volume* first = nullptr) {
+Result<MovingVolume> read_volume_of(const VolumeSpec& spec, std::vector<std::string>& notes,
+                                    Volume* first = nullptr) {
   if (!spec.source.empty()) return build(spec);
   VolumeData data;
   if (files::holds_vectors(spec.files)) {
@@ -97,7 +100,7 @@ Result<MovingVolume> read_volume_of(const VolumeSpec& spec, Volume* first = null
     if (first) *first = lengths_of(vectors->front());
     data.vectors = std::move(*vectors);
   } else {
-    auto frames = read_frames(spec.files, first);
+    auto frames = read_frames(spec.files, first, notes);
     if (!frames) return frames.error();
     data.frames = std::move(*frames);
   }
@@ -126,7 +129,7 @@ Result<FeltScene> of_spec(std::string name, SceneSpec spec) {
   scene.name = std::move(name);
   scene.spec = std::move(spec);
   for (size_t v = 0; v < scene.spec.volumes.size(); ++v) {
-    auto volume = read_volume_of(scene.spec.volumes[v]);
+    auto volume = read_volume_of(scene.spec.volumes[v], scene.notes);
     if (!volume) return volume.error();
     add(scene, v, std::move(*volume));
   }
@@ -193,7 +196,7 @@ Result<FeltScene> of_sequence(const std::vector<fs::path>& inputs, const Sequenc
     spec.motions = {motion};
   }
   Volume first;
-  auto volume = read_volume_of(spec, &first);
+  auto volume = read_volume_of(spec, scene.notes, &first);
   if (!volume) return volume.error();
   auto mode = volume->frames.front()->is_vector() ? guide_along(first, choices, scene.notes)
                                                   : surface_of(first, choices, scene.notes);
