@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "integration/files/raster.h"
+#include "integration/files/read_sequence.h"
 #include "integration/files/read_volume.h"
 #include "integration/files/write_volume.h"
 #include "tests/files/dicom_files.h"
@@ -114,6 +115,56 @@ TEST(Dcm2niix, NiftiIsTheDicomSeriesVoxelByVoxelForUsItkAndNibabel) {
     EXPECT_EQ(nifti->values, dicom->values);
   }
   if (python.empty()) GTEST_SKIP() << "compared with ITK only: nibabel is not installed";
+}
+
+TEST(Dcm2niix, ReadsEnhancedAndFourDimensionalDicomAsWeDo) {
+  if (!succeeds("command -v dcm2niix")) GTEST_SKIP() << "dcm2niix is not installed";
+  const TemporaryFolder folder;
+  const Grid grid = straight_grid({14, 12, 10});
+  const auto stored = [&](int s, size_t k) {
+    const size_t n = size_t(grid.size.x) * size_t(grid.size.y);
+    std::vector<int> values;
+    for (size_t v = 0; v < n; ++v) values.push_back(int(known_value(size_t(s) * n + v, k)));
+    return values;
+  };
+  EnhancedFile enhanced;
+  enhanced.grid = grid;
+  for (const char* name : {"series", "enhanced"}) std::filesystem::create_directory(folder / name);
+  for (int s = 0; s < grid.size.z; ++s) {
+    enhanced.frames.push_back({s, stored(s, 0), 1.0, 0.0, {}});
+    for (size_t k = 0; k < 3; ++k) {
+      DicomFile file;
+      file.grid = grid;
+      file.slice = s;
+      file.stored = stored(s, k);
+      file.instance = int(k) * grid.size.z + s + 1;
+      file.more[kTagTemporalPosition] = "IS" + std::to_string(k + 1);
+      write_dicom(folder / "series" / std::to_string(file.instance), file);
+    }
+  }
+  write_enhanced(folder / "enhanced/e", enhanced);
+  for (const std::string name : {"series", "enhanced"}) {
+    ASSERT_TRUE(succeeds("dcm2niix -b n -z n -f " + name + " -o " + folder.path().string() + " " +
+                         (folder / name).string()));
+  }
+
+  const auto series = read_sequence({folder / "series"}),
+             series_nifti = read_sequence({folder / "series.nii"});
+  ASSERT_TRUE(series) << series.error().message;
+  ASSERT_TRUE(series_nifti) << series_nifti.error().message;
+  ASSERT_EQ(series->frames.size(), 3U);
+  ASSERT_EQ(series_nifti->frames.size(), 3U);
+  for (size_t k = 0; k < 3; ++k) {
+    EXPECT_TRUE(same_geometry(series_nifti->frames[k].grid, series->frames[k].grid));
+    EXPECT_EQ(series_nifti->frames[k].values, series->frames[k].values) << k;
+  }
+  const auto volume = read_volume(folder / "enhanced"),
+             volume_nifti = read_volume(folder / "enhanced.nii");
+  ASSERT_TRUE(volume) << volume.error().message;
+  ASSERT_TRUE(volume_nifti) << volume_nifti.error().message;
+  EXPECT_TRUE(same_geometry(volume_nifti->grid, volume->grid));
+  EXPECT_EQ(volume_nifti->values, volume->values);
+  EXPECT_EQ(volume->values, known_volume(grid).values);
 }
 
 TEST(Nibabel, ReadsWhatWeWriteOnTheGridOfAMirroredFileWhereItIs) {

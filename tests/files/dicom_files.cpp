@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstring>
 
+#include "integration/files/text.h"
 #include "tests/files/temporary_folder.h"
 
 namespace palpate::files {
@@ -35,7 +36,7 @@ class Encoder {
     if (vr == "FD") value = reals(value);
     if (vr == "FL") value = number(std::stof(value));
     if (vr == "US") value = number(uint16_t(std::stoi(value)));
-    if (vr == "UL") value = number(uint32_t(std::stoul(value)));
+    if (vr == "UL") value = wholes(value);
     if (value.size() % 2 != 0) value += vr == "UI" || vr == "OB" ? '\0' : ' ';
     return head(tag, vr, uint32_t(value.size())) + value;
   }
@@ -82,11 +83,14 @@ class Encoder {
 
   std::string reals(const std::string& text) const {
     std::string bytes;
-    for (size_t at = 0; at <= text.size();) {
-      const size_t end = std::min(text.find('\\', at), text.size());
-      bytes += number(std::stod(text.substr(at, end - at)));
-      at = end + 1;
-    }
+    for (const std::string_view cell : cells(text, '\\')) bytes += number(*to_number(cell));
+    return bytes;
+  }
+
+  std::string wholes(const std::string& text) const {
+    std::string bytes;
+    for (const std::string_view cell : cells(text, '\\'))
+      bytes += number(uint32_t(*to_integer(cell)));
     return bytes;
   }
 

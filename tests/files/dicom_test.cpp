@@ -134,10 +134,10 @@ TEST_F(DicomFolder, IsGroupedByAcquisitionDateTime) {
 }
 
 TEST_F(DicomFolder, TakesNoTimesFromTheAcquisitionWhereSomethingElseOrdersTheFrames) {
-  // Gated by breathing: the phases were acquired in another order than the motion runs.
+  // Gated: one phase after the other was acquired, for minutes each.
   write_frames([](DicomFile& file, size_t k) {
     file.more[kTagTemporalPosition] = "IS" + std::to_string(k + 1);
-    file.more[kTagAcquisitionTime] = "TM10000" + std::to_string((k + 1) % kFrames);
+    file.more[kTagAcquisitionTime] = "TM10" + std::to_string(10 + k) + "00";
   });
   EXPECT_FALSE(read_known().times_known);
 }
