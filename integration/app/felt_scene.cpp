@@ -66,9 +66,10 @@ Result<MotionData> read_motion(const MotionSpec& spec) {
 
 /// All frames of files, a single one included. `first` (may be null) gets a copy of the first.
 Result<Sequence> read_frames(const std::vector<fs::path>& inputs, Volume* first,
-                             const OnDoing& doing) {
+                             const OnDoing& doing, std::vector<std::string>& notes) {
   auto reader = files::SequenceReader::open(inputs);
   if (!reader) return reader.error();
+  notes.insert(notes.end(), reader->notes().begin(), reader->notes().end());
   Sequence sequence;
   sequence.name = reader->name();
   for (size_t k = 0; k < reader->frame_count(); ++k) {
@@ -91,7 +92,7 @@ Volume lengths_of(const VectorFrame& frame) {
 }
 
 Result<MovingVolume> read_volume_of(const VolumeSpec& spec, const OnDoing& doing,
-                                    Volume* first = nullptr) {
+                                    std::vector<std::string>& notes, Volume* first = nullptr) {
   if (doing) doing("preparing " + spec.name);
   if (!spec.source.empty()) return build(spec);
   VolumeData data;
@@ -101,7 +102,7 @@ Result<MovingVolume> read_volume_of(const VolumeSpec& spec, const OnDoing& doing
     if (first) *first = lengths_of(vectors->front());
     data.vectors = std::move(*vectors);
   } else {
-    auto frames = read_frames(spec.files, first, doing);
+    auto frames = read_frames(spec.files, first, doing, notes);
     if (!frames) return frames.error();
     data.frames = std::move(*frames);
   }
@@ -131,7 +132,7 @@ Result<FeltScene> of_spec(std::string name, SceneSpec spec, const OnDoing& doing
   scene.name = std::move(name);
   scene.spec = std::move(spec);
   for (size_t v = 0; v < scene.spec.volumes.size(); ++v) {
-    auto volume = read_volume_of(scene.spec.volumes[v], doing);
+    auto volume = read_volume_of(scene.spec.volumes[v], doing, scene.notes);
     if (!volume) return volume.error();
     add(scene, v, std::move(*volume));
   }
@@ -199,7 +200,7 @@ Result<FeltScene> of_sequence(const std::vector<fs::path>& inputs, const Sequenc
     spec.motions = {motion};
   }
   Volume first;
-  auto volume = read_volume_of(spec, doing, &first);
+  auto volume = read_volume_of(spec, doing, scene.notes, &first);
   if (!volume) return volume.error();
   auto mode = volume->frames.front()->is_vector() ? guide_along(first, choices, scene.notes)
                                                   : surface_of(first, choices, scene.notes);
