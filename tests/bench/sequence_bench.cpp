@@ -67,8 +67,8 @@ std::optional<Data> cine(const fs::path& shared) {
   return data;
 }
 
-/// Where the material at x of frame a is in frame b.
-using Follow = std::function<Field(size_t from, size_t to)>;
+/// Where the material at x of a frame is in another.
+using Follow = std::function<glm::dvec3(size_t from, size_t to, glm::dvec3 x)>;
 
 /// Mean over all ordered pairs of the distance to the known places, mm.
 double all_pairs_mm(const Data& data, const Follow& follow) {
@@ -78,10 +78,8 @@ double all_pairs_mm(const Data& data, const Follow& follow) {
   for (size_t a = 0; a < frames; ++a)
     for (size_t b = 0; b < frames; ++b) {
       if (a == b) continue;
-      const Field field = follow(a, b);
       for (size_t p = 0; p < data.points_mm[a].size(); ++p) {
-        const glm::dvec3 x = data.points_mm[a][p];
-        sum += glm::distance(x + sample_at_lps(field, x), data.points_mm[b][p]);
+        sum += glm::distance(follow(a, b, data.points_mm[a][p]), data.points_mm[b][p]);
         ++count;
       }
     }
@@ -118,7 +116,6 @@ Dice all_pairs_dice(const Data& data, const Follow& follow) {
   for (size_t a = 0; a < frames; ++a)
     for (size_t b = 0; b < frames; ++b) {
       if (a == b) continue;
-      const Field field = follow(a, b);
       double both[3] = {}, all[3] = {};
       const Grid& grid = data.labels[a].grid;
       for (int k = 2; k <= 12; ++k)
@@ -126,7 +123,7 @@ Dice all_pairs_dice(const Data& data, const Follow& follow) {
           for (int i = 0; i < grid.size.x; ++i) {
             const glm::dvec3 x = grid.lps_from_index({i, j, k});
             const int here = int(data.labels[a].at(i, j, k));
-            const int carried = label_at(data.labels[b], x + sample_at_lps(field, x));
+            const int carried = label_at(data.labels[b], follow(a, b, x));
             ++all[here];
             ++all[carried];
             if (here == carried) both[here] += 2.0;
@@ -151,9 +148,19 @@ Field composed(const Field& first, const Field& then) {
   return result;
 }
 
-/// From any frame to any other through the reference, or through all frames between.
+/// From any frame to any other through the material's reference: phi_to(phi_from^-1(x)). The
+/// inverse on the fields' coarse grid is only where the search starts.
 Follow follow_of(const std::vector<Field>& at_frame, const std::vector<Field>& inverse) {
-  return [&](size_t from, size_t to) { return composed(inverse[from], at_frame[to]); };
+  return [&](size_t from, size_t to, glm::dvec3 x) {
+    glm::dvec3 material = x + sample_at_lps(inverse[from], x);
+    for (int step = 0; step < 30; ++step) {
+      const glm::dvec3 next = x - sample_at_lps(at_frame[from], material);
+      const bool done = glm::distance(next, material) < 1e-4;
+      material = next;
+      if (done) break;
+    }
+    return material + sample_at_lps(at_frame[to], material);
+  };
 }
 
 void tell(const Data& data, const std::string& model, const SequenceMotion& motion) {
