@@ -143,6 +143,18 @@ Result<Grid> make_grid(const std::filesystem::path& file, const Placement& place
   return grid;
 }
 
+bool is_colour_picture(const Raster& raster) {
+  return raster.type == SampleType::kUint8 &&
+         (raster.component_count() == 3 || raster.component_count() == 4);
+}
+
+Error refuse_colours(const Raster& raster) {
+  return bad_input(raster.file,
+                   "is a colour picture ({} values of 8 bits per voxel): convert it to one gray "
+                   "value per voxel",
+                   raster.component_count());
+}
+
 Status check_fits_memory(const std::string& what, double bytes) {
   const double available = available_memory_bytes();
   if (available <= 0.0 || bytes <= available) return Nothing{};
