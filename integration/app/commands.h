@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <functional>
 #include <memory>
+#include <vector>
 
 namespace palpate::app {
 
@@ -12,6 +13,15 @@ struct Command {
   CLI::App* app = nullptr;
   std::function<int()> run;
 };
+
+/// The program: what --help says of it, its options and all commands. The command line, `palpate
+/// help`, the manual pages and the completions are made from it.
+struct Program {
+  std::unique_ptr<CLI::App> app;
+  std::vector<Command> commands;
+  std::shared_ptr<bool> verbose = std::make_shared<bool>(false);
+};
+Program make_program();
 
 /// Each adds itself to the program. One file per command.
 Command add_calibrate(CLI::App& program);
@@ -23,5 +33,7 @@ Command add_demo(CLI::App& program);
 Command add_feel(CLI::App& program);
 Command add_plan(CLI::App& program);
 Command add_phantom(CLI::App& program);
+/// Knows the other commands once it runs.
+Command add_help(CLI::App& program);
 
 }  // namespace palpate::app
