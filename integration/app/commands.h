@@ -31,6 +31,7 @@ Command add_check(CLI::App& program);
 Command add_devices(CLI::App& program);
 Command add_demo(CLI::App& program);
 Command add_feel(CLI::App& program);
+Command add_info(CLI::App& program);
 Command add_plan(CLI::App& program);
 Command add_phantom(CLI::App& program);
 /// Knows the other commands once it runs.

@@ -76,7 +76,7 @@ TEST(CommandLine, SaysWhichWordIsTooMany) {
 
 TEST(CommandLine, HelpExplainsCommandsAndFindsOptions) {
   EXPECT_EQ(run({"help"}).out, run({"--help"}).out);
-  for (const char* command : {"motion", "feel", "chart"}) {
+  for (const char* command : {"motion", "feel", "info", "chart"}) {
     const Outcome help = run({"help", command});
     EXPECT_EQ(help.exit_code, 0);
     EXPECT_EQ(help.out, run({command, "--help"}).out);
@@ -207,7 +207,7 @@ TEST(CommandLine, NoNumberIsWithoutARange) {
                                              {"calibrate"},
                                              {"plan"},
                                              {"demo"},
-                                             
+                                             {"info"},
                                              {"help"}}) {
     std::vector<std::string> arguments = command;
     arguments.push_back("--help");
