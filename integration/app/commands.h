@@ -34,7 +34,9 @@ Command add_feel(CLI::App& program);
 Command add_info(CLI::App& program);
 Command add_plan(CLI::App& program);
 Command add_phantom(CLI::App& program);
-/// Knows the other commands once it runs.
+/// Both know the other commands once they run.
 Command add_help(CLI::App& program);
+/// In no help: writes the manual pages and completions that are installed.
+Command add_write_manual(CLI::App& program);
 
 }  // namespace palpate::app

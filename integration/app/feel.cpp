@@ -97,8 +97,9 @@ void add_sequence(CLI::App& app, FeelCommand& command) {
                "heart: forget its known motion and estimate it, as a patient's would be");
   app.add_flag("--no-motion", command.no_motion,
                "Feel the frames as they are, without motion between them");
-  app.add_flag("!--not-cyclic", command.sequence.cyclic,
-               "The last frame does not lead back to the first");
+  app.add_flag_callback(
+      "--not-cyclic", [&command] { command.sequence.cyclic = false; },
+      "The last frame does not lead back to the first");
 }
 
 void add_seeing(CLI::App& app, FeelCommand& command) {
@@ -119,7 +120,8 @@ void add_seeing(CLI::App& app, FeelCommand& command) {
       ->check(an_existing_file());
   app.add_flag("--pass-through", command.pass_through,
                "In the headset, show the room behind the volume, where the headset can");
-  app.add_flag("!--no-mirror", command.mirror, "No window besides the headset");
+  app.add_flag_callback(
+      "--no-mirror", [&command] { command.mirror = false; }, "No window besides the headset");
   app.add_option("--headless", command.headless,
                  "Write stereo pictures and a page of what was seen and felt into this folder; "
                  "needs no display")
@@ -131,7 +133,9 @@ void add_seeing(CLI::App& app, FeelCommand& command) {
   app.add_flag("--whole-frames", command.view.whole_frames,
                "Draw the frames as they are, not moved between them (the old way)");
   app.add_flag("--cut-open", command.view.cut_open, "Cut away what is to the right of the proxy");
-  app.add_flag("!--no-box", command.view.box, "No edges and letters around the volume");
+  app.add_flag_callback(
+      "--no-box", [&command] { command.view.box = false; },
+      "No edges and letters around the volume");
   app.add_option("--picture-size", command.picture_size,
                  "Pixels along an edge of each eye's picture")
       ->check(whole_number_in(64, 2048))

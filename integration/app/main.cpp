@@ -45,7 +45,7 @@ Program make_program() {
   app.set_version_flag("--version", "palpate " PALPATE_VERSION);
   program.commands = {add_motion(app), add_chart(app),   add_check(app), add_devices(app),
                       add_info(app),   add_phantom(app), add_feel(app),  add_calibrate(app),
-                      add_plan(app),   add_demo(app),    add_help(app)};
+                      add_plan(app),   add_demo(app),    add_help(app),  add_write_manual(app)};
   // Before the command or behind it.
   for (CLI::App* one : with_nested_commands(app))
     if (!one->get_group().empty())
