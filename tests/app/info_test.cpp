@@ -103,6 +103,12 @@ TEST(Info, OfEveryImageOfTheKit) {
     EXPECT_EQ(info(folder / "fixed.mha")["kind"], "volume") << folder;
     EXPECT_EQ(info(folder / "truth.mha")["kind"], "vectors") << folder;
     EXPECT_EQ(info(folder / "mask.mha")["kind"], "mask") << folder;
+    // Image, mask and field together are no sequence.
+    const auto all = info(folder);
+    EXPECT_EQ(all["kind"], "folder") << folder;
+    EXPECT_THAT(all["more"].dump(),
+                AllOf(HasSubstr("moving.mha: a volume"), HasSubstr("mask.mha: a mask")));
+    EXPECT_THAT(problems(all), Contains(HasSubstr("It is no sequence")));
     ++pairs;
   }
   EXPECT_EQ(pairs, 12U);
@@ -251,6 +257,11 @@ TEST(Info, NamesWhatIsSuspicious) {
   EXPECT_THAT(of_sequence, Contains(HasSubstr("uneven")));
   EXPECT_THAT(of_sequence, Contains(HasSubstr("Frames 1 and 2 are equal")));
 
+  Field unknown = still_field(heart.grid);
+  unknown.u_mm[7].y = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_THAT(
+      problems(info(written(unknown, folder / "unknown.mha"))),
+      Contains(AllOf(HasSubstr("1 value that is not finite"), HasSubstr("voxel (7, 0, 0)"))));
   Field folded = still_field(heart.grid);
   for (int i = 0; i < heart.grid.size.x; ++i)
     folded.u_mm[heart.grid.offset(i, 5, 5)].x = i % 2 ? 20.0F : -20.0F;

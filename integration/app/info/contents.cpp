@@ -139,10 +139,12 @@ void judge_finite(const std::vector<Values>& values, std::vector<std::string>& p
     const Values& v = values[k];
     if (v.not_finite == 0) continue;
     problems.push_back(fmt::format(
-        "{} holds {} values that are not finite (NaN or Inf), the first at voxel ({}, {}, {}): "
-        "palpate refuses it until they are replaced.",
-        of_frame(k, values.size()), v.not_finite, v.first_not_finite.x, v.first_not_finite.y,
-        v.first_not_finite.z));
+        "{} holds {} not finite (NaN or Inf), the first at voxel ({}, {}, {}): palpate refuses it "
+        "until they are replaced.",
+        of_frame(k, values.size()),
+        v.not_finite == 1 ? std::string("1 value that is")
+                          : fmt::format("{} values that are", v.not_finite),
+        v.first_not_finite.x, v.first_not_finite.y, v.first_not_finite.z));
   }
 }
 
@@ -325,6 +327,27 @@ Result<Contents> contents_of_fields(const fs::path& folder, const std::vector<fs
   return contents;
 }
 
+/// Files that are no frames of one sequence: each by itself, and why they do not go together.
+Result<Contents> contents_of_different(const fs::path& folder, const std::vector<fs::path>& images,
+                                       const Error& why) {
+  Contents contents{.path = folder,
+                    .kind = "folder",
+                    .what = fmt::format("a folder of {} images", images.size()),
+                    .format = fmt::format("{} image files", images.size())};
+  contents.use = "none as a whole: name the files that you mean";
+  contents.problems.push_back(fmt::format("It is no sequence: {}.", why.message));
+  for (const fs::path& image : images) {
+    const std::string name = image.filename().string();
+    const auto one = contents_of_image(image);
+    if (!one) return one.error();
+    contents.more.emplace_back("Holds",
+                               fmt::format("{}: {}, {}", name, one->what, grid_text(*one->grid)));
+    for (const std::string& problem : one->problems)
+      contents.problems.push_back(fmt::format("'{}': {}", name, problem));
+  }
+  return contents;
+}
+
 Result<Contents> contents_of_folder(const fs::path& folder) {
   const std::vector<fs::path> images = files::images_in(folder);
   if (images.empty()) return contents_of_frames(folder, "DICOM");
@@ -334,7 +357,8 @@ Result<Contents> contents_of_folder(const fs::path& folder) {
   if (!motions.empty()) return contents_of_fields(folder, motions);
   if (files::holds_vectors({folder})) return contents_of_fields(folder, images);
   if (images.size() == 1) return contents_of_image(images.front());
-  return contents_of_frames(folder, fmt::format("{} image files", images.size()));
+  auto frames = contents_of_frames(folder, fmt::format("{} image files", images.size()));
+  return frames ? frames : contents_of_different(folder, images, frames.error());
 }
 
 // Other files -------------------------------------------------------------------------------------

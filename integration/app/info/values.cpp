@@ -14,14 +14,14 @@ constexpr size_t kChunk = 65536;
 
 }  // namespace
 
-void ValueCounter::add(float value) {
-  const size_t at = values_.count++;
+void ValueCounter::add(float value, size_t voxel) {
+  ++values_.count;
   // FNV-1a, a sample at a time.
   values_.hash = (values_.hash ^ std::bit_cast<uint32_t>(value)) * 0x100000001b3ULL;
   if (!std::isfinite(value)) {
     if (values_.not_finite++ == 0) {
       const size_t nx = size_t(size_.x), ny = size_t(size_.y);
-      values_.first_not_finite = {int(at % nx), int(at / nx % ny), int(at / (nx * ny))};
+      values_.first_not_finite = {int(voxel % nx), int(voxel / nx % ny), int(voxel / (nx * ny))};
     }
     return;
   }
@@ -52,7 +52,8 @@ Values ValueCounter::values() const {
 
 Values values_of(const Volume& volume) {
   ValueCounter counter(volume.grid.size);
-  for (const float value : volume.values) counter.add(value);
+  for (size_t voxel = 0; voxel < volume.values.size(); ++voxel)
+    counter.add(volume.values[voxel], voxel);
   return counter.values();
 }
 
@@ -66,8 +67,12 @@ Result<std::vector<Values>> values_of(const files::Raster& raster) {
   for (uint64_t done = 0; done < raster.sample_count();) {
     const size_t count = size_t(std::min<uint64_t>(chunk.size(), raster.sample_count() - done));
     if (const Status got = stream->read(chunk.data(), count); !got) return got.error();
-    for (size_t n = 0; n < count; ++n, ++done)
-      counters[frames ? size_t(done / raster.inner % raster.lanes) : 0].add(chunk[n]);
+    // Where a sample lies: see Raster.
+    for (size_t n = 0; n < count; ++n, ++done) {
+      const uint64_t block = done / raster.inner;
+      const size_t voxel = size_t(block / raster.lanes * raster.inner + done % raster.inner);
+      counters[frames ? size_t(block % raster.lanes) : 0].add(chunk[n], voxel);
+    }
   }
   std::vector<Values> all;
   for (const ValueCounter& counter : counters) all.push_back(counter.values());

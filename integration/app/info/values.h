@@ -9,11 +9,12 @@
 
 namespace palpate::app {
 
-/// Counts the values of a frame of this size, one after the other, i fastest.
+/// Counts the values of a frame of this size.
 class ValueCounter {
  public:
   explicit ValueCounter(glm::ivec3 size) : size_(size) { values_.hash = 0xcbf29ce484222325ULL; }
-  void add(float value);
+  /// voxel: its number in the frame, i fastest.
+  void add(float value, size_t voxel);
   Values values() const;
 
  private:
