@@ -67,6 +67,34 @@ std::string no_such_option(const CLI::App& program, const CLI::App& app, const s
   return fmt::format("'{}' has no option '{}': did you mean '--{}'?", full_name(app), option, near);
 }
 
+/// What an option or argument is, from --help.
+std::string name_of(const CLI::Option& option) {
+  return option.get_positional() ? option.get_name(true, false) : option.get_name();
+}
+
+/// The errors of CLI11 for which it has too few words.
+std::string explained(const CLI::App& app, const CLI::ParseError& error) {
+  const std::string what = error.what();
+  if (dynamic_cast<const CLI::RequiredError*>(&error))
+    for (const auto& all : {shown_positionals(app), shown_options(app)})
+      for (const CLI::Option* option : all)
+        if (option->get_required() && option->count() == 0)
+          return fmt::format("'{}' needs {}: {}", full_name(app), name_of(*option),
+                             option->get_description());
+  if (dynamic_cast<const CLI::ArgumentMismatch*>(&error))
+    if (const CLI::Option* option = app.get_option_no_throw(what.substr(0, what.find(':')))) {
+      const int count = option->get_items_expected_min();
+      return fmt::format("{} takes {}: {}", name_of(*option),
+                         count > 1 ? fmt::format("{} values", count) : std::string("a value"),
+                         option->get_description());
+    }
+  if (dynamic_cast<const CLI::ExcludesError*>(&error))
+    if (const size_t at = what.find(" excludes "); at != std::string::npos)
+      return fmt::format("{} can not be used together with {}", what.substr(0, at),
+                         what.substr(at + 10));
+  return what;
+}
+
 }  // namespace
 
 std::vector<CLI::App*> with_nested_commands(CLI::App& app) {
@@ -136,7 +164,7 @@ std::string sentence_of(const CLI::App& program, const CLI::ParseError& error) {
                        word, see);
   if (const std::string option = first_of(program.remaining(), is_option); !option.empty())
     return no_such_option(program, program, option) + see;
-  std::string what = error.what();
+  std::string what = explained(app, error);
   if (!what.ends_with('.') && !what.ends_with('?')) what += '.';
   return what + see;
 }

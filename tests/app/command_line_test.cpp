@@ -74,6 +74,20 @@ TEST(CommandLine, SaysWhichWordIsTooMany) {
               HasSubstr("'palpate devices' does not know what to do with 'all': leave it out."));
 }
 
+TEST(CommandLine, SaysWhatIsMissingAndWhatThatIs) {
+  EXPECT_THAT(refusal({"feel"}), HasSubstr("'palpate feel' needs input: heart, molecule, a scene"));
+  EXPECT_THAT(refusal({"motion", "a.mha", "b.mha"}),
+              HasSubstr("'palpate motion' needs --output: Pair: the field"));
+  EXPECT_THAT(refusal({"motion", "a.mha", "b.mha", "-o"}),
+              HasSubstr("--output takes a value: Pair"));
+  EXPECT_THAT(refusal({"check", "u.mha", "--landmarks", "a.csv"}),
+              HasSubstr("--landmarks takes 2 values: Points"));
+  EXPECT_THAT(refusal({"motion", "a", "b", "-o", "u", "--within", "2s", "--preset", "fast"}),
+              AllOf(HasSubstr("can not be used together with"), HasSubstr("--within"),
+                    HasSubstr("--preset")));
+  EXPECT_THAT(refusal({"chart", "stabilty"}), HasSubstr("did you mean 'stability'?"));
+}
+
 TEST(CommandLine, HelpExplainsCommandsAndFindsOptions) {
   EXPECT_EQ(run({"help"}).out, run({"--help"}).out);
   for (const char* command : {"motion", "feel", "info", "chart"}) {

@@ -14,6 +14,7 @@
 #include "integration/app/outputs.h"
 #include "integration/app/session.h"
 #include "integration/files/atomic_file.h"
+#include "integration/files/json_object.h"
 #include "integration/files/sentences.h"
 #include "integration/report/plot.h"
 #include "integration/studies/measuring.h"
@@ -55,6 +56,10 @@ Error bad(std::string message) {
 
 Result<OwnPair> own_pair(const ChartCommand& command, const std::vector<std::string>& files) {
   if (files.size() != 2) {
+    std::vector<std::string_view> words = {"stability"};
+    for (const ChartStudy& study : chart_studies()) words.push_back(study.word);
+    if (const std::string near = files::nearest_word(files.front(), words); !near.empty())
+      return bad(fmt::format("There is no study '{}': did you mean '{}'?", files.front(), near));
     return bad(
         fmt::format("There is no study '{}': name any of {}, or a pair of volumes FIXED "
                     "MOVING with --truth or --landmarks.",
