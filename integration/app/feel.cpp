@@ -171,7 +171,11 @@ Command add_feel(CLI::App& program) {
   add_seeing(*app, *command);
   add_gpu_option(*app, command->gpu);
   app->add_flag("--quiet", command->quiet, "Print errors only");
-  return {app, [command] { return run_feel(*command); }};
+  return {app,
+          [command] { return run_feel(*command); },
+          {"input", "--fields", "--replay", "--calibration", "--falcon-firmware", "--path"},
+          {"--csv", "--picture", "--record", "--headless", "--black-box"},
+          {}};
 }
 
 }  // namespace palpate::app

@@ -82,12 +82,14 @@ struct Samples {
 };
 
 /// All frames of files, a single one included.
-Result<Sequence> read_frames(const std::vector<fs::path>& inputs, Samples& samples) {
+Result<Sequence> read_frames(const std::vector<fs::path>& inputs, Samples& samples,
+                             const OnDoing& doing) {
   auto reader = files::SequenceReader::open(inputs);
   if (!reader) return reader.error();
   Sequence sequence;
   sequence.name = reader->name();
   for (size_t k = 0; k < reader->frame_count(); ++k) {
+    if (doing) doing(fmt::format("reading frame {} of {}", k + 1, reader->frame_count()));
     auto frame = reader->frame(k);
     if (!frame) return frame.error();
     samples.add(*frame);
@@ -105,7 +107,9 @@ Volume lengths_of(const VectorFrame& frame) {
   return lengths;
 }
 
-Result<MovingVolume> read_volume_of(const VolumeSpec& spec, Samples& samples) {
+Result<MovingVolume> read_volume_of(const VolumeSpec& spec, Samples& samples,
+                                    const OnDoing& doing) {
+  if (doing) doing("preparing " + spec.name);
   if (!spec.source.empty()) return build(spec);
   VolumeData data;
   if (files::holds_vectors(spec.files)) {
@@ -117,7 +121,7 @@ Result<MovingVolume> read_volume_of(const VolumeSpec& spec, Samples& samples) {
                               "holds only vectors of length 0: there is nothing to feel");
     data.vectors = std::move(*vectors);
   } else {
-    auto frames = read_frames(spec.files, samples);
+    auto frames = read_frames(spec.files, samples, doing);
     if (!frames) return frames.error();
     if (!(samples.high > samples.low))
       return files::bad_input(spec.files.front(),
@@ -130,6 +134,7 @@ Result<MovingVolume> read_volume_of(const VolumeSpec& spec, Samples& samples) {
     if (!read) return read.error();
     data.motions.push_back(std::move(*read));
   }
+  if (doing) doing("preparing " + spec.name);
   return build(spec, std::move(data));
 }
 
@@ -145,13 +150,13 @@ void add(FeltScene& scene, size_t v, MovingVolume volume) {
   scene.data.push_back(std::make_shared<const MovingVolume>(std::move(volume)));
 }
 
-Result<FeltScene> of_spec(std::string name, SceneSpec spec) {
+Result<FeltScene> of_spec(std::string name, SceneSpec spec, const OnDoing& doing) {
   FeltScene scene;
   scene.name = std::move(name);
   scene.spec = std::move(spec);
   for (size_t v = 0; v < scene.spec.volumes.size(); ++v) {
     Samples samples;
-    auto volume = read_volume_of(scene.spec.volumes[v], samples);
+    auto volume = read_volume_of(scene.spec.volumes[v], samples, doing);
     if (!volume) return volume.error();
     add(scene, v, std::move(*volume));
   }
@@ -203,7 +208,8 @@ Result<ModeSpec> guide_along(const Volume& lengths, const SequenceChoices& choic
   return follow;
 }
 
-Result<FeltScene> of_sequence(const std::vector<fs::path>& inputs, const SequenceChoices& choices) {
+Result<FeltScene> of_sequence(const std::vector<fs::path>& inputs, const SequenceChoices& choices,
+                              const OnDoing& doing) {
   FeltScene scene;
   scene.name = inputs.front().string();
   scene.from_sequence = true;
@@ -222,7 +228,7 @@ Result<FeltScene> of_sequence(const std::vector<fs::path>& inputs, const Sequenc
     spec.motions = {motion};
   }
   Samples samples;
-  auto volume = read_volume_of(spec, samples);
+  auto volume = read_volume_of(spec, samples, doing);
   if (!volume) return volume.error();
   auto mode = volume->frames.front()->is_vector()
                   ? guide_along(samples.first, choices, scene.notes)
@@ -288,16 +294,16 @@ Surface surface_between_groups(const Volume& frame) {
 }
 
 Result<FeltScene> load_felt_scene(const std::vector<fs::path>& inputs,
-                                  const SequenceChoices& choices) {
+                                  const SequenceChoices& choices, const OnDoing& doing) {
   const std::string name = inputs.front().string();
-  if (inputs.size() == 1 && name == "heart") return of_spec(name, heart_scene());
-  if (inputs.size() == 1 && name == "molecule") return of_spec(name, molecule_scene());
+  if (inputs.size() == 1 && name == "heart") return of_spec(name, heart_scene(), doing);
+  if (inputs.size() == 1 && name == "molecule") return of_spec(name, molecule_scene(), doing);
   if (inputs.size() == 1 && inputs.front().extension() == ".json") {
     auto spec = files::read_scene(inputs.front());
     if (!spec) return spec.error();
-    return of_spec(name, std::move(*spec));
+    return of_spec(name, std::move(*spec), doing);
   }
-  return of_sequence(inputs, choices);
+  return of_sequence(inputs, choices, doing);
 }
 
 double fit_to_reach(FeltScene& scene, const DeviceInfo& device) {

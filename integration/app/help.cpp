@@ -60,11 +60,15 @@ Command add_help(CLI::App& program) {
   app->add_option("what", *words, "A command, as in 'chart stability', or an option, as in 'csv'");
   // An option that is asked for is none of this command.
   app->allow_extras();
-  return {app, [&program, app, words] {
+  return {app,
+          [&program, app, words] {
             std::vector<std::string> all = *words;
             for (const std::string& word : app->remaining()) all.push_back(word);
             return run(program, all);
-          }};
+          },
+          {},
+          {},
+          {}};
 }
 
 }  // namespace palpate::app

@@ -46,7 +46,9 @@ std::vector<std::string> words_of(const CLI::Option& option) {
 Value value_of(const CLI::Option& option) {
   if (option.get_items_expected_max() == 0) return Value::kNone;
   if (!words_of(option).empty()) return Value::kWords;
-  const std::string type = option.get_type_name();
+  // Outputs are named OUTPUT, OUTPUT_FILE or OUTPUT_DIR.
+  std::string type = option.get_type_name();
+  if (type.starts_with("OUTPUT")) type = type.size() > 7 ? type.substr(7) : "PATH";
   if (type.starts_with("FILE")) return Value::kFile;
   if (type.starts_with("DIR")) return Value::kFolder;
   if (type.starts_with("PATH")) return Value::kPath;
@@ -408,11 +410,15 @@ Command add_write_manual(CLI::App& program) {
       "write-manual", "Write the manual pages (man1) and completions (bash, zsh) into a folder");
   app->group("");
   app->add_option("folder", *folder, "Folder")->type_name("DIR")->required();
-  return {app, [&program, folder]() -> int {
+  return {app,
+          [&program, folder]() -> int {
             Console console(true, false);
             const Status done = write_manual(program, *folder);
             return done ? int(kExitOk) : fail(console, done.error());
-          }};
+          },
+          {},
+          {},
+          {}};
 }
 
 }  // namespace palpate::app

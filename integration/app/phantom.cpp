@@ -129,7 +129,7 @@ Command add_phantom(CLI::App& program) {
                   "How far the sliding organ moves, voxels; below a third of --size")
       ->check(number_in({-341.0, 341.0}))
       ->capture_default_str();
-  return {app, [command] { return run(*command); }};
+  return {app, [command] { return run(*command); }, {}, {"--output", "--truth"}, {}};
 }
 
 }  // namespace palpate::app

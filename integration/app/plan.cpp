@@ -41,7 +41,7 @@ Command add_plan(CLI::App& program) {
   app->add_option("--fields", choices->fields, "Folder with the fields of 'palpate motion'")
       ->type_name("DIR")
       ->check(an_existing_folder());
-  return {app, [inputs, choices] { return run(*inputs, *choices); }};
+  return {app, [inputs, choices] { return run(*inputs, *choices); }, {"input", "--fields"}, {}, {}};
 }
 
 }  // namespace palpate::app

@@ -161,7 +161,7 @@ TEST(CommandLine, EveryNumberHasARangeAndTheSentenceSaysIt) {
   const std::vector<std::string> phantom = {"phantom", "heart", "-o", "h.seq.nrrd"};
   const std::vector<std::string> calibrate = {"calibrate", "-o", "room.json"};
   const std::vector<Nonsense> all = {
-      {feel, "--fps", {"-3", "0", "nan", "inf", "1e9", "ten", "3fps", ""}, "from 0.001 to 100000"},
+      {feel, "--fps", {"-3", "0", "nan", "inf", "1e9", "ten", "3fps"}, "from 0.001 to 100000"},
       {feel, "--strength", {"-1", "0", "1e9", "nan"}, "from 0.01 to 1000"},
       {feel, "--friction", {"-1", "11", "nan"}, "from 0 to 10"},
       {feel, "--width", {"0", "-1", "nan", "inf"}, "a number above 0"},

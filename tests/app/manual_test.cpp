@@ -107,12 +107,13 @@ TEST_F(Manual, SaysWhatHelpSays) {
                     HasSubstr("--headset TEXT openxr: in a headset"),
                     HasSubstr("One of auto, openxr, none, off. Default: auto."),
                     HasSubstr("A number from 0.001 to 100000."), HasSubstr("EXIT STATUS"),
-                    HasSubstr("--gpu NAME Vulkan device")));
+                    HasSubstr("--gpu NAME Vulkan device"),
+                    HasSubstr("--headless OUTPUT_DIR Write stereo")));
   EXPECT_THAT(text("palpate"),
               AllOf(HasSubstr("palpate [options] command [arguments]"), HasSubstr("XDG_STATE_HOME"),
                     HasSubstr("See palpate-motion(1)"), Not(HasSubstr("write-manual"))));
   EXPECT_THAT(text("palpate-motion"),
-              AllOf(HasSubstr("-o, --output PATH Pair: the field, .mha"),
+              AllOf(HasSubstr("-o, --output OUTPUT Pair: the field, .mha"),
                     HasSubstr("Not together with"), Not(HasSubstr("--device"))));
 }
 

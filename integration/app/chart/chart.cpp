@@ -287,10 +287,11 @@ Command add_chart(CLI::App& program) {
       ->check(number_in({0.1, 10000.0}));
   add_device_options(*app, command->device);
   app->add_flag("--quiet", command->quiet, "Print errors only");
-  const Command stability = add_chart_stability(*app);
-  return {app, [command, stability] {
-            return stability.app->parsed() ? stability.run() : run_and_say(*command);
-          }};
+  return {app,
+          [command] { return run_and_say(*command); },
+          {"what", "--truth", "--mask", "--landmarks", "--data"},
+          {"--out", "--csv"},
+          {add_chart_stability(*app)}};
 }
 
 }  // namespace palpate::app

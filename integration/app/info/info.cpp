@@ -201,7 +201,7 @@ Command add_info(CLI::App& program) {
       ->type_name("PATH")
       ->required();
   app->add_flag("--json", command->json, "Print JSON on stdout, lines on stderr");
-  return {app, [command] { return run(*command); }};
+  return {app, [command] { return run(*command); }, {"input"}, {}, {}};
 }
 
 }  // namespace palpate::app
