@@ -231,7 +231,7 @@ Status describe_vectors(Contents& contents) {
   return Nothing{};
 }
 
-Result<Contents> contents_of_image(const fs::path& path) {
+Result<Contents> contents_of_image(const fs::path& path, const OnShare& on_share) {
   const auto kind = files::sniff(path);
   if (!kind) return kind.error();
   const auto raster = files::read_raster_header(path);
@@ -243,7 +243,7 @@ Result<Contents> contents_of_image(const fs::path& path) {
   contents.frames = raster->frame_count();
   contents.components = raster->component_count();
   if (raster->times_known) contents.times_s = raster->times_s;
-  auto values = values_of(*raster);
+  auto values = values_of(*raster, on_share);
   if (!values) return values.error();
   contents.values = std::move(*values);
   judge_grid(raster->grid, contents.problems);
@@ -267,7 +267,8 @@ Result<Contents> contents_of_image(const fs::path& path) {
 }
 
 /// A folder of slices or of 3D files, or a DICOM file: what the reader makes of it.
-Result<Contents> contents_of_frames(const fs::path& input, const std::string& format) {
+Result<Contents> contents_of_frames(const fs::path& input, const std::string& format,
+                                    const OnShare& on_share) {
   auto reader = files::SequenceReader::open({input});
   if (!reader) return reader.error();
   Contents contents;
@@ -281,6 +282,7 @@ Result<Contents> contents_of_frames(const fs::path& input, const std::string& fo
     const auto frame = reader->frame(k);
     if (!frame) return frame.error();
     contents.values.push_back(values_of(*frame));
+    on_share(double(k + 1) / double(reader->frame_count()));
   }
   judge_grid(*contents.grid, contents.problems);
   for (const std::string& note : notes_of(*reader)) contents.problems.push_back(note);
@@ -296,7 +298,8 @@ Result<Contents> contents_of_frames(const fs::path& input, const std::string& fo
 }
 
 /// A folder whose files hold vectors, such as palpate motion fills: all of it, field by field.
-Result<Contents> contents_of_fields(const fs::path& folder, const std::vector<fs::path>& fields) {
+Result<Contents> contents_of_fields(const fs::path& folder, const std::vector<fs::path>& fields,
+                                    const OnShare& on_share) {
   Contents contents;
   contents.path = folder;
   contents.kind = "fields";
@@ -305,7 +308,7 @@ Result<Contents> contents_of_fields(const fs::path& folder, const std::vector<fs
   contents.frames = fields.size();
   contents.components = 3;
   for (const fs::path& file : fields) {
-    auto one = contents_of_image(file);
+    auto one = contents_of_image(file, on_share);
     if (!one) return one.error();
     if (!contents.grid) {
       contents.grid = one->grid;
@@ -329,7 +332,7 @@ Result<Contents> contents_of_fields(const fs::path& folder, const std::vector<fs
 
 /// Files that are no frames of one sequence: each by itself, and why they do not go together.
 Result<Contents> contents_of_different(const fs::path& folder, const std::vector<fs::path>& images,
-                                       const Error& why) {
+                                       const Error& why, const OnShare& on_share) {
   Contents contents{.path = folder,
                     .kind = "folder",
                     .what = fmt::format("a folder of {} images", images.size()),
@@ -338,7 +341,7 @@ Result<Contents> contents_of_different(const fs::path& folder, const std::vector
   contents.problems.push_back(fmt::format("It is no sequence: {}.", why.message));
   for (const fs::path& image : images) {
     const std::string name = image.filename().string();
-    const auto one = contents_of_image(image);
+    const auto one = contents_of_image(image, on_share);
     if (!one) return one.error();
     contents.more.emplace_back("Holds",
                                fmt::format("{}: {}, {}", name, one->what, grid_text(*one->grid)));
@@ -348,17 +351,17 @@ Result<Contents> contents_of_different(const fs::path& folder, const std::vector
   return contents;
 }
 
-Result<Contents> contents_of_folder(const fs::path& folder) {
+Result<Contents> contents_of_folder(const fs::path& folder, const OnShare& on_share) {
   const std::vector<fs::path> images = files::images_in(folder);
-  if (images.empty()) return contents_of_frames(folder, "DICOM");
+  if (images.empty()) return contents_of_frames(folder, "DICOM", on_share);
   std::vector<fs::path> motions;
   for (const fs::path& image : images)
     if (image.filename().string().starts_with("motion_")) motions.push_back(image);
-  if (!motions.empty()) return contents_of_fields(folder, motions);
-  if (files::holds_vectors({folder})) return contents_of_fields(folder, images);
-  if (images.size() == 1) return contents_of_image(images.front());
-  auto frames = contents_of_frames(folder, fmt::format("{} image files", images.size()));
-  return frames ? frames : contents_of_different(folder, images, frames.error());
+  if (!motions.empty()) return contents_of_fields(folder, motions, on_share);
+  if (files::holds_vectors({folder})) return contents_of_fields(folder, images, on_share);
+  if (images.size() == 1) return contents_of_image(images.front(), on_share);
+  auto frames = contents_of_frames(folder, fmt::format("{} image files", images.size()), on_share);
+  return frames ? frames : contents_of_different(folder, images, frames.error(), on_share);
 }
 
 // Other files -------------------------------------------------------------------------------------
@@ -381,7 +384,7 @@ Result<Contents> contents_of_scene(const fs::path& path) {
         "Volume",
         fmt::format("{}: {}", volume.name,
                     volume.source.empty() ? fmt::format("{} files or folders", volume.files.size())
-                                          : "made data, " + volume.source));
+                                          : "synthetic data, " + volume.source));
   for (const ModeSpec& mode : scene->modes)
     contents.more.emplace_back(
         "Mode", fmt::format("{}: {} of {}, up to {:.3g} N", mode.name, mode.kind, mode.volume,
@@ -495,21 +498,21 @@ Result<Contents> contents_of_table(const fs::path& path, const std::string& star
 
 }  // namespace
 
-Result<Contents> contents_of(const fs::path& path) {
+Result<Contents> contents_of(const fs::path& path, const OnShare& on_share) {
   std::error_code error;
-  if (fs::is_directory(path, error)) return contents_of_folder(path);
+  if (fs::is_directory(path, error)) return contents_of_folder(path, on_share);
   const auto kind = files::sniff(path);
   if (!kind) return kind.error();
   const std::string start = start_of(path);
   if (start.starts_with(kRecording)) return contents_of_recording(path);
-  if (*kind == files::FileKind::kDicom) return contents_of_frames(path, "DICOM");
-  if (*kind != files::FileKind::kUnknown) return contents_of_image(path);
+  if (*kind == files::FileKind::kDicom) return contents_of_frames(path, "DICOM", on_share);
+  if (*kind != files::FileKind::kUnknown) return contents_of_image(path, on_share);
   const std::string ending = files::lowered(path.extension().string());
   if (ending == ".json" || files::trimmed(start).starts_with('{')) return contents_of_json(path);
   if (ending == ".csv" || ending == ".fcsv" || ending == ".txt" || ending == ".tsv")
     return contents_of_table(path, start);
   // It is no image: the sentence says which formats are.
-  return contents_of_image(path);
+  return contents_of_image(path, on_share);
 }
 
 Together together(const Grid& first, const Grid& other) {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -44,14 +45,16 @@ struct Contents {
   std::vector<std::string> problems;  ///< what is suspicious, a sentence each
 };
 
+/// Called with the share of an image that is read, 0 to 1, on the reading thread.
+using OnShare = std::function<void(double)>;
+
 /// Reads the input whole: an image file, a folder of images or of DICOM slices, a scene, a
 /// calibration, a recording, a table of points or ticks. Values that are not finite are counted,
 /// not refused. kBadInput with a sentence if it can not be read. Any thread; memory of one frame,
 /// or of one field.
-Result<Contents> contents_of(const std::filesystem::path& path);
+Result<Contents> contents_of(const std::filesystem::path& path, const OnShare& on_share);
 
-/// "A small difference" between two images, as palpate sees it: on the same grid, or how they
-/// differ and how much of the first lies in the second.
+/// How two images lie to each other.
 struct Together {
   bool same_grid = false;
   double overlap = 0.0;    ///< share of the first's volume that lies in the second's

@@ -168,7 +168,9 @@ int run(const InfoCommand& command) {
   nlohmann::json files = nlohmann::json::array(), grids = nlohmann::json::array();
   int rc = kExitOk;
   for (const fs::path& input : command.inputs) {
-    auto contents = contents_of(input);
+    auto contents = contents_of(
+        input, [&](double share) { console.progress(share, "reading " + input.string()); });
+    console.end_progress();
     if (&input != &command.inputs.front()) console.say("");
     if (contents) {
       print(*contents, console);

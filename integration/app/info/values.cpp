@@ -57,7 +57,7 @@ Values values_of(const Volume& volume) {
   return counter.values();
 }
 
-Result<std::vector<Values>> values_of(const files::Raster& raster) {
+Result<std::vector<Values>> values_of(const files::Raster& raster, const OnShare& on_share) {
   auto stream = files::SampleStream::open(raster);
   if (!stream) return stream.error();
   // Components of a vector are counted together: only whether they are finite matters.
@@ -67,6 +67,7 @@ Result<std::vector<Values>> values_of(const files::Raster& raster) {
   for (uint64_t done = 0; done < raster.sample_count();) {
     const size_t count = size_t(std::min<uint64_t>(chunk.size(), raster.sample_count() - done));
     if (const Status got = stream->read(chunk.data(), count); !got) return got.error();
+    on_share(double(done) / double(raster.sample_count()));
     // Where a sample lies: see Raster.
     for (size_t n = 0; n < count; ++n, ++done) {
       const uint64_t block = done / raster.inner;

@@ -30,6 +30,6 @@ class ValueCounter {
 Values values_of(const Volume& volume);
 
 /// Of each frame of a file; of all components together where it holds vectors. Reads it once.
-Result<std::vector<Values>> values_of(const files::Raster& raster);
+Result<std::vector<Values>> values_of(const files::Raster& raster, const OnShare& on_share);
 
 }  // namespace palpate::app
