@@ -49,31 +49,40 @@ class Checker {
 
  private:
   Status read() {
-    auto field = files::read_field(command_.field);
+    files::Notes notes;
+    auto field = files::read_field(command_.field, &notes);
     if (!field) return field.error();
     field_ = std::move(*field);
     image_ = field_.grid;
     if (!command_.truth.empty()) {
-      auto truth = files::read_field(command_.truth);
+      auto truth = files::read_field(command_.truth, &notes);
       if (!truth) return truth.error();
       truth_ = std::move(*truth);
       image_ = truth_->grid;
     }
     if (!command_.fixed.empty()) {
-      auto fixed = files::read_volume(command_.fixed);
+      auto fixed = files::read_volume(command_.fixed, &notes);
       if (!fixed) return fixed.error();
-      auto moving = files::read_volume(command_.moving);
+      auto moving = files::read_volume(command_.moving, &notes);
       if (!moving) return moving.error();
+      const Status overlap =
+          check_overlap(command_.fixed, fixed->grid, command_.moving, moving->grid);
+      if (!overlap) return overlap.error();
       fixed_ = std::move(*fixed);
       moving_ = std::move(*moving);
       image_ = fixed_->grid;
     }
-    if (command_.mask.empty()) return Nothing{};
-    auto mask = files::read_mask(command_.mask);
+    if (command_.mask.empty()) return say(notes);
+    auto mask = files::read_mask(command_.mask, &notes);
     if (!mask) return mask.error();
     mask_ = mask_on(*mask, image_);
     if (std::find(mask_->values.begin(), mask_->values.end(), 1) == mask_->values.end())
       return files::bad_input(command_.mask, "marks no voxel of the image: name another mask");
+    return say(notes);
+  }
+
+  Status say(const files::Notes& notes) {
+    for (const std::string& note : notes) console_.say("Note: " + note);
     return Nothing{};
   }
 

@@ -83,9 +83,10 @@ struct Samples {
 
 /// All frames of files, a single one included.
 Result<Sequence> read_frames(const std::vector<fs::path>& inputs, Samples& samples,
-                             const OnDoing& doing) {
+                             const OnDoing& doing, std::vector<std::string>& notes) {
   auto reader = files::SequenceReader::open(inputs);
   if (!reader) return reader.error();
+  notes.insert(notes.end(), reader->notes().begin(), reader->notes().end());
   Sequence sequence;
   sequence.name = reader->name();
   for (size_t k = 0; k < reader->frame_count(); ++k) {
@@ -107,8 +108,8 @@ Volume lengths_of(const VectorFrame& frame) {
   return lengths;
 }
 
-Result<MovingVolume> read_volume_of(const VolumeSpec& spec, Samples& samples,
-                                    const OnDoing& doing) {
+Result<MovingVolume> read_volume_of(const VolumeSpec& spec, Samples& samples, const OnDoing& doing,
+                                    std::vector<std::string>& notes) {
   if (doing) doing("preparing " + spec.name);
   if (!spec.source.empty()) return build(spec);
   VolumeData data;
@@ -121,7 +122,7 @@ Result<MovingVolume> read_volume_of(const VolumeSpec& spec, Samples& samples,
                               "holds only vectors of length 0: there is nothing to feel");
     data.vectors = std::move(*vectors);
   } else {
-    auto frames = read_frames(spec.files, samples, doing);
+    auto frames = read_frames(spec.files, samples, doing, notes);
     if (!frames) return frames.error();
     if (!(samples.high > samples.low))
       return files::bad_input(spec.files.front(),
@@ -156,7 +157,7 @@ Result<FeltScene> of_spec(std::string name, SceneSpec spec, const OnDoing& doing
   scene.spec = std::move(spec);
   for (size_t v = 0; v < scene.spec.volumes.size(); ++v) {
     Samples samples;
-    auto volume = read_volume_of(scene.spec.volumes[v], samples, doing);
+    auto volume = read_volume_of(scene.spec.volumes[v], samples, doing, scene.notes);
     if (!volume) return volume.error();
     add(scene, v, std::move(*volume));
   }
@@ -228,7 +229,7 @@ Result<FeltScene> of_sequence(const std::vector<fs::path>& inputs, const Sequenc
     spec.motions = {motion};
   }
   Samples samples;
-  auto volume = read_volume_of(spec, samples, doing);
+  auto volume = read_volume_of(spec, samples, doing, scene.notes);
   if (!volume) return volume.error();
   auto mode = volume->frames.front()->is_vector()
                   ? guide_along(samples.first, choices, scene.notes)

@@ -176,6 +176,7 @@ nlohmann::json summary_of(const MotionCommand& command, const std::string& prese
                              "is at x + u(x) in the moving frame"},
                             {"pairs", delivery.pairs()}};
   if (!frames.times_s.empty()) summary["times_s"] = frames.times_s;
+  if (!frames.notes.empty()) summary["notes"] = frames.notes;
   if (delivery.drift()) summary["cycle_drift"] = json_of(*delivery.drift());
   if (!command.no_verdict) summary["verdict"] = json_of(delivery.verdict());
   return summary;
@@ -216,12 +217,13 @@ int run(const MotionCommand& command) {
   if (!frames) return fail(console, frames.error());
   if (const Status names = check_names(command, frames->count); !names)
     return fail(console, names.error());
-  const auto mask = read_mask_for(command.mask, frames->grid);
+  const auto mask = read_mask_for(command.mask, frames->grid, &frames->notes);
   if (!mask) return fail(console, mask.error());
   auto outputs = Outputs::into(command.is_pair() ? command.output.parent_path() : command.output,
                                bytes_to_write(command, *frames));
   if (!outputs) return fail(console, outputs.error());
   console.say(fmt::format("Frames    {}", frames_text(*frames)));
+  for (const std::string& note : frames->notes) console.say("Note      " + note);
   const auto context = open_device(command.device, console);
   if (!context) return fail(console, context.error());
   std::string preset = command.preset;

@@ -136,6 +136,15 @@ TEST(Info, OfDicomSlicesAndNiftiFiles) {
   const auto nifti = info(written(small_heart(1).frames[0], folder / "heart.nii.gz"));
   EXPECT_EQ(nifti["kind"], "volume");
   EXPECT_EQ(nifti["format"], "NIfTI, 32-bit numbers, packed");
+  // As dcm2niix writes an axial series.
+  Volume mirrored = small_heart(1).frames[0];
+  mirrored.grid.j_reversed_in_file = true;
+  const auto left = info(written(mirrored, folder / "mirrored.nii.gz"));
+  EXPECT_EQ(left["axes"], "L-A-S");
+  EXPECT_EQ(left["left_handed"], true);
+  EXPECT_THAT(problems(left), IsEmpty());
+  EXPECT_EQ(nifti["axes"], "L-P-S");
+  EXPECT_EQ(nifti["left_handed"], false);
   const auto field = info(written(heart_truth(heart_grid(32), 0, 1), folder / "u.nii.gz"));
   EXPECT_EQ(field["kind"], "vectors");
 }

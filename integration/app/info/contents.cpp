@@ -73,26 +73,6 @@ std::string format_text(files::FileKind kind, const files::Raster& raster) {
   return text;
 }
 
-/// The file's axes were left-handed, and one was counted from the other end.
-template <class AnyGrid>
-bool was_mirrored(const AnyGrid& grid) {
-  if constexpr (requires { grid.j_reversed_in_file; })
-    return grid.j_reversed_in_file;
-  else
-    return glm::determinant(grid.direction) < 0.0;
-}
-
-/// What the reader has to say of a file.
-template <class Any>
-std::vector<std::string> notes_of(const Any& source) {
-  if constexpr (requires { std::vector<std::string>(source.notes); })
-    return source.notes;
-  else if constexpr (requires { source.notes(); })
-    return source.notes();
-  else
-    return {};
-}
-
 // What is suspicious ------------------------------------------------------------------------------
 
 void judge_grid(const Grid& grid, std::vector<std::string>& problems) {
@@ -112,8 +92,6 @@ void judge_grid(const Grid& grid, std::vector<std::string>& problems) {
         "A spacing of {:.3g} mm is coarser than any scanner's: is the unit right?", coarsest));
   const int thin = std::min({grid.size.x, grid.size.y, grid.size.z});
   if (thin == 1) problems.push_back("It is a single slice: motion through it can not be seen.");
-  if (was_mirrored(grid))
-    problems.push_back("Its axes are left-handed: the j axis is read from its other end.");
 }
 
 void judge_times(const std::vector<double>& times, std::vector<std::string>& problems) {
@@ -247,7 +225,7 @@ Result<Contents> contents_of_image(const fs::path& path, const OnShare& on_share
   if (!values) return values.error();
   contents.values = std::move(*values);
   judge_grid(raster->grid, contents.problems);
-  for (const std::string& note : notes_of(*raster)) contents.problems.push_back(note);
+  for (const std::string& note : raster->notes) contents.problems.push_back(note);
   judge_times(contents.times_s, contents.problems);
   judge_finite(contents.values, contents.problems);
   if (files::is_colour_picture(*raster)) {
@@ -285,7 +263,7 @@ Result<Contents> contents_of_frames(const fs::path& input, const std::string& fo
     on_share(double(k + 1) / double(reader->frame_count()));
   }
   judge_grid(*contents.grid, contents.problems);
-  for (const std::string& note : notes_of(*reader)) contents.problems.push_back(note);
+  for (const std::string& note : reader->notes()) contents.problems.push_back(note);
   judge_times(contents.times_s, contents.problems);
   const auto labels = std::count_if(contents.values.begin(), contents.values.end(), are_labels);
   if (labels > 0 && labels < std::ssize(contents.values))

@@ -8,6 +8,7 @@
 #include "integration/app/info/contents.h"
 #include "integration/app/progress.h"
 #include "integration/app/summary.h"
+#include "integration/files/raster.h"
 
 namespace palpate::app {
 namespace {
@@ -77,15 +78,16 @@ void print(const Contents& contents, Console& console) {
   line("Format", contents.format);
   if (contents.grid) {
     const Grid& grid = *contents.grid;
-    const glm::dvec3 edges = grid.spacing_mm * glm::dvec3(grid.size), at = grid.origin_mm;
+    const Grid stored = files::as_in_file(grid);
+    const glm::dvec3 edges = grid.spacing_mm * glm::dvec3(grid.size), at = stored.origin_mm;
     line("Size", fmt::format("{}, {:.4g} x {:.4g} x {:.4g} mm in all", grid_text(grid), edges.x,
                              edges.y, edges.z));
     const double oblique = oblique_degrees(grid);
-    line("Axes",
-         fmt::format(
-             "{}{}; the first voxel at ({:.6g}, {:.6g}, {:.6g}) mm LPS", axes_letters(grid),
-             oblique > 0.0 ? fmt::format(", oblique by {:.1f} degrees", oblique) : std::string(),
-             at.x, at.y, at.z));
+    line("Axes", fmt::format("{}{}{}; the first voxel at ({:.6g}, {:.6g}, {:.6g}) mm LPS",
+                             axes_letters(stored), grid.j_reversed_in_file ? ", left-handed" : "",
+                             oblique > 0.0 ? fmt::format(", oblique by {:.1f} degrees", oblique)
+                                           : std::string(),
+                             at.x, at.y, at.z));
   }
   if (contents.times_s.size() > 1)
     line("Times", times_text(contents.times_s));
@@ -108,7 +110,8 @@ nlohmann::json json_of(const Contents& contents) {
       {"format", contents.format},      {"use", contents.use},   {"problems", contents.problems}};
   if (contents.grid) {
     out["grid"] = app::json_of(*contents.grid);
-    out["axes"] = axes_letters(*contents.grid);
+    out["axes"] = axes_letters(files::as_in_file(*contents.grid));
+    out["left_handed"] = contents.grid->j_reversed_in_file;
     out["oblique_degrees"] = oblique_degrees(*contents.grid);
   }
   if (contents.frames > 0) out["frames"] = contents.frames;
@@ -156,7 +159,8 @@ void compare(const std::vector<Contents>& all, Console& console, nlohmann::json&
         "Grids     '{}' has {}; {}.", one.path.string(), difference,
         found.overlap > 0.0
             ? fmt::format("{:.0f} % of the first's volume lies in it", 100.0 * found.overlap)
-            : std::string("they do not overlap in space")));
+            : fmt::format("they do not overlap in space, {:.4g} mm are between them",
+                          gap_mm(*first->grid, *one.grid))));
   }
   if (others > 0 && same == others)
     console.say(fmt::format("Grids     all {} are on the same grid", others + 1));

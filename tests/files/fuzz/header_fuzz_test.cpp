@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include "integration/files/image_writer.h"
+#include "integration/files/read_sequence.h"
 #include "tests/files/dicom_files.h"
 #include "tests/files/fuzz/parse_bytes.h"
+#include "tests/files/nifti2.h"
 #include "tests/files/temporary_folder.h"
 #include "tests/files/test_images.h"
 #include "tests/support/mutator.h"
@@ -65,8 +67,8 @@ TEST(HeaderFuzz, NiftiParserHolds) {
   four_d[48] = 6;
   std::string pair = nifti_header_of(picture(3, 1));
   pair.replace(344, 3, "ni1");
-  run(fuzz::parse_nifti,
-      {nifti_header_of(picture(1, 1)), nifti_header_of(picture(3, 1)), four_d, pair});
+  run(fuzz::parse_nifti, {nifti_header_of(picture(1, 1)), nifti_header_of(picture(3, 1)), four_d,
+                          pair, nifti2_of(nifti_header_of(picture(3, 1))), nifti2_of(four_d)});
 }
 
 TEST(HeaderFuzz, DicomParserHolds) {
@@ -76,7 +78,47 @@ TEST(HeaderFuzz, DicomParserHolds) {
   file.stored.assign(20, 7);
   file.more = {{kTagCardiacPhase, "FD30"}, {kTagTriggerTime, "DS120"}};
   write_dicom(folder / "a", file);
-  run(fuzz::parse_dicom_file, {read_bytes(folder / "a")});
+  std::vector<std::string> seeds = {read_bytes(folder / "a")};
+  EnhancedFile enhanced;
+  enhanced.grid = oblique_grid();
+  for (int k = 0; k < 3; ++k) {
+    enhanced.frames.push_back({k, file.stored, 1.0, 0.0, {}});
+    enhanced.frames.back().groups[0x00209111] = {{0x00209128, "UL1"}};
+  }
+  for (const DicomSyntax syntax :
+       {DicomSyntax::kImplicitLittle, DicomSyntax::kExplicitBig, DicomSyntax::kDeflated}) {
+    enhanced.syntax = syntax;
+    enhanced.open_sequences = !enhanced.open_sequences;
+    write_enhanced(folder / "e", enhanced);
+    seeds.push_back(read_bytes(folder / "e"));
+  }
+  run(fuzz::parse_dicom_file, seeds);
+}
+
+TEST(HeaderFuzz, DicomReaderHolds) {
+  // Behind the parser: places, times and pixels of files whose elements are sound.
+  const TemporaryFolder folder;
+  EnhancedFile file;
+  file.grid = oblique_grid();
+  for (int n = 0; n < 6; ++n) {
+    file.frames.push_back({n % 3, std::vector<int>(20, 40 * n), 1.0, 0.0, {}});
+    file.frames.back().groups[0x00209111] = {
+        {0x00189074, n < 3 ? "DT20240101120000.5" : "DT20240101120001.5"}};
+  }
+  write_enhanced(folder / "e", file);
+  const std::string seed = read_bytes(folder / "e");
+  size_t read = 0;
+  test::Mutator(kPieces).run(seed, 2000, [&](std::string_view bytes) {
+    write_bytes(folder / "e", bytes);
+    const auto found = read_sequence({folder / "e"});
+    EXPECT_TRUE(found || found.error().message.size() > 10);
+    if (!found) return;
+    ++read;
+    for (const Volume& frame : found->frames) ASSERT_EQ(frame.values.size(), frame.grid.count());
+  });
+  // Damage to pixels and names is no reason to refuse; most damage to the structure is.
+  EXPECT_GT(read, 10U);
+  EXPECT_LT(read, 1900U);
 }
 
 TEST(HeaderFuzz, LandmarkParserHolds) {
