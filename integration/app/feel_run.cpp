@@ -247,6 +247,8 @@ class FeelRun {
     auto log = TickLog::start(command_.csv);
     if (!log) return log.error();
     log_ = std::move(*log);
+    if (!command_.black_box.empty())
+      if (const Status can = files::check_can_write_folder(command_.black_box); !can) return can;
     BlackBoxOptions box;
     // Where no state can be kept, the working folder has to do.
     const fs::path kept = state_folder();
