@@ -89,7 +89,7 @@ void add_sequence(CLI::App& app, FeelCommand& command) {
   app.add_option("--values", command.values,
                  "While motion is estimated: reference (one frame's values carried by one motion: "
                  "the same wall at every phase) or own (each frame's own)")
-      ->check(CLI::IsMember({"reference", "own"}))
+      ->check(one_of({"reference", "own"}))
       ->capture_default_str();
   app.add_option("--scale", command.scale,
                  "Size of the volume: fit (into the device's reach), or a number")

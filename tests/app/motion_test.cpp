@@ -304,10 +304,20 @@ TEST(Verdict, DistrustsAnEmptyFrame) {
   expect_distrusted(empty, heart);
 }
 
-TEST(Verdict, DistrustsAShiftByTwentyCentimetres) {
+TEST(Verdict, DistrustsAShiftByMostOfTheImage) {
   NEEDS_DEVICE();
   const Sequence heart = small_heart();
-  expect_distrusted(heart.frames[0], shifted(heart.frames[1], 200.0));
+  expect_distrusted(heart.frames[0], shifted(heart.frames[1], 90.0));
+}
+
+TEST(MotionOfAPair, ThatDoesNotOverlapIsRefused) {
+  const TemporaryFolder folder;
+  const Sequence heart = small_heart();
+  const Outcome result = run({"motion", written(heart.frames[0], folder / "fixed.mha"),
+                              written(shifted(heart.frames[1], 200.0), folder / "moving.mha"), "-o",
+                              folder / "u.mha"});
+  EXPECT_EQ(result.exit_code, 2) << result.out;
+  EXPECT_THAT(result.err, HasSubstr("overlap"));
 }
 
 TEST(Verdict, DistrustsASequenceWithAForeignFrame) {
