@@ -6,6 +6,7 @@
 #include "integration/app/exit_code.h"
 #include "integration/app/frames.h"
 #include "integration/app/measures.h"
+#include "integration/app/option_checks.h"
 #include "integration/app/progress.h"
 #include "integration/app/summary.h"
 #include "integration/files/landmarks.h"
@@ -289,22 +290,29 @@ Command add_check(CLI::App& program) {
   auto command = std::make_shared<CheckCommand>();
   CLI::App* app = program.add_subcommand(
       "check", "Measure how good a field is; with both frames, say whether to trust it");
-  app->add_option("field", command->field, "Displacement field, mm, LPS (ITK's)")->required();
-  app->add_option("--fixed", command->fixed, "The fixed frame");
-  app->add_option("--moving", command->moving, "The moving frame");
-  app->add_option("--truth", command->truth, "The true field: endpoint error");
+  app->add_option("field", command->field, "Displacement field, mm, LPS (ITK's)")
+      ->type_name("FILE")
+      ->required();
+  app->add_option("--fixed", command->fixed, "The fixed frame")->type_name("FILE");
+  app->add_option("--moving", command->moving, "The moving frame")->type_name("FILE");
+  app->add_option("--truth", command->truth, "The true field: endpoint error")->type_name("FILE");
   app->add_option("--landmarks", command->landmarks,
                   "Points in the fixed and in the moving frame (.csv, .fcsv): target error")
+      ->type_name("FILE")
       ->expected(2);
   app->add_option("--points", command->points,
-                  "Points followed through all frames, columns x0,y0,z0,x1,...: target error");
+                  "Points followed through all frames, columns x0,y0,z0,x1,...: target error")
+      ->type_name("FILE");
   app->add_option("--frames", command->frames, "Which frames of --points are fixed and moving")
       ->expected(2)
+      ->check(whole_number_in(0, 1'000'000))
       ->capture_default_str();
   app->add_option("--against", command->against,
-                  "The inverse, or a field from moving to fixed: inverse consistency");
-  app->add_option("--cycle", command->cycle, "The fields that follow and lead back: cycle drift");
-  app->add_option("--mask", command->mask, "Where distances are taken");
+                  "The inverse, or a field from moving to fixed: inverse consistency")
+      ->type_name("FILE");
+  app->add_option("--cycle", command->cycle, "The fields that follow and lead back: cycle drift")
+      ->type_name("FILE");
+  app->add_option("--mask", command->mask, "Where distances are taken")->type_name("FILE");
   app->add_flag("--opencv", command->opencv, "Ask OpenCV's optical flow for a second opinion");
   app->add_flag("--json", command->json, "Print JSON on stdout, lines on stderr");
   return {app,

@@ -168,6 +168,7 @@ std::string difference(const Grid& grid, const Grid& first) {
 }
 
 Result<std::unique_ptr<FrameSource>> open_raster_frames(const Raster& raster) {
+  if (is_colour_picture(raster)) return refuse_colours(raster);
   if (raster.component_count() > 1) {
     return bad_input(
         raster.file,
@@ -185,6 +186,7 @@ Result<std::unique_ptr<FrameSource>> open_frame_files(
   for (const auto& file : files) {
     auto raster = read_raster_header(file);
     if (!raster) return raster.error();
+    if (is_colour_picture(*raster)) return refuse_colours(*raster);
     if (raster->component_count() > 1) {
       return bad_input(
           file,

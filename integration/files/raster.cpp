@@ -147,6 +147,18 @@ Result<Grid> make_grid(const std::filesystem::path& file, const Placement& place
   return grid;
 }
 
+bool is_colour_picture(const Raster& raster) {
+  return raster.type == SampleType::kUint8 &&
+         (raster.component_count() == 3 || raster.component_count() == 4);
+}
+
+Error refuse_colours(const Raster& raster) {
+  return bad_input(raster.file,
+                   "is a colour picture ({} values of 8 bits per voxel): convert it to one gray "
+                   "value per voxel",
+                   raster.component_count());
+}
+
 Grid as_in_file(const Grid& grid) {
   Grid stored = grid;
   if (grid.j_reversed_in_file) count_j_from_other_end(stored);

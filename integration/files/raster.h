@@ -99,6 +99,12 @@ void reverse_j(const Grid& grid, float* values, size_t components);
 /// allocated.
 Status check_claims(const Raster& raster);
 
+/// True for colours: three or four values of 8 bits without a sign, which no field and no flow has.
+bool is_colour_picture(const Raster& raster);
+
+/// The sentence that refuses one.
+Error refuse_colours(const Raster& raster);
+
 /// Refuses an allocation that this machine can not hold. `what` is the subject of the sentence.
 Status check_fits_memory(const std::string& what, double bytes);
 

@@ -68,6 +68,7 @@ Result<std::vector<VectorFrame>> read_vectors(const std::vector<fs::path>& input
   for (const fs::path& file : files) {
     auto raster = read_raster_header(file);
     if (!raster) return raster.error();
+    if (is_colour_picture(*raster)) return refuse_colours(*raster);
     if (raster->component_count() != 3)
       return bad_input(file,
                        "holds {} values per voxel where vectors have three: leave it out, or give "
@@ -103,6 +104,7 @@ bool holds_vectors(const std::vector<fs::path>& inputs) {
 Result<Field> read_field(const fs::path& file, Notes* notes) {
   const auto raster = read_raster_header(file);
   if (!raster) return raster.error();
+  if (is_colour_picture(*raster)) return refuse_colours(*raster);
   if (raster->component_count() != 3) {
     return bad_input(file,
                      "holds {} values per voxel, but a displacement field has three: name a field "

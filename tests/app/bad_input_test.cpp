@@ -130,7 +130,7 @@ TEST(MotionCommand, NamesTheDevicesWhenThereIsNoSuchOne) {
   NEEDS_DEVICE();
   const TemporaryFolder folder;
   const std::string heart = written(small_heart(2), folder / "heart.seq.nrrd");
-  expect_refused(run({"motion", heart, "-o", folder / "out", "--device", "abacus"}), {"abacus"});
+  expect_refused(run({"motion", heart, "-o", folder / "out", "--gpu", "abacus"}), {"abacus"});
 }
 
 TEST(Program, ExplainsItselfAndRefusesWhatItDoesNotKnow) {
