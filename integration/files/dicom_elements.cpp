@@ -37,7 +37,6 @@ T number_at(std::string_view bytes, bool big_endian) {
 struct Syntax {
   bool explicit_vr = true;
   bool big_endian = false;
-  bool deflated = false;
 };
 
 /// Without explicit VR only the standard's dictionary knows which elements are sequences; of those
@@ -108,10 +107,11 @@ class Walker {
       return true;
     }
     // The packed pixels of a small picture within the file.
-    if (head.tag == kPixels) return skip_fragments(end);
+    std::vector<std::string_view> fragments;
+    if (head.tag == kPixels) return take_fragments(end, fragments);
     if (depth >= kMaxDepth) return false;
     const Syntax outside = syntax_;
-    if (head.is_unknown) syntax_ = {.explicit_vr = false, .big_endian = false, .deflated = false};
+    if (head.is_unknown) syntax_ = {.explicit_vr = false, .big_endian = false};
     const bool whole =
         take_items(open ? end : at_ + head.length, open, depth + 1, elements.sequences[head.tag]);
     syntax_ = outside;
@@ -119,10 +119,11 @@ class Walker {
   }
 
   /// The fragments of packed pixels: items of known length up to the sequence end.
-  bool skip_fragments(size_t end) {
+  bool take_fragments(size_t end, std::vector<std::string_view>& fragments) {
     for (Head item; this->head(end, item);) {
       if (item.tag == kSequenceEnd) return true;
       if (item.tag != kItem || item.length > end - at_) return false;
+      fragments.push_back(bytes_.substr(at_, item.length));
       at_ += item.length;
     }
     return false;
@@ -170,9 +171,9 @@ std::string_view without_padding(std::string_view value) {
   return trimmed(value);
 }
 
-/// How the file is written, and where its elements begin.
-Result<Syntax> transfer_syntax(const std::filesystem::path& file, std::string_view bytes,
-                               size_t& data_at) {
+/// The standard's name of how the file is written, and where its elements begin.
+Result<std::string> transfer_syntax(const std::filesystem::path& file, std::string_view bytes,
+                                    size_t& data_at) {
   Walker walker(bytes, kPreambleBytes, Syntax());
   std::string syntax = "1.2.840.10008.1.2";
   // The group with number 2 describes the file and is always explicit little endian.
@@ -187,9 +188,7 @@ Result<Syntax> transfer_syntax(const std::filesystem::path& file, std::string_vi
     if (head.tag == kTransferSyntax) syntax = description.text(kTransferSyntax);
   }
   data_at = walker.position();
-  return Syntax{.explicit_vr = syntax != "1.2.840.10008.1.2",
-                .big_endian = syntax == "1.2.840.10008.1.2.2",
-                .deflated = syntax == "1.2.840.10008.1.2.1.99"};
+  return syntax;
 }
 
 /// Inflates a bare deflate stream; the memory grows with what is really in it.
@@ -281,18 +280,21 @@ Result<DicomElements> parse_dicom(const std::filesystem::path& file, std::string
     return bad_input(file, "is no DICOM file: check what wrote it");
   }
   size_t at = 0;
-  const auto syntax = transfer_syntax(file, bytes, at);
-  if (!syntax) return syntax.error();
+  const auto name = transfer_syntax(file, bytes, at);
+  if (!name) return name.error();
+  const Syntax syntax{.explicit_vr = *name != "1.2.840.10008.1.2",
+                      .big_endian = *name == "1.2.840.10008.1.2.2"};
   DicomElements elements;
-  elements.big_endian = syntax->big_endian;
-  if (syntax->deflated) {
+  elements.syntax = *name;
+  elements.big_endian = syntax.big_endian;
+  if (*name == "1.2.840.10008.1.2.1.99") {
     auto all = inflated(file, bytes.substr(at));
     if (!all) return all.error();
     elements.inflated = std::make_shared<const std::string>(std::move(*all));
     bytes = *elements.inflated;
     at = 0;
   }
-  Walker walker(bytes, at, *syntax);
+  Walker walker(bytes, at, syntax);
   while (walker.position() < bytes.size()) {
     Head head;
     if (!walker.head(bytes.size(), head)) return bad_input(file, "is cut short: export it again");
@@ -300,8 +302,9 @@ Result<DicomElements> parse_dicom(const std::filesystem::path& file, std::string
       elements.has_pixels = true;
       elements.is_packed = head.length == kUndefined;
       elements.has_word_pixels = head.is_words;
-      const bool whole = elements.is_packed ? walker.skip_fragments(bytes.size())
-                                            : head.length <= bytes.size() - walker.position();
+      const bool whole = elements.is_packed
+                             ? walker.take_fragments(bytes.size(), elements.fragments)
+                             : head.length <= bytes.size() - walker.position();
       if (!whole) return bad_input(file, "is cut short within its pixels: export it again");
       if (!elements.is_packed) elements.pixels = bytes.substr(walker.position(), head.length);
       return elements;

@@ -22,9 +22,11 @@ struct DicomElements {
 
   // Of a file only.
   bool has_pixels = false;
-  bool is_packed = false;        ///< the pixels are JPEG or the like
-  bool has_word_pixels = false;  ///< plain pixels of 8 bits lie in words of 16 (VR "OW")
-  std::string_view pixels;       ///< plain pixels; empty if packed
+  std::string syntax;                       ///< name of the transfer syntax (a UID)
+  bool is_packed = false;                   ///< the pixels are JPEG or the like
+  std::vector<std::string_view> fragments;  ///< of packed pixels; the first is a table of offsets
+  bool has_word_pixels = false;             ///< plain pixels of 8 bits lie in words of 16 (VR "OW")
+  std::string_view pixels;                  ///< plain pixels; empty if packed
   std::shared_ptr<const std::string> inflated;  ///< what the views point into if it was deflated
 
   /// Text without padding; empty if the element is not there.
@@ -41,8 +43,8 @@ struct DicomElements {
   std::vector<double> reals(uint32_t tag, size_t count) const;
 };
 
-/// Walks through all elements up to the pixels and checks that every length fits, sequences
-/// included: GDCM ends the process over a file that is cut short, so it never gets to see one.
+/// Walks through all elements up to the pixels and checks that every length fits, sequences and
+/// fragments included: GDCM ends the process over a damaged file, so it never gets to see one.
 /// Implicit and explicit VR, little and big endian, deflated. `bytes` is the whole file and must
 /// outlive the result. kBadInput with a sentence; kOutOfMemory if it inflates beyond the memory.
 /// Touches no file; any thread.

@@ -15,7 +15,8 @@ namespace palpate::files {
 /// it.
 struct DicomSlice {
   std::filesystem::path file;
-  size_t frame = 0;                ///< which of the frames of a multi-frame file
+  size_t frame = 0;  ///< which of the frames of a multi-frame file
+  size_t frames_in_file = 1;
   size_t input = 0;                ///< which of the named folders it lies in
   std::string series;              ///< (0020,000E)
   double series_number = 0.0;      ///< (0020,0011)

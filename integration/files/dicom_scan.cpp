@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "integration/files/dicom_elements.h"
+#include "integration/files/dicom_pixels.h"
 #include "integration/files/dicom_tags.h"
 #include "integration/files/mapped_file.h"
 #include "integration/files/raster_file.h"
@@ -210,6 +211,8 @@ Status add_slices(const std::string& file, const DicomElements& elements,
   slice.series_number = elements.number(tags::kSeriesNumber).value_or(0.0);
   slice.series_description = elements.text(tags::kSeriesDescription);
   slice.size = {*elements.whole(tags::kColumns), *elements.whole(tags::kRows)};
+  slice.frames_in_file = *count;
+  if (const Status held = check_pixels(elements, slice); !held) return held;
   for (slice.frame = 0; slice.frame < *count; ++slice.frame) {
     const FrameTags frame(elements, slice.frame);
     if (!place(frame, slice)) {

@@ -234,4 +234,27 @@ void write_enhanced(const std::filesystem::path& path, const EnhancedFile& file)
   write_file(path, file.syntax, start_of_file(file.syntax, kind, uid), data_bytes);
 }
 
+std::string with_cut_fragments(const std::string& bytes) {
+  const Encoder plain(DicomSyntax::kExplicitLittle);
+  const std::string item("\xfe\xff\x00\xe0", 4);
+  const auto length_at = [&](size_t at) {
+    uint32_t length = 0;
+    std::memcpy(&length, bytes.data() + at, sizeof(length));
+    return length;
+  };
+  const size_t pixels = bytes.find(std::string("\xe0\x7f\x10\x00OB\0\0\xff\xff\xff\xff", 12));
+  size_t at = pixels + 12;
+  at += 8 + length_at(at + 4);  // the table that is there
+  std::string table, fragments;
+  for (; bytes.compare(at, 4, item) == 0; at += 8 + length_at(at + 4)) {
+    table += plain.number(uint32_t(fragments.size()));
+    const std::string whole = bytes.substr(at + 8, length_at(at + 4));
+    const size_t cut = whole.size() / 4 * 2;
+    for (const std::string& piece : {whole.substr(0, cut), whole.substr(cut)})
+      fragments += item + plain.number(uint32_t(piece.size())) + piece;
+  }
+  return bytes.substr(0, pixels + 12) + item + plain.number(uint32_t(table.size())) + table +
+         fragments + bytes.substr(at);
+}
+
 }  // namespace palpate::files

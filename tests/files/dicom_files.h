@@ -61,6 +61,9 @@ struct EnhancedFile {
 
 void write_enhanced(const std::filesystem::path& path, const EnhancedFile& file);
 
+/// The same DICOM file of packed pixels with every fragment cut into two, and a table of offsets.
+std::string with_cut_fragments(const std::string& bytes);
+
 inline constexpr unsigned kTagSeriesDescription = 0x0008103e, kTagTriggerTime = 0x00181060,
                           kTagAcquisitionNumber = 0x00200012, kTagTemporalPosition = 0x00200100,
                           kTagTemporalResolution = 0x00200110, kTagCardiacPhase = 0x00209241,

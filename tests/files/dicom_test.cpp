@@ -498,8 +498,45 @@ TEST_F(DicomFolder, OfAnEnhancedFileIsReadFromLosslesslyPackedPixels) {
   for (const char* syntax : {"1.2.840.10008.1.2.4.70", "1.2.840.10008.1.2.4.80",
                              "1.2.840.10008.1.2.4.90", "1.2.840.10008.1.2.5"}) {
     ASSERT_TRUE(itk_oracle::pack_dicom(plain / "e", folder_ / "e", syntax)) << syntax;
-    ASSERT_NE(read_bytes(folder_ / "e").find(syntax), std::string::npos);
+    const std::string packed = read_bytes(folder_ / "e");
+    ASSERT_NE(packed.find(syntax), std::string::npos);
     read_known(0.5, 0.0, grid);
+    write_bytes(folder_ / "e", with_cut_fragments(packed));
+    read_known(0.5, 0.0, grid);
+  }
+}
+
+TEST_F(DicomFolder, IsRefusedWherePackedPicturesHaveAnotherSize) {
+  // GDCM would write as many pixels as the picture has into room for as many as the file claims.
+  const TemporaryFolder plain;
+  write_enhanced(
+      plain / "e",
+      enhanced([](EnhancedFrame& frame, size_t k) { frame.groups[0x00209111] = temporal_index(k); },
+               straight_grid({48, 40, 3})));
+  for (const char* syntax :
+       {"1.2.840.10008.1.2.4.70", "1.2.840.10008.1.2.4.80", "1.2.840.10008.1.2.4.90"}) {
+    ASSERT_TRUE(itk_oracle::pack_dicom(plain / "e", folder_ / "e", syntax)) << syntax;
+    const std::string packed = read_bytes(folder_ / "e");
+    struct Change {
+      const char* element;
+      int value;
+    };
+    for (const Change change : {Change{"\x28\0\x10\0US\2\0", 20}, Change{"\x28\0\x11\0US\2\0", 47},
+                                Change{"\x28\0\0\1US\2\0", 8}}) {
+      std::string wrong = packed;
+      const size_t at = wrong.find(std::string(change.element, 8));
+      ASSERT_NE(at, std::string::npos);
+      wrong[at + 8] = char(change.value);
+      if (change.value == 8) {
+        const size_t stored = wrong.find(std::string("\x28\0\1\1US\2\0", 8));
+        ASSERT_NE(stored, std::string::npos);
+        wrong[stored + 8] = 8;
+      }
+      for (const std::string& bytes : {wrong, with_cut_fragments(wrong)}) {
+        write_bytes(folder_ / "e", bytes);
+        EXPECT_THAT(refusal(), HasSubstr("pixels that can not be read")) << syntax << change.value;
+      }
+    }
   }
 }
 

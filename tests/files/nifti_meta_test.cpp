@@ -209,6 +209,20 @@ TEST(NiftiReader, SaysWhichFormIsUsedWhereTheyDifferByMoreThanHalfAVoxel) {
   }
 }
 
+TEST(NiftiReader, SaysOnceWhatIsTrueOfSeveralFrames) {
+  const TemporaryFolder folder;
+  for (int k = 0; k < 4; ++k) {
+    std::string header = nifti_header(straight_grid());
+    if (k > 0) put<float>(header, 268, 100.0F);  // qoffset_x
+    write_bytes(folder / (std::to_string(k) + ".nii"),
+                header + bytes_of_values<float>(known_volume(straight_grid()).values));
+  }
+  const auto reader = SequenceReader::open({folder.path()});
+  ASSERT_TRUE(reader) << reader.error().message;
+  EXPECT_THAT(reader->notes(),
+              ElementsAre(HasSubstr("1.nii"), "So it is with 2 more of the frames."));
+}
+
 TEST(NiftiReader, SeesFormsThatAgreeAtTheOriginOnly) {
   const TemporaryFolder folder;
   std::string header = nifti_header(straight_grid());

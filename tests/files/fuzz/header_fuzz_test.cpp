@@ -6,6 +6,7 @@
 #include "integration/files/read_sequence.h"
 #include "tests/files/dicom_files.h"
 #include "tests/files/fuzz/parse_bytes.h"
+#include "tests/files/itk_images.h"
 #include "tests/files/nifti2.h"
 #include "tests/files/temporary_folder.h"
 #include "tests/files/test_images.h"
@@ -100,25 +101,35 @@ TEST(HeaderFuzz, DicomReaderHolds) {
   const TemporaryFolder folder;
   EnhancedFile file;
   file.grid = oblique_grid();
+  file.grid.size = {20, 16, 3};
   for (int n = 0; n < 6; ++n) {
-    file.frames.push_back({n % 3, std::vector<int>(20, 40 * n), 1.0, 0.0, {}});
+    file.frames.push_back({n % 3, std::vector<int>(320, 40 * n), 1.0, 0.0, {}});
     file.frames.back().groups[0x00209111] = {
         {0x00189074, n < 3 ? "DT20240101120000.5" : "DT20240101120001.5"}};
   }
-  write_enhanced(folder / "e", file);
-  const std::string seed = read_bytes(folder / "e");
-  size_t read = 0;
-  test::Mutator(kPieces).run(seed, 2000, [&](std::string_view bytes) {
-    write_bytes(folder / "e", bytes);
-    const auto found = read_sequence({folder / "e"});
-    EXPECT_TRUE(found || found.error().message.size() > 10);
-    if (!found) return;
-    ++read;
-    for (const Volume& frame : found->frames) ASSERT_EQ(frame.values.size(), frame.grid.count());
-  });
-  // Damage to pixels and names is no reason to refuse; most damage to the structure is.
-  EXPECT_GT(read, 10U);
-  EXPECT_LT(read, 1900U);
+  write_enhanced(folder / "plain", file);
+  // JPEG, JPEG-LS, JPEG 2000 and run lengths.
+  for (const char* syntax : {"", "1.2.840.10008.1.2.4.70", "1.2.840.10008.1.2.4.80",
+                             "1.2.840.10008.1.2.4.90", "1.2.840.10008.1.2.5"}) {
+    const bool packed = *syntax != '\0';
+    if (packed) {
+      ASSERT_TRUE(itk_oracle::pack_dicom(folder / "plain", folder / "packed", syntax));
+    }
+    size_t read = 0;
+    test::Mutator(kPieces).run(read_bytes(folder / (packed ? "packed" : "plain")), 300,
+                               [&](std::string_view bytes) {
+                                 write_bytes(folder / "e", bytes);
+                                 const auto found = read_sequence({folder / "e"});
+                                 EXPECT_TRUE(found || found.error().message.size() > 10);
+                                 if (!found) return;
+                                 ++read;
+                                 for (const Volume& frame : found->frames)
+                                   ASSERT_EQ(frame.values.size(), frame.grid.count());
+                               });
+    // Damage to pixels and names is no reason to refuse; most damage to the structure is.
+    EXPECT_GT(read, 0U) << syntax;
+    EXPECT_LT(read, 290U) << syntax;
+  }
 }
 
 TEST(HeaderFuzz, LandmarkParserHolds) {
