@@ -276,9 +276,10 @@ class Worker final : public SequenceEstimator {
 
 std::string check_options(const EstimatorOptions& options, const Grid& grid) {
   const MotionOptions& o = options.motion;
-  if (grid.size.x < 4 || grid.size.y < 4 || grid.size.z < 1) {
+  const int narrow = (grid.size.x < 4) + (grid.size.y < 4) + (grid.size.z < 4);
+  if (narrow > 1 || glm::any(glm::lessThan(grid.size, glm::ivec3(1)))) {
     return "A volume of " + text(grid.size) +
-           " voxels is too small to follow motion in: at least 4 x 4 x 1 are needed.";
+           " voxels is too small to follow motion in: at least 4 along two axes are needed.";
   }
   if (o.levels.empty())
     return "The motion options name no level: take a preset (fast, balanced, best, classic).";
