@@ -12,7 +12,9 @@ json json_of(const Spread& spread) {
 }
 
 json json_of(const Distances& distances) {
-  return {{"mm", json_of(distances.mm)}, {"voxels", json_of(distances.voxels)}};
+  return {{"mm", json_of(distances.mm)},
+          {"voxels", json_of(distances.voxels)},
+          {"voxels_of_each_axis", json_of(distances.own_voxels)}};
 }
 
 json json_of(const Folds& folds) {
@@ -29,9 +31,11 @@ json json_of(const Match& match) {
           {"difference_sd_after", match.difference_sd_after},
           {"textured_share_fixed", match.textured_share()},
           {"textured_share_moving", match.textured_share_moving()},
+          {"clear_share", match.clear_share()},
           {"correlation_before", match.correlation_before},
           {"correlation_after", match.correlation_after},
           {"mismatched_share", match.mismatched},
+          {"motion_left_voxels", match.motion_left_voxels},
           {"leaving_share", match.leaving}};
 }
 
@@ -73,6 +77,7 @@ json json_of(const SolveReport& report) {
   return {{"levels", levels},
           {"solve_seconds", report.seconds},
           {"prepare_seconds", report.prepare_seconds},
+          {"backward_seconds", report.backward_seconds},
           {"repair_rounds", report.repaired},
           {"folded_cells", report.folded_cells}};
 }
