@@ -75,10 +75,29 @@ uint64_t workspace_bytes(glm::ivec3 size, glm::ivec3 moment_cell) {
          2 * image_bytes(cells_of(size, moment_cell), 8);
 }
 
-/// What the engine allocates on the device, image by image.
-uint64_t bytes_needed(const MotionPlan& plan) {
+}  // namespace
+
+uint64_t solver_bytes(const MotionPlan& plan) {
   const bool classic = plan.options.method == MotionMethod::kClassic;
   uint64_t bytes = 0;
+  for (size_t l = size_t(plan.options.finest_level); l < plan.levels.size(); ++l) {
+    const LevelPlan& level = plan.levels[l];
+    // PairSolver::LevelImages and ClassicSolver::LevelImages.
+    bytes += classic ? 2 * image_bytes(level.image_size, 16)
+                     : 4 * image_bytes(level.cells, 16) + 11 * image_bytes(level.cells, 8);
+  }
+  if (const auto search = plan_search(plan)) {
+    bytes += 2 * sizeof(float) * count(search->nodes) * uint64_t(search->labels()) +
+             2 * image_bytes(search->nodes, 16);
+  }
+  return bytes;
+}
+
+namespace {
+
+/// What the engine allocates on the device, image by image.
+uint64_t bytes_needed(const MotionPlan& plan) {
+  uint64_t bytes = solver_bytes(plan);
   for (size_t l = 0; l < plan.levels.size(); ++l) {
     const LevelPlan& level = plan.levels[l];
     const bool solved = int(l) >= plan.options.finest_level;
@@ -94,16 +113,6 @@ uint64_t bytes_needed(const MotionPlan& plan) {
       bytes += workspace_bytes(level.image_size, level.moment_cell);
       if (solved) bytes += kPyramids * image_bytes(level.image_size, 8);
     }
-    // PairSolver::LevelImages and ClassicSolver::LevelImages.
-    if (solved && !classic) {
-      bytes += 4 * image_bytes(level.cells, 16) + 11 * image_bytes(level.cells, 8);
-    } else if (solved) {
-      bytes += 2 * image_bytes(level.image_size, 16);
-    }
-  }
-  if (const auto search = plan_search(plan)) {
-    bytes += 2 * sizeof(float) * count(search->nodes) * uint64_t(search->labels()) +
-             2 * image_bytes(search->nodes, 16);
   }
   return bytes + bytes / 50;  // small change: alignment of single allocations
 }

@@ -54,7 +54,7 @@ Status Delivery::take(const EstimatedPair& pair) {
   if (const Status written = write(pair, field, now.names); !written) return written;
   if (options_.judge) {
     auto evidence =
-        examined(*pair.fixed, *pair.moving, field, pair.backward ? &*pair.backward : nullptr,
+        examined(*pair.fixed, *pair.moving, field, motion.backward ? &*motion.backward : nullptr,
                  &motion.confidence, options_.mask);
     if (!evidence) return evidence.error();
     now.evidence = std::move(*evidence);

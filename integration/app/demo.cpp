@@ -64,6 +64,7 @@ class Demo {
     }
     job.options.motion = *preset;
     job.options.cyclic = true;
+    job.options.backward = true;
     Status done = estimate(
         context, job, [this](EstimatedPair pair) { return take(pair); }, console_, stop);
     if (done) done = delivery_.close_cycle();
@@ -99,8 +100,8 @@ class Demo {
     const Field field = resampled(pair.motion.field, grid);
     Score score{wall_motion_mm(truth, wall), *error, folds(field).folded, 0.0,
                 pair.motion.report.seconds + pair.motion.report.prepare_seconds};
-    if (pair.backward) {
-      const auto back = inverse_consistency(field, *pair.backward, grid, &wall);
+    if (pair.motion.backward) {
+      const auto back = inverse_consistency(field, *pair.motion.backward, grid, &wall);
       if (!back) return back.error();
       score.there_and_back_voxels = back->voxels.mean;
     }

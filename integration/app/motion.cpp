@@ -202,9 +202,10 @@ int run(const MotionCommand& command) {
     preset = choice->setting.name;
   }
 
-  EstimationJob job{frames->grid, frames->count, frames->read, {}, !command.no_verdict};
+  EstimationJob job{frames->grid, frames->count, frames->read, {}};
   job.options.motion = *motion;
   job.options.cyclic = command.cyclic;
+  job.options.backward = !command.no_verdict;
   job.options.mask = *mask;
   DeliveryOptions options;
   options.names = [&](size_t fixed, size_t moving) {

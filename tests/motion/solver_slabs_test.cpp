@@ -32,7 +32,8 @@ MadePair tall_pair() {
 
 TEST_F(SolverSlabs, GiveTheSameFieldAsWholeImages) {
   const MadePair pair = tall_pair();
-  const EstimatorOptions options = preset("balanced");
+  EstimatorOptions options = preset("balanced");
+  options.backward = true;
   const PairMotion whole = motion_of(pair.fixed, pair.moving, options);
   const uint64_t needed = plan_motion(pair.fixed.grid, options.motion).device_bytes;
   size_t most = 1;
@@ -52,6 +53,10 @@ TEST_F(SolverSlabs, GiveTheSameFieldAsWholeImages) {
     ASSERT_TRUE(apart);
     EXPECT_LT(apart->voxels.mean, kSameMeanVoxels);
     EXPECT_LT(apart->voxels.p99, kSameP99Voxels);
+    ASSERT_TRUE(cut->backward);
+    const Result<Distances> back = endpoint_error(*cut->backward, *whole.backward);
+    ASSERT_TRUE(back);
+    EXPECT_LT(back->voxels.mean, kSameMeanVoxels);
   }
 }
 
