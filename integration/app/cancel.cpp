@@ -1,18 +1,32 @@
 #include "integration/app/cancel.h"
 
 #include <pthread.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <ctime>
+#include <string_view>
 
 #include "integration/app/exit_code.h"
 
 namespace palpate::app {
+namespace {
+
+/// From a thread that shares no lock with what may hang; emergency waits for the force's ramp.
+[[noreturn]] void end_now(std::string_view sentence) {
+  [[maybe_unused]] const ssize_t said = ::write(STDERR_FILENO, sentence.data(), sentence.size());
+  std::quick_exit(kExitInternal);
+}
+
+}  // namespace
 
 CancelOnSignal::CancelOnSignal() {
   sigemptyset(&signals_);
-  sigaddset(&signals_, SIGINT);
-  sigaddset(&signals_, SIGTERM);
+  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGQUIT}) {
+    struct sigaction action {};
+    sigaction(number, nullptr, &action);
+    if (action.sa_handler != SIG_IGN) sigaddset(&signals_, number);
+  }
   pthread_sigmask(SIG_BLOCK, &signals_, &before_);
   watcher_ = std::jthread([this](std::stop_token ended) { watch(std::move(ended)); });
 }
@@ -24,12 +38,22 @@ CancelOnSignal::~CancelOnSignal() {
 }
 
 void CancelOnSignal::watch(std::stop_token ended) {
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point asked;
   // A waiting signal wakes at once; the time limit is only how long the end of the work may wait.
   const timespec tick{0, 50'000'000};
   while (!ended.stop_requested()) {
-    if (sigtimedwait(&signals_, nullptr, &tick) <= 0) continue;
-    if (source_.stop_requested()) std::_Exit(kExitInternal);
-    source_.request_stop();
+    const bool is_new = sigtimedwait(&signals_, nullptr, &tick) > 0;
+    if (is_new && at_once_) end_now("palpate: Stopped as asked, before anything began.\n");
+    if (is_new && source_.stop_requested()) end_now("palpate: Ended at once, as asked again.\n");
+    if (is_new) {
+      asked = Clock::now();
+      source_.request_stop();
+    }
+    const auto patience = patience_.load();
+    if (source_.stop_requested() && patience != std::chrono::seconds::max() &&
+        Clock::now() - asked > patience)
+      end_now("palpate: Something did not stop when it was asked to, so the program was ended.\n");
   }
 }
 

@@ -1,14 +1,18 @@
 #pragma once
 
+#include <atomic>
+#include <chrono>
 #include <csignal>
 #include <stop_token>
 #include <thread>
 
 namespace palpate::app {
 
-/// Turns Ctrl-C (SIGINT) and SIGTERM into a stop request while it lives, so that nothing half
-/// written stays behind; a second one ends the program at once. Make it before any other thread
-/// starts: threads inherit the blocked signals. One at a time.
+/// Turns Ctrl-C (SIGINT), SIGTERM, SIGHUP (the terminal was closed) and SIGQUIT into a stop request
+/// while it lives, so that nothing half written stays behind; a second one ends the program at once
+/// (after the servo thread's ramp). A signal that was ignored when the program was started (nohup)
+/// stays ignored. Make it before any other thread starts: threads inherit the blocked signals. One
+/// at a time.
 class CancelOnSignal {
  public:
   CancelOnSignal();
@@ -18,12 +22,22 @@ class CancelOnSignal {
 
   std::stop_token token() const { return source_.get_token(); }
 
+  /// While true, a signal ends the program at once, with one sentence and exit code 1: for work
+  /// that writes nothing yet and can not be asked to stop, such as reading files. Any thread.
+  void end_at_once(bool yes) { at_once_ = yes; }
+
+  /// The program is ended, with one sentence, if it still runs so long after a signal: a driver or
+  /// a headset's runtime may wait for ever for something that has died. Any thread.
+  void give_up_after(std::chrono::seconds patience) { patience_ = patience; }
+
  private:
   void watch(std::stop_token ended);
 
   sigset_t signals_{};
   sigset_t before_{};
   std::stop_source source_;
+  std::atomic<bool> at_once_{false};
+  std::atomic<std::chrono::seconds> patience_{std::chrono::seconds::max()};
   std::jthread watcher_;
 };
 

@@ -298,7 +298,12 @@ Command add_check(CLI::App& program) {
   app->add_option("--mask", command->mask, "Where distances are taken");
   app->add_flag("--opencv", command->opencv, "Ask OpenCV's optical flow for a second opinion");
   app->add_flag("--json", command->json, "Print JSON on stdout, lines on stderr");
-  return {app, [command] { return run(*command); }};
+  return {app,
+          [command] { return run(*command); },
+          {"field", "--fixed", "--moving", "--truth", "--landmarks", "--points", "--against",
+           "--cycle", "--mask"},
+          {},
+          {}};
 }
 
 }  // namespace palpate::app

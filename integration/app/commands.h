@@ -3,14 +3,19 @@
 #include <CLI/CLI.hpp>
 #include <functional>
 #include <memory>
+#include <string>
+#include <vector>
 
 namespace palpate::app {
 
-/// A command of the program: its options, and what to do once they are parsed; returns the exit
-/// code.
+/// A command of the program: its options, and what to do once they are parsed.
 struct Command {
   CLI::App* app = nullptr;
-  std::function<int()> run;
+  std::function<int()> run;  ///< returns the exit code
+  /// The options (and positional names) whose values are files or folders that the command reads,
+  /// and those that it writes: no output may be an input, see check_overwrites().
+  std::vector<std::string> reads, writes;
+  std::vector<Command> below;  ///< commands within this one
 };
 
 /// Each adds itself to the program. One file per command.

@@ -237,7 +237,7 @@ Command add_demo(CLI::App& program) {
       ->capture_default_str();
   add_device_options(*app, command->device);
   app->add_flag("--quiet", command->quiet, "Print errors only");
-  return {app, [command] { return run(*command); }};
+  return {app, [command] { return run(*command); }, {}, {"--output"}, {}};
 }
 
 }  // namespace palpate::app

@@ -36,11 +36,15 @@ Result<std::unique_ptr<DesktopLoop>> DesktopLoop::open(const std::string& scene_
 DesktopLoop::DesktopLoop(std::unique_ptr<desktop::Window> window, std::string scene_name,
                          const DeviceOptions& gpu, const ViewChoices& view)
     : window_(std::move(window)), scene_name_(std::move(scene_name)), gpu_(gpu), view_(view) {
+  wait("is being read");
+}
+
+void DesktopLoop::wait(const std::string& doing) {
   // Data may take seconds to be read: nobody is to look at an empty window meanwhile.
   const double scale = window_->scale();
-  const charts::Raster reading = desktop::draw_note(scene_name_, {"is being read"}, scale);
+  note_ = desktop::draw_note(scene_name_, {doing}, scale);
   const int edge = int(kEdge * scale);
-  const desktop::Overlay overlay{&reading, {edge, edge}};
+  const desktop::Overlay overlay{&note_, {edge, edge}};
   window_->poll();
   window_->show({}, {&overlay, 1});
 }

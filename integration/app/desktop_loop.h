@@ -26,6 +26,8 @@ class DesktopLoop {
   /// To be given to the servo: what it hears is plotted.
   TickListener* listener() { return &tap_; }
 
+  /// While nothing can be seen yet: says what is being waited for, and takes the window's events.
+  void wait(const std::string& doing);
   /// From now on this is seen. `mouse` moves the probe; null: another device does, and the mouse
   /// turns the view. All are borrowed until end().
   void begin(Palpation& palpation, Transport& transport, desktop::MouseProbe* mouse);
@@ -37,6 +39,8 @@ class DesktopLoop {
 
   /// The person closed the window or pressed Esc.
   bool closed() const { return window_->closed(); }
+  /// The display has gone away.
+  bool lost() const { return window_->lost(); }
 
  private:
   DesktopLoop(std::unique_ptr<desktop::Window> window, std::string scene_name,

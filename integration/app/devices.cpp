@@ -149,7 +149,7 @@ Command add_devices(CLI::App& program) {
       "devices", "List what computes, what lets you feel and what moves the volume");
   auto json = std::make_shared<bool>(false);
   app->add_flag("--json", *json, "Print JSON");
-  return {app, [json] { return run(*json); }};
+  return {app, [json] { return run(*json); }, {}, {}, {}};
 }
 
 }  // namespace palpate::app

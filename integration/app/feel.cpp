@@ -136,7 +136,11 @@ Command add_feel(CLI::App& program) {
   app->add_option("--gpu", command->gpu.device,
                   "Vulkan device for the estimation: number or part of a name");
   app->add_flag("--quiet", command->quiet, "Print errors only");
-  return {app, [command] { return run_feel(*command); }};
+  return {app,
+          [command] { return run_feel(*command); },
+          {"input", "--fields", "--replay", "--calibration", "--falcon-firmware", "--path"},
+          {"--csv", "--picture", "--record", "--headless", "--black-box"},
+          {}};
 }
 
 }  // namespace palpate::app

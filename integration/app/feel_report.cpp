@@ -15,17 +15,6 @@ double us(int64_t ns) {
   return double(ns) * 1e-3;
 }
 
-void count_cause(FeelNumbers& numbers, const TickRow& row) {
-  if (row.cause == Cause::kNone) return;
-  const DeviceFault fault = row.cause == Cause::kDevice ? row.fault : DeviceFault::kNone;
-  for (CauseTime& known : numbers.causes)
-    if (known.cause == row.cause && known.fault == fault) {
-      known.seconds += row.dt_s;
-      return;
-    }
-  numbers.causes.push_back({row.cause, fault, row.dt_s, row.time_s});
-}
-
 std::string cause_line(const CauseTime& cause) {
   const char* why =
       cause.fault != DeviceFault::kNone ? sentence(cause.fault) : sentence(cause.cause);
@@ -47,35 +36,6 @@ std::vector<charts::Span> spans_of(const std::vector<TickRow>& rows) {
 }
 
 }  // namespace
-
-FeelNumbers numbers_of(const std::vector<TickRow>& rows) {
-  FeelNumbers numbers;
-  double force_s = 0.0;
-  glm::dvec3 before(0.0);
-  for (const TickRow& row : rows) {
-    const double dt = std::clamp(row.dt_s, 0.0, 0.1);
-    numbers.seconds += dt;
-    const double force = glm::length(row.force_n);
-    numbers.most_force_n = std::max(numbers.most_force_n, force);
-    if (dt > 0.0)
-      numbers.steepest_n_per_ms =
-          std::max(numbers.steepest_n_per_ms, glm::length(row.force_n - before) / (dt * 1e3));
-    before = row.force_n;
-    if (row.in_contact) {
-      numbers.touched_s += dt;
-      force_s += force * dt;
-      numbers.deepest_m = std::max(numbers.deepest_m, glm::distance(row.probe_m, row.proxy_m));
-    }
-    numbers.worst_residual_m = std::max(numbers.worst_residual_m, row.residual_m);
-    numbers.most_newton_steps = std::max(numbers.most_newton_steps, int(row.newton_steps));
-    numbers.held += row.held;
-    count_cause(numbers, row);
-  }
-  if (numbers.touched_s > 0.0) numbers.mean_force_n = force_s / numbers.touched_s;
-  std::sort(numbers.causes.begin(), numbers.causes.end(),
-            [](const CauseTime& a, const CauseTime& b) { return a.seconds > b.seconds; });
-  return numbers;
-}
 
 std::string live_text(const TickOutput& tick, const ServoStatistics& statistics, double seconds) {
   const uint64_t ticks = statistics.ticks.load();
@@ -127,10 +87,10 @@ std::string summary_text(const FeelNumbers& n, const ServoStatistics& statistics
   return text;
 }
 
-charts::Timeline feel_timeline(const std::string& title, const std::vector<TickRow>& rows) {
+charts::Timeline feel_timeline(const std::string& title, const FeelNumbers& n,
+                               const std::vector<TickRow>& rows) {
   charts::Timeline timeline;
   timeline.title = title;
-  const FeelNumbers n = numbers_of(rows);
   timeline.subtitle = fmt::format(
       "{:.1f} s, {:.1f} s touching: {:.2f} N on average, {:.2f} N at most, up to {:.1f} mm deep",
       n.seconds, n.touched_s, n.mean_force_n, n.most_force_n, 1e3 * n.deepest_m);
@@ -160,8 +120,8 @@ charts::Timeline feel_timeline(const std::string& title, const std::vector<TickR
 }
 
 Status write_feel_picture(const std::string& path, const std::string& title,
-                          const std::vector<TickRow>& rows) {
-  return charts::write_timeline(path, feel_timeline(title, rows));
+                          const FeelNumbers& numbers, const std::vector<TickRow>& rows) {
+  return charts::write_timeline(path, feel_timeline(title, numbers, rows));
 }
 
 }  // namespace palpate::app

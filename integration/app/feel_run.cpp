@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
+#include <future>
 #include <limits>
+#include <mutex>
 #include <thread>
 
 #include "integration/app/cancel.h"
@@ -30,6 +33,11 @@ namespace {
 
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
+
+constexpr auto kSilence = std::chrono::milliseconds(500);  // before reading is said
+
+/// How long the end of a run may take after a signal; the force is down in a tenth of a second.
+constexpr std::chrono::seconds kPatience{10};
 
 /// A hand that is not there can not be hurt by a late frame, and this machine may be busy.
 constexpr double kWatchdog_ms = 5.0, kSimulatedWatchdog_ms = 50.0;
@@ -88,34 +96,22 @@ class FeelRun {
  public:
   FeelRun(const FeelCommand& command, Console& console) : command_(command), console_(console) {}
 
-  int run(std::stop_token stop) {
+  int run(CancelOnSignal& cancel) {
+    cancel.end_at_once(true);
     ForceDeviceChoice choice = command_.device;
     if (const Status looking = open_eyes(); !looking) return fail(console_, looking.error());
     choice.has_window = seen_.window != nullptr;
     choice.has_headset = seen_.headset != nullptr;
     if (const Status met = check_choice(choice); !met) return fail(console_, met.error());
-    auto scene = load_felt_scene(command_.inputs, command_.sequence);
-    if (!scene) return fail(console_, scene.error());
     if (const Status look = check_look(command_.view.look); !look)
       return fail(console_, look.error());
-    apply_choices(*scene);
     if (!command_.headless.empty()) {
       auto outputs = Outputs::into(command_.headless);
       if (!outputs) return fail(console_, outputs.error());
       outputs_.emplace(std::move(*outputs));
     }
-    auto opened = open_force_device(choice, *scene);
-    if (!opened) return fail(console_, opened.error());
-    opened_ = std::move(*opened);
-    // Only now is it known how far the device reaches; a path that touches the data is found anew.
-    if (scene->from_sequence && command_.scale == "fit") {
-      fit_to_reach(*scene, opened_.device->info());
-      if (opened_.simulated) {
-        auto again = open_force_device(choice, *scene);
-        if (!again) return fail(console_, again.error());
-        opened_ = std::move(*again);
-      }
-    }
+    auto scene = prepared(choice);
+    if (!scene) return fail(console_, scene.error());
     const auto& volumes = scene->spec.volumes;
     wants_second_hand_ = std::any_of(volumes.begin(), volumes.end(), [](const VolumeSpec& volume) {
       return volume.drive.kind == DriveSpec::Kind::kSecondHand;
@@ -125,9 +121,11 @@ class FeelRun {
     console_.say("Seen      " + seen_.why);
     if (const Status ready = start_listeners(*scene); !ready) return fail(console_, ready.error());
     const FeltScene at_start = *scene;
+    cancel.end_at_once(false);
     if (const Status started = start(std::move(*scene)); !started)
       return fail(console_, started.error());
-    feel(at_start, stop);
+    cancel.give_up_after(kPatience);
+    feel(at_start, cancel.token());
     return finish();
   }
 
@@ -142,6 +140,55 @@ class FeelRun {
   }
 
  private:
+  /// What takes time before anything can be felt: reading, and finding a place to touch. It runs
+  /// beside the window, which goes on answering, and is said.
+  Result<FeltScene> prepared(const ForceDeviceChoice& choice) {
+    std::mutex mutex;
+    std::string doing = "is being read";
+    const auto say = [&](const std::string& what) {
+      const std::lock_guard lock(mutex);
+      doing = what;
+    };
+    auto work = std::async(std::launch::async, [&] { return scene_and_device(choice, say); });
+    const auto begin = Clock::now();
+    while (work.wait_for(std::chrono::milliseconds(15)) != std::future_status::ready) {
+      std::string now;
+      {
+        const std::lock_guard lock(mutex);
+        now = doing;
+      }
+      if (seen_.window) seen_.window->wait(now);
+      if (seen_.window && (seen_.window->closed() || seen_.window->lost())) {
+        // Nothing is written yet, and reading can not be asked to stop.
+        console_.complain("palpate: The window was closed before anything was felt.");
+        std::_Exit(kExitInternal);
+      }
+      if (Clock::now() - begin > kSilence) console_.live("Reading   " + now);
+    }
+    console_.end_progress();
+    return work.get();
+  }
+
+  Result<FeltScene> scene_and_device(const ForceDeviceChoice& choice, const OnDoing& doing) {
+    auto scene = load_felt_scene(command_.inputs, command_.sequence, doing);
+    if (!scene) return scene;
+    apply_choices(*scene);
+    doing("looking for a surface to touch");
+    auto opened = open_force_device(choice, *scene);
+    if (!opened) return opened.error();
+    opened_ = std::move(*opened);
+    // Only now is it known how far the device reaches; a path that touches the data is found anew.
+    if (scene->from_sequence && command_.scale == "fit") {
+      fit_to_reach(*scene, opened_.device->info());
+      if (opened_.simulated) {
+        auto again = open_force_device(choice, *scene);
+        if (!again) return again.error();
+        opened_ = std::move(*again);
+      }
+    }
+    return scene;
+  }
+
   Status open_eyes() {
     if (!command_.calibration.empty()) {
       auto stored = files::read_calibration(command_.calibration);
@@ -280,10 +327,10 @@ class FeelRun {
     if (motion.is_done()) transport_->allow();
     double now_s = 0.0;
     while (now_s < end_s(motion_known_s) && !stop.stop_requested() && !emergency::is_asked() &&
-           !(seen_.window && seen_.window->closed()) &&
+           !(seen_.window && seen_.window->closed()) && !display_was_needed_and_lost() &&
            !(seen_.headset && seen_.headset->ended())) {
       if (seen_.window)
-        seen_.window->frame(tick, motion_text(motion));
+        seen_.window->frame(tick, motion.text());
       else
         std::this_thread::sleep_for(std::chrono::milliseconds(50));
       now_s = std::chrono::duration<double>(Clock::now() - begin).count();
@@ -291,7 +338,7 @@ class FeelRun {
       tell_second_hand();
       tell_headset();
       std::string line = live_text(tick, palpation_->servo().statistics(), now_s);
-      if (!motion.is_done()) line += "  " + motion_text(motion);
+      if (!motion.is_done()) line += "  " + motion.text();
       console_.live(line);
       if (!motion.is_done() || motion_known_s < 1e12) continue;
       motion_known_s = now_s;
@@ -306,11 +353,18 @@ class FeelRun {
     tell_headset();
     if (gallery_) gallery_->stop();
     palpation_->stop();
+    display_lost_ = seen_.window && seen_.window->lost();
+    if (display_lost_) black_box_->write_last("display-lost");
   }
 
-  static std::string motion_text(const LiveMotion& motion) {
-    if (motion.is_done()) return {};
-    return fmt::format("motion {} of {} steps", motion.steps_known(), motion.steps());
+  /// A headset goes on without the window that mirrors it.
+  bool display_was_needed_and_lost() {
+    if (!seen_.window || !seen_.window->lost()) return false;
+    if (!seen_.headset) return true;
+    seen_.window->end();
+    seen_.window.reset();
+    console_.complain("palpate: The display of the window has gone away; the headset goes on.");
+    return false;
   }
 
   void begin_eyes(const FeltScene& scene) {
@@ -366,13 +420,14 @@ class FeelRun {
       if (done) done = recorded;
     }
     const auto& rows = log_->rows();
+    const FeelNumbers numbers = log_->numbers();
     if (!command_.picture.empty() && done)
       done = write_feel_picture(
           command_.picture.string(),
-          fmt::format("Feeling {}", command_.inputs.front().filename().string()), rows);
+          fmt::format("Feeling {}", command_.inputs.front().filename().string()), numbers, rows);
     const std::string summary =
-        summary_text(numbers_of(rows), palpation_->servo().statistics(),
-                     palpation_->servo().report(), palpation_->haptics().tank().ledger());
+        summary_text(numbers, palpation_->servo().statistics(), palpation_->servo().report(),
+                     palpation_->haptics().tank().ledger());
     if (gallery_ && done) done = publish(summary);
     console_.say(summary);
     for (const fs::path& file : black_box_->files())
@@ -385,18 +440,22 @@ class FeelRun {
       console_.say(fmt::format("Wrote     {}", command_.record.string()));
     if (gallery_ && done) tell_gallery();
     if (seen_.headset) tell_headset_numbers();
-    return done ? kExitOk : fail(console_, done.error());
+    if (!done) return fail(console_, done.error());
+    if (!display_lost_) return kExitOk;
+    console_.complain(
+        "palpate: The display has gone away (its X server or the connection to it ended), so the "
+        "force was ramped down and the run ended.");
+    return kExitInternal;
   }
 
   /// Page, views and summary, all or nothing.
   Status publish(const std::string& summary) {
     if (!gallery_->trouble().empty())
       console_.complain("palpate: There are no views of the volume: " + gallery_->trouble());
-    const charts::Timeline timeline = feel_timeline("", log_->rows());
+    const charts::Timeline timeline = feel_timeline("", log_->numbers(), log_->rows());
     const std::string title =
         fmt::format("Feeling {}", command_.inputs.front().filename().string());
-    const std::string subtitle = feel_timeline(title, log_->rows()).subtitle;
-    Status done = gallery_->stage(*outputs_, title, subtitle, timeline);
+    Status done = gallery_->stage(*outputs_, title, timeline.subtitle, timeline);
     if (!done) return done;
     const auto path = outputs_->stage("summary.txt");
     if (!path) return path.error();
@@ -433,6 +492,7 @@ class FeelRun {
   OpenedDevice opened_;
   std::unique_ptr<GatedDevice> gate_;  ///< around the device, where there is a headset
   bool wants_second_hand_ = false;
+  bool display_lost_ = false;
   std::unique_ptr<TickLog> log_;
   std::unique_ptr<BlackBox> black_box_;
   std::unique_ptr<Recorder> recorder_;
@@ -450,7 +510,7 @@ std::string text_of(const ServoPeriods& periods) {
 }
 
 /// The same scene and device with nothing else going on, for comparison.
-Result<ServoPeriods> periods_alone(FeelCommand command, std::stop_token stop) {
+Result<ServoPeriods> periods_alone(FeelCommand command, CancelOnSignal& cancel) {
   constexpr double kAlone_s = 5.0;
   command.headset = "off";
   command.no_motion = command.quiet = true;
@@ -461,7 +521,7 @@ Result<ServoPeriods> periods_alone(FeelCommand command, std::stop_token stop) {
     command.device.device = "simulated";
   Console quiet(true, false);
   FeelRun run(command, quiet);
-  const int rc = run.run(stop);
+  const int rc = run.run(cancel);
   const auto periods = run.periods();
   if (rc != kExitOk || !periods)
     return Error{ErrorKind::kDeviceFailed, "The servo thread could not be run alone"};
@@ -482,14 +542,14 @@ int replay_run(const FeelCommand& command, Console& console) {
 int run_feel(const FeelCommand& command) {
   // In this order: the handlers of emergency stay in place below the waiting for Ctrl-C.
   emergency::install();
-  const CancelOnSignal cancel;
+  CancelOnSignal cancel;
   Console console(command.quiet, false);
   if (!command.replay.empty()) return replay_run(command, console);
-  if (!command.servo_report) return FeelRun(command, console).run(cancel.token());
-  const Result<ServoPeriods> alone = periods_alone(command, cancel.token());
+  if (!command.servo_report) return FeelRun(command, console).run(cancel);
+  const Result<ServoPeriods> alone = periods_alone(command, cancel);
   if (!alone) return fail(console, alone.error());
   FeelRun run(command, console);
-  const int rc = run.run(cancel.token());
+  const int rc = run.run(cancel);
   if (const auto joined = run.periods())
     console.say(fmt::format("Servo     alone: {}\n          in this run: {}", text_of(*alone),
                             text_of(*joined)));

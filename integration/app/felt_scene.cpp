@@ -65,12 +65,14 @@ Result<MotionData> read_motion(const MotionSpec& spec) {
 }
 
 /// All frames of files, a single one included. `first` (may be null) gets a copy of the first.
-Result<Sequence> read_frames(const std::vector<fs::path>& inputs, Volume* first) {
+Result<Sequence> read_frames(const std::vector<fs::path>& inputs, Volume* first,
+                             const OnDoing& doing) {
   auto reader = files::SequenceReader::open(inputs);
   if (!reader) return reader.error();
   Sequence sequence;
   sequence.name = reader->name();
   for (size_t k = 0; k < reader->frame_count(); ++k) {
+    if (doing) doing(fmt::format("reading frame {} of {}", k + 1, reader->frame_count()));
     auto frame = reader->frame(k);
     if (!frame) return frame.error();
     if (k == 0 && first) *first = *frame;
@@ -88,7 +90,9 @@ Volume lengths_of(const VectorFrame& frame) {
   return lengths;
 }
 
-Result<MovingVolume> read_volume_of(const VolumeSpec& spec, Volume* first = nullptr) {
+Result<MovingVolume> read_volume_of(const VolumeSpec& spec, const OnDoing& doing,
+                                    Volume* first = nullptr) {
+  if (doing) doing("preparing " + spec.name);
   if (!spec.source.empty()) return build(spec);
   VolumeData data;
   if (files::holds_vectors(spec.files)) {
@@ -97,7 +101,7 @@ Result<MovingVolume> read_volume_of(const VolumeSpec& spec, Volume* first = null
     if (first) *first = lengths_of(vectors->front());
     data.vectors = std::move(*vectors);
   } else {
-    auto frames = read_frames(spec.files, first);
+    auto frames = read_frames(spec.files, first, doing);
     if (!frames) return frames.error();
     data.frames = std::move(*frames);
   }
@@ -106,6 +110,7 @@ Result<MovingVolume> read_volume_of(const VolumeSpec& spec, Volume* first = null
     if (!read) return read.error();
     data.motions.push_back(std::move(*read));
   }
+  if (doing) doing("preparing " + spec.name);
   return build(spec, std::move(data));
 }
 
@@ -121,12 +126,12 @@ void add(FeltScene& scene, size_t v, MovingVolume volume) {
   scene.data.push_back(std::make_shared<const MovingVolume>(std::move(volume)));
 }
 
-Result<FeltScene> of_spec(std::string name, SceneSpec spec) {
+Result<FeltScene> of_spec(std::string name, SceneSpec spec, const OnDoing& doing) {
   FeltScene scene;
   scene.name = std::move(name);
   scene.spec = std::move(spec);
   for (size_t v = 0; v < scene.spec.volumes.size(); ++v) {
-    auto volume = read_volume_of(scene.spec.volumes[v]);
+    auto volume = read_volume_of(scene.spec.volumes[v], doing);
     if (!volume) return volume.error();
     add(scene, v, std::move(*volume));
   }
@@ -174,7 +179,8 @@ Result<ModeSpec> guide_along(const Volume& lengths, const SequenceChoices& choic
   return follow;
 }
 
-Result<FeltScene> of_sequence(const std::vector<fs::path>& inputs, const SequenceChoices& choices) {
+Result<FeltScene> of_sequence(const std::vector<fs::path>& inputs, const SequenceChoices& choices,
+                              const OnDoing& doing) {
   FeltScene scene;
   scene.name = inputs.front().string();
   scene.from_sequence = true;
@@ -193,7 +199,7 @@ Result<FeltScene> of_sequence(const std::vector<fs::path>& inputs, const Sequenc
     spec.motions = {motion};
   }
   Volume first;
-  auto volume = read_volume_of(spec, &first);
+  auto volume = read_volume_of(spec, doing, &first);
   if (!volume) return volume.error();
   auto mode = volume->frames.front()->is_vector() ? guide_along(first, choices, scene.notes)
                                                   : surface_of(first, choices, scene.notes);
@@ -258,16 +264,16 @@ Surface surface_between_groups(const Volume& frame) {
 }
 
 Result<FeltScene> load_felt_scene(const std::vector<fs::path>& inputs,
-                                  const SequenceChoices& choices) {
+                                  const SequenceChoices& choices, const OnDoing& doing) {
   const std::string name = inputs.front().string();
-  if (inputs.size() == 1 && name == "heart") return of_spec(name, heart_scene());
-  if (inputs.size() == 1 && name == "molecule") return of_spec(name, molecule_scene());
+  if (inputs.size() == 1 && name == "heart") return of_spec(name, heart_scene(), doing);
+  if (inputs.size() == 1 && name == "molecule") return of_spec(name, molecule_scene(), doing);
   if (inputs.size() == 1 && inputs.front().extension() == ".json") {
     auto spec = files::read_scene(inputs.front());
     if (!spec) return spec.error();
-    return of_spec(name, std::move(*spec));
+    return of_spec(name, std::move(*spec), doing);
   }
-  return of_sequence(inputs, choices);
+  return of_sequence(inputs, choices, doing);
 }
 
 double fit_to_reach(FeltScene& scene, const DeviceInfo& device) {

@@ -32,6 +32,9 @@ struct MissingMotion {
   std::function<Result<Frames>()> open;  ///< the volume's frames, once more
 };
 
+/// Hears what is being done, in a few words for a person.
+using OnDoing = std::function<void(const std::string&)>;
+
 /// A scene with its data, ready to be assembled. Transforms are those at the start.
 struct FeltScene {
   std::string name;  ///< "heart", or the file
@@ -43,9 +46,10 @@ struct FeltScene {
 };
 
 /// "heart" or "molecule", a scene file (.json), or a sequence: a 4D file, a folder, a list of 3D
-/// files, or a single frame. kBadInput in one sentence. Any thread.
+/// files, or a single frame. `doing` (may be empty) hears what is being done, for example "reading
+/// frame 3 of 20". kBadInput in one sentence. Any thread.
 Result<FeltScene> load_felt_scene(const std::vector<std::filesystem::path>& inputs,
-                                  const SequenceChoices& choices);
+                                  const SequenceChoices& choices, const OnDoing& doing = {});
 
 /// Forgets the known motion of made data, so that it has to be found as a patient's would.
 void forget_motion(FeltScene& scene);

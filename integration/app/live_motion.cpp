@@ -1,5 +1,6 @@
 #include "integration/app/live_motion.h"
 
+#include <fmt/format.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -12,6 +13,10 @@ namespace palpate::app {
 namespace {
 
 constexpr int kNice = 10;
+
+int64_t steady_ns() {
+  return std::chrono::steady_clock::now().time_since_epoch().count();
+}
 
 /// Of this thread and, by inheritance, of all that the Vulkan driver starts from it.
 void yield_to_the_hand() {
@@ -38,6 +43,16 @@ LiveMotion::~LiveMotion() = default;
 
 void LiveMotion::wait() {
   if (worker_.joinable()) worker_.join();
+}
+
+std::string LiveMotion::text() const {
+  if (done_) return {};
+  std::string text = fmt::format("motion {} of {} steps", known_.load(), steps_.load());
+  const double share = share_, elapsed_s = 1e-9 * double(steady_ns() - start_ns_);
+  // Before this nothing can be said about the time left.
+  if (start_ns_ > 0 && share > 0.02 && elapsed_s > 0.5)
+    text += ", " + duration_text(elapsed_s * (1.0 - share) / share) + " left";
+  return text;
 }
 
 std::string LiveMotion::trouble() const {
@@ -74,12 +89,16 @@ Status LiveMotion::estimate(const Job& job, std::stop_token stop) {
   options.motion = *preset;
   options.cyclic = job.cyclic;
   Status taken = Nothing{};
-  auto estimator = SequenceEstimator::open(*context, frames->grid, options, [&](PairMotion motion) {
-    if (!taken) return;
-    taken = on_step_(job.missing.volume, motion.fixed_frame,
-                     MotionMap::of(motion.field, &motion.confidence));
-    ++known_;
-  });
+  start_ns_ = steady_ns();
+  auto estimator = SequenceEstimator::open(
+      *context, frames->grid, options,
+      [&](PairMotion motion) {
+        if (!taken) return;
+        taken = on_step_(job.missing.volume, motion.fixed_frame,
+                         MotionMap::of(motion.field, &motion.confidence));
+        ++known_;
+      },
+      [&](size_t, size_t, double share) { share_ = (double(known_) + share) / double(steps_); });
   if (!estimator) return estimator.error();
   const std::stop_callback on_stop(stop, [&] { (*estimator)->cancel(); });
   for (size_t k = 0; k < frames->count && !stop.stop_requested(); ++k) {

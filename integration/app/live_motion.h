@@ -34,6 +34,8 @@ class LiveMotion {
   size_t steps() const { return steps_; }        ///< that were missing
   size_t steps_known() const { return known_; }  ///< of them, so far
   double seconds() const { return seconds_; }    ///< it took; 0 until all are known
+  /// "motion 3 of 20 steps, 25 s left"; nothing once it is done.
+  std::string text() const;
   /// Why it ended early: a sentence, or nothing.
   std::string trouble() const;
   /// Waits until it is done.
@@ -55,6 +57,8 @@ class LiveMotion {
   std::atomic<bool> done_{false};
   std::atomic<size_t> steps_{0}, known_{0};
   std::atomic<double> seconds_{0.0};
+  std::atomic<double> share_{0.0};    ///< of all steps
+  std::atomic<int64_t> start_ns_{0};  ///< of the first step, steady clock; 0 before
   mutable std::mutex mutex_;
   std::string trouble_;
   std::jthread worker_;

@@ -8,6 +8,7 @@
 #include "integration/app/delivery.h"
 #include "integration/app/exit_code.h"
 #include "integration/app/frames.h"
+#include "integration/app/overwrite.h"
 #include "integration/app/session.h"
 #include "integration/app/summary.h"
 #include "integration/files/atomic_file.h"
@@ -19,6 +20,8 @@ namespace palpate::app {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr const char* kSummaryName = "summary.json";
 
 struct MotionCommand {
   std::vector<fs::path> inputs;
@@ -123,6 +126,32 @@ Status check_output_name(const MotionCommand& command) {
   return files::check_can_write_folder(command.output);
 }
 
+/// No file that will be written may be an input, nor lie among the frames that a list names: the
+/// next run over the same folder would take the fields for frames.
+Status check_names(const MotionCommand& command, size_t frame_count) {
+  std::vector<fs::path> inputs = command.inputs, outputs;
+  inputs.push_back(command.mask);
+  std::error_code error;
+  if (!command.is_pair() && command.inputs.size() > 1)
+    for (const fs::path& input : command.inputs)
+      if (fs::equivalent(input.has_parent_path() ? input.parent_path() : ".", command.output,
+                         error))
+        return files::bad_output(
+            command.output,
+            "holds the frames: their fields would lie among them; name another "
+            "folder");
+  const fs::path folder = command.is_pair() ? command.output.parent_path() : command.output;
+  for (size_t k = 0; k + (command.cyclic ? 0 : 1) < frame_count; ++k) {
+    const PairNames names = command.is_pair()
+                                ? names_of_pair(command)
+                                : names_in_sequence(command, frame_count, k, (k + 1) % frame_count);
+    for (const std::string& name : {names.field, names.inverse, names.confidence, names.picture})
+      if (!name.empty()) outputs.push_back(folder / name);
+  }
+  if (!command.is_pair()) outputs.push_back(folder / kSummaryName);
+  return check_overwrites(inputs, outputs);
+}
+
 double bytes_to_write(const MotionCommand& command, const Frames& frames) {
   const double fields = double(frames.count - (command.cyclic ? 0 : 1));
   const double per_voxel = 12.0 + (command.inverse ? 12.0 : 0.0) + (command.confidence ? 4.0 : 0.0);
@@ -152,7 +181,7 @@ nlohmann::json summary_of(const MotionCommand& command, const std::string& prese
 }
 
 Status write_summary(Outputs& outputs, const nlohmann::json& summary) {
-  const auto path = outputs.stage("summary.json");
+  const auto path = outputs.stage(kSummaryName);
   if (!path) return path.error();
   const Status written = files::write_text(*path, summary.dump(2) + "\n");
   return written ? written : Status(outputs.in_place(written.error()));
@@ -184,6 +213,8 @@ int run(const MotionCommand& command) {
   auto frames = command.is_pair() ? open_pair(command.inputs[0], command.inputs[1])
                                   : open_sequence(command.inputs);
   if (!frames) return fail(console, frames.error());
+  if (const Status names = check_names(command, frames->count); !names)
+    return fail(console, names.error());
   const auto mask = read_mask_for(command.mask, frames->grid);
   if (!mask) return fail(console, mask.error());
   auto outputs = Outputs::into(command.is_pair() ? command.output.parent_path() : command.output,
@@ -290,7 +321,7 @@ Command add_motion(CLI::App& program) {
   app->add_flag("--quiet", command->quiet, "Print errors and bad verdicts only");
   add_expert_options(*app, *command);
   add_wishes(*app, *command);
-  return {app, [command] { return run(*command); }};
+  return {app, [command] { return run(*command); }, {"inputs", "--mask"}, {"--output"}, {}};
 }
 
 }  // namespace palpate::app

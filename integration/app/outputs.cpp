@@ -1,5 +1,6 @@
 #include "integration/app/outputs.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -21,23 +22,26 @@ fs::path nearest_folder(const fs::path& path) {
 }
 
 Outputs::Outputs(fs::path folder) : folder_(std::move(folder)) {
-  hidden_ = nearest_folder(folder_) / fmt::format(".palpate-{}", ::getpid());
+  hidden_ = nearest_folder(folder_) / fmt::format("{}{}", files::kHiddenFolder, ::getpid());
 }
 
 Outputs::Outputs(Outputs&& other) noexcept
     : folder_(std::move(other.folder_)),
       hidden_(std::exchange(other.hidden_, {})),
+      hidden_fd_(std::exchange(other.hidden_fd_, -1)),
       names_(std::move(other.names_)) {}
 
 Outputs::~Outputs() {
   if (hidden_.empty()) return;
   std::error_code error;
   fs::remove_all(hidden_, error);
+  if (hidden_fd_ >= 0) ::close(hidden_fd_);
 }
 
 Result<Outputs> Outputs::into(const fs::path& folder, double bytes) {
   const fs::path wanted = folder.empty() ? fs::path(".") : folder;
   if (const Status can = files::check_can_write_folder(wanted, bytes); !can) return can.error();
+  files::remove_abandoned(nearest_folder(wanted));
   return Outputs(wanted);
 }
 
@@ -45,8 +49,14 @@ Result<fs::path> Outputs::stage(const std::string& name) {
   std::error_code error;
   if (fs::is_directory(folder_ / name, error))
     return files::bad_output(folder_ / name, "is a folder: choose another name");
-  fs::create_directory(hidden_, error);
-  if (error) return files::bad_output(folder_, "can not be written: {}", error.message());
+  if (hidden_fd_ < 0) {
+    fs::create_directory(hidden_, error);
+    if (error) return files::bad_output(folder_, "can not be written: {}", error.message());
+    hidden_fd_ = ::open(hidden_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (hidden_fd_ >= 0) files::lock_as_alive(hidden_fd_);
+    // Another process may have taken it for an abandoned one before it was locked.
+    fs::create_directory(hidden_, error);
+  }
   if (std::find(names_.begin(), names_.end(), name) == names_.end()) names_.push_back(name);
   return hidden_ / name;
 }
@@ -56,8 +66,8 @@ Status Outputs::publish() {
   fs::create_directories(folder_, error);
   if (error) return files::bad_output(folder_, "can not be made: {}", error.message());
   for (const std::string& name : names_) {
-    fs::rename(hidden_ / name, folder_ / name, error);
-    if (error) return files::bad_output(folder_ / name, "can not be replaced: {}", error.message());
+    const Status replaced = files::replace_file(hidden_ / name, folder_ / name);
+    if (!replaced) return replaced;
   }
   names_.clear();
   return Nothing{};

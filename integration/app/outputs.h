@@ -9,8 +9,9 @@
 namespace palpate::app {
 
 /// Files of one folder that appear only when all of the work has succeeded: they are written to a
-/// hidden folder on the same disk and renamed into place by publish(). Without it nothing is left
-/// and nothing that was there before has changed. One thread at a time.
+/// hidden folder on the same disk and renamed into place by publish(); a name that is a link stays
+/// one. Without publish() nothing is left and nothing that was there before has changed. What a
+/// killed process left behind is removed by the next into(). One thread at a time.
 class Outputs {
  public:
   /// `folder` need not exist yet. kBadOutput if it can not be made or written, or has no room for
@@ -38,6 +39,7 @@ class Outputs {
 
   std::filesystem::path folder_;
   std::filesystem::path hidden_;
+  int hidden_fd_ = -1;  ///< locked while this lives, see files::lock_as_alive()
   std::vector<std::string> names_;
 };
 

@@ -120,7 +120,7 @@ Command add_phantom(CLI::App& program) {
       ->capture_default_str();
   app->add_option("--shift", command->shift_voxels, "How far the sliding organ moves, voxels")
       ->capture_default_str();
-  return {app, [command] { return run(*command); }};
+  return {app, [command] { return run(*command); }, {}, {"--output", "--truth"}, {}};
 }
 
 }  // namespace palpate::app

@@ -37,7 +37,7 @@ Command add_plan(CLI::App& program) {
   app->add_option("input", *inputs, "heart, molecule, a scene file, or a sequence")->required();
   app->add_option("--fields", choices->fields, "Folder with the fields of 'palpate motion'")
       ->check(CLI::ExistingDirectory);
-  return {app, [inputs, choices] { return run(*inputs, *choices); }};
+  return {app, [inputs, choices] { return run(*inputs, *choices); }, {"input", "--fields"}, {}, {}};
 }
 
 }  // namespace palpate::app

@@ -10,6 +10,12 @@
 namespace palpate::app {
 namespace {
 
+/// Without exceptions: that nobody reads any more is no reason to end the work.
+void put(std::FILE* stream, std::string_view text) {
+  std::fwrite(text.data(), 1, text.size(), stream);
+  std::fflush(stream);
+}
+
 constexpr int kBarWidth = 24;
 constexpr auto kRedraw = std::chrono::milliseconds(100);
 constexpr auto kLiveLine = std::chrono::seconds(1);
@@ -49,8 +55,7 @@ void Console::say(std::string_view line) {
   if (quiet_) return;
   const std::lock_guard lock(mutex_);
   erase_bar();
-  fmt::print(lines_, "{}\n", line);
-  std::fflush(lines_);
+  put(lines_, fmt::format("{}\n", line));
   if (running_ && has_bar_) draw_bar();
 }
 
@@ -80,12 +85,10 @@ void Console::live(std::string_view line) {
   if (now - last_live_ < (has_bar_ ? kRedraw : kLiveLine)) return;
   last_live_ = now;
   if (has_bar_) {
-    fmt::print(stderr, "\r\033[K{}", line);
-    std::fflush(stderr);
+    put(stderr, fmt::format("\r\033[K{}", line));
     drawn_ = true;
   } else {
-    fmt::print(lines_, "{}\n", line);
-    std::fflush(lines_);
+    put(lines_, fmt::format("{}\n", line));
   }
 }
 
@@ -99,13 +102,12 @@ void Console::end_progress() {
 void Console::complain(std::string_view sentence) {
   const std::lock_guard lock(mutex_);
   erase_bar();
-  fmt::print(stderr, "{}\n", sentence);
+  put(stderr, fmt::format("{}\n", sentence));
 }
 
 void Console::erase_bar() {
   if (!drawn_) return;
-  std::fputs("\r\033[K", stderr);
-  std::fflush(stderr);
+  put(stderr, "\r\033[K");
   drawn_ = false;
 }
 
@@ -119,18 +121,16 @@ void Console::end_step(Clock::time_point now, double share) {
   share_ = std::clamp(share, 0.0, 1.0);
   const double took_s = std::chrono::duration<double>(now - step_start_).count();
   const std::string left = time_left(now);
-  fmt::print(stderr, "{:3.0f} %  {}  {}{}{}\n", 100.0 * share_, doing_, duration_text(took_s),
-             left.empty() ? "" : ", about ", left);
-  std::fflush(stderr);
+  put(stderr, fmt::format("{:3.0f} %  {}  {}{}{}\n", 100.0 * share_, doing_, duration_text(took_s),
+                          left.empty() ? "" : ", about ", left));
   step_start_ = now;
 }
 
 void Console::draw_bar() {
   const std::string left = time_left(Clock::now());
   const int full = int(share_ * kBarWidth);
-  fmt::print(stderr, "\r\033[K[{:#<{}}{:.<{}}] {:3.0f} %  {}  {}", "", full, "", kBarWidth - full,
-             100.0 * share_, doing_, left);
-  std::fflush(stderr);
+  put(stderr, fmt::format("\r\033[K[{:#<{}}{:.<{}}] {:3.0f} %  {}  {}", "", full, "",
+                          kBarWidth - full, 100.0 * share_, doing_, left));
   drawn_ = true;
 }
 

@@ -30,10 +30,12 @@ Result<Replay> replay_felt(const FeltScene& felt, const std::filesystem::path& f
 }
 
 std::string replay_text(const Replay& replay) {
-  if (replay.different == 0) return "every output is the recorded one, bit by bit";
+  const char* cut_off = replay.cut_off ? "; the recording is cut off there" : "";
+  if (replay.different == 0)
+    return fmt::format("every output is the recorded one, bit by bit{}", cut_off);
   return fmt::format(
-      "{} outputs differ, the first in tick {} in its {}: other data, or another build?",
-      replay.different, replay.first_different, replay.first_field);
+      "{} outputs differ, the first in tick {} in its {}: other data, or another build?{}",
+      replay.different, replay.first_different, replay.first_field, cut_off);
 }
 
 }  // namespace palpate::app

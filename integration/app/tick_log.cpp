@@ -12,8 +12,6 @@ constexpr const char* kHeader =
     "probe_z_m,proxy_x_m,proxy_y_m,proxy_z_m,frame_and_phase,contact,held,newton_steps,residual_m,"
     "scene_energy_j,cause,device_fault\n";
 
-constexpr size_t kHourOfTicks = 3'600'000;  // 0.6 GB: a longer run keeps its CSV, not its picture
-
 }  // namespace
 
 Result<std::unique_ptr<TickLog>> TickLog::start(const std::filesystem::path& csv) {
@@ -53,7 +51,8 @@ void TickLog::hear(const TickInput& input, const TickOutput& output) noexcept {
 void TickLog::drain() {
   TickRow row;
   while (ring_.pop(row)) {
-    if (rows_.size() < kHourOfTicks) rows_.push_back(row);
+    counter_.add(row);
+    history_.add(row);
     if (file_) write(row);
   }
 }

@@ -6,31 +6,15 @@
 #include <vector>
 
 #include "compute/volume/result.h"
+#include "integration/app/feel_numbers.h"
 #include "module/haptics/background.h"
 #include "module/haptics/mailbox.h"
 #include "module/haptics/servo_loop.h"
 
 namespace palpate::app {
 
-/// What is kept of a tick for summary and pictures. Space: force of the device, places of the
-/// world.
-struct TickRow {
-  double time_s = 0.0;  ///< since the first tick
-  double dt_s = 0.0;
-  glm::dvec3 force_n{0.0};   ///< to the device
-  glm::dvec3 wanted_n{0.0};  ///< the spring's
-  glm::dvec3 probe_m{0.0}, proxy_m{0.0};
-  double pointer = 0.0;  ///< frame + phase of the first moving volume
-  double residual_m = 0.0;
-  double scene_energy_j = 0.0;
-  Cause cause = Cause::kNone;
-  DeviceFault fault = DeviceFault::kNone;
-  uint8_t newton_steps = 0;
-  bool in_contact = false;
-  bool held = false;
-};
-
-/// Keeps every tick of a run, and writes them as CSV if asked. The servo thread hands them over
+/// Sums up a run for its summary and pictures, and writes every tick as CSV if asked. Its memory
+/// does not grow with the run. The servo thread hands them over
 /// without waiting; a thread of its own takes them. What did not fit is counted. Must outlive the
 /// Servo.
 class TickLog final : public TickListener {
@@ -41,9 +25,10 @@ class TickLog final : public TickListener {
   void hear(const TickInput& input, const TickOutput& output) noexcept override;
 
   /// After the Servo has stopped: takes what is left and closes the CSV. kBadOutput if it is not
-  /// whole. Afterwards rows() are complete.
+  /// whole. Afterwards numbers() and rows() are complete.
   Status finish();
-  const std::vector<TickRow>& rows() const { return rows_; }
+  FeelNumbers numbers() const { return counter_.numbers(); }
+  const std::vector<TickRow>& rows() const { return history_.rows(); }
   uint64_t lost() const { return ring_.dropped(); }
 
  private:
@@ -59,7 +44,8 @@ class TickLog final : public TickListener {
   Ring<TickRow, 8192> ring_;
   int64_t first_ns_ = 0;
   bool any_ = false;
-  std::vector<TickRow> rows_;
+  FeelCounter counter_;
+  TickHistory history_;
   std::unique_ptr<Background> background_;
 };
 

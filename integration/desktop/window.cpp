@@ -9,6 +9,8 @@
 #include <optional>
 #include <utility>
 
+#include "integration/desktop/display_loss.h"
+
 namespace palpate::desktop {
 namespace {
 
@@ -102,6 +104,7 @@ struct Window::Heard {
 
 Result<std::unique_ptr<Window>> Window::open(const std::string& title, int width, int height) {
   if (glfwInit() != GLFW_TRUE) return no_window(glfw_reason());
+  survive_display_loss();
   glfwDefaultWindowHints();
   glfwWindowHint(GLFW_CLIENT_API, GLFW_OPENGL_API);
   glfwWindowHint(GLFW_DEPTH_BITS, 0);
@@ -129,6 +132,7 @@ Window::Window(GLFWwindow* window) : window_(window), heard_(std::make_unique<He
 }
 
 Window::~Window() {
+  if (display_is_lost()) return;
   for (const Texture& texture : textures_) glDeleteTextures(1, &texture.name);
   glfwDestroyWindow(window_);
   glfwTerminate();
@@ -148,6 +152,7 @@ void Window::listen(GLFWwindow* window) {
 }
 
 void Window::show(const Picture& picture, std::span<const Overlay> overlays) {
+  if (display_is_lost()) return;
   const PictureSize size = size_px();
   if (size.width == 0 || size.height == 0) return;  // an icon
   // One texture of OpenGL's per thing shown; those of overlays that went stay for later ones.
@@ -197,8 +202,9 @@ void Window::draw_texture(const Texture& texture, glm::dvec2 corner_px, glm::dve
 }
 
 Input Window::poll() {
-  glfwPollEvents();
   Input input;
+  if (!display_is_lost()) glfwPollEvents();
+  if (display_is_lost()) return input;
   input.wheel = std::exchange(heard_->wheel, 0.0);
   input.keys = std::exchange(heard_->keys, {});
   input.left = glfwGetMouseButton(window_, GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS;
@@ -221,21 +227,27 @@ Input Window::poll() {
 }
 
 bool Window::closed() const {
-  return glfwWindowShouldClose(window_) == GLFW_TRUE;
+  return !display_is_lost() && glfwWindowShouldClose(window_) == GLFW_TRUE;
+}
+
+bool Window::lost() const {
+  return display_is_lost();
 }
 
 void Window::set_title(const std::string& title) {
-  glfwSetWindowTitle(window_, title.c_str());
+  if (!display_is_lost()) glfwSetWindowTitle(window_, title.c_str());
 }
 
 PictureSize Window::size_px() const {
   PictureSize size;
+  if (display_is_lost()) return size;
   glfwGetFramebufferSize(window_, &size.width, &size.height);
   return size;
 }
 
 double Window::scale() const {
   float across = 1.0F, down = 1.0F;
+  if (display_is_lost()) return 1.0;
   glfwGetWindowContentScale(window_, &across, &down);
   return std::clamp(double(std::max(across, down)), 1.0, 3.0);
 }

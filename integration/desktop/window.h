@@ -72,6 +72,8 @@ class Window {
   Input poll();
   /// The person closed it, or pressed Esc.
   bool closed() const;
+  /// The display has gone away. All other calls do nothing then; poll() and size_px() give zeros.
+  bool lost() const;
   void set_title(const std::string& title);
 
   /// Pixels that it has now; 0 x 0 while it is an icon.

@@ -1,6 +1,7 @@
 #include "integration/files/atomic_file.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -8,6 +9,7 @@
 #include <atomic>
 #include <cerrno>
 #include <cstring>
+#include <vector>
 
 #include "integration/files/sentences.h"
 
@@ -23,14 +25,6 @@ fs::path folder_of(const fs::path& path) {
   return path.has_parent_path() ? path.parent_path() : fs::path(".");
 }
 
-/// Follows a link, so that the file behind it is replaced and the link stays.
-fs::path behind_links(const fs::path& path) {
-  std::error_code error;
-  if (!fs::is_symlink(path, error)) return path;
-  const fs::path target = fs::weakly_canonical(path, error);
-  return error ? path : target;
-}
-
 /// Unique within the process by the counter and among processes by the id.
 fs::path temporary_beside(const fs::path& target) {
   static std::atomic<unsigned> counter{0};
@@ -40,9 +34,12 @@ fs::path temporary_beside(const fs::path& target) {
 
 Error explain(const fs::path& path, int error_number) {
   switch (error_number) {
+    case EFBIG:
+      return bad_output(path,
+                        "could not be written because it is larger than this system allows: raise "
+                        "the limit (ulimit -f), or write less");
     case ENOSPC:
     case EDQUOT:
-    case EFBIG:
       return bad_output(
           path,
           "could not be written because the disk is full: free some space, or write elsewhere");
@@ -88,17 +85,81 @@ Status check_room(const fs::path& path, const fs::path& folder, double bytes) {
                     bytes_for_people(bytes), bytes_for_people(double(space.available)));
 }
 
+/// Whether nobody holds the lock of lock_as_alive() on this path.
+bool is_abandoned(const fs::path& path) {
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (fd < 0) return false;
+  const bool free = ::flock(fd, LOCK_EX | LOCK_NB) == 0;
+  ::close(fd);
+  return free;
+}
+
+/// Copies bytes into a file that appears whole or not at all.
+Status copy_into(const fs::path& from, const fs::path& to) {
+  auto file = AtomicFile::create(to);
+  if (!file) return file.error();
+  const int fd = ::open(from.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0) return explain(to, errno);
+  std::vector<char> block(1 << 20);
+  Status done = Nothing{};
+  for (ssize_t n = 0; done && (n = ::read(fd, block.data(), block.size())) > 0;)
+    done = file->write(block.data(), size_t(n));
+  ::close(fd);
+  return done ? file->commit() : done;
+}
+
 }  // namespace
+
+fs::path behind_links(const fs::path& path) {
+  constexpr int kMostLinks = 40;  // as the system itself follows
+  fs::path target = path;
+  std::error_code error;
+  for (int n = 0; n < kMostLinks && fs::is_symlink(target, error); ++n) {
+    const fs::path next = fs::read_symlink(target, error);
+    if (error) return path;
+    target = next.is_absolute() ? next : folder_of(target) / next;
+  }
+  return target;
+}
+
+Status replace_file(const fs::path& from, const fs::path& to) {
+  const fs::path target = behind_links(to);
+  if (::rename(from.c_str(), target.c_str()) == 0) return Nothing{};
+  if (errno != EXDEV) return explain(to, errno);
+  const Status copied = copy_into(from, target);
+  if (copied) ::unlink(from.c_str());
+  return copied;
+}
+
+bool lock_as_alive(int fd) {
+  return ::flock(fd, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
+}
+
+void remove_abandoned(const fs::path& folder) {
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    const std::string name = entry.path().filename().string();
+    const bool part = name.starts_with('.') && name.ends_with(".part");
+    if (!part && !name.starts_with(kHiddenFolder)) continue;
+    if (is_abandoned(entry.path())) fs::remove_all(entry.path(), error);
+  }
+}
 
 Result<AtomicFile> AtomicFile::create(const fs::path& path) {
   AtomicFile file;
   file.path_ = path;
   file.target_ = behind_links(path);
   if (const Status sound = check_target(path, file.target_); !sound) return sound.error();
-  const fs::path temporary = temporary_beside(file.target_);
-  file.fd_ = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-  if (file.fd_ < 0) return explain(path, errno);
-  file.temporary_ = temporary;
+  // Again if another process took the file for an abandoned one before it was locked.
+  for (struct stat status{}; status.st_nlink == 0;) {
+    file.discard();
+    const fs::path temporary = temporary_beside(file.target_);
+    file.fd_ = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (file.fd_ < 0) return explain(path, errno);
+    file.temporary_ = temporary;
+    lock_as_alive(file.fd_);
+    if (::fstat(file.fd_, &status) != 0) return file.fail(errno);
+  }
   // A file that is replaced keeps its permissions.
   struct stat old {};
   if (::stat(file.target_.c_str(), &old) == 0 && ::fchmod(file.fd_, old.st_mode & 07777) != 0) {
@@ -171,6 +232,7 @@ Status write_text(const fs::path& path, std::string_view text) {
 }
 
 Status check_can_write_file(const fs::path& path, double bytes) {
+  remove_abandoned(folder_of(behind_links(path)));
   const auto probe = AtomicFile::create(path);
   if (!probe) return probe.error();
   return check_room(path, folder_of(behind_links(path)), bytes);

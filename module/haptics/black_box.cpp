@@ -85,13 +85,13 @@ std::string poses_and_events(const TickInput& input) {
 }
 
 /// A name that is not there yet: the time of day and the cause.
-std::filesystem::path new_file(const std::filesystem::path& folder, Cause cause) {
+std::filesystem::path new_file(const std::filesystem::path& folder, const std::string& why) {
   const std::time_t now = std::time(nullptr);
   std::tm utc{};
   gmtime_r(&now, &utc);
   char stamp[32];
   std::strftime(stamp, sizeof stamp, "%Y%m%dT%H%M%SZ", &utc);
-  const std::string name = std::string("palpate-") + stamp + "-" + word(cause);
+  const std::string name = std::string("palpate-") + stamp + "-" + why;
   std::filesystem::path path = folder / (name + ".csv");
   std::error_code ignored;
   for (int n = 2; std::filesystem::exists(path, ignored); ++n)
@@ -156,7 +156,7 @@ void BlackBox::write_due(int64_t now_ns) {
     const bool first = last_file_ns_ == 0;
     if (first || now_ns - last_file_ns_ >= options_.least_gap_ns) {
       last_file_ns_ = now_ns;
-      write(box);
+      write(box, word(box.cause), int(box.count) - 1 - options_.ticks_after);
     } else {
       skipped_.fetch_add(1, std::memory_order_relaxed);
     }
@@ -164,15 +164,19 @@ void BlackBox::write_due(int64_t now_ns) {
   }
 }
 
-void BlackBox::write(const Box& box) {
+void BlackBox::write_last(const std::string& why) {
+  const Box& box = boxes_[current_];
+  if (box.count > 0) write(box, why, int(box.count) - 1);
+}
+
+void BlackBox::write(const Box& box, const std::string& why, int trip) {
   // What goes wrong with it shows when the file is opened.
   std::error_code ignored;
   std::filesystem::create_directories(options_.folder, ignored);
-  const std::filesystem::path path = new_file(options_.folder, box.cause);
+  const std::filesystem::path path = new_file(options_.folder, why);
   std::ofstream file(path);
   file << header() << '\n';
   const size_t size = box.entries.size(), oldest = (box.next + size - box.count) % size;
-  const int trip = int(box.count) - 1 - options_.ticks_after;
   for (size_t k = 0; k < box.count; ++k) {
     const Entry& entry = box.entries[(oldest + k) % size];
     std::string line = std::to_string(int(k) - trip);

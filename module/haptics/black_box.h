@@ -40,6 +40,10 @@ class BlackBox : public TickListener {
   /// Writes what is there to be written; now_ns is of any clock that rises. One thread.
   void write_due(int64_t now_ns);
 
+  /// Writes the last ticks although nothing tripped; `why` is part of the file's name. After the
+  /// Servo has stopped.
+  void write_last(const std::string& why);
+
   /// Any thread but the servo's.
   std::vector<std::filesystem::path> files() const;
   /// Why the last file could not be written: one sentence, or nothing.
@@ -59,7 +63,8 @@ class BlackBox : public TickListener {
     Cause cause = Cause::kNone;
     std::atomic<bool> full{false};
   };
-  void write(const Box& box);
+  /// trip: the index of the tick that is number 0 in the table.
+  void write(const Box& box, const std::string& why, int trip);
 
   BlackBoxOptions options_;
   std::array<Box, 2> boxes_;

@@ -29,7 +29,7 @@ std::atomic<int> first_signal{0};
 std::terminate_handler terminate_before = nullptr;
 
 constexpr std::array<int, 5> kCrashes = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
-constexpr std::array<int, 2> kRequests = {SIGINT, SIGTERM};
+constexpr std::array<int, 4> kRequests = {SIGINT, SIGTERM, SIGHUP, SIGQUIT};
 std::array<struct sigaction, 64> actions_before;
 
 // All of this is called from signal handlers: atomics and nanosleep only.

@@ -6,12 +6,12 @@ namespace palpate {
 class ServoLoop;
 }
 
-/// Zero force on every exit of the process. install() puts handlers in place; from then on SIGINT
-/// and SIGTERM, a crash (SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT), an exception that nobody
-/// catches, and exit() from any thread ask all servo loops for their ramp. The loops go on running,
-/// for they share no lock with anyone; the crashing thread waits in the handler until all are at
-/// rest, at most kMostWait_ms, then the process ends as it would have without (same signal, same
-/// exit code, the handlers that were there before are called).
+/// Zero force on every exit of the process. install() puts handlers in place; from then on
+/// SIGINT, SIGTERM, SIGHUP and SIGQUIT, a crash (SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT), an
+/// exception that nobody catches, and exit() from any thread ask all servo loops for their ramp.
+/// The loops go on running, for they share no lock with anyone; the crashing thread waits in the
+/// handler until all are at rest, at most kMostWait_ms, then the process ends as it would have
+/// without (same signal, same exit code, the handlers that were there before are called).
 ///
 /// A crash of the servo thread itself: its handler ramps the last force down, unless the crash was
 /// in the device's own code: that code can not be called again.

@@ -27,8 +27,8 @@ class RecordingWriter {
   static Result<RecordingWriter> create(const std::filesystem::path& path, std::string_view scene,
                                         int64_t period_ns);
   void add(const TickInput& input, const TickOutput& output);
-  /// Writes the end. Without it the file counts as cut off. kBadOutput if anything could not be
-  /// written.
+  /// Writes the end. Without it the file counts as cut off: it can still be read as far as it goes.
+  /// kBadOutput if anything could not be written.
   Status finish(uint64_t lost);
 
  private:
@@ -70,10 +70,11 @@ class Recorder : public TickListener {
   std::unique_ptr<Background> background_;
 };
 
-/// A recording as read: whole, checked from end to end.
+/// A recording as read, checked from end to end; of one that was cut off all whole ticks.
 class Recording {
  public:
-  /// kBadInput with one sentence: not there, not a recording, of another version, cut off, damaged.
+  /// kBadInput with one sentence: not there, not a recording, of another version, cut off before
+  /// its first tick, damaged.
   static Result<Recording> read(const std::filesystem::path& path);
   /// The same of bytes; `name` stands in the sentences.
   static Result<Recording> parse(const std::string& name, std::string bytes);
@@ -82,6 +83,8 @@ class Recording {
   int64_t period_ns() const { return period_ns_; }
   uint64_t ticks() const { return ticks_; }
   uint64_t lost() const { return lost_; }  ///< not 0: a replay can not give the same bits
+  /// It was not ended properly: ticks after the last one are missing.
+  bool is_cut_off() const { return is_cut_off_; }
   /// The next tick; false at the end.
   bool next(TickInput& input, TickOutput& output);
   void rewind() { at_ = first_; }
@@ -90,12 +93,14 @@ class Recording {
   std::string bytes_, scene_;
   int64_t period_ns_ = 0;
   uint64_t ticks_ = 0, lost_ = 0;
+  bool is_cut_off_ = false;
   size_t first_ = 0, at_ = 0, end_ = 0;
 };
 
 /// What doing a recording again gave.
 struct Replay {
   uint64_t ticks = 0;
+  bool cut_off = false;    ///< the recording ends before the run did
   uint64_t different = 0;  ///< ticks whose output was not the recorded one, bit by bit
   int64_t first_different = -1;
   std::string first_field;  ///< name of the first field that differed

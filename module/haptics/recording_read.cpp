@@ -10,6 +10,14 @@ namespace {
 
 constexpr size_t kFooter = 1 + 3 * sizeof(uint64_t);
 
+/// Whether the bytes end as finish() ends a file: then a tick that reaches beyond the end was
+/// damaged, not cut off. That the middle of a tick looks so has a chance below 1e-12.
+bool has_end(std::string_view all) {
+  if (all.size() < kFooter) return false;
+  FieldDecoder decoder{all, all.size() - kFooter};
+  return decoder.whole<uint8_t>() == 'E' && decoder.whole<uint64_t>() < all.size();
+}
+
 std::string name_of_field_at(const TickOutput& output, size_t byte) {
   std::string name, bytes;
   visit_output(output, [&](const char* field, const char* unit, const auto& value) {
@@ -36,7 +44,7 @@ Result<Recording> Recording::parse(const std::string& name, std::string bytes) {
     return Error{ErrorKind::kBadInput, name + ": " + sentence};
   };
   const auto cut_off = [&] {
-    return refuse("the recording is cut off: it was not ended properly; record again.");
+    return refuse("the recording is cut off before its first tick: record again.");
   };
   const auto damaged = [&] { return refuse("the recording is damaged: take another copy of it."); };
   if (!bytes.starts_with(
@@ -63,13 +71,25 @@ Result<Recording> Recording::parse(const std::string& name, std::string bytes) {
   TickInput input;
   TickOutput output;
   uint64_t found = 0;
-  for (; decoder.good && decoder.at < all.size() && all[decoder.at] == 'T'; ++found) {
-    ++decoder.at;
-    if (!decode_tick(decoder, input, output)) return decoder.good ? damaged() : cut_off();
+  if (!decoder.good) return cut_off();
+  // A process that was killed leaves whole ticks and a part of the last one: those are read.
+  const auto as_far_as = [&](size_t end) -> Result<Recording> {
+    if (has_end(all)) return damaged();
+    if (found == 0) return cut_off();
+    recording.end_ = end;
+    recording.ticks_ = found;
+    recording.is_cut_off_ = true;
+    return recording;
+  };
+  for (; decoder.at < all.size() && all[decoder.at] == 'T'; ++found) {
+    const size_t tick = decoder.at++;
+    if (decode_tick(decoder, input, output)) continue;
+    if (decoder.good) return damaged();
+    return as_far_as(tick);
   }
-  if (!decoder.good || decoder.at == all.size()) return cut_off();
+  if (decoder.at == all.size()) return as_far_as(decoder.at);
   if (all[decoder.at] != 'E') return damaged();
-  if (all.size() - decoder.at < kFooter) return cut_off();
+  if (all.size() - decoder.at < kFooter) return as_far_as(decoder.at);
   if (all.size() - decoder.at > kFooter) return damaged();
   recording.end_ = decoder.at++;
   decoder("", "", recording.ticks_);
@@ -93,6 +113,7 @@ Result<Replay> replay(Recording& recording, Ticker& ticker, TickListener* listen
                  "The recording lacks " + std::to_string(recording.lost()) +
                      " ticks, so it can not be done again: record on a less busy machine."};
   Replay result;
+  result.cut_off = recording.is_cut_off();
   recording.rewind();
   TickInput input;
   TickOutput recorded;

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "compute/vulkan/context.h"
+#include "tests/soak/command_memory.h"
 #include "tests/soak/soak.h"
 
 int main(int argc, char** argv) {
@@ -31,8 +32,15 @@ int main(int argc, char** argv) {
     fmt::print("Fields    {}\n", context ? "estimated on " + (*context)->info().name
                                          : "true ones: " + context.error().message);
   }
+  // The command itself beside it: 30 s on, it has all that it will ever need.
+  constexpr double kSettled_s = 30.0;
+  constexpr size_t kMostGrowth_bytes = 1'000'000;
+  const soak::CommandMemory command(PALPATE_PROGRAM, options.seconds + kSettled_s);
+  size_t settled_bytes = 0, newest_bytes = 0;
   int told = -1;
   options.progress = [&](double seconds) {
+    if (const size_t bytes = command.resident_bytes()) newest_bytes = bytes;
+    if (settled_bytes == 0 && seconds >= kSettled_s) settled_bytes = newest_bytes;
     if (int(seconds) / 30 == told) return;
     told = int(seconds) / 30;
     fmt::print("{:6.0f} s of {:.0f}\n", seconds, options.seconds);
@@ -43,5 +51,12 @@ int main(int argc, char** argv) {
   // What caches and the allocator keep in hand.
   const bool grew = report.heap_end_bytes > report.heap_early_bytes + 16'000'000;
   if (grew) fmt::print("BROKEN    the heap grew\n");
-  return report.broken.empty() && !grew && report.long_ticks_explained() ? 0 : 1;
+  const bool command_grew = settled_bytes > 0 && newest_bytes > settled_bytes + kMostGrowth_bytes;
+  if (settled_bytes > 0)
+    fmt::print(
+        "{:<10}the resident size of 'palpate feel' was {:.1f} MB after {:.0f} s, {:.1f} MB at the "
+        "end\n",
+        command_grew ? "BROKEN" : "Command", 1e-6 * double(settled_bytes), kSettled_s,
+        1e-6 * double(newest_bytes));
+  return report.broken.empty() && !grew && !command_grew && report.long_ticks_explained() ? 0 : 1;
 }

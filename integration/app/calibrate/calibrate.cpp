@@ -38,7 +38,7 @@ Command add_calibrate(CLI::App& program) {
   app->add_option("--wait", command->wait_s, "Give up after so many s without a headset")
       ->check(CLI::Range(0.0, 1e6));
   app->add_flag("--quiet", command->quiet, "Print errors only");
-  return {app, [command] { return run_calibrate(*command); }};
+  return {app, [command] { return run_calibrate(*command); }, {"--falcon-firmware"}, {"--output"}, {}};
 }
 
 }  // namespace palpate::app

@@ -273,10 +273,11 @@ Command add_chart(CLI::App& program) {
       ->check(CLI::PositiveNumber);
   add_device_options(*app, command->device);
   app->add_flag("--quiet", command->quiet, "Print errors only");
-  const Command stability = add_chart_stability(*app);
-  return {app, [command, stability] {
-            return stability.app->parsed() ? stability.run() : run_and_say(*command);
-          }};
+  return {app,
+          [command] { return run_and_say(*command); },
+          {"what", "--truth", "--mask", "--landmarks", "--data"},
+          {"--out", "--csv"},
+          {add_chart_stability(*app)}};
 }
 
 }  // namespace palpate::app

@@ -156,7 +156,7 @@ Command add_chart_stability(CLI::App& chart) {
   app->add_option("--seed", command->seed, "Of all that is drawn at random")->capture_default_str();
   app->add_flag("--quiet", command->quiet, "Print errors only");
   add_device_options(*app, command->device);
-  return {app, [command] { return run(*command); }};
+  return {app, [command] { return run(*command); }, {}, {"--out", "--csv"}, {}};
 }
 
 }  // namespace palpate::app

@@ -1,0 +1,149 @@
+// Runs that last, and how they end: signals, limits, a display that dies.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <thread>
+
+#include "tests/app/program.h"
+#include "tests/app/scenes.h"
+#include "tests/app/ticks.h"
+#include "tests/desktop/virtual_display.h"
+
+namespace palpate::app {
+namespace {
+
+namespace fs = std::filesystem;
+using files::TemporaryFolder;
+using test::VirtualDisplay;
+using ::testing::HasSubstr;
+using namespace std::chrono_literals;
+
+template <class Done>
+bool wait_until(Done done) {
+  for (int k = 0; k < 2400; ++k) {
+    if (done()) return true;
+    std::this_thread::sleep_for(50ms);
+  }
+  return false;
+}
+
+/// The force has come to zero without a step, and the cause is said.
+void expect_ramp_at_the_end(const fs::path& csv) {
+  const Table ticks(csv);
+  ASSERT_GT(ticks.size(), 100U);
+  const size_t last = ticks.size() - 1;
+  EXPECT_EQ(ticks.force(last), 0.0);
+  EXPECT_EQ(ticks.text(last, "cause"), "stopped");
+  for (size_t row = last - 100; row < last; ++row)
+    EXPECT_LT(std::abs(ticks.force(row + 1) - ticks.force(row)), 0.2) << "row " << row;
+}
+
+std::string black_boxes(const fs::path& folder) {
+  std::string names;
+  for (const auto& entry : fs::directory_iterator(folder))
+    if (entry.path().filename().string().starts_with("palpate-"))
+      names += entry.path().filename().string() + " ";
+  return names;
+}
+
+TEST(TheEndOfARun, IsOrderlyWhenTheDisplayDiesInContact) {
+  NEEDS_DEVICE();
+  std::string why_not;
+  auto display = VirtualDisplay::start(1280, 800, why_not);
+  if (!display) GTEST_SKIP() << why_not;
+  const TemporaryFolder folder;
+  Program program({"feel", "heart", "--headset", "none", "--device", "simulated", "--csv",
+                   folder / "t.csv", "--record", folder / "r.rec", "--black-box",
+                   folder.path().string(), "--seconds", "120"});
+  ASSERT_TRUE(program.wait_for("touching"));
+  display.reset();
+  const Outcome outcome = program.wait();
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_THAT(outcome.err, HasSubstr("palpate: The display has gone away"));
+  EXPECT_THAT(outcome.err, ::testing::Not(HasSubstr("XIO")));
+  expect_ramp_at_the_end(folder / "t.csv");
+  EXPECT_THAT(black_boxes(folder.path()), HasSubstr("display-lost.csv"));
+  const Outcome replayed = run({"feel", "heart", "--replay", folder / "r.rec"});
+  EXPECT_EQ(replayed.exit_code, 0) << replayed.err;
+  EXPECT_THAT(replayed.out, HasSubstr("bit by bit"));
+}
+
+class EndBySignal : public ::testing::TestWithParam<int> {};
+
+TEST_P(EndBySignal, RampsAndFinishesWhatIsWritten) {
+  const TemporaryFolder folder;
+  Program program({"feel", "heart", "--headset", "off", "--device", "simulated", "--csv",
+                   folder / "t.csv", "--record", folder / "r.rec", "--seconds", "120"});
+  ASSERT_TRUE(program.wait_for("touching"));
+  program.signal(GetParam());
+  EXPECT_EQ(program.wait().exit_code, 0);
+  expect_ramp_at_the_end(folder / "t.csv");
+  const Outcome replayed = run({"feel", "heart", "--replay", folder / "r.rec"});
+  EXPECT_THAT(replayed.out, HasSubstr("bit by bit"));
+  EXPECT_THAT(replayed.out, ::testing::Not(HasSubstr("cut off")));
+}
+
+INSTANTIATE_TEST_SUITE_P(, EndBySignal, ::testing::Values(SIGINT, SIGTERM, SIGHUP, SIGQUIT));
+
+TEST(TheEndOfARun, ThatIsKilledLeavesARecordingThatReplays) {
+  const TemporaryFolder folder;
+  Program program({"feel", "heart", "--headset", "off", "--device", "simulated", "--record",
+                   folder / "r.rec", "--seconds", "120"});
+  ASSERT_TRUE(program.wait_for("touching"));
+  program.signal(SIGKILL);
+  program.wait();
+  const Outcome replayed = run({"feel", "heart", "--replay", folder / "r.rec"});
+  EXPECT_EQ(replayed.exit_code, 0) << replayed.err;
+  EXPECT_THAT(replayed.out, HasSubstr("bit by bit; the recording is cut off there"));
+}
+
+TEST(TheEndOfARun, ByAFileThatMayNotGrowIsNotTheEndOfTheHand) {
+  const TemporaryFolder folder;
+  // The child inherits the limit; the test itself writes no file meanwhile.
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+  const rlimit small{200'000, before.rlim_max};
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
+  Program program({"feel", "heart", "--headset", "off", "--device", "simulated", "--csv",
+                   folder / "t.csv", "--seconds", "4"});
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
+  const Outcome outcome = program.wait();
+  EXPECT_EQ(outcome.exit_code, 2) << outcome.out;
+  EXPECT_THAT(outcome.out, HasSubstr("Felt      4."));
+  EXPECT_THAT(outcome.err, HasSubstr("is not complete"));
+}
+
+TEST(TheStartOfARun, ObeysASignalAtOnceAndLeavesNothing) {
+  const TemporaryFolder folder;
+  for (int k = 0; k < 3; ++k) {
+    Program program(
+        {"feel", "heart", "--headset", "off", "--device", "simulated", "--csv", folder / "t.csv"});
+    // Long enough for its handlers to be there, too short for the heart to be made.
+    std::this_thread::sleep_for(150ms);
+    ASSERT_EQ(program.said().find("Volume"), std::string::npos) << "the heart is there already";
+    program.signal(SIGTERM);
+    const Outcome outcome = program.wait();
+    EXPECT_EQ(outcome.exit_code, 1);
+    EXPECT_EQ(outcome.err, "palpate: Stopped as asked, before anything began.\n");
+    EXPECT_FALSE(fs::exists(folder / "t.csv"));
+  }
+}
+
+TEST(AReaderThatGoesAway, DoesNotEndTheWork) {
+  NEEDS_DEVICE();
+  const TemporaryFolder folder;
+  const Sequence heart = small_heart();
+  const std::string a = written(heart.frames[0], folder / "a.mha");
+  const std::string b = written(heart.frames[1], folder / "b.mha");
+  const std::string command = std::string(PALPATE_PROGRAM) + " motion " + a + " " + b + " -o " +
+                              (folder / "u.mha").string() + " | true";
+  EXPECT_EQ(std::system(command.c_str()), 0);
+  EXPECT_TRUE(wait_until([&] { return fs::exists(folder / "u.mha"); }));
+}
+
+}  // namespace
+}  // namespace palpate::app
