@@ -63,7 +63,7 @@ class Worker final : public SequenceEstimator {
         options_(std::move(options)),
         plan_(plan_motion(grid, options_.motion)),
         backward_plan_(options_.backward ? std::optional(plan_backward(plan_)) : std::nullopt),
-        fits_(fit_into(plan_, context_->memory_budget_bytes() - backward_bytes())),
+        fits_(fit()),
         on_motion_(std::move(on_motion)),
         on_progress_(std::move(on_progress)) {}
 
@@ -93,7 +93,7 @@ class Worker final : public SequenceEstimator {
   const MotionPlan& plan() const override { return plan_; }
   MemoryEstimate memory() const override {
     return {plan_.device_bytes + backward_bytes(), context_->memory_budget_bytes(),
-            int(slabs_of(plan_).size())};
+            int(slabs_of(plan_).size()), backward_plan_.has_value()};
   }
 
   Status push(size_t frame_index, const Volume& frame) override {
@@ -166,9 +166,16 @@ class Worker final : public SequenceEstimator {
   }
 
  private:
-  uint64_t backward_bytes() const {
-    if (!backward_plan_) return 0;
-    return std::min(solver_bytes(*backward_plan_), context_->memory_budget_bytes());
+  uint64_t backward_bytes() const { return backward_plan_ ? solver_bytes(*backward_plan_) : 0; }
+
+  /// The way back is left out where it does not fit, or would cut the rest into more slabs.
+  bool fit() {
+    const uint64_t budget = context_->memory_budget_bytes();
+    const bool fits = fit_into(plan_, budget);
+    MotionPlan less = plan_;
+    const uint64_t rest = budget - std::min(budget, backward_bytes());
+    if (!fit_into(less, rest) || less.slabs > plan_.slabs) backward_plan_.reset();
+    return fits;
   }
 
   Region region(const MotionPlan& plan) const {
@@ -293,7 +300,7 @@ class Worker final : public SequenceEstimator {
   const std::shared_ptr<vulkan::Context> context_;
   const EstimatorOptions options_;
   MotionPlan plan_;
-  const std::optional<MotionPlan> backward_plan_;
+  std::optional<MotionPlan> backward_plan_;
   const bool fits_;
   const OnMotion on_motion_;
   const OnProgress on_progress_;

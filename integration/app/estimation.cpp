@@ -63,6 +63,8 @@ class Estimation {
                              bytes_text(double(memory.device_bytes)),
                              bytes_text(double(memory.budget_bytes)),
                              memory.slabs > 1 ? fmt::format(", in {} slabs", memory.slabs) : ""));
+    if (job_.options.backward && !memory.backward)
+      console_.say("Too little of it to check each field by a second one from moving to fixed.");
   }
 
   /// Reads and pushes every frame. A failed push is not the cause: finish() knows that.
