@@ -86,6 +86,14 @@ Distances distances_of(std::span<const glm::vec3> offsets_mm, const Grid& grid) 
   return distances;
 }
 
+Spread lengths_mm(const Field& u, const Mask* mask) {
+  std::vector<float> lengths;
+  lengths.reserve(u.u_mm.size());
+  for (size_t n = 0; n < u.u_mm.size(); ++n)
+    if (counts(mask, n)) lengths.push_back(glm::length(u.u_mm[n]));
+  return spread_of(lengths);
+}
+
 Result<Distances> endpoint_error(const Field& u, const Field& truth, const Mask* mask) {
   const Grid& grid = truth.grid;
   if (mask && !same_geometry(mask->grid, grid)) {
@@ -157,42 +165,45 @@ glm::dvec3 followed(std::span<const Field> fields, glm::dvec3 lps_mm) {
   return lps_mm;
 }
 
-namespace {
-
-Result<std::vector<glm::vec3>> drifts(std::span<const Field> fields,
-                                      std::span<const glm::dvec3> points_lps_mm) {
+Result<Spread> cycle_drift_mm(std::span<const Field> fields,
+                              std::span<const glm::dvec3> points_lps_mm) {
   if (fields.empty() || points_lps_mm.empty()) {
     return bad_input("Cycle drift needs the fields of a whole cycle and at least one point.");
   }
-  std::vector<glm::vec3> drift(points_lps_mm.size());
-  parallel_ranges(int(drift.size()), 150.0 * double(fields.size()), [&](int begin, int end) {
-    for (size_t n = size_t(begin); n < size_t(end); ++n)
-      drift[n] = glm::vec3(followed(fields, points_lps_mm[n]) - points_lps_mm[n]);
+  std::vector<float> drift;
+  for (const glm::dvec3& start : points_lps_mm)
+    drift.push_back(float(glm::length(followed(fields, start) - start)));
+  return spread_of(drift);
+}
+
+CyclePoints::CyclePoints(const Grid& grid, const Mask* mask) : grid_(grid) {
+  for (const glm::ivec3 index : thinned(grid, mask))
+    start_mm_.push_back(grid.lps_from_index(index));
+  now_mm_ = start_mm_;
+}
+
+void CyclePoints::follow(const Field& u) {
+  parallel_ranges(int(now_mm_.size()), 150.0, [&](int begin, int end) {
+    for (auto n = size_t(begin); n < size_t(end); ++n) now_mm_[n] += sample_at_lps(u, now_mm_[n]);
   });
-  return drift;
 }
 
-}  // namespace
-
-Result<Spread> cycle_drift_mm(std::span<const Field> fields,
-                              std::span<const glm::dvec3> points_lps_mm) {
-  const auto found = drifts(fields, points_lps_mm);
-  if (!found) return found.error();
-  std::vector<float> mm(found->size());
-  for (size_t n = 0; n < mm.size(); ++n) mm[n] = glm::length((*found)[n]);
-  return spread_of(mm);
+Distances CyclePoints::drift() const {
+  std::vector<glm::vec3> drift(start_mm_.size());
+  for (size_t n = 0; n < drift.size(); ++n) drift[n] = glm::vec3(now_mm_[n] - start_mm_[n]);
+  return distances_of(drift, grid_);
 }
 
-Result<Distances> cycle_drift(std::span<const Field> fields, const Grid& image, const Mask* mask) {
-  if (mask && !same_geometry(mask->grid, image)) {
-    return bad_input(
-        "The mask and the image lie on different grids; use a mask of the image's grid.");
+Result<Distances> cycle_drift(std::span<const Field> fields, const Grid& grid, const Mask* mask) {
+  if (mask && !same_geometry(mask->grid, grid)) {
+    return bad_input("The mask and the grid differ; use a mask on the grid of the points.");
   }
-  std::vector<glm::dvec3> points;
-  for (const glm::ivec3 index : thinned(image, mask)) points.push_back(image.lps_from_index(index));
-  const auto found = drifts(fields, points);
-  if (!found) return found.error();
-  return distances_of(*found, image);
+  CyclePoints points(grid, mask);
+  for (const Field& field : fields) points.follow(field);
+  const Distances drift = points.drift();
+  if (fields.empty() || drift.mm.count == 0)
+    return bad_input("Cycle drift needs the fields of a whole cycle and at least one point.");
+  return drift;
 }
 
 Result<double> low_confidence_share(const Confidence& confidence, const Mask* mask, double low) {

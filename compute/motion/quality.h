@@ -44,6 +44,10 @@ struct Distances {
 /// Lengths of offsets, LPS mm, in all three units.
 Distances distances_of(std::span<const glm::vec3> offsets_mm, const Grid& grid);
 
+/// Lengths |u| at the samples of a field, mm; mask: null, or on the field's grid. Empty if the mask
+/// is.
+Spread lengths_mm(const Field& u, const Mask* mask = nullptr);
+
 /// Endpoint error |u(x) - truth(x)| at the sample centres x of truth's grid, which is meant to be
 /// the image's: u may be coarser and is interpolated. mask: null, or on truth's grid; only its
 /// voxels count. Errors: kBadInput if the mask is on another grid or empty.
@@ -72,10 +76,26 @@ glm::dvec3 followed(std::span<const Field> fields, glm::dvec3 lps_mm);
 Result<Spread> cycle_drift_mm(std::span<const Field> fields,
                               std::span<const glm::dvec3> points_lps_mm);
 
-/// The same from the sample centres of `image`, inside the mask if there is one; of very many every
-/// n-th is followed, so that about a quarter of a million remain. Errors: as above, or a mask on
-/// another grid.
-Result<Distances> cycle_drift(std::span<const Field> fields, const Grid& image,
+/// Points of frame 0 on their way through the fields of a cycle, as these come: sample centres of a
+/// grid, inside the mask if there is one (null, or on that grid); of very many every n-th, so that
+/// about a quarter of a million remain. One thread at a time.
+class CyclePoints {
+ public:
+  explicit CyclePoints(const Grid& grid, const Mask* mask = nullptr);
+  /// x <- x + u(x). Uses all cores.
+  void follow(const Field& u);
+  /// How far they are from where they started; with the last field of the cycle that is its drift.
+  /// Zero would be perfect. All zero if there are no points.
+  Distances drift() const;
+
+ private:
+  Grid grid_;
+  std::vector<glm::dvec3> start_mm_, now_mm_;
+};
+
+/// The drift of the fields of one cycle from CyclePoints. Errors: kBadInput if there are no points
+/// or no fields, or for a mask on another grid.
+Result<Distances> cycle_drift(std::span<const Field> fields, const Grid& grid,
                               const Mask* mask = nullptr);
 
 /// The share of a mask's voxels (of all, without a mask) at which the confidence is below `low`, 0

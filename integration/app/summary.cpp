@@ -43,8 +43,7 @@ json json_of(const Evidence& evidence) {
   json result = json::object();
   if (evidence.folds) result["folds"] = json_of(*evidence.folds);
   if (evidence.match) result["match"] = json_of(*evidence.match);
-  if (evidence.inverse) result["inverse_consistency"] = json_of(*evidence.inverse);
-  if (evidence.drift) result["cycle_drift"] = json_of(*evidence.drift);
+  if (evidence.inverse) result["inverse_consistency"]["structure"] = json_of(*evidence.inverse);
   if (evidence.low_confidence) result["low_confidence_share"] = *evidence.low_confidence;
   return result;
 }
@@ -82,10 +81,20 @@ json json_of(const SolveReport& report) {
           {"folded_cells", report.folded_cells}};
 }
 
-Spread lengths_mm(const Field& field) {
-  std::vector<float> lengths(field.u_mm.size());
-  for (size_t n = 0; n < lengths.size(); ++n) lengths[n] = glm::length(field.u_mm[n]);
-  return spread_of(lengths);
+json json_of(const CycleDrift& drift) {
+  json result = {{"everywhere", json_of(drift.everywhere)}};
+  if (drift.structure) result["structure"] = json_of(*drift.structure);
+  return result;
+}
+
+std::string cycle_text(const CycleDrift& drift) {
+  const auto numbers = [](const Distances& one) {
+    return fmt::format("{:.3f} mm ({:.3f} voxel) from where they started, 95 % within {:.3f} mm",
+                       one.mm.mean, one.own_voxels.mean, one.mm.p95);
+  };
+  if (!drift.structure) return "Cycle     points everywhere end " + numbers(drift.everywhere);
+  return fmt::format("Cycle     points where there is structure end {}; everywhere {:.3f} mm",
+                     numbers(*drift.structure), drift.everywhere.mm.mean);
 }
 
 std::string grid_text(const Grid& grid) {
