@@ -191,6 +191,15 @@ Status write_summary(Outputs& outputs, const nlohmann::json& summary) {
 int conclude(const MotionCommand& command, const Delivery& delivery, const nlohmann::json& summary,
              Console& console) {
   console.say(fmt::format("Wrote     {}", command.output.string()));
+  if (!command.within.empty()) {
+    const double limit_s = *studies::parse_seconds(command.within);
+    if (delivery.slowest_s() > limit_s) {
+      console.say(fmt::format(
+          "Late      a pair took {:.2f} s, not the {:.3g} s asked for: the machine was busier than "
+          "when 'palpate chart motion' measured it; measure again, or allow more time",
+          delivery.slowest_s(), limit_s));
+    }
+  }
   if (command.json) fmt::print("{}\n", summary.dump(2));
   if (command.no_verdict) return kExitOk;
   const Verdict verdict = delivery.verdict();
@@ -217,20 +226,15 @@ int run(const MotionCommand& command) {
     return fail(console, names.error());
   const auto mask = read_mask_for(command.mask, frames->grid);
   if (!mask) return fail(console, mask.error());
-  auto outputs = Outputs::into(command.is_pair() ? command.output.parent_path() : command.output,
-                               bytes_to_write(command, *frames));
-  if (!outputs) return fail(console, outputs.error());
   console.say(fmt::format("Frames    {}", frames_text(*frames)));
   const auto context = open_device(command.device, console);
   if (!context) return fail(console, context.error());
-  std::string preset = command.preset;
+  std::vector<studies::Choice> choices;
   if (command.chooses()) {
-    auto choice =
-        choose_setting(command.within, command.most_error, frames->grid, (*context)->info().name);
-    if (!choice) return fail(console, choice.error());
-    console.say("Chosen    " + choice->why);
-    *motion = choice->setting.options;
-    preset = choice->setting.name;
+    auto found =
+        choose_settings(command.within, command.most_error, frames->grid, (*context)->info().name);
+    if (!found) return fail(console, found.error());
+    choices = std::move(*found);
   }
 
   EstimationJob job{frames->grid, frames->count, frames->read, {}};
@@ -247,18 +251,33 @@ int run(const MotionCommand& command) {
   options.judge = !command.no_verdict;
   options.cyclic = command.cyclic;
   options.mask = *mask ? &**mask : nullptr;
-  Delivery delivery(options, *outputs, console);
-  Status done = estimate(
-      *context, job, [&](EstimatedPair pair) { return delivery.take(pair); }, console,
-      cancel.token());
-  if (done) done = delivery.close_cycle();
-  if (!done) return fail(console, done.error());
-
-  const auto summary = summary_of(command, preset, *frames, **context, delivery);
-  if (!command.is_pair()) done = write_summary(*outputs, summary);
-  if (done) done = outputs->publish();
-  if (!done) return fail(console, done.error());
-  return conclude(command, delivery, summary, console);
+  for (size_t n = 0;; ++n) {
+    std::string preset = command.preset;
+    if (n < choices.size()) {
+      console.say("Chosen    " + choices[n].why);
+      job.options.motion = choices[n].setting.options;
+      preset = choices[n].setting.name;
+    }
+    auto outputs = Outputs::into(command.is_pair() ? command.output.parent_path() : command.output,
+                                 bytes_to_write(command, *frames));
+    if (!outputs) return fail(console, outputs.error());
+    Delivery delivery(options, *outputs, console);
+    Status done = estimate(
+        *context, job, [&](EstimatedPair pair) { return delivery.take(pair); }, console,
+        cancel.token());
+    if (done) done = delivery.close_cycle();
+    if (!done) return fail(console, done.error());
+    // What is not good enough is not written if a better setting is left.
+    if (n + 1 < choices.size() && options.judge && delivery.verdict().trust != Trust::kOk) {
+      console.say(verdict_text(delivery.verdict()));
+      continue;
+    }
+    const auto summary = summary_of(command, preset, *frames, **context, delivery);
+    if (!command.is_pair()) done = write_summary(*outputs, summary);
+    if (done) done = outputs->publish();
+    if (!done) return fail(console, done.error());
+    return conclude(command, delivery, summary, console);
+  }
 }
 
 void add_expert_options(CLI::App& app, MotionCommand& command) {
