@@ -14,9 +14,12 @@
 namespace palpate {
 namespace {
 
-/// Iterations on the finest level of the way back. Three and eight miss the way there by the same
-/// on real pairs (docs/decisions).
+/// What the way back may take: iterations on its finest level and on the coarser ones, and the work
+/// of its discrete start. It has to tell right from wrong, which miss the way there by 1 and by 3
+/// voxels and more; with 8, 12 and 1e7 it comes no nearer on real pairs (docs/decisions).
 constexpr int kBackwardIterations = 3;
+constexpr int kBackwardCoarseIterations = 6;
+constexpr double kBackwardSearchWork = 2e6;
 constexpr size_t kWaiting = 2;  // frames that wait for the worker before push() blocks
 
 using Clock = std::chrono::steady_clock;
@@ -37,9 +40,10 @@ MotionPlan plan_backward(const MotionPlan& plan) {
   options.coarse_levels = plan.options.coarse_levels;
   const int coarsest = int(plan.levels.size()) - 1;
   options.finest_level = std::min(coarsest, std::max(1, plan.options.finest_level));
-  LevelOptions& finest =
-      options.levels[std::min(size_t(options.finest_level), options.levels.size() - 1)];
-  finest.iterations = kBackwardIterations;
+  options.search_work = kBackwardSearchWork;
+  for (LevelOptions& level : options.levels) level.iterations = kBackwardCoarseIterations;
+  options.levels[std::min(size_t(options.finest_level), options.levels.size() - 1)].iterations =
+      kBackwardIterations;
   return plan_motion(plan.image, options);
 }
 
