@@ -219,8 +219,11 @@ int run(const MotionCommand& command) {
   if (!motion) return fail(console, motion.error());
   if (const Status wish = check_wish(command); !wish) return fail(console, wish.error());
   if (const Status name = check_output_name(command); !name) return fail(console, name.error());
-  auto frames = command.is_pair() ? open_pair(command.inputs[0], command.inputs[1])
-                                  : open_sequence(command.inputs);
+  const auto open_frames = [&] {
+    return command.is_pair() ? open_pair(command.inputs[0], command.inputs[1])
+                             : open_sequence(command.inputs);
+  };
+  auto frames = open_frames();
   if (!frames) return fail(console, frames.error());
   if (const Status names = check_names(command, frames->count); !names)
     return fail(console, names.error());
@@ -270,6 +273,9 @@ int run(const MotionCommand& command) {
     // What is not good enough is not written if a better setting is left.
     if (n + 1 < choices.size() && options.judge && delivery.verdict().trust != Trust::kOk) {
       console.say(verdict_text(delivery.verdict()));
+      frames = open_frames();  // each is read once
+      if (!frames) return fail(console, frames.error());
+      job.read_frame = frames->read;
       continue;
     }
     const auto summary = summary_of(command, preset, *frames, **context, delivery);
