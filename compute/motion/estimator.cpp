@@ -14,6 +14,12 @@
 namespace palpate {
 namespace {
 
+/// What the way back may take: iterations on its finest level and on the coarser ones, and the work
+/// of its discrete start. It has to tell right from wrong, which miss the way there by 1 and by 3
+/// voxels and more; with 8, 12 and 1e7 it comes no nearer on real pairs (docs/decisions).
+constexpr int kBackwardIterations = 3;
+constexpr int kBackwardCoarseIterations = 6;
+constexpr double kBackwardSearchWork = 2e6;
 constexpr size_t kWaiting = 2;  // frames that wait for the worker before push() blocks
 
 using Clock = std::chrono::steady_clock;
@@ -24,6 +30,21 @@ double seconds_since(Clock::time_point start) {
 
 std::string text(glm::ivec3 size) {
   return std::to_string(size.x) + " x " + std::to_string(size.y) + " x " + std::to_string(size.z);
+}
+
+/// The way back: the least effort, on the same pyramid but for its finest level, where most of the
+/// time goes.
+MotionPlan plan_backward(const MotionPlan& plan) {
+  MotionOptions options = *motion_preset("fast");
+  options.normalise = plan.options.normalise;
+  options.coarse_levels = plan.options.coarse_levels;
+  const int coarsest = int(plan.levels.size()) - 1;
+  options.finest_level = std::min(coarsest, std::max(1, plan.options.finest_level));
+  options.search_work = kBackwardSearchWork;
+  for (LevelOptions& level : options.levels) level.iterations = kBackwardCoarseIterations;
+  options.levels[std::min(size_t(options.finest_level), options.levels.size() - 1)].iterations =
+      kBackwardIterations;
+  return plan_motion(plan.image, options);
 }
 
 struct WaitingFrame {
@@ -45,19 +66,24 @@ class Worker final : public SequenceEstimator {
       : context_(std::move(context)),
         options_(std::move(options)),
         plan_(plan_motion(grid, options_.motion)),
-        fits_(fit_into(plan_, context_->memory_budget_bytes())),
+        backward_plan_(options_.backward ? std::optional(plan_backward(plan_)) : std::nullopt),
+        fits_(fit()),
         on_motion_(std::move(on_motion)),
         on_progress_(std::move(on_progress)) {}
 
   /// Allocates everything and starts the worker. Throws vulkan::Failure.
   void start() {
     auto kernels = std::make_shared<MotionKernels>(context_);
-    region_ = options_.mask ? region_of(plan_, *options_.mask) : whole_region(plan_);
+    region_ = region(plan_);
     builder_ = std::make_unique<PyramidBuilder>(context_, kernels, plan_, region_);
     if (options_.motion.method == MotionMethod::kClassic) {
       solver_ = std::make_unique<ClassicSolver>(context_, kernels, plan_);
     } else {
       solver_ = std::make_unique<PairSolver>(context_, kernels, plan_, region_);
+    }
+    if (backward_plan_) {
+      backward_ =
+          std::make_unique<PairSolver>(context_, kernels, *backward_plan_, region(*backward_plan_));
     }
     thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
   }
@@ -70,7 +96,8 @@ class Worker final : public SequenceEstimator {
   bool fits() const { return fits_; }
   const MotionPlan& plan() const override { return plan_; }
   MemoryEstimate memory() const override {
-    return {plan_.device_bytes, context_->memory_budget_bytes(), int(slabs_of(plan_).size())};
+    return {plan_.device_bytes + backward_bytes(), context_->memory_budget_bytes(),
+            int(slabs_of(plan_).size()), backward_plan_.has_value()};
   }
 
   Status push(size_t frame_index, const Volume& frame) override {
@@ -143,6 +170,22 @@ class Worker final : public SequenceEstimator {
   }
 
  private:
+  uint64_t backward_bytes() const { return backward_plan_ ? solver_bytes(*backward_plan_) : 0; }
+
+  /// The way back is left out where it does not fit, or would cut the rest into more slabs.
+  bool fit() {
+    const uint64_t budget = context_->memory_budget_bytes();
+    const bool fits = fit_into(plan_, budget);
+    MotionPlan less = plan_;
+    const uint64_t rest = budget - std::min(budget, backward_bytes());
+    if (!fit_into(less, rest) || less.slabs > plan_.slabs) backward_plan_.reset();
+    return fits;
+  }
+
+  Region region(const MotionPlan& plan) const {
+    return options_.mask ? region_of(plan, *options_.mask) : whole_region(plan);
+  }
+
   void run(const std::stop_token&) {
     try {
       work();
@@ -240,20 +283,35 @@ class Worker final : public SequenceEstimator {
     motion.report = *report;
     motion.report.prepare_seconds = moving.prepare_seconds;
     solver_->download(motion.field, motion.confidence);
+    if (backward_ && !solve_backward(fixed, moving, motion)) return false;
     if (stop_.stop_requested()) return false;
     on_motion_(std::move(motion));
+    return true;
+  }
+
+  /// False if stopped. Where the fixed frame was not prepared as far as things move, there is no
+  /// way back.
+  bool solve_backward(const DeviceFrame& fixed, const DeviceFrame& moving, PairMotion& motion) {
+    const auto report = backward_->solve(*moving.pyramid, *fixed.pyramid, stop_.get_token(), {});
+    if (!report) return false;
+    motion.report.backward_seconds = report->seconds;
+    if (report->out_of_reach) return true;
+    Confidence unused;
+    backward_->download(motion.backward.emplace(), unused);
     return true;
   }
 
   const std::shared_ptr<vulkan::Context> context_;
   const EstimatorOptions options_;
   MotionPlan plan_;
+  std::optional<MotionPlan> backward_plan_;
   const bool fits_;
   const OnMotion on_motion_;
   const OnProgress on_progress_;
   Region region_;
   std::unique_ptr<PyramidBuilder> builder_;
   std::unique_ptr<FieldSolver> solver_;
+  std::unique_ptr<FieldSolver> backward_;  // only if asked for
 
   std::once_flag scale_once_;
   IntensityScale scale_;
@@ -276,9 +334,10 @@ class Worker final : public SequenceEstimator {
 
 std::string check_options(const EstimatorOptions& options, const Grid& grid) {
   const MotionOptions& o = options.motion;
-  if (grid.size.x < 4 || grid.size.y < 4 || grid.size.z < 1) {
+  const int narrow = (grid.size.x < 4) + (grid.size.y < 4) + (grid.size.z < 4);
+  if (narrow > 1 || glm::any(glm::lessThan(grid.size, glm::ivec3(1)))) {
     return "A volume of " + text(grid.size) +
-           " voxels is too small to follow motion in: at least 4 x 4 x 1 are needed.";
+           " voxels is too small to follow motion in: at least 4 along two axes are needed.";
   }
   if (o.levels.empty())
     return "The motion options name no level: take a preset (fast, balanced, best, classic).";

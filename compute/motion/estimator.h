@@ -24,6 +24,9 @@ struct PairMotion {
   Field field;            ///< on the grid it was solved on; mm, LPS; fixed x -> x + u(x) in moving
   Confidence confidence;  ///< on the same grid
   SolveReport report;
+  /// Moving to fixed, if EstimatorOptions::backward: estimated on its own from the second finest
+  /// level up, with little effort.
+  std::optional<Field> backward;
 };
 
 /// What the work will take, in words' numbers, before it starts.
@@ -31,11 +34,13 @@ struct MemoryEstimate {
   uint64_t device_bytes = 0;  ///< peak on the device
   uint64_t budget_bytes = 0;  ///< what the device has for us
   int slabs = 1;              ///< pieces the finest images are cut into so that they fit
+  bool backward = false;      ///< there is room for the way back that was asked for
 };
 
 struct EstimatorOptions {
   MotionOptions motion;
-  bool cyclic = false;  ///< after finish(), also last frame -> first
+  bool cyclic = false;    ///< after finish(), also last frame -> first
+  bool backward = false;  ///< also a quick field from moving to fixed, for examined(), if it fits
   std::optional<Mask>
       mask;  ///< on the frames' grid, of every fixed frame; outside counts for nothing
   /// Frames that may wait; more and the oldest waiting one is dropped, so that the newest win: a

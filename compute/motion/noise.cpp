@@ -21,16 +21,14 @@ Filtered second_differences(const Volume& volume, glm::ivec3 at, glm::ivec3 reac
   const float centre = volume.at(at.x, at.y, at.z);
   Filtered result{0.0, true};
   for (int k = -reach.z; k <= reach.z; ++k) {
+    const double weight_k = reach.z && k == 0 ? -2.0 : 1.0;
     for (int j = -reach.y; j <= reach.y; ++j) {
-      for (int i = -reach.x; i <= reach.x; ++i) {
-        const float value = volume.at(at.x + i, at.y + j, at.z + k);
-        double weight = 1.0;
-        if (reach.x) weight *= i == 0 ? -2.0 : 1.0;
-        if (reach.y) weight *= j == 0 ? -2.0 : 1.0;
-        if (reach.z) weight *= k == 0 ? -2.0 : 1.0;
-        result.value += weight * double(value);
-        result.flat = result.flat && value == centre;
-      }
+      const double weight = weight_k * (reach.y && j == 0 ? -2.0 : 1.0);
+      const float* row = &volume.values[volume.grid.offset(at.x, at.y + j, at.z + k)];
+      const float before = row[-reach.x], here = row[0], after = row[reach.x];
+      result.value +=
+          weight * (reach.x ? double(before) - 2.0 * double(here) + double(after) : double(here));
+      result.flat = result.flat && before == centre && here == centre && after == centre;
     }
   }
   return result;

@@ -37,6 +37,9 @@ struct MotionPlan {
 /// Lays out the levels for frames on `image`. Pure arithmetic, any thread.
 MotionPlan plan_motion(const Grid& image, const MotionOptions& options);
 
+/// What a solver of the plan allocates on the device beside the frames, bytes.
+uint64_t solver_bytes(const MotionPlan& plan);
+
 /// Cuts the finest images into as few slabs as make the work fit into `budget_bytes` of device
 /// memory; false if even the thinnest do not. The finest images then live on the host and visit the
 /// device slab by slab.

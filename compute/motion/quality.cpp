@@ -10,7 +10,8 @@
 namespace palpate {
 namespace {
 
-constexpr size_t kPointsToFollow = 250000;
+/// Percentiles of so many points are good enough: the 99th still rests on 2,500.
+constexpr size_t kPoints = 250000;
 
 Error bad_input(const char* message) {
   return {ErrorKind::kBadInput, message};
@@ -20,28 +21,22 @@ bool counts(const Mask* mask, size_t offset) {
   return !mask || mask->values[offset] != 0;
 }
 
-Distances distances(std::vector<float>& mm, const Grid& grid) {
-  return in_voxels(spread_of(mm), grid);
-}
-
-/// Calls value(i, j, k, offset) for every sample that counts, on all cores, and collects what is
-/// not negative.
-template <class Value>
-std::vector<float> collected(const Grid& grid, const Mask* mask, const Value& value) {
-  std::vector<float> all(grid.count(), -1.0F);
-  parallel_ranges(grid.size.z, 100.0 * grid.size.x * grid.size.y, [&](int begin, int end) {
-    for (int k = begin; k < end; ++k) {
-      for (int j = 0; j < grid.size.y; ++j) {
-        for (int i = 0; i < grid.size.x; ++i) {
-          const size_t offset = grid.offset(i, j, k);
-          if (counts(mask, offset)) all[offset] = value(i, j, k, offset);
-        }
+/// Every n-th sample of a grid that counts, so that kPoints to 2 kPoints remain.
+std::vector<glm::ivec3> thinned(const Grid& grid, const Mask* mask) {
+  size_t voxels = grid.count();
+  if (mask) voxels -= size_t(std::count(mask->values.begin(), mask->values.end(), uint8_t(0)));
+  const size_t every = std::max<size_t>(1, voxels / kPoints);
+  std::vector<glm::ivec3> points;
+  points.reserve(voxels / every + 1);
+  size_t seen = 0, offset = 0;
+  for (int k = 0; k < grid.size.z; ++k) {
+    for (int j = 0; j < grid.size.y; ++j) {
+      for (int i = 0; i < grid.size.x; ++i) {
+        if (counts(mask, offset++) && seen++ % every == 0) points.emplace_back(i, j, k);
       }
     }
-  });
-  // NaN stays: it must reach the statistics.
-  std::erase_if(all, [](float distance) { return distance < 0.0F; });
-  return all;
+  }
+  return points;
 }
 
 bool inside(const Grid& grid, glm::dvec3 index) {
@@ -73,11 +68,30 @@ Spread spread_of(std::vector<float>& values) {
   return spread;
 }
 
-Distances in_voxels(const Spread& mm, const Grid& grid) {
+Distances distances_of(std::span<const glm::vec3> offsets_mm, const Grid& grid) {
+  const glm::dmat3 axes_from_lps = glm::transpose(grid.direction);
+  std::vector<float> mm(offsets_mm.size()), own(offsets_mm.size());
+  for (size_t n = 0; n < offsets_mm.size(); ++n) {
+    const glm::dvec3 offset(offsets_mm[n]);
+    mm[n] = float(glm::length(offset));
+    own[n] = float(glm::length(axes_from_lps * offset / grid.spacing_mm));
+  }
+  Distances distances;
+  distances.mm = spread_of(mm);
+  distances.own_voxels = spread_of(own);
   const double scale = 1.0 / grid.finest_mm();
-  return {mm,
-          {mm.count, mm.mean * scale, mm.median * scale, mm.p95 * scale, mm.p99 * scale,
-           mm.max * scale}};
+  const Spread& s = distances.mm;
+  distances.voxels = {s.count,       s.mean * scale, s.median * scale,
+                      s.p95 * scale, s.p99 * scale,  s.max * scale};
+  return distances;
+}
+
+Spread lengths_mm(const Field& u, const Mask* mask) {
+  std::vector<float> lengths;
+  lengths.reserve(u.u_mm.size());
+  for (size_t n = 0; n < u.u_mm.size(); ++n)
+    if (counts(mask, n)) lengths.push_back(glm::length(u.u_mm[n]));
+  return spread_of(lengths);
 }
 
 Result<Distances> endpoint_error(const Field& u, const Field& truth, const Mask* mask) {
@@ -87,12 +101,13 @@ Result<Distances> endpoint_error(const Field& u, const Field& truth, const Mask*
         "The mask and the truth lie on different grids; use a mask of the truth's grid.");
   }
   const Field fine = resampled(u, grid);
-  std::vector<float> errors = collected(grid, mask, [&](int, int, int, size_t offset) {
-    return glm::length(fine.u_mm[offset] - truth.u_mm[offset]);
-  });
+  std::vector<glm::vec3> errors;
+  for (size_t offset = 0; offset < fine.u_mm.size(); ++offset) {
+    if (counts(mask, offset)) errors.push_back(fine.u_mm[offset] - truth.u_mm[offset]);
+  }
   if (errors.empty())
     return bad_input("The mask is empty, so there is nothing to compare; check it.");
-  return distances(errors, grid);
+  return distances_of(errors, grid);
 }
 
 Result<Spread> target_registration_error_mm(const Field& u,
@@ -119,20 +134,30 @@ Result<Distances> inverse_consistency(const Field& u, const Field& w, const Grid
     return bad_input(
         "The mask and the image lie on different grids; use a mask of the image's grid.");
   }
-  const Field forward = resampled(u, image);
-  std::vector<float> errors = collected(image, mask, [&](int i, int j, int k, size_t offset) {
-    const glm::dvec3 step = glm::dvec3(forward.u_mm[offset]);
-    const glm::dvec3 there = w.grid.index_from_lps(image.lps_from_index({i, j, k}) + step);
-    if (glm::any(glm::isnan(step))) return std::numeric_limits<float>::quiet_NaN();
-    return inside(w.grid, there) ? float(glm::length(step + sample(w, there))) : -1.0F;
+  const std::vector<glm::ivec3> points = thinned(image, mask);
+  std::vector<glm::vec3> misses(points.size());
+  std::vector<uint8_t> known(points.size());
+  parallel_ranges(int(points.size()), 150.0, [&](int begin, int end) {
+    for (auto n = size_t(begin); n < size_t(end); ++n) {
+      const glm::dvec3 x_mm = image.lps_from_index(points[n]);
+      const glm::dvec3 step = sample_at_lps(u, x_mm);
+      const glm::dvec3 there = w.grid.index_from_lps(x_mm + step);
+      // NaN is no place, and must reach the statistics.
+      known[n] = glm::any(glm::isnan(step)) || inside(w.grid, there);
+      misses[n] = glm::vec3(step + sample(w, there));
+    }
   });
-  if (errors.empty()) {
+  size_t kept = 0;
+  for (size_t n = 0; n < misses.size(); ++n)
+    if (known[n]) misses[kept++] = misses[n];
+  misses.resize(kept);
+  if (misses.empty()) {
     return bad_input(
         "No point of the mask stays inside the backward field, so the two fields can not be "
         "compared; "
         "check that they belong to the same pair.");
   }
-  return distances(errors, image);
+  return distances_of(misses, image);
 }
 
 glm::dvec3 followed(std::span<const Field> fields, glm::dvec3 lps_mm) {
@@ -145,36 +170,40 @@ Result<Spread> cycle_drift_mm(std::span<const Field> fields,
   if (fields.empty() || points_lps_mm.empty()) {
     return bad_input("Cycle drift needs the fields of a whole cycle and at least one point.");
   }
-  std::vector<float> drift(points_lps_mm.size());
-  parallel_ranges(int(drift.size()), 150.0 * double(fields.size()), [&](int begin, int end) {
-    for (size_t n = size_t(begin); n < size_t(end); ++n) {
-      drift[n] = float(glm::length(followed(fields, points_lps_mm[n]) - points_lps_mm[n]));
-    }
-  });
+  std::vector<float> drift;
+  for (const glm::dvec3& start : points_lps_mm)
+    drift.push_back(float(glm::length(followed(fields, start) - start)));
   return spread_of(drift);
 }
 
-Result<Distances> cycle_drift(std::span<const Field> fields, const Grid& image, const Mask* mask) {
-  if (mask && !same_geometry(mask->grid, image)) {
-    return bad_input(
-        "The mask and the image lie on different grids; use a mask of the image's grid.");
+CyclePoints::CyclePoints(const Grid& grid, const Mask* mask) : grid_(grid) {
+  for (const glm::ivec3 index : thinned(grid, mask))
+    start_mm_.push_back(grid.lps_from_index(index));
+  now_mm_ = start_mm_;
+}
+
+void CyclePoints::follow(const Field& u) {
+  parallel_ranges(int(now_mm_.size()), 150.0, [&](int begin, int end) {
+    for (auto n = size_t(begin); n < size_t(end); ++n) now_mm_[n] += sample_at_lps(u, now_mm_[n]);
+  });
+}
+
+Distances CyclePoints::drift() const {
+  std::vector<glm::vec3> drift(start_mm_.size());
+  for (size_t n = 0; n < drift.size(); ++n) drift[n] = glm::vec3(now_mm_[n] - start_mm_[n]);
+  return distances_of(drift, grid_);
+}
+
+Result<Distances> cycle_drift(std::span<const Field> fields, const Grid& grid, const Mask* mask) {
+  if (mask && !same_geometry(mask->grid, grid)) {
+    return bad_input("The mask and the grid differ; use a mask on the grid of the points.");
   }
-  size_t voxels = image.count();
-  if (mask) voxels -= size_t(std::count(mask->values.begin(), mask->values.end(), uint8_t(0)));
-  const size_t every = std::max<size_t>(1, voxels / kPointsToFollow);
-  std::vector<glm::dvec3> points;
-  size_t seen = 0;
-  for (int k = 0; k < image.size.z; ++k) {
-    for (int j = 0; j < image.size.y; ++j) {
-      for (int i = 0; i < image.size.x; ++i) {
-        if (!counts(mask, image.offset(i, j, k)) || seen++ % every != 0) continue;
-        points.push_back(image.lps_from_index({i, j, k}));
-      }
-    }
-  }
-  const Result<Spread> drift = cycle_drift_mm(fields, points);
-  if (!drift) return drift.error();
-  return in_voxels(*drift, image);
+  CyclePoints points(grid, mask);
+  for (const Field& field : fields) points.follow(field);
+  const Distances drift = points.drift();
+  if (fields.empty() || drift.mm.count == 0)
+    return bad_input("Cycle drift needs the fields of a whole cycle and at least one point.");
+  return drift;
 }
 
 Result<double> low_confidence_share(const Confidence& confidence, const Mask* mask, double low) {

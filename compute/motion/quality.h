@@ -32,15 +32,21 @@ struct Spread {
 /// can not pass unseen.
 Spread spread_of(std::vector<float>& values);
 
-/// The same distances in mm and in voxels. "Voxel" is the finest axis of the grid they were
-/// measured on.
+/// The same distances in mm, in voxels of the finest axis of the grid they were measured on, and
+/// with each component, along the index axes, in voxels of its own axis: what can be told apart
+/// where slices are thick.
 struct Distances {
   Spread mm;
   Spread voxels;
+  Spread own_voxels;
 };
 
-/// Both units of a spread in mm that was measured on a grid.
-Distances in_voxels(const Spread& mm, const Grid& grid);
+/// Lengths of offsets, LPS mm, in all three units.
+Distances distances_of(std::span<const glm::vec3> offsets_mm, const Grid& grid);
+
+/// Lengths |u| at the samples of a field, mm; mask: null, or on the field's grid. Empty if the mask
+/// is.
+Spread lengths_mm(const Field& u, const Mask* mask = nullptr);
 
 /// Endpoint error |u(x) - truth(x)| at the sample centres x of truth's grid, which is meant to be
 /// the image's: u may be coarser and is interpolated. mask: null, or on truth's grid; only its
@@ -54,9 +60,10 @@ Result<Spread> target_registration_error_mm(const Field& u,
                                             std::span<const glm::dvec3> moving_lps_mm);
 
 /// Inverse consistency |u(x) + w(x + u(x))| of a forward field u (fixed to moving) and a backward
-/// field w (moving to fixed), at the sample centres of `image`. mask: null, or on that grid. Points
-/// that u takes out of w's grid are not counted: w says nothing there. Errors: kBadInput if the
-/// mask is on another grid, or nothing is left to compare.
+/// field w (moving to fixed), at the sample centres of `image`; of very many every n-th is taken,
+/// so that about a quarter of a million remain. mask: null, or on that grid. Points that u takes
+/// out of w's grid are not counted: w says nothing there. Errors: kBadInput if the mask is on
+/// another grid, or nothing is left to compare.
 Result<Distances> inverse_consistency(const Field& u, const Field& w, const Grid& image,
                                       const Mask* mask = nullptr);
 
@@ -69,10 +76,26 @@ glm::dvec3 followed(std::span<const Field> fields, glm::dvec3 lps_mm);
 Result<Spread> cycle_drift_mm(std::span<const Field> fields,
                               std::span<const glm::dvec3> points_lps_mm);
 
-/// The same from the sample centres of frame 0's grid, inside the mask if there is one; of very
-/// many voxels every n-th is followed, so that about a quarter of a million remain. Errors: as
-/// above, or a mask on another grid.
-Result<Distances> cycle_drift(std::span<const Field> fields, const Grid& image,
+/// Points of frame 0 on their way through the fields of a cycle, as these come: sample centres of a
+/// grid, inside the mask if there is one (null, or on that grid); of very many every n-th, so that
+/// about a quarter of a million remain. One thread at a time.
+class CyclePoints {
+ public:
+  explicit CyclePoints(const Grid& grid, const Mask* mask = nullptr);
+  /// x <- x + u(x). Uses all cores.
+  void follow(const Field& u);
+  /// How far they are from where they started; with the last field of the cycle that is its drift.
+  /// Zero would be perfect. All zero if there are no points.
+  Distances drift() const;
+
+ private:
+  Grid grid_;
+  std::vector<glm::dvec3> start_mm_, now_mm_;
+};
+
+/// The drift of the fields of one cycle from CyclePoints. Errors: kBadInput if there are no points
+/// or no fields, or for a mask on another grid.
+Result<Distances> cycle_drift(std::span<const Field> fields, const Grid& grid,
                               const Mask* mask = nullptr);
 
 /// The share of a mask's voxels (of all, without a mask) at which the confidence is below `low`, 0

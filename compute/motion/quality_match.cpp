@@ -12,6 +12,10 @@ namespace {
 constexpr double kBlockVoxels = 7.0;
 constexpr double kTexturedNoises = 3.0;
 constexpr double kMatched = 0.5;
+/// The blocks that say how much of the structure is noise.
+constexpr double kQuietShare = 0.1;
+/// So many of the compared blocks are clear whatever they show: of two bodies all is unshared.
+constexpr double kClearestShare = 0.1;
 /// A block is textured only if its SD is also above this share of its values: rounding is not
 /// texture.
 constexpr double kRounding = 1e-5;
@@ -26,40 +30,32 @@ glm::ivec3 block_size(const Grid& grid) {
   return size;
 }
 
-/// The slices [first, first + count) of a grid.
-Grid slab(const Grid& grid, int first, int count) {
-  Grid part = grid;
-  part.size.z = count;
-  part.origin_mm = grid.lps_from_index({0.0, 0.0, double(first)});
-  return part;
-}
-
-struct Warp {
-  Volume values;
-  std::vector<uint8_t> inside;  ///< x + u(x) lies inside the moving volume
-};
-
-Warp warp(const Volume& moving, const Field& u, const Grid& onto) {
-  const Field fine = resampled(u, onto);
-  Warp result{{onto, std::vector<float>(onto.count())}, std::vector<uint8_t>(onto.count())};
-  const glm::dvec3 end = glm::dvec3(moving.grid.size) - 0.5;
-  parallel_ranges(onto.size.y, 40.0 * onto.size.x * onto.size.z, [&](int first, int last) {
-    for (int k = 0; k < onto.size.z; ++k) {
-      for (int j = first; j < last; ++j) {
-        for (int i = 0; i < onto.size.x; ++i) {
-          const size_t offset = onto.offset(i, j, k);
-          const glm::dvec3 there_mm =
-              onto.lps_from_index({i, j, k}) + glm::dvec3(fine.u_mm[offset]);
-          const glm::dvec3 index = moving.grid.index_from_lps(there_mm);
-          result.values.values[offset] = float(sample(moving, index));
-          result.inside[offset] = glm::all(glm::greaterThanEqual(index, glm::dvec3(-0.5))) &&
-                                  glm::all(glm::lessThanEqual(index, end));
-        }
-      }
+/// Continuous index in moving of the point x + u(x): affine in the index of x and in u.
+class Partner {
+ public:
+  Partner(const Grid& fixed, const Grid& moving)
+      : from_mm_(glm::transpose(moving.direction)), size_(moving.size) {
+    for (int axis = 0; axis < 3; ++axis) {
+      for (int row = 0; row < 3; ++row) from_mm_[axis][row] /= moving.spacing_mm[row];
     }
-  });
-  return result;
-}
+    origin_ = moving.index_from_lps(fixed.origin_mm);
+    for (int axis = 0; axis < 3; ++axis)
+      step_[axis] = from_mm_ * (fixed.direction[axis] * fixed.spacing_mm[axis]);
+  }
+  glm::dvec3 still(int i, int j, int k) const {
+    return origin_ + double(i) * step_[0] + double(j) * step_[1] + double(k) * step_[2];
+  }
+  glm::dvec3 moved(glm::dvec3 still, glm::dvec3 u_mm) const { return still + from_mm_ * u_mm; }
+  bool inside(glm::dvec3 index) const {
+    return glm::all(glm::greaterThanEqual(index, glm::dvec3(-0.5))) &&
+           glm::all(glm::lessThanEqual(index, glm::dvec3(size_) - 0.5));
+  }
+
+ private:
+  glm::dmat3 from_mm_, step_{0.0};
+  glm::dvec3 origin_{0.0};
+  glm::ivec3 size_;
+};
 
 /// First and second moments of two images over some voxels, about a value near them so that nothing
 /// cancels.
@@ -94,7 +90,7 @@ bool textured(double variance, double noise, double value) {
   return variance > limit * limit;
 }
 
-/// SD of a difference, collected over the whole volume.
+/// SD of a difference, collected block by block.
 struct Difference {
   double n = 0.0, sum = 0.0, squares = 0.0;
   void add(double value) {
@@ -102,130 +98,323 @@ struct Difference {
     sum += value;
     squares += value * value;
   }
+  void add(const Difference& other) {
+    n += other.n;
+    sum += other.sum;
+    squares += other.squares;
+  }
   double sd() const {
     return n > 0.0 ? std::sqrt(std::max(0.0, squares / n - sum * sum / (n * n))) : 0.0;
   }
 };
 
-/// One layer of blocks: `depth` slices of fixed from `first`, and the moving frame on the same
-/// samples.
-struct Layer {
-  const Volume& fixed;
-  const Mask* mask;
-  int first;
-  Volume before;
-  Warp after;
+/// What one block says.
+struct Block {
+  glm::ivec3 low{0}, high{0};
+  bool counted = false, textured = false, textured_moving = false, compared = false;
+  double voxels = 0.0, left = 0.0;
+  double sd = 0.0;  ///< of F
+  double before = 0.0, after = 0.0;
+  /// Of the motion left: sum g g^T / q and sum r g / q.
+  glm::dmat3 information{0.0};
+  glm::dvec3 pull{0.0};
+  Difference difference_before, difference_after;
 };
 
-class Comparison {
+/// Looks at single blocks; one per thread.
+class BlockScan {
  public:
-  Comparison(double noise_fixed, double noise_moving) {
-    match_.noise_sd_fixed = noise_fixed;
-    match_.noise_sd_moving = noise_moving;
-  }
+  BlockScan(const Volume& fixed, const Volume& moving, const Field& u, const Mask* mask,
+            double noise_fixed, double noise_moving)
+      : fixed_(fixed),
+        moving_(moving),
+        u_(u),
+        mask_(mask),
+        noise_fixed_(noise_fixed),
+        noise_moving_(noise_moving),
+        partner_(fixed.grid, moving.grid),
+        same_frames_(same_geometry(fixed.grid, moving.grid)),
+        fine_field_(same_geometry(fixed.grid, u.grid)) {}
 
-  void add(const Layer& layer, glm::ivec3 block) {
-    const glm::ivec3 size = layer.before.grid.size;
-    for (int j = 0; j < size.y; j += block.y) {
-      for (int i = 0; i < size.x; i += block.x) {
-        add_block(layer, {i, j, 0}, glm::min(glm::ivec3(i, j, 0) + block, size));
+  void look(Block& block) {
+    Moments still;
+    double all = 0.0;
+    visit(block, [&](int i, int j, int k, size_t offset) {
+      all += 1.0;
+      if (mask_ && !mask_->values[offset]) return;
+      const double f = double(fixed_.values[offset]);
+      const double m = before_at(i, j, k, offset);
+      if (still.n == 0.0) {
+        still.about_f = f;
+        still.about_g = m;
       }
-    }
-  }
-
-  Match result() {
-    match_.difference_sd_before = before_.sd();
-    match_.difference_sd_after = after_.sd();
-    if (match_.textured > 0) match_.leaving = left_ / textured_voxels_;
-    // With nothing left to compare everything counts as lost.
-    match_.mismatched = 1.0;
-    if (match_.compared > 0) {
-      const double blocks = double(match_.compared);
-      match_.correlation_before = sum_before_ / blocks;
-      match_.correlation_after = sum_after_ / blocks;
-      match_.mismatched = double(mismatched_) / blocks;
-    }
-    return match_;
+      still.add(f, m);
+    });
+    block.counted = still.n > 0.0 && still.n >= 0.5 * all;
+    if (!block.counted) return;
+    block.voxels = still.n;
+    block.sd = std::sqrt(still.variance_f());
+    block.textured_moving = textured(still.variance_g(), noise_moving_, still.about_g);
+    block.textured = textured(still.variance_f(), noise_fixed_, still.about_f);
+    block.before = still.correlation();
+    if (block.textured) compare(block, still);
   }
 
  private:
-  void add_block(const Layer& layer, glm::ivec3 low, glm::ivec3 high) {
-    const Grid& grid = layer.before.grid;
-    const size_t first = layer.fixed.grid.offset(0, 0, layer.first);
-    Moments still, moved;
-    double voxels = 0.0;
-    double left = 0.0;
-    for (int k = low.z; k < high.z; ++k) {
-      for (int j = low.y; j < high.y; ++j) {
-        for (int i = low.x; i < high.x; ++i) {
-          const size_t offset = grid.offset(i, j, k);
-          voxels += 1.0;
-          if (layer.mask && !layer.mask->values[first + offset]) continue;
-          const double f = double(layer.fixed.values[first + offset]);
-          const double m = double(layer.before.values[offset]);
-          if (still.n == 0.0) {
-            still.about_f = moved.about_f = f;
-            still.about_g = moved.about_g = m;
+  template <class Visit>
+  void visit(const Block& block, const Visit& visit) const {
+    for (int k = block.low.z; k < block.high.z; ++k) {
+      for (int j = block.low.y; j < block.high.y; ++j) {
+        size_t offset = fixed_.grid.offset(block.low.x, j, k);
+        for (int i = block.low.x; i < block.high.x; ++i) visit(i, j, k, offset++);
+      }
+    }
+  }
+
+  double before_at(int i, int j, int k, size_t offset) const {
+    return same_frames_ ? double(moving_.values[offset]) : sample(moving_, partner_.still(i, j, k));
+  }
+
+  /// F against W in a textured block.
+  void compare(Block& block, const Moments& still) {
+    f_.clear();
+    w_.clear();
+    seen_.clear();
+    Moments moved;
+    moved.about_f = still.about_f;
+    moved.about_g = still.about_g;
+    visit(block, [&](int i, int j, int k, size_t offset) {
+      const glm::dvec3 u_mm = fine_field_
+                                  ? glm::dvec3(u_.u_mm[offset])
+                                  : sample_at_lps(u_, fixed_.grid.lps_from_index({i, j, k}));
+      const glm::dvec3 at = partner_.moved(partner_.still(i, j, k), u_mm);
+      const double f = double(fixed_.values[offset]);
+      const double w = sample(moving_, at);
+      const bool counts = !mask_ || mask_->values[offset];
+      const bool seen = counts && partner_.inside(at);
+      f_.push_back(float(f));
+      w_.push_back(float(w));
+      seen_.push_back(seen);
+      block.left += counts && !seen;
+      if (counts) block.difference_before.add(f - before_at(i, j, k, offset));
+      if (!seen) return;
+      moved.add(f, w);
+      block.difference_after.add(f - w);
+    });
+    // Half of a block gone is no basis for a correlation any more.
+    block.compared = block.left <= 0.5 * block.voxels;
+    if (!block.compared) return;
+    block.after = moved.correlation();
+    add_motion_left(block, moved);
+  }
+
+  /// The sums of Match::motion_left_voxels, over the voxels that have all their neighbours in the
+  /// block.
+  void add_motion_left(Block& block, const Moments& moved) const {
+    const glm::ivec3 size = block.high - block.low;
+    const double sd_f = std::sqrt(moved.variance_f()), sd_w = std::sqrt(moved.variance_g());
+    if (sd_f <= 0.0 || sd_w <= 0.0) return;
+    const glm::ivec3 reach = glm::ivec3(glm::greaterThanEqual(size, glm::ivec3(3)));
+    const int step[3] = {1, size.x, size.x * size.y};
+    const double mean_f = moved.about_f + moved.f / moved.n;
+    const double mean_w = moved.about_g + moved.g / moved.n;
+    glm::dmat3 a(0.0);
+    glm::dvec3 b(0.0), sum_g(0.0);
+    double squares = 0.0, sum_r = 0.0, n = 0.0;
+    for (int k = reach.z; k < size.z - reach.z; ++k) {
+      for (int j = reach.y; j < size.y - reach.y; ++j) {
+        for (int i = reach.x; i < size.x - reach.x; ++i) {
+          const int at = i * step[0] + j * step[1] + k * step[2];
+          if (!seen_[size_t(at)]) continue;
+          glm::dvec3 g(0.0);
+          bool whole = true;
+          for (int axis = 0; axis < 3; ++axis) {
+            if (!reach[axis]) continue;
+            const auto next = size_t(at + step[axis]), previous = size_t(at - step[axis]);
+            whole = whole && seen_[next] && seen_[previous];
+            g[axis] = 0.25 * (double(f_[next] - f_[previous]) / sd_f +
+                              double(w_[next] - w_[previous]) / sd_w);
           }
-          still.add(f, m);
-          before_.add(f - m);
-          if (!layer.after.inside[offset]) {
-            left += 1.0;
-            continue;
-          }
-          const double w = double(layer.after.values.values[offset]);
-          moved.add(f, w);
-          after_.add(f - w);
+          if (!whole) continue;
+          const double r =
+              (double(f_[size_t(at)]) - mean_f) / sd_f - (double(w_[size_t(at)]) - mean_w) / sd_w;
+          a += glm::outerProduct(g, g);
+          b += r * g;
+          sum_g += g;
+          sum_r += r;
+          squares += r * r;
+          n += 1.0;
         }
       }
     }
-    if (still.n > 0.0 && still.n >= 0.5 * voxels) add_measures(still, moved, left);
+    if (n == 0.0 || squares == 0.0) return;
+    // Normalising has taken the mean of r away, so that of g goes too.
+    a -= glm::outerProduct(sum_g, sum_g) / n;
+    b -= sum_r * sum_g / n;
+    block.information = n / squares * a;
+    block.pull = n / squares * b;
   }
 
-  void add_measures(const Moments& still, const Moments& moved, double left) {
-    ++match_.blocks;
-    match_.textured_moving += textured(still.variance_g(), match_.noise_sd_moving, still.about_g);
-    if (!textured(still.variance_f(), match_.noise_sd_fixed, still.about_f)) return;
-    ++match_.textured;
-    left_ += left;
-    textured_voxels_ += still.n;
-    // Half of a block gone is no basis for a correlation any more.
-    if (left > 0.5 * still.n) return;
-    ++match_.compared;
-    sum_before_ += still.correlation();
-    sum_after_ += moved.correlation();
-    mismatched_ += moved.correlation() < kMatched;
-  }
-
-  Match match_;
-  Difference before_, after_;
-  double sum_before_ = 0.0, sum_after_ = 0.0, left_ = 0.0, textured_voxels_ = 0.0;
-  size_t mismatched_ = 0;
+  const Volume& fixed_;
+  const Volume& moving_;
+  const Field& u_;
+  const Mask* mask_;
+  const double noise_fixed_, noise_moving_;
+  const Partner partner_;
+  const bool same_frames_, fine_field_;
+  std::vector<float> f_, w_;  // of one block, x fastest
+  std::vector<uint8_t> seen_;
 };
+
+/// The value that a share of the values lies below; 0 of none.
+double quantile(std::vector<double> values, double share) {
+  if (values.empty()) return 0.0;
+  const auto at = values.begin() + std::ptrdiff_t(share * double(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+/// The SD from which on a block is clear.
+double clear_sd(const std::vector<Block>& blocks) {
+  std::vector<double> all, unshared;
+  for (const Block& block : blocks) {
+    if (!block.compared) continue;
+    all.push_back(block.sd);
+    unshared.push_back(block.sd * std::sqrt(std::max(0.0, 1.0 - block.after * block.after)));
+  }
+  return std::min(kTexturedNoises * quantile(std::move(unshared), kQuietShare),
+                  quantile(std::move(all), 1.0 - kClearestShare));
+}
+
+/// Mean length of the motion left, each from a block and its clear neighbours, voxels.
+double motion_left(const std::vector<Block>& blocks, glm::ivec3 count, double least_sd) {
+  const auto at = [&](glm::ivec3 b) -> const Block& {
+    return blocks[size_t(b.x) + size_t(count.x) * (size_t(b.y) + size_t(count.y) * size_t(b.z))];
+  };
+  const auto clear = [&](const Block& block) { return block.compared && block.sd >= least_sd; };
+  double sum = 0.0, n = 0.0;
+  glm::ivec3 b;
+  for (b.z = 0; b.z < count.z; ++b.z) {
+    for (b.y = 0; b.y < count.y; ++b.y) {
+      for (b.x = 0; b.x < count.x; ++b.x) {
+        if (!clear(at(b))) continue;
+        glm::dmat3 information(1.0);
+        glm::dvec3 pull(0.0);
+        const glm::ivec3 low = glm::max(b - 1, glm::ivec3(0)), high = glm::min(b + 2, count);
+        glm::ivec3 c;
+        for (c.z = low.z; c.z < high.z; ++c.z)
+          for (c.y = low.y; c.y < high.y; ++c.y)
+            for (c.x = low.x; c.x < high.x; ++c.x) {
+              if (!clear(at(c))) continue;
+              information += at(c).information;
+              pull += at(c).pull;
+            }
+        sum += glm::length(glm::inverse(information) * pull);
+        n += 1.0;
+      }
+    }
+  }
+  return n > 0.0 ? sum / n : 0.0;
+}
+
+Match summed_up(const std::vector<Block>& blocks, double least_sd) {
+  Match match;
+  Difference before, after;
+  double left = 0.0, textured_voxels = 0.0;
+  double sum_before = 0.0, sum_after = 0.0;
+  size_t mismatched = 0;
+  for (const Block& block : blocks) {
+    match.blocks += block.counted;
+    match.textured_moving += block.textured_moving;
+    if (!block.textured) continue;
+    ++match.textured;
+    left += block.left;
+    textured_voxels += block.voxels;
+    if (!block.compared) continue;
+    ++match.compared;
+    before.add(block.difference_before);
+    after.add(block.difference_after);
+    if (!(block.sd >= least_sd)) continue;
+    ++match.clear;
+    sum_before += block.before;
+    sum_after += block.after;
+    mismatched += block.after < kMatched;
+  }
+  match.difference_sd_before = before.sd();
+  match.difference_sd_after = after.sd();
+  if (match.textured > 0) match.leaving = left / textured_voxels;
+  // With nothing left to compare everything counts as lost.
+  if (match.clear == 0) return match;
+  const auto clear = double(match.clear);
+  match.correlation_before = sum_before / clear;
+  match.correlation_after = sum_after / clear;
+  match.mismatched = double(mismatched) / clear;
+  return match;
+}
 
 }  // namespace
 
 Volume warped(const Volume& moving, const Field& u, const Grid& onto) {
-  return warp(moving, u, onto).values;
+  const Field fine = resampled(u, onto);
+  const Partner partner(onto, moving.grid);
+  Volume result{onto, std::vector<float>(onto.count())};
+  parallel_ranges(onto.size.z, 40.0 * onto.size.x * onto.size.y, [&](int first, int last) {
+    for (int k = first; k < last; ++k)
+      for (int j = 0; j < onto.size.y; ++j)
+        for (int i = 0; i < onto.size.x; ++i) {
+          const size_t offset = onto.offset(i, j, k);
+          const glm::dvec3 at =
+              partner.moved(partner.still(i, j, k), glm::dvec3(fine.u_mm[offset]));
+          result.values[offset] = float(sample(moving, at));
+        }
+  });
+  return result;
 }
 
-Result<Match> match(const Volume& fixed, const Volume& moving, const Field& u, const Mask* mask) {
+Result<Match> match(const Volume& fixed, const Volume& moving, const Field& u, const Mask* mask,
+                    Mask* structure) {
   const Grid& grid = fixed.grid;
   if (mask && !same_geometry(mask->grid, grid)) {
     return Error{ErrorKind::kBadInput,
                  "The mask and the fixed frame lie on different grids; use a mask of the fixed "
                  "frame's grid."};
   }
-  Comparison comparison(noise_sd(fixed), noise_sd(moving));
-  const glm::ivec3 block = block_size(grid);
-  for (int first = 0; first < grid.size.z; first += block.z) {
-    const Grid part = slab(grid, first, std::min(block.z, grid.size.z - first));
-    comparison.add({fixed, mask, first, resampled(moving, part), warp(moving, u, part)}, block);
-  }
-  const Match result = comparison.result();
+  const double noise_fixed = noise_sd(fixed), noise_moving = noise_sd(moving);
+  const glm::ivec3 size = block_size(grid);
+  const glm::ivec3 count = (grid.size + size - 1) / size;
+  std::vector<Block> blocks(size_t(count.x) * size_t(count.y) * size_t(count.z));
+  // A row of blocks at a time.
+  parallel_ranges(count.y * count.z, 40.0 * grid.size.x * size.y * size.z,
+                  [&](int first, int last) {
+                    BlockScan scan(fixed, moving, u, mask, noise_fixed, noise_moving);
+                    for (int row = first; row < last; ++row) {
+                      for (int i = 0; i < count.x; ++i) {
+                        Block& block = blocks[size_t(row) * size_t(count.x) + size_t(i)];
+                        block.low = glm::ivec3(i, row % count.y, row / count.y) * size;
+                        block.high = glm::min(block.low + size, grid.size);
+                        scan.look(block);
+                      }
+                    }
+                  });
+  const double least_sd = clear_sd(blocks);
+  Match result = summed_up(blocks, least_sd);
+  result.motion_left_voxels = motion_left(blocks, count, least_sd);
+  result.noise_sd_fixed = noise_fixed;
+  result.noise_sd_moving = noise_moving;
   if (result.blocks == 0) {
     return Error{ErrorKind::kBadInput,
                  "The mask is empty, so there is nothing to compare; check it."};
+  }
+  if (!structure) return result;
+  *structure = {grid, std::vector<uint8_t>(grid.count())};
+  for (const Block& block : blocks) {
+    if (!block.compared || !(block.sd >= least_sd)) continue;
+    for (int k = block.low.z; k < block.high.z; ++k)
+      for (int j = block.low.y; j < block.high.y; ++j)
+        for (int i = block.low.x; i < block.high.x; ++i) {
+          const size_t offset = grid.offset(i, j, k);
+          structure->values[offset] = !mask || mask->values[offset];
+        }
   }
   return result;
 }

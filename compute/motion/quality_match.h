@@ -13,40 +13,51 @@ namespace palpate {
 /// values held.
 Volume warped(const Volume& moving, const Field& u, const Grid& onto);
 
-/// What the frames themselves say about a field. Correlations are Pearson's, inside blocks of about
-/// 7 voxels of the finest axis: a gain change or a bias field between the frames does not lower
-/// them, a wrong match does. Only textured blocks count: those whose SD in the fixed frame is above
-/// three times its noise.
+/// What the frames themselves say about a field. Everything is taken in blocks of about 7 voxels of
+/// the finest axis. Correlations are Pearson's: a gain change or a bias field between the frames
+/// does not lower them, a wrong match does. Three sets of blocks, each part of the one before:
+/// - textured: the SD in the fixed frame is above three times its white noise (noise_sd());
+/// - compared: textured, and u leaves at least half of it inside the moving volume;
+/// - clear: compared, and the SD is above three times what the frames do not share in the quietest
+///   tenth of the compared blocks, SD_F sqrt(1 - r^2), or among the highest tenth. This is where
+///   noise that a scanner has blurred goes: it looks like texture in one frame, but the other does
+///   not have it.
 struct Match {
   double noise_sd_fixed = 0.0;  ///< as noise_sd()
   double noise_sd_moving = 0.0;
-  double difference_sd_before = 0.0;  ///< SD of F - M over the mask
-  double difference_sd_after =
-      0.0;              ///< SD of F - W over the mask, where x + u(x) is inside the moving volume
-  size_t blocks = 0;    ///< blocks at least half inside the mask
-  size_t textured = 0;  ///< of these, textured in fixed
-  size_t textured_moving =
-      0;  ///< of these, textured in moving at the same place, before any motion
-  size_t compared =
-      0;  ///< textured blocks of which u leaves at least half inside the moving volume
+  double difference_sd_before = 0.0;  ///< SD of F - M over the compared blocks
+  double difference_sd_after = 0.0;   ///< SD of F - W there, where x + u(x) is inside moving
+  size_t blocks = 0;                  ///< blocks at least half inside the mask
+  size_t textured = 0;
+  size_t textured_moving = 0;  ///< textured in moving at the same place, before any motion
+  size_t compared = 0;
+  size_t clear = 0;
   double correlation_before =
-      0.0;  ///< mean over the compared blocks, F against M; 0 if there are none
+      0.0;                         ///< mean over the clear blocks, F against M; 0 if there are none
   double correlation_after = 0.0;  ///< the same, F against W
-  double mismatched = 0.0;  ///< share of the compared blocks whose correlation after is below 0.5
-  double leaving =
-      0.0;  ///< share of the voxels of textured blocks that u takes out of the moving volume
+  double mismatched = 1.0;  ///< share of the clear blocks whose correlation after is below 0.5
+  double leaving = 0.0;     ///< share of the voxels of textured blocks that u takes out of moving
+  /// The motion that F and W still show, mean over the clear blocks: the length of the step d, in
+  /// voxels of each axis, that brings F and W together in a block and its clear neighbours (3 x 3 x
+  /// 3, so that noise averages out),
+  ///   (I + sum g g^T / q) d = sum r g / q,  r = F - W, g = (grad F + grad W) / 2,
+  /// with F, W and g less their means, F and W of SD 1, q the mean r^2, block by block (Lucas and
+  /// Kanade 1981; I is the belief that d is about one voxel). Errors of up to a few voxels that are
+  /// smooth over 20 voxels show themselves; larger ones lower the correlation.
+  double motion_left_voxels = 0.0;
 
   double textured_share() const { return blocks ? double(textured) / double(blocks) : 0.0; }
   double textured_share_moving() const {
     return blocks ? double(textured_moving) / double(blocks) : 0.0;
   }
+  double clear_share() const { return blocks ? double(clear) / double(blocks) : 0.0; }
 };
 
 /// Compares fixed F with moving M before and after motion correction by u. mask: null, or on
-/// fixed's grid. Errors: kBadInput if the mask is on another grid or empty. Any thread; uses all
-/// cores; needs memory for a few slices.
+/// fixed's grid. structure: null, or it becomes the voxels of the clear blocks, inside the mask.
+/// Errors: kBadInput if the mask is on another grid or empty. Any thread; uses all cores.
 Result<Match> match(const Volume& fixed, const Volume& moving, const Field& u,
-                    const Mask* mask = nullptr);
+                    const Mask* mask = nullptr, Mask* structure = nullptr);
 
 /// The voxels of the textured blocks of a volume: where motion can be seen at all.
 Mask textured_voxels(const Volume& volume);

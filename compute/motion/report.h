@@ -22,8 +22,9 @@ struct SolveReport {
   /// Ended without a field, because something moved further than the moving frame was prepared.
   /// Never in a report that an estimator delivers: it prepares more and solves again.
   bool out_of_reach = false;
-  double seconds = 0.0;          ///< from images on the device to the field on the device
-  double prepare_seconds = 0.0;  ///< upload, pyramid and normalisation of frames that were new
+  double seconds = 0.0;           ///< from images on the device to the field on the device
+  double backward_seconds = 0.0;  ///< of the quick field from moving to fixed, if asked for
+  double prepare_seconds = 0.0;   ///< upload, pyramid and normalisation of frames that were new
 };
 
 }  // namespace palpate

@@ -196,6 +196,7 @@ void PairSolver::judge(size_t l) {
   // of white noise.
   double voxels = 1.0;
   for (int a = 0; a < 3; ++a) {
+    if (level.image_size[a] == 1) continue;
     const double cell_sd = level.cell_mm[a] / std::sqrt(12.0);
     const double sd = std::hypot(level.options.window * level.h_mm, cell_sd);
     voxels *= std::max(1.0, 2.0 * std::sqrt(std::numbers::pi) * sd / level.spacing_mm[a]);

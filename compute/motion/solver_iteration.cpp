@@ -14,10 +14,13 @@ double dual_step(glm::dvec3 slope) {
 }
 
 /// Differences per mm, made relative to the coarsest axis of the field: anisotropic cells get
-/// isotropic smoothness.
+/// isotropic smoothness. Along an axis of one cell there are none, and its edge says nothing.
 glm::dvec3 slopes(const LevelPlan& level) {
-  const double reference = std::max({level.cell_mm.x, level.cell_mm.y, level.cell_mm.z});
-  return reference / level.cell_mm;
+  const glm::dvec3 has_neighbours(glm::greaterThan(level.cells, glm::ivec3(1)));
+  const glm::dvec3 edges = level.cell_mm * has_neighbours;
+  const double reference = std::max({edges.x, edges.y, edges.z});
+  if (reference == 0.0) return glm::dvec3(1.0);
+  return reference / level.cell_mm * has_neighbours;
 }
 
 /// SD of the window over the normal equations, in cells.

@@ -1,20 +1,3 @@
-// What the limits in verdict.h rest on. Fields are the known ones ("true") or come from ITK's fast
-// symmetric-forces Demons, both directions; chest is a real CT moved by up to 15 mm with 2 % noise.
-//
-//                                 correlation  mismatched  leaving  inverse, voxels  SD of
-//                                before after                       mean     p99     log det
-//   chest, true                    .82   .96      .01       .01     .00     .01      .07
-//   chest, true, gain 0.7 to 1.4   .82   .96      .01       .01     .00     .01      .07
-//   chest, Demons                  .82   .96      .01       .01     .25     1.5      .08
-//   chest, field of zeros          .82   .82      .10       .00      -       -       .00
-//   heart phantom, true            .44   .97      .00       .00      -       -       .12
-//   sliding phantom, true          .67   .93      .00       .00      -       -       .32
-//   sliding phantom, Demons        .67   .76      .16       .01     .72     5.2      .22
-//   chest, Demons spoilt by gain   .82   .69      .24       .03     6.4      29     1.04
-//   chest against its mirror image .10 .45-.49  .47-.52   .07-.09   5-9    16-29   .58-.67
-//   chest moved by 100 mm          .01 .13-.45  .51-.87   .02-.08  20-29   45-70   .55-1.3
-//   chest moved by 200 mm          .01 .05-.15  .84-.95   .02-.13  22-28   59-66   .49-.68
-//   chest against nothing, noise   .00   .00     1.00       .00   13-32    35-67   .00-.06
 #include "compute/motion/verdict.h"
 
 #include <algorithm>
@@ -111,6 +94,10 @@ void judge_match(const Match& match, const Limits& limits, Bench& bench) {
       lost, limits.correlation_lost,
       sentence("Motion correction changes the mean local correlation by %+.3f, a loss of %.3f",
                -lost, std::max(0.0, lost)));
+  bench.at_most(match.motion_left_voxels, limits.motion_left_voxels,
+                sentence("After motion correction the frames still show a motion of %.3f voxels on "
+                         "average",
+                         match.motion_left_voxels));
   bench.at_most(
       match.leaving, limits.leaving,
       sentence("The share of the structure that is carried out of the moving frame is %.3f",
@@ -119,7 +106,7 @@ void judge_match(const Match& match, const Limits& limits, Bench& bench) {
 
 void judge_distances(const Evidence& evidence, const Limits& limits, Bench& bench) {
   if (evidence.inverse) {
-    const Spread& voxels = evidence.inverse->voxels;
+    const Spread& voxels = evidence.inverse->own_voxels;
     bench.at_most(
         voxels.mean, limits.inverse_mean_voxels,
         sentence("There and back misses the start by %.3f voxels on average", voxels.mean));
@@ -129,10 +116,29 @@ void judge_distances(const Evidence& evidence, const Limits& limits, Bench& benc
   }
   if (evidence.drift) {
     bench.at_most(
-        evidence.drift->voxels.mean, limits.drift_mean_voxels,
+        evidence.drift->own_voxels.mean, limits.drift_mean_voxels,
         sentence("After one cycle points are %.3f voxels from where they started, on average",
-                 evidence.drift->voxels.mean));
+                 evidence.drift->own_voxels.mean));
   }
+}
+
+/// The voxels x whose x + u(x) lies in the mask, too: outside of it the way back is a guess.
+Mask that_stays_inside(const Mask& mask, Mask voxels, const Field& u) {
+  const Grid& grid = mask.grid;
+  size_t offset = 0;
+  for (int k = 0; k < grid.size.z; ++k) {
+    for (int j = 0; j < grid.size.y; ++j) {
+      for (int i = 0; i < grid.size.x; ++i, ++offset) {
+        if (!voxels.values[offset]) continue;
+        const glm::dvec3 x_mm = grid.lps_from_index({i, j, k});
+        const glm::ivec3 there(glm::round(grid.index_from_lps(x_mm + sample_at_lps(u, x_mm))));
+        const bool inside = glm::all(glm::greaterThanEqual(there, glm::ivec3(0))) &&
+                            glm::all(glm::lessThan(there, grid.size));
+        voxels.values[offset] = inside && mask.values[grid.offset(there.x, there.y, there.z)];
+      }
+    }
+  }
+  return voxels;
 }
 
 }  // namespace
@@ -169,27 +175,26 @@ Verdict judged(const Evidence& evidence, const Limits& limits) {
 }
 
 Result<Evidence> examined(const Volume& fixed, const Volume& moving, const Field& u,
-                          const Field* backward, const Confidence* confidence, const Mask* mask) {
+                          const Field* backward, const Confidence* confidence, const Mask* mask,
+                          Mask* structure) {
   Evidence evidence;
   evidence.folds = folds(u);
-  const Result<Match> matched = match(fixed, moving, u, mask);
+  Mask clear;
+  const Result<Match> matched = match(fixed, moving, u, mask, &clear);
   if (!matched) return matched.error();
   evidence.match = *matched;
-  Mask structure = textured_voxels(fixed);
-  for (size_t n = 0; mask && n < structure.values.size(); ++n)
-    structure.values[n] &= mask->values[n] != 0;
-  const bool any =
-      std::find(structure.values.begin(), structure.values.end(), 1) != structure.values.end();
   // Where nothing can be seen, disagreement and low confidence are right, and no fault of the
   // field.
-  if (backward && any) {
-    const Result<Distances> inverse = inverse_consistency(u, *backward, fixed.grid, &structure);
+  if (backward && matched->clear > 0) {
+    const Mask known = mask ? that_stays_inside(*mask, clear, u) : clear;
+    const Result<Distances> inverse = inverse_consistency(u, *backward, fixed.grid, &known);
     if (inverse) evidence.inverse = *inverse;
   }
-  if (confidence && any) {
-    const Result<double> low = low_confidence_share(*confidence, &structure);
+  if (confidence && matched->clear > 0) {
+    const Result<double> low = low_confidence_share(*confidence, &clear);
     if (low) evidence.low_confidence = *low;
   }
+  if (structure) *structure = std::move(clear);
   return evidence;
 }
 

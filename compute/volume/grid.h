@@ -1,7 +1,10 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <glm/glm.hpp>
+#include <limits>
 
 namespace palpate {
 
@@ -32,8 +35,14 @@ struct Grid {
   glm::dvec3 index_from_lps(glm::dvec3 lps_mm) const {
     return (glm::transpose(direction) * (lps_mm - origin_mm)) / spacing_mm;
   }
-  /// Edge of the finest axis, the unit in which "voxel" is meant for anisotropic grids.
-  double finest_mm() const { return glm::min(spacing_mm.x, glm::min(spacing_mm.y, spacing_mm.z)); }
+  /// Edge of the finest axis, the unit in which "voxel" is meant for anisotropic grids. The
+  /// thickness of a single slice is none, unless there is nothing else.
+  double finest_mm() const {
+    double finest = std::numeric_limits<double>::infinity();
+    for (int axis = 0; axis < 3; ++axis)
+      if (size[axis] > 1) finest = std::min(finest, spacing_mm[axis]);
+    return std::isfinite(finest) ? finest : std::min({spacing_mm.x, spacing_mm.y, spacing_mm.z});
+  }
 };
 
 /// True if both grids have the same samples at the same places, to a thousandth of a voxel.

@@ -20,4 +20,23 @@ Volume resampled(const Volume& volume, const Grid& onto) {
   return result;
 }
 
+Mask resampled(const Mask& mask, const Grid& onto) {
+  assert(mask.values.size() == mask.grid.count());
+  if (same_geometry(mask.grid, onto)) return {onto, mask.values};
+  Mask result{onto, std::vector<uint8_t>(onto.count())};
+  size_t offset = 0;
+  for (int k = 0; k < onto.size.z; ++k) {
+    for (int j = 0; j < onto.size.y; ++j) {
+      for (int i = 0; i < onto.size.x; ++i, ++offset) {
+        const glm::ivec3 at(glm::round(mask.grid.index_from_lps(onto.lps_from_index({i, j, k}))));
+        if (glm::any(glm::lessThan(at, glm::ivec3(0))) ||
+            glm::any(glm::greaterThanEqual(at, mask.grid.size)))
+          continue;
+        result.values[offset] = mask.values[mask.grid.offset(at.x, at.y, at.z)];
+      }
+    }
+  }
+  return result;
+}
+
 }  // namespace palpate

@@ -27,4 +27,7 @@ double sample(const Volume& volume, glm::dvec3 index);
 /// The volume on another grid, trilinear in physical space, border values held outside.
 Volume resampled(const Volume& volume, const Grid& onto);
 
+/// The mask at the sample centres of another grid, nearest neighbour; outside of it nothing counts.
+Mask resampled(const Mask& mask, const Grid& onto);
+
 }  // namespace palpate

@@ -5,7 +5,6 @@
 #include "integration/app/commands.h"
 #include "integration/app/exit_code.h"
 #include "integration/app/frames.h"
-#include "integration/app/measures.h"
 #include "integration/app/option_checks.h"
 #include "integration/app/progress.h"
 #include "integration/app/summary.h"
@@ -35,10 +34,10 @@ class Checker {
   Checker(const CheckCommand& command, Console& console) : command_(command), console_(console) {}
 
   Status run() {
-    for (const auto step :
-         {&Checker::read, &Checker::describe, &Checker::compare_with_truth,
-          &Checker::compare_landmarks, &Checker::compare_points, &Checker::go_there_and_back,
-          &Checker::go_around, &Checker::compare_frames, &Checker::cross_check, &Checker::judge}) {
+    for (const auto step : {&Checker::read, &Checker::describe, &Checker::compare_with_truth,
+                            &Checker::compare_landmarks, &Checker::compare_points,
+                            &Checker::compare_frames, &Checker::go_there_and_back,
+                            &Checker::go_around, &Checker::cross_check, &Checker::judge}) {
       if (const Status done = (this->*step)(); !done) return done;
     }
     return Nothing{};
@@ -72,10 +71,15 @@ class Checker {
       moving_ = std::move(*moving);
       image_ = fixed_->grid;
     }
+    if (!command_.against.empty()) {
+      auto against = files::read_field(command_.against, &notes);
+      if (!against) return against.error();
+      against_ = std::move(*against);
+    }
     if (command_.mask.empty()) return say(notes);
     auto mask = files::read_mask(command_.mask, &notes);
     if (!mask) return mask.error();
-    mask_ = mask_on(*mask, image_);
+    mask_ = resampled(*mask, image_);
     if (std::find(mask_->values.begin(), mask_->values.end(), 1) == mask_->values.end())
       return files::bad_input(command_.mask, "marks no voxel of the image: name another mask");
     return say(notes);
@@ -91,10 +95,12 @@ class Checker {
     if (mask_) console_.say("Distances are taken inside the mask.");
     console_.say(fmt::format("{:56} {:>8} {:>8} {:>8} {:>8} {:>8}", "", "mean", "median", "p95",
                              "p99", "max"));
-    row("Length of the motion, mm", lengths_mm(field_));
+    const std::optional<Mask> mask = mask_for(field_.grid);
+    const Spread motion_mm = lengths_mm(field_, pointer(mask));
+    row("Length of the motion, mm", motion_mm);
     json_["field"] = command_.field.string();
     json_["grid"] = json_of(field_.grid);
-    json_["motion_mm"] = json_of(lengths_mm(field_));
+    json_["motion_mm"] = json_of(motion_mm);
     const Folds all = folds(field_);
     evidence_.folds = all;
     json_["folds"] = json_of(all);
@@ -111,13 +117,26 @@ class Checker {
     const std::optional<Mask> mask = mask_for(truth_->grid);
     const auto error = endpoint_error(field_, *truth_, pointer(mask));
     if (!error) return error.error();
-    const auto own = endpoint_error_own_voxels(field_, *truth_, pointer(mask));
-    if (!own) return own.error();
     rows("Endpoint error", *error);
-    row("Endpoint error, voxels (each axis its own)", *own);
+    row("Endpoint error, voxels (each axis its own)", error->own_voxels);
+    const double covered = covered_share(mask);
+    if (covered < 1.0) {
+      notes_.push_back(
+          fmt::format("Compared with the truth: {:.1f} % of the field (within its grid{})",
+                      100.0 * covered, mask ? " and the mask" : ""));
+    }
     json_["endpoint_error"] = json_of(*error);
-    json_["endpoint_error"]["voxels_of_each_axis"] = json_of(*own);
+    json_["endpoint_error"]["covered_share"] = covered;
     return Nothing{};
+  }
+
+  /// The share of the field's samples that lie within the truth and, there, inside the mask.
+  double covered_share(const std::optional<Mask>& on_truth) const {
+    const Grid& grid = truth_->grid;
+    const Mask counted = on_truth ? *on_truth : Mask{grid, std::vector<uint8_t>(grid.count(), 1)};
+    const Mask covered = resampled(counted, field_.grid);
+    const auto count = std::count(covered.values.begin(), covered.values.end(), uint8_t(0));
+    return 1.0 - double(count) / double(covered.values.size());
   }
 
   Status compare_landmarks() {
@@ -158,15 +177,36 @@ class Checker {
     return Nothing{};
   }
 
+  Status compare_frames() {
+    if (!fixed_) return Nothing{};
+    auto evidence = examined(*fixed_, *moving_, field_, against_ ? &*against_ : nullptr, nullptr,
+                             pointer(mask_), &structure_);
+    if (!evidence) return evidence.error();
+    evidence_ = std::move(*evidence);
+    const Match& match = *evidence_.match;
+    notes_.push_back(fmt::format(
+        "Frames: mean local correlation {:.3f} -> {:.3f}, {:.1f} % of the structure without a "
+        "match, {:.3f} voxels of motion left",
+        match.correlation_before, match.correlation_after, 100.0 * match.mismatched,
+        match.motion_left_voxels));
+    notes_.push_back(
+        fmt::format("        SD of the difference {:.4g} -> {:.4g}, of the noise {:.4g} "
+                    "and {:.4g}",
+                    match.difference_sd_before, match.difference_sd_after, match.noise_sd_fixed,
+                    match.noise_sd_moving));
+    json_["match"] = json_of(match);
+    return Nothing{};
+  }
+
   Status go_there_and_back() {
-    if (command_.against.empty()) return Nothing{};
-    auto against = files::read_field(command_.against);
-    if (!against) return against.error();
-    const auto consistency = inverse_consistency(field_, *against, image_, pointer(mask_));
-    if (!consistency) return consistency.error();
-    rows("There and back", *consistency);
-    json_["inverse_consistency"] = json_of(*consistency);
-    against_ = std::move(*against);
+    if (!against_) return Nothing{};
+    const auto everywhere = inverse_consistency(field_, *against_, image_, pointer(mask_));
+    if (!everywhere) return everywhere.error();
+    rows("There and back, everywhere", *everywhere);
+    json_["inverse_consistency"]["everywhere"] = json_of(*everywhere);
+    if (!evidence_.inverse) return Nothing{};
+    rows("There and back, where there is structure", *evidence_.inverse);
+    json_["inverse_consistency"]["structure"] = json_of(*evidence_.inverse);
     return Nothing{};
   }
 
@@ -178,37 +218,25 @@ class Checker {
       if (!next) return next.error();
       fields.push_back(std::move(*next));
     }
-    const auto drift = cycle_drift(fields, image_, pointer(mask_));
-    if (!drift) return drift.error();
-    evidence_.drift = *drift;
-    rows("Drift after the cycle", *drift);
-    json_["cycle_drift"] = json_of(*drift);
+    const std::optional<Mask> mask = mask_for(field_.grid);
+    const auto everywhere = cycle_drift(fields, field_.grid, pointer(mask));
+    if (!everywhere) return everywhere.error();
+    CycleDrift drift{*everywhere, {}};
+    rows("Drift after the cycle, everywhere", drift.everywhere);
+    if (fixed_ && evidence_.match->clear > 0) {
+      const auto found = cycle_drift(fields, fixed_->grid, &structure_);
+      if (!found) return found.error();
+      drift.structure = *found;
+      rows("Drift after the cycle, where there is structure", *drift.structure);
+    }
+    evidence_.drift = drift.judged();
+    notes_.push_back(cycle_text(drift));
+    json_["cycle_drift"] = json_of(drift);
     if (points_.empty()) return Nothing{};
     const auto of_points = cycle_drift_mm(fields, points_);
     if (!of_points) return of_points.error();
     row("Drift of the points, mm", *of_points);
     json_["cycle_drift_of_points_mm"] = json_of(*of_points);
-    return Nothing{};
-  }
-
-  Status compare_frames() {
-    if (!fixed_) return Nothing{};
-    auto evidence = examined(*fixed_, *moving_, field_, against_ ? &*against_ : nullptr, nullptr,
-                             pointer(mask_));
-    if (!evidence) return evidence.error();
-    evidence->drift = evidence_.drift;
-    evidence_ = std::move(*evidence);
-    const Match& match = *evidence_.match;
-    notes_.push_back(
-        fmt::format("Frames: mean local correlation {:.3f} -> {:.3f}, {:.1f} % of the "
-                    "structure without a match",
-                    match.correlation_before, match.correlation_after, 100.0 * match.mismatched));
-    notes_.push_back(
-        fmt::format("        SD of the difference {:.4g} -> {:.4g}, of the noise {:.4g} "
-                    "and {:.4g}",
-                    match.difference_sd_before, match.difference_sd_after, match.noise_sd_fixed,
-                    match.noise_sd_moving));
-    json_["match"] = json_of(match);
     return Nothing{};
   }
 
@@ -256,7 +284,7 @@ class Checker {
   }
 
   std::optional<Mask> mask_for(const Grid& grid) const {
-    return mask_ ? std::optional(mask_on(*mask_, grid)) : std::nullopt;
+    return mask_ ? std::optional(resampled(*mask_, grid)) : std::nullopt;
   }
   static const Mask* pointer(const std::optional<Mask>& mask) { return mask ? &*mask : nullptr; }
 
@@ -267,6 +295,7 @@ class Checker {
   std::optional<Volume> fixed_, moving_;
   std::optional<Field> truth_, against_;
   std::optional<Mask> mask_;
+  Mask structure_;  ///< voxels where the frames show structure
   std::vector<glm::dvec3> points_;
   std::vector<std::string> notes_;  ///< lines that come after the table
   Evidence evidence_;

@@ -17,15 +17,9 @@ Confidence on_grid(const Confidence& confidence, const Grid& onto) {
   return {onto, std::move(values.values)};
 }
 
-/// The voxels of the fixed frame in which motion can be seen, inside the mask if there is one; no
-/// mask at all if that leaves nothing.
-std::optional<Mask> structure_of(const Volume& fixed, const Mask* mask) {
-  Mask structure = textured_voxels(fixed);
-  for (size_t n = 0; mask && n < structure.values.size(); ++n)
-    structure.values[n] &= uint8_t(mask->values[n] != 0);
-  const bool any =
-      std::find(structure.values.begin(), structure.values.end(), 1) != structure.values.end();
-  return any ? std::optional(std::move(structure)) : std::nullopt;
+/// The time that a person is told.
+double seconds_of(const SolveReport& report) {
+  return report.seconds + report.prepare_seconds;
 }
 
 }  // namespace
@@ -45,25 +39,30 @@ Status Delivery::put(const std::string& name, const Write& write) {
 Status Delivery::take(const EstimatedPair& pair) {
   const PairMotion& motion = pair.motion;
   const Field field = options_.coarse ? motion.field : resampled(motion.field, pair.fixed->grid);
+  const std::optional<Mask> mask =
+      options_.mask ? std::optional(resampled(*options_.mask, field.grid)) : std::nullopt;
   Delivered now{motion.fixed_frame,
                 motion.moving_frame,
                 options_.names(motion.fixed_frame, motion.moving_frame),
-                lengths_mm(field),
+                lengths_mm(field, mask ? &*mask : nullptr),
                 motion.report,
                 {}};
   if (const Status written = write(pair, field, now.names); !written) return written;
   if (options_.judge) {
+    Mask structure;
     auto evidence =
-        examined(*pair.fixed, *pair.moving, field, pair.backward ? &*pair.backward : nullptr,
-                 &motion.confidence, options_.mask);
+        examined(*pair.fixed, *pair.moving, field, motion.backward ? &*motion.backward : nullptr,
+                 &motion.confidence, options_.mask, &structure);
     if (!evidence) return evidence.error();
     now.evidence = std::move(*evidence);
+    if (options_.cyclic && delivered_.empty()) {
+      everywhere_.emplace(field.grid, mask ? &*mask : nullptr);
+      if (now.evidence.match->clear > 0) where_structure_.emplace(pair.fixed->grid, &structure);
+    }
   }
+  for (auto* points : {&everywhere_, &where_structure_})
+    if (*points) (*points)->follow(field);
   if (const Status drawn = draw(pair, field, now.names.picture); !drawn) return drawn;
-  if (options_.judge && options_.cyclic) {
-    if (delivered_.empty()) structure_ = structure_of(*pair.fixed, options_.mask);
-    fields_.push_back(motion.field);
-  }
   tell(now);
   delivered_.push_back(std::move(now));
   return Nothing{};
@@ -99,10 +98,9 @@ Status Delivery::draw(const EstimatedPair& pair, const Field& field, const std::
 }
 
 void Delivery::tell(const Delivered& pair) {
-  std::string line =
-      fmt::format("Frame {} to {}   {:.2f} s, moves {:.2f} mm on average and {:.2f} mm at most",
-                  pair.fixed, pair.moving, pair.report.seconds + pair.report.prepare_seconds,
-                  pair.motion_mm.mean, pair.motion_mm.max);
+  std::string line = fmt::format(
+      "Frame {} to {}   {:.2f} s, moves {:.2f} mm on average and {:.2f} mm at most", pair.fixed,
+      pair.moving, seconds_of(pair.report), pair.motion_mm.mean, pair.motion_mm.max);
   const Evidence& evidence = pair.evidence;
   if (evidence.folds) line += ", " + folds_text(*evidence.folds);
   if (evidence.match) {
@@ -110,22 +108,24 @@ void Delivery::tell(const Delivered& pair) {
                         evidence.match->correlation_after);
   }
   if (evidence.inverse)
-    line += fmt::format(", there and back {:.3f} voxel", evidence.inverse->voxels.mean);
+    line += fmt::format(", there and back {:.3f} voxel", evidence.inverse->own_voxels.mean);
   if (options_.judge) line += fmt::format(": {}", word(judged(evidence).trust));
   console_.say(line);
 }
 
 Status Delivery::close_cycle() {
-  if (!options_.cyclic || fields_.empty() || !structure_) return Nothing{};
-  auto drift = cycle_drift(fields_, structure_->grid, &*structure_);
-  if (!drift) return drift.error();
-  drift_ = *drift;
-  if (!delivered_.empty()) delivered_.back().evidence.drift = drift_;
-  console_.say(
-      fmt::format("Cycle     points end {:.3f} mm ({:.3f} voxel) from where they started, "
-                  "95 % within {:.3f} mm",
-                  drift_->mm.mean, drift_->voxels.mean, drift_->mm.p95));
+  if (!everywhere_) return Nothing{};
+  drift_ = CycleDrift{everywhere_->drift(), {}};
+  if (where_structure_) drift_->structure = where_structure_->drift();
+  delivered_.back().evidence.drift = drift_->judged();
+  console_.say(cycle_text(*drift_));
   return Nothing{};
+}
+
+double Delivery::slowest_s() const {
+  double slowest = 0.0;
+  for (const Delivered& pair : delivered_) slowest = std::max(slowest, seconds_of(pair.report));
+  return slowest;
 }
 
 Verdict Delivery::verdict() const {

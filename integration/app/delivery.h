@@ -9,6 +9,7 @@
 #include "compute/motion/verdict.h"
 #include "integration/app/estimation.h"
 #include "integration/app/outputs.h"
+#include "integration/app/summary.h"
 
 namespace palpate::app {
 
@@ -39,13 +40,15 @@ class Delivery {
 
   /// Of all pairs so far; with a cycle also of its drift.
   Verdict verdict() const;
-  const std::optional<Distances>& drift() const { return drift_; }
+  const std::optional<CycleDrift>& drift() const { return drift_; }
+
+  /// What was measured of the last pair, if it was judged.
+  const Evidence& evidence() const { return delivered_.back().evidence; }
+  /// The longest time that a pair took, s.
+  double slowest_s() const;
 
   /// One object per pair: frames, files, motion, cost, evidence, verdict.
   nlohmann::json pairs() const;
-
-  /// On the solved grid, in order.
-  const std::vector<Field>& fields() const { return fields_; }
 
   /// To be called after the last pair, before verdict(): measures the drift of a cycle.
   Status close_cycle();
@@ -72,9 +75,8 @@ class Delivery {
   Outputs& outputs_;
   Console& console_;
   std::vector<Delivered> delivered_;
-  std::vector<Field> fields_;
-  std::optional<Mask> structure_;  ///< of frame 0, where drift can be seen
-  std::optional<Distances> drift_;
+  std::optional<CyclePoints> everywhere_, where_structure_;
+  std::optional<CycleDrift> drift_;
 };
 
 }  // namespace palpate::app

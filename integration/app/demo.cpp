@@ -34,14 +34,6 @@ struct Score {
   double seconds = 0.0;
 };
 
-Spread wall_motion_mm(const Field& truth, const Mask& wall) {
-  std::vector<float> lengths;
-  for (size_t n = 0; n < truth.u_mm.size(); ++n) {
-    if (wall.values[n]) lengths.push_back(glm::length(truth.u_mm[n]));
-  }
-  return spread_of(lengths);
-}
-
 /// Estimates the beating heart and holds it against the truth.
 class Demo {
  public:
@@ -65,6 +57,7 @@ class Demo {
     }
     job.options.motion = *preset;
     job.options.cyclic = true;
+    job.options.backward = true;
     Status done = estimate(
         context, job, [this](EstimatedPair pair) { return take(pair); }, console_, stop);
     if (done) done = delivery_.close_cycle();
@@ -98,13 +91,11 @@ class Demo {
     const auto error = endpoint_error(pair.motion.field, truth, &wall);
     if (!error) return error.error();
     const Field field = resampled(pair.motion.field, grid);
-    Score score{wall_motion_mm(truth, wall), *error, folds(field).folded, 0.0,
+    const Evidence& evidence = delivery_.evidence();
+    Score score{lengths_mm(truth, &wall), *error, evidence.folds->folded,
+                evidence.inverse ? evidence.inverse->own_voxels.mean : 0.0,
                 pair.motion.report.seconds + pair.motion.report.prepare_seconds};
-    if (pair.backward) {
-      const auto back = inverse_consistency(field, *pair.backward, grid, &wall);
-      if (!back) return back.error();
-      score.there_and_back_voxels = back->voxels.mean;
-    }
+    fields_.push_back(pair.motion.field);
     scores_.push_back(score);
     return draw_pair(pair, field, truth, wall, score);
   }
@@ -135,7 +126,7 @@ class Demo {
     if (!path) return path.error();
     std::vector<charts::Moment> moments;
     for (size_t k = 0; k < heart_.frames.size(); ++k) {
-      moments.push_back({&heart_.frames[k], &delivery_.fields()[k],
+      moments.push_back({&heart_.frames[k], &fields_[k],
                          fmt::format("frame {} \u2192 {}", k, (k + 1) % heart_.frames.size()),
                          fmt::format("t = {:.3g} s", heart_.times_s[k])});
     }
@@ -176,11 +167,7 @@ class Demo {
         "{:.0f}.\n",
         heart_.frames.size(), grid_text(heart_.frames.front().grid), table(), motion_mm, error_mm,
         error_mm > 0.0 ? motion_mm / error_mm : 0.0);
-    if (delivery_.drift()) {
-      summary_ += fmt::format(
-          "Points that follow the fields for a whole beat end {:.3f} mm from where they began.\n",
-          delivery_.drift()->mm.mean);
-    }
+    if (delivery_.drift()) summary_ += cycle_text(*delivery_.drift()) + "\n";
     summary_ += "\n" + verdict_text(delivery_.verdict()) + "\n\nLook at\n";
     const fs::path& folder = outputs_.folder();
     summary_ += fmt::format("  {}   the whole beat, with arrows\n", (folder / "beat.png").string());
@@ -200,6 +187,7 @@ class Demo {
   Sequence heart_;
   Delivery delivery_;
   std::vector<Score> scores_;
+  std::vector<Field> fields_;  ///< on the solved grid
   std::string summary_;
 };
 

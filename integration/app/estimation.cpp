@@ -19,14 +19,6 @@ Error stopped() {
   return {ErrorKind::kCancelled, "Stopped as asked: no output was written or changed"};
 }
 
-/// The least effort at full resolution: at twice the voxel edge it saves a tenth of a second and
-/// misses by so much itself that good fields come close to being called suspect.
-EstimatorOptions backward_options() {
-  EstimatorOptions options;
-  options.motion = *motion_preset("fast");
-  return options;
-}
-
 /// Three threads: the caller reads and pushes, the estimator's worker hands its fields to a queue,
 /// and one more takes them from there, to be judged and written.
 class Estimation {
@@ -48,7 +40,7 @@ class Estimation {
     if (!estimator) return estimator.error();
     estimator_ = std::move(*estimator);
     announce();
-    if (overlap_) start_delivery();
+    start_delivery();
     Status done = Nothing{};
     {
       const std::stop_callback on_stop(stop_, [&] { estimator_->cancel(); });
@@ -56,10 +48,6 @@ class Estimation {
       if (!done) estimator_->cancel();
       const Status finished = estimator_->finish();
       if (done && !finished) done = finished;
-    }
-    if (!overlap_) {
-      estimator_.reset();
-      start_delivery();
     }
     finish_delivery();
     console_.end_progress();
@@ -71,13 +59,11 @@ class Estimation {
  private:
   void announce() {
     const MemoryEstimate memory = estimator_->memory();
-    // Beside each other, the two estimations must not take each other's memory.
-    backward_ = job_.backward && (!overlap_ || 2 * memory.device_bytes <= memory.budget_bytes);
     console_.say(fmt::format("Memory    {} of {} on the device{}",
                              bytes_text(double(memory.device_bytes)),
                              bytes_text(double(memory.budget_bytes)),
                              memory.slabs > 1 ? fmt::format(", in {} slabs", memory.slabs) : ""));
-    if (job_.backward && !backward_)
+    if (job_.options.backward && !memory.backward)
       console_.say("Too little of it to check each field by a second one from moving to fixed.");
   }
 
@@ -102,15 +88,13 @@ class Estimation {
 
   /// One unit per field; judging and writing hide behind the estimation of the next one.
   void show(double share, const std::string& doing) {
-    const size_t units = job_.pair_count() * (backward_ ? 2 : 1);
-    console_.progress((double(units_done_) + share) / double(units), doing);
+    console_.progress((double(units_done_) + share) / double(job_.pair_count()), doing);
   }
 
-  /// On the estimator's worker. The backward field is estimated here, between two forward ones, so
-  /// that the device does one thing at a time and the times it reports are its own.
+  /// On the estimator's worker.
   void take(PairMotion motion) {
     ++units_done_;
-    EstimatedPair pair{std::move(motion), {}, {}, {}};
+    EstimatedPair pair{std::move(motion), {}, {}};
     {
       const std::lock_guard lock(frames_mutex_);
       pair.fixed = frames_.at(pair.motion.fixed_frame);
@@ -119,28 +103,10 @@ class Estimation {
         return frame.first < pair.motion.moving_frame && !(job_.options.cyclic && frame.first == 0);
       });
     }
-    if (overlap_) {
-      if (const Status added = add_backward(pair); !added) return give_up(added);
-    }
     std::unique_lock lock(queue_mutex_);
     queue_changed_.wait(lock, [&] { return queue_.size() < kWaitingPairs || failed_; });
     if (!failed_) queue_.push_back(std::move(pair));
     queue_changed_.notify_all();
-  }
-
-  Status add_backward(EstimatedPair& pair) {
-    if (!backward_) return Nothing{};
-    const std::string doing =
-        fmt::format("checking frame {} to {}", pair.motion.fixed_frame, pair.motion.moving_frame);
-    auto backward = estimate_motion(context_, *pair.moving, *pair.fixed, backward_options(), stop_,
-                                    [&](double share) { show(share, doing); });
-    ++units_done_;
-    if (backward) {
-      pair.backward = std::move(backward->field);
-    } else if (backward.error().kind != ErrorKind::kOutOfMemory) {
-      return backward.error();
-    }
-    return Nothing{};
   }
 
   void start_delivery() {
@@ -173,9 +139,6 @@ class Estimation {
 
   Status hand_over(EstimatedPair pair) {
     if (stop_.stop_requested()) return stopped();
-    if (!overlap_) {
-      if (const Status added = add_backward(pair); !added) return added;
-    }
     return on_pair_(std::move(pair));
   }
 
@@ -197,10 +160,6 @@ class Estimation {
   const OnPair& on_pair_;
   Console& console_;
   const std::stop_token stop_;
-  /// A single pair is judged after the estimator has given its memory back; of a sequence, pairs
-  /// are judged and written while the next ones are estimated.
-  const bool overlap_ = job_.pair_count() > 1;
-  bool backward_ = false;
   std::unique_ptr<SequenceEstimator> estimator_;
 
   std::mutex frames_mutex_;

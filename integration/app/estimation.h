@@ -17,7 +17,6 @@ struct EstimationJob {
   size_t frame_count = 0;  ///< two or more
   std::function<Result<Volume>(size_t)> read_frame;  ///< called in rising order, once per frame
   EstimatorOptions options;
-  bool backward = true;  ///< also a quick field from moving to fixed, for the verdict
 
   size_t pair_count() const { return frame_count - 1 + (options.cyclic ? 1 : 0); }
 };
@@ -27,7 +26,6 @@ struct EstimatedPair {
   PairMotion motion;
   std::shared_ptr<const Volume> fixed;  ///< as read, before any resampling
   std::shared_ptr<const Volume> moving;
-  std::optional<Field> backward;  ///< moving to fixed; absent if not asked for or no memory
 };
 
 /// Called once per pair, in order, on one thread; may take as long as it likes.

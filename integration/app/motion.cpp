@@ -193,6 +193,15 @@ Status write_summary(Outputs& outputs, const nlohmann::json& summary) {
 int conclude(const MotionCommand& command, const Delivery& delivery, const nlohmann::json& summary,
              Console& console) {
   console.say(fmt::format("Wrote     {}", command.output.string()));
+  if (!command.within.empty()) {
+    const double limit_s = *studies::parse_seconds(command.within);
+    if (delivery.slowest_s() > limit_s) {
+      console.say(fmt::format(
+          "Late      a pair took {:.2f} s, not the {:.3g} s asked for: the machine was busier than "
+          "when 'palpate chart motion' measured it; measure again, or allow more time",
+          delivery.slowest_s(), limit_s));
+    }
+  }
   if (command.json) fmt::print("{}\n", summary.dump(2));
   if (command.no_verdict) return kExitOk;
   const Verdict verdict = delivery.verdict();
@@ -212,33 +221,32 @@ int run(const MotionCommand& command) {
   if (!motion) return fail(console, motion.error());
   if (const Status wish = check_wish(command); !wish) return fail(console, wish.error());
   if (const Status name = check_output_name(command); !name) return fail(console, name.error());
-  auto frames = command.is_pair() ? open_pair(command.inputs[0], command.inputs[1])
-                                  : open_sequence(command.inputs);
+  const auto open_frames = [&] {
+    return command.is_pair() ? open_pair(command.inputs[0], command.inputs[1])
+                             : open_sequence(command.inputs);
+  };
+  auto frames = open_frames();
   if (!frames) return fail(console, frames.error());
   if (const Status names = check_names(command, frames->count); !names)
     return fail(console, names.error());
   const auto mask = read_mask_for(command.mask, frames->grid, &frames->notes);
   if (!mask) return fail(console, mask.error());
-  auto outputs = Outputs::into(command.is_pair() ? command.output.parent_path() : command.output,
-                               bytes_to_write(command, *frames));
-  if (!outputs) return fail(console, outputs.error());
   console.say(fmt::format("Frames    {}", frames_text(*frames)));
   for (const std::string& note : frames->notes) console.say("Note      " + note);
   const auto context = open_device(command.device, console);
   if (!context) return fail(console, context.error());
-  std::string preset = command.preset;
+  std::vector<studies::Choice> choices;
   if (command.chooses()) {
-    auto choice =
-        choose_setting(command.within, command.most_error, frames->grid, (*context)->info().name);
-    if (!choice) return fail(console, choice.error());
-    console.say("Chosen    " + choice->why);
-    *motion = choice->setting.options;
-    preset = choice->setting.name;
+    auto found =
+        choose_settings(command.within, command.most_error, frames->grid, (*context)->info().name);
+    if (!found) return fail(console, found.error());
+    choices = std::move(*found);
   }
 
-  EstimationJob job{frames->grid, frames->count, frames->read, {}, !command.no_verdict};
+  EstimationJob job{frames->grid, frames->count, frames->read, {}};
   job.options.motion = *motion;
   job.options.cyclic = command.cyclic;
+  job.options.backward = !command.no_verdict;
   job.options.mask = *mask;
   DeliveryOptions options;
   options.names = [&](size_t fixed, size_t moving) {
@@ -249,18 +257,36 @@ int run(const MotionCommand& command) {
   options.judge = !command.no_verdict;
   options.cyclic = command.cyclic;
   options.mask = *mask ? &**mask : nullptr;
-  Delivery delivery(options, *outputs, console);
-  Status done = estimate(
-      *context, job, [&](EstimatedPair pair) { return delivery.take(pair); }, console,
-      cancel.token());
-  if (done) done = delivery.close_cycle();
-  if (!done) return fail(console, done.error());
-
-  const auto summary = summary_of(command, preset, *frames, **context, delivery);
-  if (!command.is_pair()) done = write_summary(*outputs, summary);
-  if (done) done = outputs->publish();
-  if (!done) return fail(console, done.error());
-  return conclude(command, delivery, summary, console);
+  for (size_t n = 0;; ++n) {
+    std::string preset = command.preset;
+    if (n < choices.size()) {
+      console.say("Chosen    " + choices[n].why);
+      job.options.motion = choices[n].setting.options;
+      preset = choices[n].setting.name;
+    }
+    auto outputs = Outputs::into(command.is_pair() ? command.output.parent_path() : command.output,
+                                 bytes_to_write(command, *frames));
+    if (!outputs) return fail(console, outputs.error());
+    Delivery delivery(options, *outputs, console);
+    Status done = estimate(
+        *context, job, [&](EstimatedPair pair) { return delivery.take(pair); }, console,
+        cancel.token());
+    if (done) done = delivery.close_cycle();
+    if (!done) return fail(console, done.error());
+    // What is not good enough is not written if a better setting is left.
+    if (n + 1 < choices.size() && options.judge && delivery.verdict().trust != Trust::kOk) {
+      console.say(verdict_text(delivery.verdict()));
+      frames = open_frames();  // each is read once
+      if (!frames) return fail(console, frames.error());
+      job.read_frame = frames->read;
+      continue;
+    }
+    const auto summary = summary_of(command, preset, *frames, **context, delivery);
+    if (!command.is_pair()) done = write_summary(*outputs, summary);
+    if (done) done = outputs->publish();
+    if (!done) return fail(console, done.error());
+    return conclude(command, delivery, summary, console);
+  }
 }
 
 void add_expert_options(CLI::App& app, MotionCommand& command) {

@@ -12,7 +12,9 @@ json json_of(const Spread& spread) {
 }
 
 json json_of(const Distances& distances) {
-  return {{"mm", json_of(distances.mm)}, {"voxels", json_of(distances.voxels)}};
+  return {{"mm", json_of(distances.mm)},
+          {"voxels", json_of(distances.voxels)},
+          {"voxels_of_each_axis", json_of(distances.own_voxels)}};
 }
 
 json json_of(const Folds& folds) {
@@ -29,9 +31,11 @@ json json_of(const Match& match) {
           {"difference_sd_after", match.difference_sd_after},
           {"textured_share_fixed", match.textured_share()},
           {"textured_share_moving", match.textured_share_moving()},
+          {"clear_share", match.clear_share()},
           {"correlation_before", match.correlation_before},
           {"correlation_after", match.correlation_after},
           {"mismatched_share", match.mismatched},
+          {"motion_left_voxels", match.motion_left_voxels},
           {"leaving_share", match.leaving}};
 }
 
@@ -39,8 +43,7 @@ json json_of(const Evidence& evidence) {
   json result = json::object();
   if (evidence.folds) result["folds"] = json_of(*evidence.folds);
   if (evidence.match) result["match"] = json_of(*evidence.match);
-  if (evidence.inverse) result["inverse_consistency"] = json_of(*evidence.inverse);
-  if (evidence.drift) result["cycle_drift"] = json_of(*evidence.drift);
+  if (evidence.inverse) result["inverse_consistency"]["structure"] = json_of(*evidence.inverse);
   if (evidence.low_confidence) result["low_confidence_share"] = *evidence.low_confidence;
   return result;
 }
@@ -73,14 +76,25 @@ json json_of(const SolveReport& report) {
   return {{"levels", levels},
           {"solve_seconds", report.seconds},
           {"prepare_seconds", report.prepare_seconds},
+          {"backward_seconds", report.backward_seconds},
           {"repair_rounds", report.repaired},
           {"folded_cells", report.folded_cells}};
 }
 
-Spread lengths_mm(const Field& field) {
-  std::vector<float> lengths(field.u_mm.size());
-  for (size_t n = 0; n < lengths.size(); ++n) lengths[n] = glm::length(field.u_mm[n]);
-  return spread_of(lengths);
+json json_of(const CycleDrift& drift) {
+  json result = {{"everywhere", json_of(drift.everywhere)}};
+  if (drift.structure) result["structure"] = json_of(*drift.structure);
+  return result;
+}
+
+std::string cycle_text(const CycleDrift& drift) {
+  const auto numbers = [](const Distances& one) {
+    return fmt::format("{:.3f} mm ({:.3f} voxel) from where they started, 95 % within {:.3f} mm",
+                       one.mm.mean, one.own_voxels.mean, one.mm.p95);
+  };
+  if (!drift.structure) return "Cycle     points everywhere end " + numbers(drift.everywhere);
+  return fmt::format("Cycle     points where there is structure end {}; everywhere {:.3f} mm",
+                     numbers(*drift.structure), drift.everywhere.mm.mean);
 }
 
 std::string grid_text(const Grid& grid) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "compute/motion/estimator.h"
@@ -18,8 +19,18 @@ nlohmann::json json_of(const Verdict& verdict);
 nlohmann::json json_of(const Grid& grid);
 nlohmann::json json_of(const SolveReport& report);
 
-/// Lengths |u| of a field's samples, mm.
-Spread lengths_mm(const Field& field);
+/// Where points are after one cycle, from two sets of them.
+struct CycleDrift {
+  Distances everywhere;                ///< samples of the first field, inside the mask
+  std::optional<Distances> structure;  ///< voxels where the first pair shows structure (examined())
+
+  /// What the verdict is about.
+  const Distances& judged() const { return structure ? *structure : everywhere; }
+};
+nlohmann::json json_of(const CycleDrift& drift);
+
+/// The drift as a line for a person.
+std::string cycle_text(const CycleDrift& drift);
 
 /// "115 x 157 x 129 voxels of 1.37 x 1.37 x 2.5 mm".
 std::string grid_text(const Grid& grid);

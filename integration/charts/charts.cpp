@@ -46,7 +46,7 @@ Status write_frame(const std::string& path, const Volume& frame, const Field* fi
     return write_page(path, page, laid_out(page));
   }
   if (auto ok = checked(path, field->grid, field->u_mm.size(), "the field"); !ok) return ok;
-  const std::vector<double> lengths = lengths_mm(*field);
+  const std::vector<double> lengths = sampled_lengths_mm(*field);
   const Range range = round_range(lengths);
   Content content = frame_content(frame, dimmed(window));
   Page page = views_page(caption, box, focus_of(*field, mask), {&content});
@@ -62,7 +62,7 @@ Status write_frame(const std::string& path, const Volume& frame, const Field* fi
 Status write_motion_map(const std::string& path, const Field& field, const Grid& frame_grid,
                         const Caption& caption) {
   if (auto ok = checked(path, field.grid, field.u_mm.size(), "the field"); !ok) return ok;
-  const Range range = round_range(lengths_mm(field));
+  const Range range = round_range(sampled_lengths_mm(field));
   Content content = motion_content(field, frame_grid, range);
   add_letters(&content, true);
   Page page = views_page(caption, box_of(frame_grid), focus_of(field), {&content});
@@ -94,7 +94,7 @@ Status write_error_map(const std::string& path, const Field& field, const Field&
   add_letters(&content, false);
   Page page = views_page(caption, box_of(truth.grid), focus_of(truth, mask), {&content});
   set_key(&page, {ColorMap::kError, range, "distance from the truth, mm"});
-  page.footnote = "Error: " + length_numbers(misses) + ".  " + page.footnote;
+  page.footnote = "Error: " + error_numbers(field, truth, mask) + ".  " + page.footnote;
   return write_page(path, page, laid_out(page));
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace palpate::charts {
 
@@ -63,12 +64,23 @@ Page table_page(const Caption& caption, const Box& box, glm::dvec3 focus_lps_mm,
   return page;
 }
 
-std::string length_numbers(const std::vector<double>& lengths_mm) {
-  if (lengths_mm.empty()) return "no samples";
-  double sum = 0.0;
-  for (const double length : lengths_mm) sum += length;
-  return fmt::format("mean {}, p95 {}, max {} mm", number(sum / double(lengths_mm.size())),
-                     number(quantile(lengths_mm, 0.95)), number(quantile(lengths_mm, 1.0)));
+std::string length_numbers(const Spread& lengths_mm) {
+  if (lengths_mm.count == 0) return "no samples";
+  return fmt::format("mean {}, p95 {}, max {} mm", number(lengths_mm.mean), number(lengths_mm.p95),
+                     number(lengths_mm.max));
+}
+
+std::string motion_numbers(const Field& field, const Mask* mask) {
+  if (!mask) return length_numbers(lengths_mm(field));
+  const Mask there = resampled(*mask, field.grid);
+  return length_numbers(lengths_mm(field, &there));
+}
+
+std::string error_numbers(const Field& field, const Field& truth, const Mask* mask) {
+  const std::optional<Mask> there =
+      mask ? std::optional(resampled(*mask, truth.grid)) : std::nullopt;
+  const auto error = endpoint_error(field, truth, there ? &*there : nullptr);
+  return length_numbers(error ? error->mm : Spread{});
 }
 
 Range dimmed(Range window) {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "compute/motion/quality.h"
 #include "integration/charts/charts.h"
 #include "integration/charts/overlays.h"
 #include "integration/charts/page.h"
@@ -23,7 +24,13 @@ Page table_page(const Caption& caption, const Box& box, glm::dvec3 focus_lps_mm,
                 const std::vector<const Content*>& columns);
 
 /// "mean 3.9, p95 12, max 15 mm"
-std::string length_numbers(const std::vector<double>& lengths_mm);
+std::string length_numbers(const Spread& lengths_mm);
+
+/// Of u inside the mask (null, or on any grid): what the command says in words.
+std::string motion_numbers(const Field& field, const Mask* mask);
+
+/// Of |u - truth| at the truth's samples inside the mask.
+std::string error_numbers(const Field& field, const Field& truth, const Mask* mask);
 
 /// A window in which the brightest tissue stays grey, so that what is drawn over it stands out.
 Range dimmed(Range window);

@@ -69,7 +69,8 @@ Part error_part(const PairPicture& pair) {
   });
   const Range range = round_range(misses);
   return {error_content(*pair.field, *pair.truth, pair.mask, range),
-          {"Error", length_numbers(misses)},
+          {pair.mask ? "Error inside the mask" : "Error",
+           error_numbers(*pair.field, *pair.truth, pair.mask)},
           {ColorMap::kError, range, "distance from the truth, mm"}};
 }
 
@@ -88,10 +89,11 @@ Part fixed_part(const PairPicture& pair, Range range_mm) {
           {ColorMap::kMotion, range_mm, "length of the motion, mm"}};
 }
 
-Part motion_part(const PairPicture& pair, Range range_mm, const std::vector<double>& lengths) {
-  Part part{motion_content(*pair.field, pair.fixed->grid, range_mm),
-            {"Motion", length_numbers(lengths)},
-            {ColorMap::kMotion, range_mm, "length of the motion, mm"}};
+Part motion_part(const PairPicture& pair, Range range_mm) {
+  Part part{
+      motion_content(*pair.field, pair.fixed->grid, range_mm),
+      {pair.mask ? "Motion inside the mask" : "Motion", motion_numbers(*pair.field, pair.mask)},
+      {ColorMap::kMotion, range_mm, "length of the motion, mm"}};
   part.content.overlays.push_back(carried_lattice(*pair.field, pair.fixed->grid, {1, 1, 1}));
   return part;
 }
@@ -108,7 +110,7 @@ Status write_pair_overview(const std::string& path, const PairPicture& pair,
   std::vector<Part> parts;
   parts.push_back(fixed_part(pair, range_mm));
   for (Part& part : difference_parts(pair)) parts.push_back(std::move(part));
-  parts.push_back(motion_part(pair, range_mm, lengths));
+  parts.push_back(motion_part(pair, range_mm));
   if (pair.truth) parts.push_back(error_part(pair));
   if (pair.confidence) parts.push_back(confidence_part(pair));
 
@@ -160,7 +162,7 @@ StripScale strip_scale(const std::vector<Moment>& moments, const std::vector<siz
     scale.window.high = first ? window.high : std::max(scale.window.high, window.high);
     first = false;
     if (!moments[row].field) continue;
-    const std::vector<double> lengths = lengths_mm(*moments[row].field);
+    const std::vector<double> lengths = sampled_lengths_mm(*moments[row].field);
     scale.lengths_mm.insert(scale.lengths_mm.end(), lengths.begin(), lengths.end());
     const double size = root_mean_square(lengths);
     if (size > most) {

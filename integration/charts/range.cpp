@@ -61,7 +61,7 @@ void visit_samples(const Grid& grid, size_t limit, const std::function<void(glm:
   }
 }
 
-std::vector<double> lengths_mm(const Field& field) {
+std::vector<double> sampled_lengths_mm(const Field& field) {
   std::vector<double> lengths;
   const size_t stride = stride_for(field.u_mm.size(), kStatisticsSamples);
   for (size_t n = 0; n < field.u_mm.size(); n += stride) {

@@ -32,7 +32,7 @@ Range round_range(const std::vector<double>& values);
 void visit_samples(const Grid& grid, size_t limit, const std::function<void(glm::dvec3)>& visit);
 
 /// Lengths of u in mm at samples spread over the field.
-std::vector<double> lengths_mm(const Field& field);
+std::vector<double> sampled_lengths_mm(const Field& field);
 
 /// The largest of 1, 2 and 5 times a power of ten that is at most `value`; value > 0.
 double round_down_125(double value);

@@ -27,7 +27,7 @@ struct Frames {
 /// Differences of one method and orientation, as slices come in.
 struct Collected {
   FlowComparison comparison;
-  std::vector<float> difference_mm;
+  std::vector<glm::vec3> difference_mm;
   std::vector<float> motion_mm;
 };
 
@@ -84,7 +84,8 @@ void compare_slice(const Frames& frames, const SlicePair& pair, const CrossCheck
       const double found = double(pair.moving_structure.at<float>(there));
       if (!(found > per_noise * frames.moving_noise)) continue;
       const glm::dvec2 flow_mm = pixel_mm * glm::dvec2(v[0], v[1]);
-      out.difference_mm.push_back(float(glm::length(flow_mm - glm::dvec2(u_mm))));
+      const glm::dvec2 off_mm = flow_mm - glm::dvec2(u_mm);
+      out.difference_mm.emplace_back(off_mm.x * stack.right() + off_mm.y * stack.down());
       out.motion_mm.push_back(float(glm::length(glm::dvec2(u_mm))));
     }
   }
@@ -94,7 +95,7 @@ FlowComparison summed_up(Collected& collected, const Grid& grid) {
   FlowComparison& comparison = collected.comparison;
   const double scale = 1.0 / grid.finest_mm();
   comparison.compared = collected.difference_mm.size();
-  comparison.difference = in_voxels(spread_of(collected.difference_mm), grid);
+  comparison.difference = distances_of(collected.difference_mm, grid);
   comparison.motion_voxels = spread_of(collected.motion_mm).median * scale;
   return comparison;
 }

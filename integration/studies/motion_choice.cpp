@@ -1,5 +1,6 @@
 #include "integration/studies/motion_choice.h"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -116,25 +117,33 @@ Result<Choice> choose_within(const MotionFront& front, double seconds, size_t vo
   return chosen(front, *best, voxels, voxel_mm, "at most " + seconds_text(seconds));
 }
 
-Result<Choice> choose_error(const MotionFront& front, double error_mm, size_t voxels,
-                            double voxel_mm) {
-  const FrontPoint* fastest = nullptr;
+Result<std::vector<Choice>> choose_by_error(const MotionFront& front, double error_mm,
+                                            size_t voxels, double voxel_mm) {
   const FrontPoint* best = nullptr;
+  std::vector<FrontPoint> good;
   for (const FrontPoint& point : front.points) {
     if (!best || point.error_voxels < best->error_voxels) best = &point;
-    if (point.error_voxels * voxel_mm > error_mm) continue;
-    if (!fastest || point.seconds < fastest->seconds) fastest = &point;
+    if (point.error_voxels * voxel_mm <= error_mm) good.push_back(point);
   }
   if (!best) return bad("The measured front is empty: run 'palpate chart motion' again.");
-  if (!fastest) {
+  if (good.empty()) {
     return bad(
         fmt::format("No setting is expected to come within {:.2g} mm for voxels of {:.3g} "
                     "mm: the most accurate, {}, is wrong by about {:.2g} mm. Allow more "
                     "error, or bring finer data.",
                     error_mm, voxel_mm, best->setting, best->error_voxels * voxel_mm));
   }
-  return chosen(front, *fastest, voxels, voxel_mm,
-                fmt::format("at most {:.2g} mm of error", error_mm));
+  std::sort(good.begin(), good.end(),
+            [](const FrontPoint& a, const FrontPoint& b) { return a.seconds < b.seconds; });
+  const std::string wish = fmt::format("at most {:.2g} mm of error", error_mm);
+  std::vector<Choice> choices;
+  for (const FrontPoint& point : good) {
+    auto choice = chosen(front, point, voxels, voxel_mm, wish);
+    if (!choice) return choice.error();
+    if (choices.empty() || choice->expected_error_mm < choices.back().expected_error_mm)
+      choices.push_back(std::move(*choice));
+  }
+  return choices;
 }
 
 }  // namespace palpate::studies

@@ -55,9 +55,10 @@ struct Choice {
 Result<Choice> choose_within(const MotionFront& front, double seconds, size_t voxels,
                              double voxel_mm);
 
-/// The fastest setting whose error is expected to be at most `error_mm` for voxels of `voxel_mm`
-/// (errors are scaled by the voxel's finest edge). kBadInput where even the most accurate is worse.
-Result<Choice> choose_error(const MotionFront& front, double error_mm, size_t voxels,
-                            double voxel_mm);
+/// The settings whose error is expected to be at most `error_mm` for voxels of `voxel_mm` (errors
+/// are scaled by the voxel's finest edge), fastest first; each next one is slower and expected to
+/// be more accurate. kBadInput where even the most accurate is worse.
+Result<std::vector<Choice>> choose_by_error(const MotionFront& front, double error_mm,
+                                            size_t voxels, double voxel_mm);
 
 }  // namespace palpate::studies

@@ -129,6 +129,40 @@ TEST_F(ChartCommand, ChoosesByWhatThisDeviceMeasured) {
   expect_refused(chosen("--error", "1um"), {"the most accurate, balanced"});
 }
 
+TEST_F(ChartCommand, SaysThatItIsLateAndTriesTheNextBetterSetting) {
+  NEEDS_DEVICE();
+  const TemporaryFolder folder;
+  const Sequence heart = small_heart(2);
+  const std::string fixed = written(heart.frames[0], folder / "f.mha"),
+                    moving = written(heart.frames[1], folder / "m.mha");
+  Volume empty = heart.frames[1];
+  for (float& value : empty.values) value = 0.0F;
+  const std::string nothing = written(empty, folder / "e.mha");
+  const auto chosen = [&](const std::string& other, const std::string& wish,
+                          const std::string& value) {
+    return run({"motion", fixed, other, "-o", folder / "u.mha", wish, value});
+  };
+  keep(front_on("another device"));
+  const Outcome other = chosen(moving, "--within", "2s");
+  const size_t name = other.err.find("--quick' on ") + 12, end = other.err.find(" once,");
+  ASSERT_LT(name, end);
+  studies::MotionFront front = front_on(other.err.substr(name, end - name));
+  keep(front);
+  const Outcome bad = chosen(nothing, "--error", "1mm");
+  EXPECT_EQ(bad.exit_code, 4);
+  EXPECT_THAT(bad.out, testing::ContainsRegex("Chosen    fast[^$]*Verdict   failed[^$]*"
+                                              "Chosen    balanced[^$]*Wrote[^$]*Verdict   failed"));
+  const Outcome good = chosen(moving, "--error", "1mm");
+  EXPECT_EQ(good.exit_code, 0);
+  EXPECT_THAT(good.out, testing::Not(HasSubstr("Chosen    balanced")));
+  EXPECT_THAT(good.out, testing::Not(HasSubstr("Late ")));
+  // A front from a machine that is a million times as fast.
+  front.points = {{"fast", 1e-6, 0.2}};
+  keep(front);
+  EXPECT_THAT(chosen(moving, "--within", "1ms").out,
+              testing::ContainsRegex("Late      a pair took .* s, not the 0.001 s asked for"));
+}
+
 TEST_F(ChartCommand, RefusesWishesThatAreNoneOrContradict) {
   const TemporaryFolder folder;
   const std::string heart = written(small_heart(2).frames[0], folder / "f.mha");

@@ -37,6 +37,20 @@ TEST(CheckCommand, GivesTheEndpointErrorInMillimetresAndBothKindsOfVoxels) {
   EXPECT_THAT(run({"check", field, "--truth", truth}).out, HasSubstr("Endpoint error, mm"));
 }
 
+TEST(CheckCommand, SaysHowMuchOfTheFieldTheTruthCovers) {
+  const TemporaryFolder folder;
+  const auto field = written(translation(box(), {0, 0, 0}), folder / "u.mha");
+  Grid part = box();
+  part.size = {10, 16, 6};
+  const auto truth = written(translation(part, {0, 0, 0}), folder / "truth.mha");
+  const Outcome quarter = run({"check", field, "--truth", truth, "--json"});
+  EXPECT_NEAR(quarter.json()["endpoint_error"]["covered_share"], 0.25, kRounding);
+  EXPECT_THAT(run({"check", field, "--truth", truth}).out,
+              HasSubstr("the truth: 25.0 % of the field"));
+  const auto whole = written(translation(box(), {0, 0, 0}), folder / "whole.mha");
+  EXPECT_THAT(run({"check", field, "--truth", whole}).out, testing::Not(HasSubstr("of the field")));
+}
+
 TEST(CheckCommand, CountsFolds) {
   const TemporaryFolder folder;
   Field field = translation(box(), {0, 0, 0});
@@ -75,8 +89,8 @@ TEST(CheckCommand, GoesThereAndBackAndAroundTheCycle) {
   const auto there = written(translation(box(), {1, 0, 0}), folder / "there.mha");
   const auto back = written(translation(box(), {-1, 0.5F, 0}), folder / "back.mha");
   const auto json = run({"check", there, "--against", back, "--cycle", back, "--json"}).json();
-  EXPECT_NEAR(json["inverse_consistency"]["mm"]["mean"], 0.5, kRounding);
-  EXPECT_NEAR(json["cycle_drift"]["mm"]["max"], 0.5, kRounding);
+  EXPECT_NEAR(json["inverse_consistency"]["everywhere"]["mm"]["mean"], 0.5, kRounding);
+  EXPECT_NEAR(json["cycle_drift"]["everywhere"]["mm"]["max"], 0.5, kRounding);
 }
 
 TEST(CheckCommand, TakesDistancesInsideTheMask) {
@@ -132,7 +146,7 @@ TEST(PhantomCommand, WritesTheSequenceAndItsTruth) {
            folder / "truth/truth_2_to_0.mha", "--mask", folder / "truth/wall_0.mha", "--json"})
           .json();
   // Trilinear between samples of 4 mm of fields that bend over 20 mm.
-  EXPECT_LT(json["cycle_drift"]["mm"]["max"], 0.3);
+  EXPECT_LT(json["cycle_drift"]["everywhere"]["mm"]["max"], 0.3);
   EXPECT_GT(json["motion_mm"]["max"], 1.0);
   EXPECT_EQ(
       run({"phantom", "sliding", "-o", folder / "s.seq.nrrd", "--size", "48", "--shift", "40"})

@@ -6,6 +6,7 @@
 #include <csignal>
 #include <cstring>
 #include <fstream>
+#include <regex>
 
 #include "compute/motion/quality.h"
 #include "integration/files/read_volume.h"
@@ -232,10 +233,50 @@ TEST(MotionOfASequence, WritesAFieldPerPairAndASummary) {
   EXPECT_EQ(summary["verdict"]["word"], "ok");
   EXPECT_EQ(summary["pairs"][3]["field"], "motion_3_to_0.mha");
   EXPECT_EQ(summary["pairs"][0]["evidence"]["folds"]["folded"], 0);
-  EXPECT_LT(summary["cycle_drift"]["voxels"]["mean"], 0.5);
+  EXPECT_LT(summary["cycle_drift"]["structure"]["voxels"]["mean"], 0.5);
   EXPECT_EQ(summary, nlohmann::json::parse(std::ifstream(folder / "new/out/summary.json")));
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder / "new/out"), {}), 5);
   EXPECT_EQ(folder.entry_count(), 2U);
+}
+
+/// One definition of drift and length, whichever command says it; the table of 'check' is rounded
+/// to a thousandth.
+TEST(MotionOfASequence, SaysTheSameNumbersAsCheck) {
+  NEEDS_DEVICE();
+  const TemporaryFolder folder;
+  const Sequence frames = small_heart();
+  const std::string heart = written(frames, folder / "heart.seq.nrrd");
+  const std::string fixed = written(frames.frames[0], folder / "f.mha"),
+                    moving = written(frames.frames[1], folder / "m.mha");
+  Volume half{frames.frames[0].grid, std::vector<float>(frames.frames[0].grid.count(), 1.0F)};
+  for (size_t n = 0; n < half.values.size() / 3; ++n) half.values[n] = 0.0F;
+  const std::string mask = written(half, folder / "mask.mha");
+  for (const bool masked : {false, true}) {
+    for (const bool coarse : {false, true}) {
+      SCOPED_TRACE(::testing::Message() << "masked " << masked << ", coarse " << coarse);
+      std::vector<std::string> command = {"motion",   heart,    "-o",       folder / "out",
+                                          "--cyclic", "--json", "--preset", "fast"};
+      if (masked) command.insert(command.end(), {"--mask", mask});
+      if (coarse) command.push_back("--coarse");
+      const Outcome estimated = run(command);
+      ASSERT_LE(estimated.exit_code, 4) << estimated.err;
+      const auto said = estimated.json();
+      std::vector<std::string> check = {"check", folder / "out/motion_0_to_1.mha", "--cycle"};
+      for (const char* name : {"1_to_2", "2_to_3", "3_to_0"})
+        check.push_back(folder / ("out/motion_" + std::string(name) + ".mha"));
+      check.insert(check.end(), {"--fixed", fixed, "--moving", moving, "--json"});
+      if (masked) check.insert(check.end(), {"--mask", mask});
+      const Outcome checked = run(check);
+      const auto found = checked.json();
+      EXPECT_EQ(said["cycle_drift"], found["cycle_drift"]);
+      EXPECT_EQ(said["pairs"][0]["motion_mm"], found["motion_mm"]);
+      EXPECT_EQ(said["pairs"][0]["evidence"]["match"], found["match"]);
+      EXPECT_EQ(said["pairs"][0]["evidence"]["folds"], found["folds"]);
+      const size_t line = estimated.err.find("Cycle  "), end = estimated.err.find('\n', line);
+      ASSERT_NE(line, std::string::npos);
+      EXPECT_THAT(checked.err, HasSubstr(estimated.err.substr(line, end - line)));
+    }
+  }
 }
 
 TEST(MotionOfASequence, PadsFrameNumbersAndReplacesOldResults) {
@@ -340,6 +381,15 @@ TEST(Demo, MakesEstimatesComparesAndDraws) {
   EXPECT_THAT(result.out, HasSubstr("beat.png"));
   for (const char* name : {"summary.txt", "beat.png", "motion_0_to_1.mha", "motion_3_to_0.png"})
     EXPECT_TRUE(std::filesystem::exists(folder / "demo" / name)) << name;
+  // What the log says of a pair, the table says, too.
+  const size_t table = result.out.find("palpate felt a heart beat");
+  ASSERT_NE(table, std::string::npos);
+  const std::string log = result.out.substr(0, table), summary = result.out.substr(table);
+  const std::regex pair("Frame [0-9] to [0-9]   ([0-9.]+ s)|there and back ([0-9.]+ voxel):");
+  size_t pairs = 0;
+  for (std::sregex_iterator at(log.begin(), log.end(), pair), end; at != end; ++at, ++pairs)
+    EXPECT_THAT(summary, HasSubstr((*at)[1].matched ? (*at)[1].str() : (*at)[2].str()));
+  EXPECT_EQ(pairs, 8U);
 }
 
 }  // namespace

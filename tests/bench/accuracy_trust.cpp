@@ -82,14 +82,15 @@ Table cycle_table(AccuracyBench& bench, const LungData& lung) {
     }
     const Spread tre = spread_of(all);
     const Grid& grid = lung.breathing.frames[1].grid;
-    const Distances of_points = in_voxels(got(cycle_drift_mm(fields, points[0])), grid);
+    const Spread of_points_mm = got(cycle_drift_mm(fields, points[0]));
     std::vector<Field> from_1(fields.begin() + 1, fields.end());
     from_1.push_back(fields[0]);
     const Distances of_body = got(cycle_drift(from_1, grid, &lung.step_1.body));
-    row.insert(row.end(), {number(tre.mean, 3), number(tre.p95, 3), number(tre.max, 2),
-                           number(double(folded), 0), number(of_points.voxels.mean, 3),
-                           number(of_points.voxels.max, 2), number(of_body.voxels.mean, 3),
-                           number(of_body.voxels.p99, 3)});
+    row.insert(row.end(),
+               {number(tre.mean, 3), number(tre.p95, 3), number(tre.max, 2),
+                number(double(folded), 0), number(of_points_mm.mean / grid.finest_mm(), 3),
+                number(of_points_mm.max / grid.finest_mm(), 2), number(of_body.voxels.mean, 3),
+                number(of_body.voxels.p99, 3)});
     table.rows.push_back(row);
     bench.found["drift"][preset] = of_body.voxels.mean;
     bench.found["folds"][preset] += double(folded);

@@ -36,8 +36,10 @@ inline glm::dvec3 middle_of(const Grid& grid) {
 
 /// A textured body (structures of 6 and 13 voxels of the finest axis, intensities 200 to 800) and
 /// the same moved by the map: the value at x in fixed is the value at map(x) in moving.
-inline MadePair made_pair(const Grid& grid, const AffineMap& map, uint32_t seed = 1) {
-  const double voxel_mm = grid.finest_mm();
+/// voxel_mm: 0 for the finest axis.
+inline MadePair made_pair(const Grid& grid, const AffineMap& map, uint32_t seed = 1,
+                          double voxel_mm = 0.0) {
+  if (voxel_mm <= 0.0) voxel_mm = grid.finest_mm();
   const auto body = [&](glm::dvec3 lps_mm) {
     return 500.0 + 300.0 * texture::tissue(seed, lps_mm, 6.0 * voxel_mm, 13.0 * voxel_mm);
   };
@@ -76,6 +78,28 @@ inline Mask seen_in_both(const Field& truth, double margin) {
       }
     }
   }
+  return mask;
+}
+
+/// The same of a grid of one slice, across which nothing moves.
+inline Mask seen_in_plane(const Field& truth, int across, double margin) {
+  Mask mask{truth.grid, std::vector<uint8_t>(truth.grid.count())};
+  const Grid& grid = truth.grid;
+  for (int k = 0; k < grid.size.z; ++k)
+    for (int j = 0; j < grid.size.y; ++j)
+      for (int i = 0; i < grid.size.x; ++i) {
+        const glm::dvec3 index(i, j, k);
+        const glm::dvec3 there =
+            grid.index_from_lps(grid.lps_from_index(index) + glm::dvec3(truth.at(i, j, k)));
+        bool inside = true;
+        for (int axis = 0; axis < 3; ++axis) {
+          if (axis == across) continue;
+          const double last = grid.size[axis] - 1 - margin;
+          inside = inside && index[axis] >= margin && there[axis] >= margin &&
+                   index[axis] <= last && there[axis] <= last;
+        }
+        mask.values[grid.offset(i, j, k)] = inside;
+      }
   return mask;
 }
 

@@ -50,6 +50,8 @@ TEST(EndpointError, OfAConstantOffsetIsItsLengthInMmAndInVoxels) {
   EXPECT_NEAR(error->mm.mean, 3.0, kFloat);
   EXPECT_NEAR(error->mm.max, 3.0, kFloat);
   EXPECT_NEAR(error->voxels.p95, 3.0 / 0.7, kFloat);  // 0.7 mm is the finest edge
+  const glm::dvec3 along = glm::transpose(grid.direction) * glm::dvec3(2.0, -1.0, 2.0);
+  EXPECT_NEAR(error->own_voxels.mean, glm::length(along / grid.spacing_mm), kFloat);
 }
 
 TEST(EndpointError, LooksOnlyInsideTheMask) {
@@ -125,6 +127,25 @@ TEST(InverseConsistency, DoesNotCountWhatLeavesAndSaysSoIfAllDoes) {
   const auto gone = inverse_consistency(far, w, grid);
   ASSERT_FALSE(gone);
   EXPECT_EQ(gone.error().kind, ErrorKind::kBadInput);
+}
+
+TEST(InverseConsistency, TakesAtMostAboutAQuarterOfAMillionPoints) {
+  const Grid grid = test::cube_grid(90);
+  const Field still = still_field(test::cube_grid(3, 45.0));
+  const auto found = inverse_consistency(still, still, grid);
+  ASSERT_TRUE(found);
+  EXPECT_GE(found->mm.count, 240000u);
+  EXPECT_LE(found->mm.count, 500000u);
+}
+
+TEST(FinestMm, IsNotTheThicknessOfASingleSlice) {
+  Grid grid = test::cube_grid(8, 2.0);
+  grid.spacing_mm.y = 0.5;
+  EXPECT_EQ(grid.finest_mm(), 0.5);
+  grid.size.y = 1;
+  EXPECT_EQ(grid.finest_mm(), 2.0);
+  grid.size = glm::ivec3(1);
+  EXPECT_EQ(grid.finest_mm(), 0.5);
 }
 
 TEST(CycleDrift, OfTheHeartsCycleIsInterpolationOnly) {

@@ -124,6 +124,67 @@ TEST(Match, OfAnEmptyOrNoiseFrameFindsNoStructure) {
   EXPECT_EQ(match(empty, pair.moving, still_field(pair.grid))->textured, 0u);
 }
 
+/// Noise that a scanner has blurred passes for texture: white noise is all that noise_sd() knows.
+TEST(Match, IsNotLoweredByBlurredNoiseAroundTheBody) {
+  const Grid grid = cube_grid(56);
+  const auto body = [](glm::dvec3 p) { return p.x < 20.0 ? tissue_at(1, p) : 500.0; };
+  const auto frame = [&](uint32_t seed) {
+    Volume volume = volume_of(grid, body);
+    for (int k = 0; k < 56; ++k)
+      for (int j = 0; j < 56; ++j)
+        for (int i = 0; i < 56; ++i)
+          volume.values[grid.offset(i, j, k)] +=
+              float(40.0 * texture::smooth_noise(seed, glm::dvec3(i, j, k) / 3.0));
+    return with_noise(volume, 0.5, seed);
+  };
+  const Volume fixed = frame(21), moving = frame(22);
+  const auto found = match(fixed, moving, still_field(grid));
+  ASSERT_TRUE(found);
+  EXPECT_GT(found->textured_share(), 0.95);
+  EXPECT_LT(found->clear_share(), 0.5);
+  EXPECT_GT(found->correlation_after, 0.9);
+  EXPECT_LT(found->mismatched, 0.02);
+}
+
+TEST(Match, SeesTheMotionThatIsLeftInVoxelsOfEachAxis) {
+  for (const double thick_mm : {1.0, 3.0}) {
+    Grid grid = cube_grid(56);
+    grid.spacing_mm.z = thick_mm;
+    const auto tissue = [&](glm::dvec3 p) { return tissue_at(1, {p.x, p.y, p.z / thick_mm}); };
+    const Volume fixed = with_noise(volume_of(grid, tissue), 8.0, 11);
+    const Volume moving = with_noise(
+        volume_of(grid, [&](glm::dvec3 p) { return tissue(p - glm::dvec3(0, 0, 4 * thick_mm)); }),
+        8.0, 12);
+    for (const double missed : {0.0, 0.5, 1.0}) {
+      SCOPED_TRACE(missed);
+      const Field u =
+          field_of(grid, [&](glm::dvec3) { return glm::dvec3(missed, 0.0, 4.0 * thick_mm); });
+      const auto found = match(fixed, moving, u);
+      ASSERT_TRUE(found);
+      // A Gauss-Newton step, on structures of 5 voxels.
+      EXPECT_NEAR(found->motion_left_voxels, missed, 0.05 + 0.15 * missed);
+    }
+  }
+}
+
+TEST(Match, MarksTheVoxelsWithStructure) {
+  const Grid grid = cube_grid(42);
+  const Volume body =
+      volume_of(grid, [](glm::dvec3 p) { return p.x < 21.0 ? tissue_at(3, p) : 0.0; });
+  const Volume fixed = with_noise(body, 8.0, 9), moving = with_noise(body, 8.0, 10);
+  Mask mask = test::whole(grid, 3), structure;
+  const auto found = match(fixed, moving, still_field(grid), &mask, &structure);
+  ASSERT_TRUE(found);
+  ASSERT_TRUE(same_geometry(structure.grid, grid));
+  size_t left = 0, wrong = 0;
+  for (size_t n = 0; n < structure.values.size(); ++n) {
+    left += structure.values[n] != 0;
+    wrong += structure.values[n] && (!mask.values[n] || n % 42 >= 21);
+  }
+  EXPECT_GT(left, size_t(0.8 * 18 * 36 * 36));
+  EXPECT_EQ(wrong, 0u);
+}
+
 TEST(Match, CountsWhatLeavesAsLost) {
   const Pair pair;
   const Field away = field_of(pair.grid, [](glm::dvec3) { return glm::dvec3(200.0, 0.0, 0.0); });

@@ -136,7 +136,8 @@ Evidence good_evidence() {
   evidence.folds = Folds{1000, 0, 0.6, 0.1, 0};
   Match match;
   match.blocks = 1000;
-  match.textured = match.textured_moving = 300;
+  match.textured = match.textured_moving = match.compared = match.clear = 300;
+  match.mismatched = 0.0;
   match.correlation_before = 0.6;
   match.correlation_after = 0.95;
   evidence.match = match;
@@ -187,13 +188,16 @@ const Harm kHarms[] = {
      "-0.040"},
     {"Mismatch", [](Evidence& e) { e.match->mismatched = 0.5; }, Trust::kFailed,
      "no match is 0.500"},
-    {"Leaving", [](Evidence& e) { e.match->leaving = 0.2; }, Trust::kSuspect,
-     "0.200 (at most 0.1)"},
-    {"InverseMean", [](Evidence& e) { e.inverse->voxels.mean = 2.5; }, Trust::kFailed,
-     "2.500 voxels on average"},
-    {"InverseTail", [](Evidence& e) { e.inverse->voxels.p99 = 5.0; }, Trust::kSuspect,
+    {"MotionLeft", [](Evidence& e) { e.match->motion_left_voxels = 0.4; }, Trust::kSuspect,
+     "still show a motion of 0.400 voxels on average (at most 0.3)"},
+    {"Leaving", [](Evidence& e) { e.match->leaving = 0.4; }, Trust::kSuspect,
+     "0.400 (at most 0.25)"},
+    {"InverseMean", [](Evidence& e) { e.inverse->own_voxels.mean = 5.0; }, Trust::kFailed,
+     "5.000 voxels on average"},
+    {"InverseTail", [](Evidence& e) { e.inverse->own_voxels.p99 = 7.0; }, Trust::kSuspect,
      "99th percentile"},
-    {"Drift", [](Evidence& e) { e.drift->voxels.mean = 1.5; }, Trust::kSuspect, "After one cycle"},
+    {"Drift", [](Evidence& e) { e.drift->own_voxels.mean = 1.5; }, Trust::kSuspect,
+     "After one cycle"},
     {"Unsure", [](Evidence& e) { e.low_confidence = 0.95; }, Trust::kFailed,
      "low confidence is 0.950"},
 };
@@ -216,7 +220,7 @@ TEST(Verdict, PutsTheWorstReasonFirst) {
 TEST(Verdict, OfASequenceIsThatOfItsWorstPair) {
   Evidence evidence = good_evidence();
   Verdict whole = judged(evidence);
-  evidence.match->leaving = 0.2;
+  evidence.match->leaving = 0.4;
   add(whole, judged(good_evidence()), "Frames 0 to 1");
   EXPECT_EQ(whole.trust, Trust::kOk);
   add(whole, judged(evidence), "Frames 1 to 2");

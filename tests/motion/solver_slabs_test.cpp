@@ -55,6 +55,33 @@ TEST_F(SolverSlabs, GiveTheSameFieldAsWholeImages) {
   }
 }
 
+/// The way back may cost nothing else: it is left out before anything is cut for it.
+TEST_F(SolverSlabs, LeaveTheWayBackOutWhereItDoesNotFit) {
+  const MadePair pair = tall_pair();
+  EstimatorOptions options = preset("balanced");
+  const auto memory = [&](const auto& device) {
+    const auto opened =
+        SequenceEstimator::open(device, pair.fixed.grid, options, [](const PairMotion&) {});
+    EXPECT_TRUE(opened);
+    return opened ? (*opened)->memory() : MemoryEstimate{};
+  };
+  const uint64_t needed = memory(context()).device_bytes;
+  options.backward = true;
+  const MemoryEstimate both = memory(context());
+  EXPECT_TRUE(both.backward);
+  EXPECT_GT(both.device_bytes, needed);
+  const MemoryEstimate one = memory(small_device(needed));
+  EXPECT_FALSE(one.backward);
+  EXPECT_EQ(one.slabs, 1);
+  EXPECT_FALSE(estimate_motion(small_device(needed), pair.fixed, pair.moving, options)->backward);
+
+  const auto device = small_device(both.device_bytes);
+  const Result<PairMotion> whole = estimate_motion(device, pair.fixed, pair.moving, options);
+  ASSERT_TRUE(whole) << whole.error().message;
+  EXPECT_TRUE(whole->backward);
+  EXPECT_LE(device->memory_peak_bytes(), both.device_bytes);
+}
+
 TEST_F(SolverSlabs, AnswerForEverySliceOnce) {
   for (const int slices : {33, 64, 150, 151}) {
     MotionPlan plan = plan_motion(plain_grid({40, 44, slices}), *motion_preset("balanced"));

@@ -72,6 +72,40 @@ TEST_F(Solver, GivesMillimetresAlongLpsOnAnObliqueAnisotropicGrid) {
   EXPECT_LT(glm::distance(u, map.shift_mm), kRigidP95 * grid.finest_mm());
 }
 
+/// A slice in any orientation, thinner or thicker than its pixels are wide, with noise as a scanner
+/// has it: in-plane motion is found, and there is none across.
+TEST_F(Solver, FindsTheMotionInASingleSliceOfAnyOrientation) {
+  for (int across = 0; across < 3; ++across) {
+    for (const double thick_mm : {0.3, 1.0, 8.0}) {
+      SCOPED_TRACE(::testing::Message() << "axis " << across << ", " << thick_mm << " mm thick");
+      Grid grid = plain_grid(glm::ivec3(64));
+      grid.size[across] = 1;
+      grid.spacing_mm[across] = thick_mm;
+      grid.direction = some_rotation(3);
+      const glm::dvec3 a = grid.direction[(across + 1) % 3], b = grid.direction[(across + 2) % 3];
+      AffineMap map;
+      map.linear =
+          glm::dmat3(1.0) + 0.04 * glm::outerProduct(a, b) - 0.03 * glm::outerProduct(b, a);
+      map.shift_mm = 2.6 * a - 3.3 * b;
+      map.centre_mm = middle_of(grid);
+      MadePair pair = made_pair(grid, map, 1, 1.0);
+      for (size_t n = 0; n < pair.fixed.values.size(); ++n) {
+        pair.fixed.values[n] += float(6.0 * texture::gaussian_like(1, n));
+        pair.moving.values[n] += float(6.0 * texture::gaussian_like(2, n));
+      }
+      for (const std::string name : {"fast", "balanced", "best"}) {
+        const PairMotion motion = motion_of(pair.fixed, pair.moving, preset(name));
+        const Mask seen = seen_in_plane(pair.truth, across, 3.0);
+        const Result<Distances> error = endpoint_error(motion.field, pair.truth, &seen);
+        ASSERT_TRUE(error);
+        EXPECT_LT(error->mm.mean, kSliceMean) << name;
+        for (const glm::vec3 u : motion.field.u_mm)
+          ASSERT_LT(std::abs(glm::dot(glm::dvec3(u), grid.direction[across])), kNoMotion) << name;
+      }
+    }
+  }
+}
+
 TEST_F(Solver, FindsTheBeatOfTheHeartPhantom) {
   const Sequence heart = heart_phantom(64);
   for (int k = 0; k < 2; ++k) {

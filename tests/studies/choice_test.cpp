@@ -83,19 +83,27 @@ TEST(ChoosingByTime, SaysHowLongTheFastestTakesWhereNothingFits) {
 
 TEST(ChoosingByError, TakesTheFastestThatIsGoodEnough) {
   const MotionFront front = small_front();
-  EXPECT_EQ(choose_error(front, 0.25, 1000000, 2.0)->setting.name, "balanced");
-  EXPECT_EQ(choose_error(front, 1.0, 1000000, 2.0)->setting.name, "fast");
+  EXPECT_EQ(choose_by_error(front, 0.25, 1000000, 2.0)->front().setting.name, "balanced");
+  EXPECT_EQ(choose_by_error(front, 1.0, 1000000, 2.0)->front().setting.name, "fast");
   // Finer voxels, smaller errors in mm.
-  EXPECT_EQ(choose_error(front, 0.25, 1000000, 1.0)->setting.name, "fast");
-  const auto none = choose_error(front, 0.05, 1000000, 2.0);
+  EXPECT_EQ(choose_by_error(front, 0.25, 1000000, 1.0)->front().setting.name, "fast");
+  const auto none = choose_by_error(front, 0.05, 1000000, 2.0);
   ASSERT_FALSE(none);
   EXPECT_THAT(none.error().message, HasSubstr("best, is wrong by about 0.1 mm"));
+}
+
+TEST(ChoosingByError, NamesTheBetterOnesToo) {
+  const auto choices = choose_by_error(small_front(), 0.25, 1000000, 2.0);
+  ASSERT_TRUE(choices);
+  ASSERT_EQ(choices->size(), 2U);
+  EXPECT_EQ((*choices)[1].setting.name, "best");
+  EXPECT_LT((*choices)[1].expected_error_mm, (*choices)[0].expected_error_mm);
 }
 
 TEST(ChoosingByError, NamesASettingThatThisVersionLacks) {
   MotionFront front = small_front();
   front.points[0].setting = "of another time";
-  const auto choice = choose_error(front, 10.0, 1000000, 2.0);
+  const auto choice = choose_by_error(front, 10.0, 1000000, 2.0);
   ASSERT_FALSE(choice);
   EXPECT_THAT(choice.error().message, HasSubstr("'of another time'"));
 }
@@ -110,7 +118,7 @@ TEST(Choosing, NeverTakesWhatAnotherSettingBeatsInBoth) {
     const MotionFront front = front_of(test::measures(rows), "d", "v");
     const double limit_s = random.draw(0.1, 5.0), limit_mm = random.draw(0.1, 2.0);
     const auto soon = choose_within(front, limit_s, 1000000, 2.0);
-    const auto good = choose_error(front, limit_mm, 1000000, 2.0);
+    const auto good = choose_by_error(front, limit_mm, 1000000, 2.0);
     double least_mm = 1e9, least_s = 1e9;
     for (const MotionMeasure& row : rows) {
       if (row.seconds <= limit_s) least_mm = std::min(least_mm, row.error_mm);
@@ -122,7 +130,7 @@ TEST(Choosing, NeverTakesWhatAnotherSettingBeatsInBoth) {
       EXPECT_NEAR(soon->expected_error_mm, least_mm, 1e-9) << "seed " << seed;
     }
     if (good) {
-      EXPECT_NEAR(good->expected_s, least_s, 1e-9) << "seed " << seed;
+      EXPECT_NEAR(good->front().expected_s, least_s, 1e-9) << "seed " << seed;
     }
   }
 }

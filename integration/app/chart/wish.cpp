@@ -5,15 +5,18 @@
 
 namespace palpate::app {
 
-Result<studies::Choice> choose_setting(const std::string& within, const std::string& error,
-                                       const Grid& grid, const std::string& device) {
+Result<std::vector<studies::Choice>> choose_settings(const std::string& within,
+                                                     const std::string& error, const Grid& grid,
+                                                     const std::string& device) {
   const auto limit =
       within.empty() ? studies::parse_millimetres(error) : studies::parse_seconds(within);
   if (!limit) return limit.error();
   const auto front = read_front(device);
   if (!front) return front.error();
-  return within.empty() ? choose_error(*front, *limit, grid.count(), grid.finest_mm())
-                        : choose_within(*front, *limit, grid.count(), grid.finest_mm());
+  if (within.empty()) return choose_by_error(*front, *limit, grid.count(), grid.finest_mm());
+  auto choice = choose_within(*front, *limit, grid.count(), grid.finest_mm());
+  if (!choice) return choice.error();
+  return std::vector{std::move(*choice)};
 }
 
 }  // namespace palpate::app

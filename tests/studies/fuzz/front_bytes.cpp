@@ -30,14 +30,24 @@ void parse_front_bytes(std::string_view bytes) {
     require(std::isfinite(point.error_voxels) && point.error_voxels >= 0.0, "errors are numbers");
   }
   for (const double wish : {1e-9, 1.0, 1e9}) {
-    for (const auto& choice :
-         {choose_within(*front, wish, 1000000, 1.0), choose_error(*front, wish, 1000000, 1.0)}) {
-      if (choice) {
-        require(motion_setting(choice->setting.name).has_value(), "what is chosen exists");
-        require(std::isfinite(choice->expected_s), "what is expected is a number");
-      } else {
-        require(choice.error().message.ends_with("."), "a refusal is a sentence");
-      }
+    std::vector<Choice> choices;
+    const auto refused = [](const Error& error) {
+      require(error.message.ends_with("."), "a refusal is a sentence");
+    };
+    if (const auto one = choose_within(*front, wish, 1000000, 1.0)) {
+      choices.push_back(*one);
+    } else {
+      refused(one.error());
+    }
+    if (const auto more = choose_by_error(*front, wish, 1000000, 1.0)) {
+      require(!more->empty(), "a choice is one");
+      choices.insert(choices.end(), more->begin(), more->end());
+    } else {
+      refused(more.error());
+    }
+    for (const Choice& choice : choices) {
+      require(motion_setting(choice.setting.name).has_value(), "what is chosen exists");
+      require(std::isfinite(choice.expected_s), "what is expected is a number");
     }
   }
 }
