@@ -383,7 +383,7 @@ Result<std::unique_ptr<SequenceEstimator>> SequenceEstimator::open(
                  "The motion of frames of " + text(grid.size) + " voxels takes " +
                      megabytes(worker->plan().device_bytes) + " of device memory and there are " +
                      megabytes(budget) +
-                     ": crop or mask the volume, or choose another device (--device)."};
+                     ": crop or mask the volume, or choose another Vulkan device."};
   }
   try {
     worker->start();

@@ -10,14 +10,19 @@ namespace palpate {
 
 /// Where the samples of a volume or a field lie in space.
 ///
-/// Index space is (i, j, k), x fastest in memory: sample (i, j, k) is values[i + nx * (j + ny * k)], shape (nz, ny, nx).
-/// Physical space is the patient's, LPS, in mm, as ITK has it: x = origin + direction * (spacing * index).
-/// Integer indices are sample CENTRES; a volume covers index -0.5 to n - 0.5.
+/// Index space is (i, j, k), x fastest in memory: sample (i, j, k) is values[i + nx * (j + ny *
+/// k)], shape (nz, ny, nx). Physical space is the patient's, LPS, in mm, as ITK has it: x = origin
+/// + direction * (spacing * index). Integer indices are sample CENTRES; a volume covers index -0.5
+/// to n - 0.5.
 struct Grid {
-  glm::ivec3 size{0};           ///< samples along i, j, k
-  glm::dvec3 spacing_mm{1.0};   ///< distance between neighbours along i, j, k; > 0
-  glm::dvec3 origin_mm{0.0};    ///< LPS position of the centre of sample (0, 0, 0)
-  glm::dmat3 direction{1.0};    ///< columns are the unit vectors of i, j, k in LPS; determinant +1
+  glm::ivec3 size{0};          ///< samples along i, j, k
+  glm::dvec3 spacing_mm{1.0};  ///< distance between neighbours along i, j, k; > 0
+  glm::dvec3 origin_mm{0.0};   ///< LPS position of the centre of sample (0, 0, 0)
+  glm::dmat3 direction{1.0};   ///< columns are the unit vectors of i, j, k in LPS; determinant +1
+  /// The file of this image has its j axis the other way round, because its axes are left-handed.
+  /// Not part of the geometry: readers set it, writers give images on this grid the axes of that
+  /// file, nothing else looks at it.
+  bool j_reversed_in_file = false;
 
   size_t count() const { return size_t(size.x) * size_t(size.y) * size_t(size.z); }
   size_t offset(int i, int j, int k) const {
@@ -43,8 +48,15 @@ struct Grid {
 /// True if both grids have the same samples at the same places, to a thousandth of a voxel.
 bool same_geometry(const Grid& a, const Grid& b);
 
-/// The grid of cells of `cell` samples along each axis, cell centres as samples: the last cell of an axis may reach
-/// beyond the image. This is how a motion field coarser than its image is laid out.
+/// True if the centre of at least one sample of `a` lies in the volume that `b` covers.
+bool has_centre_inside(const Grid& a, const Grid& b);
+
+/// The shortest distance between the volumes that the two grids cover, mm; 0 where they meet.
+double gap_mm(const Grid& a, const Grid& b);
+
+/// The grid of cells of `cell` samples along each axis, cell centres as samples: the last cell of
+/// an axis may reach beyond the image. This is how a motion field coarser than its image is laid
+/// out.
 Grid coarsened(const Grid& fine, glm::ivec3 cell);
 
 }  // namespace palpate

@@ -237,10 +237,10 @@ Error Failure::error() const {
   if (result_ == VK_ERROR_OUT_OF_DEVICE_MEMORY || result_ == VK_ERROR_OUT_OF_HOST_MEMORY) {
     return {ErrorKind::kOutOfMemory,
             std::string("Vulkan: ") + what() +
-                ": crop or mask the volume, or choose a device with more memory (--device)."};
+                ": crop or mask the volume, or choose a Vulkan device with more memory."};
   }
   return {ErrorKind::kDeviceFailed,
-          std::string("Vulkan: ") + what() + ": try again, or choose another device (--device)."};
+          std::string("Vulkan: ") + what() + ": try again, or choose another Vulkan device."};
 }
 
 void check(VkResult result, const char* doing) {

@@ -31,7 +31,7 @@ void check(VkResult result, const char* doing);
 
 /// What a person wants to know of a device before choosing it.
 struct DeviceInfo {
-  int index = 0;  ///< as `--device` takes it
+  int index = 0;  ///< as `--gpu` takes it
   std::string name;
   std::string driver;  ///< name and version
   std::string kind;    ///< "discrete GPU", "integrated GPU", "CPU", ...

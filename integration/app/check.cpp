@@ -5,6 +5,7 @@
 #include "integration/app/commands.h"
 #include "integration/app/exit_code.h"
 #include "integration/app/frames.h"
+#include "integration/app/option_checks.h"
 #include "integration/app/progress.h"
 #include "integration/app/summary.h"
 #include "integration/files/landmarks.h"
@@ -47,36 +48,45 @@ class Checker {
 
  private:
   Status read() {
-    auto field = files::read_field(command_.field);
+    files::Notes notes;
+    auto field = files::read_field(command_.field, &notes);
     if (!field) return field.error();
     field_ = std::move(*field);
     image_ = field_.grid;
     if (!command_.truth.empty()) {
-      auto truth = files::read_field(command_.truth);
+      auto truth = files::read_field(command_.truth, &notes);
       if (!truth) return truth.error();
       truth_ = std::move(*truth);
       image_ = truth_->grid;
     }
     if (!command_.fixed.empty()) {
-      auto fixed = files::read_volume(command_.fixed);
+      auto fixed = files::read_volume(command_.fixed, &notes);
       if (!fixed) return fixed.error();
-      auto moving = files::read_volume(command_.moving);
+      auto moving = files::read_volume(command_.moving, &notes);
       if (!moving) return moving.error();
+      const Status overlap =
+          check_overlap(command_.fixed, fixed->grid, command_.moving, moving->grid);
+      if (!overlap) return overlap.error();
       fixed_ = std::move(*fixed);
       moving_ = std::move(*moving);
       image_ = fixed_->grid;
     }
     if (!command_.against.empty()) {
-      auto against = files::read_field(command_.against);
+      auto against = files::read_field(command_.against, &notes);
       if (!against) return against.error();
       against_ = std::move(*against);
     }
-    if (command_.mask.empty()) return Nothing{};
-    auto mask = files::read_mask(command_.mask);
+    if (command_.mask.empty()) return say(notes);
+    auto mask = files::read_mask(command_.mask, &notes);
     if (!mask) return mask.error();
     mask_ = resampled(*mask, image_);
     if (std::find(mask_->values.begin(), mask_->values.end(), 1) == mask_->values.end())
       return files::bad_input(command_.mask, "marks no voxel of the image: name another mask");
+    return say(notes);
+  }
+
+  Status say(const files::Notes& notes) {
+    for (const std::string& note : notes) console_.say("Note: " + note);
     return Nothing{};
   }
 
@@ -309,22 +319,29 @@ Command add_check(CLI::App& program) {
   auto command = std::make_shared<CheckCommand>();
   CLI::App* app = program.add_subcommand(
       "check", "Measure how good a field is; with both frames, say whether to trust it");
-  app->add_option("field", command->field, "Displacement field, mm, LPS (ITK's)")->required();
-  app->add_option("--fixed", command->fixed, "The fixed frame");
-  app->add_option("--moving", command->moving, "The moving frame");
-  app->add_option("--truth", command->truth, "The true field: endpoint error");
+  app->add_option("field", command->field, "Displacement field, mm, LPS (ITK's)")
+      ->type_name("FILE")
+      ->required();
+  app->add_option("--fixed", command->fixed, "The fixed frame")->type_name("FILE");
+  app->add_option("--moving", command->moving, "The moving frame")->type_name("FILE");
+  app->add_option("--truth", command->truth, "The true field: endpoint error")->type_name("FILE");
   app->add_option("--landmarks", command->landmarks,
                   "Points in the fixed and in the moving frame (.csv, .fcsv): target error")
+      ->type_name("FILE")
       ->expected(2);
   app->add_option("--points", command->points,
-                  "Points followed through all frames, columns x0,y0,z0,x1,...: target error");
+                  "Points followed through all frames, columns x0,y0,z0,x1,...: target error")
+      ->type_name("FILE");
   app->add_option("--frames", command->frames, "Which frames of --points are fixed and moving")
       ->expected(2)
+      ->check(whole_number_in(0, 1'000'000))
       ->capture_default_str();
   app->add_option("--against", command->against,
-                  "The inverse, or a field from moving to fixed: inverse consistency");
-  app->add_option("--cycle", command->cycle, "The fields that follow and lead back: cycle drift");
-  app->add_option("--mask", command->mask, "Where distances are taken");
+                  "The inverse, or a field from moving to fixed: inverse consistency")
+      ->type_name("FILE");
+  app->add_option("--cycle", command->cycle, "The fields that follow and lead back: cycle drift")
+      ->type_name("FILE");
+  app->add_option("--mask", command->mask, "Where distances are taken")->type_name("FILE");
   app->add_flag("--opencv", command->opencv, "Ask OpenCV's optical flow for a second opinion");
   app->add_flag("--json", command->json, "Print JSON on stdout, lines on stderr");
   return {app,

@@ -5,6 +5,7 @@
 #include "integration/app/commands.h"
 #include "integration/app/delivery.h"
 #include "integration/app/exit_code.h"
+#include "integration/app/option_checks.h"
 #include "integration/app/session.h"
 #include "integration/app/summary.h"
 #include "integration/charts/charts.h"
@@ -213,14 +214,16 @@ Command add_demo(CLI::App& program) {
   CLI::App* app = program.add_subcommand(
       "demo", "Make a beating heart, estimate its motion, compare with the truth, draw pictures");
   app->add_option("-o,--output", command->output, "Folder for pictures, fields and summary")
+      ->type_name("DIR")
       ->required();
   app->add_option("--preset", command->preset, "Effort, as in 'palpate motion'")
+      ->check(one_of_the_presets())
       ->capture_default_str();
   app->add_option("--size", command->size, "Voxels along each edge")
-      ->check(CLI::Range(32, 512))
+      ->check(whole_number_in(32, 512))
       ->capture_default_str();
   app->add_option("--frames", command->frames, "Frames of the beat")
-      ->check(CLI::Range(3, 9))
+      ->check(whole_number_in(3, 9))
       ->capture_default_str();
   add_device_options(*app, command->device);
   app->add_flag("--quiet", command->quiet, "Print errors only");

@@ -52,7 +52,7 @@ void print_table(const std::vector<vulkan::DeviceInfo>& devices, int chosen) {
                device.usable ? "yes" : "no: " + device.missing);
   }
   if (chosen >= 0)
-    fmt::print("  * is used unless --device says otherwise, with a number or part of a name.\n");
+    fmt::print("  * is used unless --gpu says otherwise, with a number or part of a name.\n");
 }
 
 nlohmann::json json_of(const devices::ListedDevice& device) {

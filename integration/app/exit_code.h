@@ -14,6 +14,18 @@ enum ExitCode : int {
   kExitFailed = 4,    ///< done, but the fields must not be used
 };
 
+struct ExitMeaning {
+  ExitCode code;
+  const char* meaning;
+};
+/// What --help and the manual say of each.
+inline constexpr ExitMeaning kExitMeanings[] = {
+    {kExitOk, "ok"},
+    {kExitInternal, "device or program failed or was stopped"},
+    {kExitBad, "input or output can not be used"},
+    {kExitSuspect, "the result is suspect"},
+    {kExitFailed, "the result failed"}};
+
 inline int exit_code(const Error& error) {
   switch (error.kind) {
     case ErrorKind::kBadInput:

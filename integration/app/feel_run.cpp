@@ -247,6 +247,8 @@ class FeelRun {
     auto log = TickLog::start(command_.csv);
     if (!log) return log.error();
     log_ = std::move(*log);
+    if (!command_.black_box.empty())
+      if (const Status can = files::check_can_write_folder(command_.black_box); !can) return can;
     BlackBoxOptions box;
     // Where no state can be kept, the working folder has to do.
     const fs::path kept = state_folder();
@@ -312,6 +314,11 @@ class FeelRun {
         [this](size_t volume, size_t step, std::shared_ptr<const MotionMap> map) {
           return palpation_->take_motion(volume, step, std::move(map));
         },
+        command_.values == "own"
+            ? LiveMotion::OnWhole()
+            : [this](size_t volume,
+                     std::shared_ptr<const MovingVolume>
+                         data) { return palpation_->take_volume(volume, std::move(data)); },
         console_);
     if (outputs_) {
       GalleryOptions options;
@@ -324,7 +331,8 @@ class FeelRun {
     const auto begin = Clock::now();
     TickOutput tick;
     double motion_known_s = motion.is_done() ? 0.0 : 1e12;
-    if (motion.is_done()) transport_->allow();
+    bool moves = motion.is_done();
+    if (moves) transport_->allow();
     double now_s = 0.0;
     while (now_s < end_s(motion_known_s) && !stop.stop_requested() && !emergency::is_asked() &&
            !(seen_.window && seen_.window->closed()) && !display_was_needed_and_lost() &&
@@ -340,12 +348,16 @@ class FeelRun {
       std::string line = live_text(tick, palpation_->servo().statistics(), now_s);
       if (!motion.is_done()) line += "  " + motion.text();
       console_.live(line);
+      if (!moves && motion.can_move()) {
+        moves = true;
+        transport_->allow();
+        tell_steps(motion);
+        if (motion.steps_known() == motion.steps())
+          for (const MissingMotion& missing : scene.missing) palpation_->play(missing.volume);
+      }
       if (!motion.is_done() || motion_known_s < 1e12) continue;
       motion_known_s = now_s;
-      transport_->allow();
-      tell_motion(motion);
-      if (motion.trouble().empty())
-        for (const MissingMotion& missing : scene.missing) palpation_->play(missing.volume);
+      tell_whole(motion);
     }
     console_.end_progress();
     if (seen_.window) seen_.window->end();
@@ -404,13 +416,26 @@ class FeelRun {
       console_.say(fmt::format("Second    {}", sentence(fault)));
   }
 
-  void tell_motion(const LiveMotion& motion) {
-    if (!motion.trouble().empty())
+  void tell_steps(const LiveMotion& motion) {
+    if (motion.steps_known() < motion.steps())
       console_.complain("palpate: The motion could not be estimated, so the first frame is felt: " +
                         motion.trouble());
     else
       console_.say(fmt::format("Motion    {} steps known after {:.1f} s; now it moves",
-                               motion.steps(), motion.seconds()));
+                               motion.steps(), motion.moves_after_s()));
+  }
+
+  void tell_whole(const LiveMotion& motion) {
+    if (!motion.finds_whole() || motion.steps_known() < motion.steps()) return;
+    if (!motion.trouble().empty())
+      console_.complain(
+          "palpate: One motion for the whole sequence could not be found, so the steps go on: " +
+          motion.trouble());
+    else
+      console_.say(fmt::format(
+          "Motion    one for the whole sequence after {:.1f} s; from now on one frame's material "
+          "is felt and seen",
+          motion.seconds()));
   }
 
   int finish() {

@@ -18,6 +18,7 @@ struct FeelCommand {
   ForceDeviceChoice device;
   DeviceOptions gpu;
   std::string preset = "balanced";
+  std::string values = "reference";  ///< what carries a sequence's values: reference or own
   std::string scale = "fit";
   double seconds = 0.0;
   double stiffness_n_per_m = 0.0, max_force_n = 0.0;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "compute/volume/phantom.h"
 #include "integration/app/summary.h"
@@ -64,18 +65,35 @@ Result<MotionData> read_motion(const MotionSpec& spec) {
   return motion;
 }
 
-/// All frames of files, a single one included. `first` (may be null) gets a copy of the first.
-Result<Sequence> read_frames(const std::vector<fs::path>& inputs, Volume* first,
-                             const OnDoing& doing) {
+/// What the surface to feel is found from: a copy of the first frame (lengths of vectors), and the
+/// range of the values in all of them.
+struct Samples {
+  Volume first;
+  float low = std::numeric_limits<float>::infinity();
+  float high = -std::numeric_limits<float>::infinity();
+
+  void add(const Volume& frame) {
+    if (frame.values.empty()) return;
+    const auto [least, most] = std::minmax_element(frame.values.begin(), frame.values.end());
+    low = std::min(low, *least);
+    high = std::max(high, *most);
+    if (first.values.empty()) first = frame;
+  }
+};
+
+/// All frames of files, a single one included.
+Result<Sequence> read_frames(const std::vector<fs::path>& inputs, Samples& samples,
+                             const OnDoing& doing, std::vector<std::string>& notes) {
   auto reader = files::SequenceReader::open(inputs);
   if (!reader) return reader.error();
+  notes.insert(notes.end(), reader->notes().begin(), reader->notes().end());
   Sequence sequence;
   sequence.name = reader->name();
   for (size_t k = 0; k < reader->frame_count(); ++k) {
     if (doing) doing(fmt::format("reading frame {} of {}", k + 1, reader->frame_count()));
     auto frame = reader->frame(k);
     if (!frame) return frame.error();
-    if (k == 0 && first) *first = *frame;
+    samples.add(*frame);
     sequence.frames.push_back(std::move(*frame));
   }
   sequence.times_known = reader->times_known();
@@ -90,19 +108,26 @@ Volume lengths_of(const VectorFrame& frame) {
   return lengths;
 }
 
-Result<MovingVolume> read_volume_of(const VolumeSpec& spec, const OnDoing& doing,
-                                    Volume* first = nullptr) {
+Result<MovingVolume> read_volume_of(const VolumeSpec& spec, Samples& samples, const OnDoing& doing,
+                                    std::vector<std::string>& notes) {
   if (doing) doing("preparing " + spec.name);
   if (!spec.source.empty()) return build(spec);
   VolumeData data;
   if (files::holds_vectors(spec.files)) {
     auto vectors = files::read_vectors(spec.files);
     if (!vectors) return vectors.error();
-    if (first) *first = lengths_of(vectors->front());
+    for (const VectorFrame& frame : *vectors) samples.add(lengths_of(frame));
+    if (!(samples.high > 0.0F))
+      return files::bad_input(spec.files.front(),
+                              "holds only vectors of length 0: there is nothing to feel");
     data.vectors = std::move(*vectors);
   } else {
-    auto frames = read_frames(spec.files, first, doing);
+    auto frames = read_frames(spec.files, samples, doing, notes);
     if (!frames) return frames.error();
+    if (!(samples.high > samples.low))
+      return files::bad_input(spec.files.front(),
+                              "holds the value {} everywhere: there is nothing to feel",
+                              samples.low);
     data.frames = std::move(*frames);
   }
   for (const MotionSpec& motion : spec.motions) {
@@ -131,17 +156,22 @@ Result<FeltScene> of_spec(std::string name, SceneSpec spec, const OnDoing& doing
   scene.name = std::move(name);
   scene.spec = std::move(spec);
   for (size_t v = 0; v < scene.spec.volumes.size(); ++v) {
-    auto volume = read_volume_of(scene.spec.volumes[v], doing);
+    Samples samples;
+    auto volume = read_volume_of(scene.spec.volumes[v], samples, doing, scene.notes);
     if (!volume) return volume.error();
     add(scene, v, std::move(*volume));
   }
   return scene;
 }
 
-Result<ModeSpec> surface_of(const Volume& first, const SequenceChoices& choices,
-                            std::vector<std::string>& notes) {
-  const Surface found = surface_between_groups(first);
+Result<ModeSpec> surface_of(const fs::path& file, const Samples& samples,
+                            const SequenceChoices& choices, std::vector<std::string>& notes) {
+  const Surface found = surface_between_groups(samples.first);
   const double level = choices.level.value_or(found.level);
+  if (!(level >= samples.low && level <= samples.high))
+    return files::bad_input(
+        file, "has values from {:.6g} to {:.6g}: there is no surface at --level {:.6g}",
+        samples.low, samples.high, level);
   auto strength =
       TransferFunction::window(level, choices.width.value_or(found.width), choices.strength_n);
   if (!strength) return strength.error();
@@ -198,11 +228,12 @@ Result<FeltScene> of_sequence(const std::vector<fs::path>& inputs, const Sequenc
         motion.confidences = {choices.fields};
     spec.motions = {motion};
   }
-  Volume first;
-  auto volume = read_volume_of(spec, doing, &first);
+  Samples samples;
+  auto volume = read_volume_of(spec, samples, doing, scene.notes);
   if (!volume) return volume.error();
-  auto mode = volume->frames.front()->is_vector() ? guide_along(first, choices, scene.notes)
-                                                  : surface_of(first, choices, scene.notes);
+  auto mode = volume->frames.front()->is_vector()
+                  ? guide_along(samples.first, choices, scene.notes)
+                  : surface_of(inputs.front(), samples, choices, scene.notes);
   if (!mode) return mode.error();
   mode->volume = spec.name;
   scene.spec.modes = {std::move(*mode)};

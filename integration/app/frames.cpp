@@ -15,15 +15,31 @@
 namespace palpate::app {
 namespace fs = std::filesystem;
 
+Status check_overlap(const fs::path& fixed, const Grid& fixed_grid, const fs::path& moving,
+                     const Grid& moving_grid) {
+  if (has_centre_inside(fixed_grid, moving_grid)) return Nothing{};
+  const auto middle = [](const Grid& grid) {
+    return grid.lps_from_index(0.5 * glm::dvec3(grid.size - 1));
+  };
+  return files::bad_input(
+      fixed,
+      "and '{}' do not overlap in space, they are {:.4g} mm apart (their middles {:.4g} mm): check "
+      "that both are of one patient and keep the scanner's coordinates",
+      moving.string(), gap_mm(fixed_grid, moving_grid),
+      glm::distance(middle(fixed_grid), middle(moving_grid)));
+}
+
 Result<Frames> open_pair(const fs::path& fixed, const fs::path& moving) {
-  auto first = files::read_volume(fixed);
+  Frames frames;
+  auto first = files::read_volume(fixed, &frames.notes);
   if (!first) return first.error();
-  auto second = files::read_volume(moving);
+  auto second = files::read_volume(moving, &frames.notes);
   if (!second) return second.error();
+  const Status overlap = check_overlap(fixed, first->grid, moving, second->grid);
+  if (!overlap) return overlap.error();
   auto volumes = std::make_shared<std::vector<Volume>>();
   volumes->push_back(std::move(*first));
   volumes->push_back(std::move(*second));
-  Frames frames;
   frames.name = fixed.string();
   frames.grid = volumes->front().grid;
   frames.count = 2;
@@ -45,13 +61,15 @@ Result<Frames> open_sequence(const std::vector<fs::path>& inputs) {
   frames.grid = reader->grid();
   frames.count = reader->frame_count();
   if (reader->times_known()) frames.times_s = reader->times_s();
+  frames.notes = reader->notes();
   frames.read = [reader](size_t k) { return reader->frame(k); };
   return frames;
 }
 
-Result<std::optional<Mask>> read_mask_for(const fs::path& file, const Grid& grid) {
+Result<std::optional<Mask>> read_mask_for(const fs::path& file, const Grid& grid,
+                                          std::vector<std::string>* notes) {
   if (file.empty()) return std::optional<Mask>();
-  auto mask = files::read_mask(file);
+  auto mask = files::read_mask(file, notes);
   if (!mask) return mask.error();
   if (!same_geometry(mask->grid, grid)) {
     return files::bad_input(file, "does not fit the frames, it has {}: resample it to their grid",

@@ -18,17 +18,25 @@ struct Frames {
   size_t count = 0;
   std::vector<double> times_s;                 ///< one per frame; empty if not known
   std::function<Result<Volume>(size_t)> read;  ///< in rising order, once per frame
+  std::vector<std::string> notes;              ///< on the files, for people, a sentence each
 };
 
-/// Two files as fixed and moving, read at once; their grids may differ.
+/// Two files as fixed and moving, read at once; their grids may differ. kBadInput also if they do
+/// not overlap, see check_overlap().
 Result<Frames> open_pair(const std::filesystem::path& fixed, const std::filesystem::path& moving);
 
 /// A file with several frames, a folder, or a list of files; kBadInput for a single frame.
 Result<Frames> open_sequence(const std::vector<std::filesystem::path>& inputs);
 
+/// kBadInput if no voxel centre of the fixed frame lies within the moving one, so that there is
+/// nothing to compare; says how far apart they are.
+Status check_overlap(const std::filesystem::path& fixed, const Grid& fixed_grid,
+                     const std::filesystem::path& moving, const Grid& moving_grid);
+
 /// The mask of a file, or none for an empty path. kBadInput if it is on another grid or marks
 /// nothing.
-Result<std::optional<Mask>> read_mask_for(const std::filesystem::path& file, const Grid& grid);
+Result<std::optional<Mask>> read_mask_for(const std::filesystem::path& file, const Grid& grid,
+                                          std::vector<std::string>* notes = nullptr);
 
 /// The name of an image file that palpate can write; folders have none of these endings.
 bool has_image_ending(const std::filesystem::path& path);

@@ -4,10 +4,12 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 
-#include "compute/motion/estimator.h"
+#include "compute/motion/sequence_motion.h"
 #include "integration/app/frames.h"
+#include "module/scene/carried_values.h"
 
 namespace palpate::app {
 namespace {
@@ -26,10 +28,18 @@ void yield_to_the_hand() {
 }  // namespace
 
 LiveMotion::LiveMotion(const FeltScene& scene, const DeviceOptions& device,
-                       const std::string& preset, OnStep on_step, Console& console)
-    : device_(device), preset_(preset), on_step_(std::move(on_step)), console_(console) {
+                       const std::string& preset, OnStep on_step, OnWhole on_whole,
+                       Console& console)
+    : device_(device),
+      preset_(preset),
+      on_step_(std::move(on_step)),
+      on_whole_(std::move(on_whole)),
+      console_(console) {
   for (const MissingMotion& missing : scene.missing) {
-    jobs_.push_back({missing, scene.spec.volumes[missing.volume].cyclic});
+    const VolumeSpec& spec = scene.spec.volumes[missing.volume];
+    // What is computed changes by itself, and its own values are right.
+    const bool whole = on_whole_ && spec.source.empty();
+    jobs_.push_back({missing, spec.cyclic, whole, scene.data[missing.volume]});
     steps_ += size_t(scene.data[missing.volume]->times.steps());
   }
   if (jobs_.empty()) {
@@ -45,9 +55,15 @@ void LiveMotion::wait() {
   if (worker_.joinable()) worker_.join();
 }
 
+bool LiveMotion::finds_whole() const {
+  return std::any_of(jobs_.begin(), jobs_.end(), [](const Job& job) { return job.whole; });
+}
+
 std::string LiveMotion::text() const {
   if (done_) return {};
-  std::string text = fmt::format("motion {} of {} steps", known_.load(), steps_.load());
+  std::string text = known_ == steps_
+                         ? "one motion for the whole sequence"
+                         : fmt::format("motion {} of {} steps", known_.load(), steps_.load());
   const double share = share_, elapsed_s = 1e-9 * double(steady_ns() - start_ns_);
   // Before this nothing can be said about the time left.
   if (start_ns_ > 0 && share > 0.02 && elapsed_s > 0.5)
@@ -88,21 +104,33 @@ Status LiveMotion::estimate(const Job& job, std::stop_token stop) {
   EstimatorOptions options;
   options.motion = *preset;
   options.cyclic = job.cyclic;
-  Status taken = Nothing{};
   start_ns_ = steady_ns();
+  return job.whole ? whole(job, *frames, *context, options, stop)
+                   : step_by_step(job, *frames, *context, options, stop);
+}
+
+Status LiveMotion::take_pair(const Job& job, const PairMotion& pair) {
+  const Status taken =
+      on_step_(job.missing.volume, pair.fixed_frame, MotionMap::of(pair.field, &pair.confidence));
+  if (++known_ == steps_) moves_after_s_ = 1e-9 * double(steady_ns() - start_ns_);
+  return taken;
+}
+
+/// Fields of consecutive frames only.
+Status LiveMotion::step_by_step(const Job& job, Frames& frames,
+                                const std::shared_ptr<vulkan::Context>& context,
+                                const EstimatorOptions& options, std::stop_token stop) {
+  Status taken = Nothing{};
   auto estimator = SequenceEstimator::open(
-      *context, frames->grid, options,
-      [&](PairMotion motion) {
-        if (!taken) return;
-        taken = on_step_(job.missing.volume, motion.fixed_frame,
-                         MotionMap::of(motion.field, &motion.confidence));
-        ++known_;
+      context, frames.grid, options,
+      [&](PairMotion pair) {
+        if (taken) taken = take_pair(job, pair);
       },
       [&](size_t, size_t, double share) { share_ = (double(known_) + share) / double(steps_); });
   if (!estimator) return estimator.error();
   const std::stop_callback on_stop(stop, [&] { (*estimator)->cancel(); });
-  for (size_t k = 0; k < frames->count && !stop.stop_requested(); ++k) {
-    auto frame = frames->read(k);
+  for (size_t k = 0; k < frames.count && !stop.stop_requested(); ++k) {
+    auto frame = frames.read(k);
     if (!frame) {
       (*estimator)->cancel();
       return frame.error();
@@ -112,6 +140,35 @@ Status LiveMotion::estimate(const Job& job, std::stop_token stop) {
   const Status finished = (*estimator)->finish();
   if (stop.stop_requested()) return Nothing{};
   return taken ? finished : taken;
+}
+
+/// The same at first, then one motion for the whole sequence.
+Status LiveMotion::whole(const Job& job, Frames& frames,
+                         const std::shared_ptr<vulkan::Context>& context,
+                         const EstimatorOptions& options, std::stop_token stop) {
+  // In memory: each frame is asked for more than once.
+  std::vector<Volume> kept;
+  for (size_t k = 0; k < frames.count && !stop.stop_requested(); ++k) {
+    auto frame = frames.read(k);
+    if (!frame) return frame.error();
+    kept.push_back(std::move(*frame));
+  }
+  if (stop.stop_requested()) return Nothing{};
+  Status taken = Nothing{};
+  SequenceMotionOptions of_sequence;
+  of_sequence.estimator = options;
+  const auto motion = estimate_sequence_motion(
+      context, frames.grid, job.volume->times.times_s,
+      [&](size_t k) -> Result<Volume> { return kept[k]; }, of_sequence,
+      [&](PairMotion pair) {
+        if (taken) taken = take_pair(job, pair);
+      },
+      [&](const std::string&, double share) { share_ = share; }, stop);
+  if (stop.stop_requested()) return Nothing{};
+  if (!taken) return taken;
+  if (!motion) return motion.error();
+  return on_whole_(job.missing.volume, std::make_shared<const MovingVolume>(
+                                           with_carried_values(*job.volume, *motion, frames.grid)));
 }
 
 }  // namespace palpate::app

@@ -7,6 +7,7 @@
 #include <string>
 #include <thread>
 
+#include "compute/motion/estimator.h"
 #include "integration/app/felt_scene.h"
 #include "integration/app/progress.h"
 #include "integration/app/session.h"
@@ -20,20 +21,28 @@ class LiveMotion {
  public:
   using OnStep =
       std::function<Status(size_t volume, size_t step, std::shared_ptr<const MotionMap> map)>;
+  /// The volume with all its steps from one motion, and one frame's values carried by it.
+  using OnWhole = std::function<Status(size_t volume, std::shared_ptr<const MovingVolume> carried)>;
 
-  /// Starts at once if anything is missing. `on_step` comes from a thread of its own; the console
-  /// must outlive this.
+  /// Starts at once if anything is missing. Steps are handed over one by one as pairs of frames are
+  /// done; then, unless `on_whole` is empty, the whole sequence with one motion. Both come from a
+  /// thread of its own; the console must outlive this.
   LiveMotion(const FeltScene& scene, const DeviceOptions& device, const std::string& preset,
-             OnStep on_step, Console& console);
+             OnStep on_step, OnWhole on_whole, Console& console);
   /// Cancels what is still running and waits for it.
   ~LiveMotion();
   LiveMotion(const LiveMotion&) = delete;
   LiveMotion& operator=(const LiveMotion&) = delete;
 
   bool is_done() const { return done_; }
-  size_t steps() const { return steps_; }        ///< that were missing
-  size_t steps_known() const { return known_; }  ///< of them, so far
-  double seconds() const { return seconds_; }    ///< it took; 0 until all are known
+  /// Every step is known, so that it can move; the whole may still be refined.
+  bool can_move() const { return done_ || known_ == steps_; }
+  size_t steps() const { return steps_; }                  ///< that were missing
+  size_t steps_known() const { return known_; }            ///< of them, so far
+  double moves_after_s() const { return moves_after_s_; }  ///< all steps were known; 0 before
+  double seconds() const { return seconds_; }              ///< it took; 0 until all is done
+  /// One motion for the whole sequence is found, or looked for, after the steps.
+  bool finds_whole() const;
   /// "motion 3 of 20 steps, 25 s left"; nothing once it is done.
   std::string text() const;
   /// Why it ended early: a sentence, or nothing.
@@ -45,18 +54,27 @@ class LiveMotion {
   struct Job {
     MissingMotion missing;
     bool cyclic = true;
+    bool whole = false;  ///< one motion for all frames, beyond consecutive fields
+    std::shared_ptr<const MovingVolume> volume;
   };
   void run(std::stop_token stop);
   Status estimate(const Job& job, std::stop_token stop);
+  Status take_pair(const Job& job, const PairMotion& pair);
+  Status step_by_step(const Job& job, Frames& frames,
+                      const std::shared_ptr<vulkan::Context>& context,
+                      const EstimatorOptions& options, std::stop_token stop);
+  Status whole(const Job& job, Frames& frames, const std::shared_ptr<vulkan::Context>& context,
+               const EstimatorOptions& options, std::stop_token stop);
 
   std::vector<Job> jobs_;
   DeviceOptions device_;
   std::string preset_;
   OnStep on_step_;
+  OnWhole on_whole_;
   Console& console_;
   std::atomic<bool> done_{false};
   std::atomic<size_t> steps_{0}, known_{0};
-  std::atomic<double> seconds_{0.0};
+  std::atomic<double> seconds_{0.0}, moves_after_s_{0.0};
   std::atomic<double> share_{0.0};    ///< of all steps
   std::atomic<int64_t> start_ns_{0};  ///< of the first step, steady clock; 0 before
   mutable std::mutex mutex_;

@@ -1,21 +1,78 @@
 #include <fmt/format.h>
 
 #include <csignal>
+#include <cstdlib>
 #include <exception>
 #include <new>
 #include <system_error>
 
+#include "integration/app/command_line.h"
 #include "integration/app/commands.h"
 #include "integration/app/exit_code.h"
 #include "integration/app/overwrite.h"
+#include "integration/app/progress.h"
 
 namespace palpate::app {
 namespace {
 
-constexpr const char* kAbout =
-    "palpate: put a hand into a moving volume: how its data move, what they feel and look like.\n"
-    "Exit codes: 0 ok, 1 device or program failed or was stopped, 2 input or output can not be\n"
-    "used, 3 the result is suspect, 4 the result failed.";
+/// "Exit codes: 0 ok, 1 ...", in lines of a terminal's width.
+std::string exit_codes_text() {
+  constexpr size_t kWidth = 90;
+  std::string text = "Exit codes:";
+  size_t line = text.size();
+  for (const ExitMeaning& one : kExitMeanings) {
+    const std::string next =
+        fmt::format(" {} {}{}", int(one.code), one.meaning, one.code == kExitFailed ? "." : ",");
+    if (line + next.size() > kWidth) {
+      text += '\n' + next.substr(1);
+      line = next.size() - 1;
+    } else {
+      text += next;
+      line += next.size();
+    }
+  }
+  return text;
+}
+
+/// In --help, outputs are told apart from inputs: FILE becomes OUTPUT_FILE, DIR OUTPUT_DIR, and
+/// what may be either OUTPUT.
+void mark_outputs(const std::vector<Command>& commands) {
+  for (const Command& command : commands) {
+    for (const std::string& name : command.writes) {
+      CLI::Option* option = command.app->get_option(name);
+      const std::string type = option->get_type_name();
+      option->type_name(type == "FILE" || type == "DIR" ? "OUTPUT_" + type : "OUTPUT");
+    }
+    mark_outputs(command.below);
+  }
+}
+
+}  // namespace
+
+Program make_program() {
+  Program program;
+  program.app = std::make_unique<CLI::App>(
+      fmt::format("palpate: put a hand into a moving volume: how its data move, what they feel and "
+                  "look like.\n{}",
+                  exit_codes_text()),
+      "palpate");
+  CLI::App& app = *program.app;
+  app.require_subcommand(1);
+  app.set_version_flag("--version", "palpate " PALPATE_VERSION);
+  program.commands = {add_motion(app), add_chart(app),   add_check(app), add_devices(app),
+                      add_info(app),   add_phantom(app), add_feel(app),  add_calibrate(app),
+                      add_plan(app),   add_demo(app),    add_help(app),  add_write_manual(app)};
+  mark_outputs(program.commands);
+  // Before the command or behind it.
+  for (CLI::App* one : with_nested_commands(app))
+    if (!one->get_group().empty())
+      one->add_flag(
+          "--verbose", *program.verbose,
+          "Also print details of the Vulkan device and the messages of the OpenXR loader");
+  return program;
+}
+
+namespace {
 
 /// The command that was named, the innermost one; null if none.
 const Command* chosen(const std::vector<Command>& commands) {
@@ -25,15 +82,6 @@ const Command* chosen(const std::vector<Command>& commands) {
     return below ? below : &command;
   }
   return nullptr;
-}
-
-/// In --help, outputs are told apart from inputs.
-void mark_outputs(const std::vector<Command>& commands) {
-  for (const Command& command : commands) {
-    for (const std::string& name : command.writes)
-      command.app->get_option(name)->type_name("OUTPUT");
-    mark_outputs(command.below);
-  }
 }
 
 std::vector<std::filesystem::path> paths_of(const CLI::App& app,
@@ -58,22 +106,18 @@ int run_checked(const Command& command) {
 }
 
 int run(int argc, char** argv) {
-  CLI::App program(kAbout, "palpate");
-  program.require_subcommand(1);
-  program.set_version_flag("--version", "palpate " PALPATE_VERSION);
-  const std::vector<Command> commands = {
-      add_motion(program),    add_chart(program),   add_check(program),
-      add_devices(program),   add_phantom(program), add_feel(program),
-      add_calibrate(program), add_plan(program),    add_demo(program)};
-  mark_outputs(commands);
+  const Program program = make_program();
   try {
-    program.parse(argc, argv);
+    program.app->parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == int(CLI::ExitCodes::Success)) return program.exit(error);
-    fmt::print(stderr, "palpate: {}. See 'palpate --help'.\n", error.what());
+    if (error.get_exit_code() == int(CLI::ExitCodes::Success)) return program.app->exit(error);
+    fmt::print(stderr, "palpate: {}\n", sentence_of(*program.app, error));
     return kExitBad;
   }
-  const Command* command = chosen(commands);
+  Console::set_verbose(*program.verbose);
+  // The loader would tell the terminal in words of its own what we say in ours. Before any thread.
+  if (!Console::verbose()) setenv("XR_LOADER_DEBUG", "none", 0);
+  const Command* command = chosen(program.commands);
   return command ? run_checked(*command) : int(kExitBad);
 }
 

@@ -8,6 +8,7 @@
 #include "integration/app/delivery.h"
 #include "integration/app/exit_code.h"
 #include "integration/app/frames.h"
+#include "integration/app/option_checks.h"
 #include "integration/app/overwrite.h"
 #include "integration/app/session.h"
 #include "integration/app/summary.h"
@@ -175,6 +176,7 @@ nlohmann::json summary_of(const MotionCommand& command, const std::string& prese
                              "is at x + u(x) in the moving frame"},
                             {"pairs", delivery.pairs()}};
   if (!frames.times_s.empty()) summary["times_s"] = frames.times_s;
+  if (!frames.notes.empty()) summary["notes"] = frames.notes;
   if (delivery.drift()) summary["cycle_drift"] = json_of(*delivery.drift());
   if (!command.no_verdict) summary["verdict"] = json_of(delivery.verdict());
   return summary;
@@ -227,9 +229,10 @@ int run(const MotionCommand& command) {
   if (!frames) return fail(console, frames.error());
   if (const Status names = check_names(command, frames->count); !names)
     return fail(console, names.error());
-  const auto mask = read_mask_for(command.mask, frames->grid);
+  const auto mask = read_mask_for(command.mask, frames->grid, &frames->notes);
   if (!mask) return fail(console, mask.error());
   console.say(fmt::format("Frames    {}", frames_text(*frames)));
+  for (const std::string& note : frames->notes) console.say("Note      " + note);
   const auto context = open_device(command.device, console);
   if (!context) return fail(console, context.error());
   std::vector<studies::Choice> choices;
@@ -289,10 +292,10 @@ int run(const MotionCommand& command) {
 void add_expert_options(CLI::App& app, MotionCommand& command) {
   add_device_options(app, command.device);
   app.add_option("--iterations", command.iterations, "At most so many iterations on every level")
-      ->check(CLI::Range(1, 10000))
+      ->check(whole_number_in(1, 10000))
       ->group("Experiments");
   app.add_option("--levels", command.levels, "So many levels of the pyramid")
-      ->check(CLI::Range(1, 12))
+      ->check(whole_number_in(1, 12))
       ->group("Experiments");
 }
 
@@ -323,18 +326,22 @@ Command add_motion(CLI::App& program) {
       "DIR)");
   app->add_option("inputs", command->inputs,
                   "Two volumes; or a 4D file, a folder (DICOM or 3D files), or a list of 3D files")
+      ->type_name("PATH")
       ->required();
   app->add_option("-o,--output", command->output,
                   "Pair: the field, .mha, .nrrd, .nii or .nii.gz. Sequence: a folder")
+      ->type_name("PATH")
       ->required();
-  app->add_option("--preset", command->preset, "Effort: " + joined_presets())
+  app->add_option("--preset", command->preset, "Effort: how long it may take")
+      ->check(one_of_the_presets())
       ->capture_default_str();
   app->add_option("--format", command->format, "Format of a sequence's fields")
-      ->check(CLI::IsMember({"mha", "nrrd", "nii", "nii.gz"}))
+      ->check(one_of({"mha", "nrrd", "nii", "nii.gz"}))
       ->capture_default_str();
   app->add_option(
-      "--mask", command->mask,
-      "Volume on the frames' grid: zero counts for nothing; draw it 10 voxels wider than needed");
+         "--mask", command->mask,
+         "Volume on the frames' grid: zero counts for nothing; draw it 10 voxels wider than needed")
+      ->type_name("FILE");
   app->add_flag("--cyclic", command->cyclic, "The last frame leads back to the first");
   app->add_flag("--inverse", command->inverse, "Also write the inverse of each field");
   app->add_flag("--confidence", command->confidence,

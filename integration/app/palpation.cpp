@@ -90,6 +90,12 @@ Status Palpation::take_motion(size_t volume, size_t step, std::shared_ptr<const 
   return hand_over();
 }
 
+Status Palpation::take_volume(size_t volume, std::shared_ptr<const MovingVolume> data) {
+  const std::lock_guard lock(mutex_);
+  felt_.data[volume] = std::move(data);
+  return hand_over();
+}
+
 bool Palpation::send(const ControlEvent& event) {
   const std::lock_guard lock(mutex_);
   return servo_->send(event);

@@ -37,6 +37,10 @@ class Palpation {
   /// of the force. Any thread.
   Status take_motion(size_t volume, size_t step, std::shared_ptr<const MotionMap> map);
 
+  /// Another form of a volume's data, with as many frames and the same times: felt from the next
+  /// ticks on, without a step of the force. Any thread.
+  Status take_volume(size_t volume, std::shared_ptr<const MovingVolume> data);
+
   /// Into the loop; false if too much waits there already. Any thread.
   bool send(const ControlEvent& event);
   /// A volume whose motion was awaited begins to move. Any thread.

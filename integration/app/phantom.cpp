@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <limits>
+
 #include "integration/app/commands.h"
 #include "integration/app/exit_code.h"
+#include "integration/app/option_checks.h"
 #include "integration/app/outputs.h"
 #include "integration/app/progress.h"
 #include "integration/files/sentences.h"
@@ -103,22 +106,28 @@ Command add_phantom(CLI::App& program) {
   auto command = std::make_shared<PhantomCommand>();
   CLI::App* app = program.add_subcommand("phantom", "Make a sequence whose motion is known");
   app->add_option("kind", command->kind, "heart: beats; sliding: an organ slides past a still wall")
-      ->check(CLI::IsMember({"heart", "sliding"}))
+      ->check(one_of({"heart", "sliding"}))
       ->capture_default_str();
-  app->add_option("-o,--output", command->output, "The sequence, .seq.nrrd")->required();
-  app->add_option("--truth", command->truth, "Folder for the true fields and where to score them");
+  app->add_option("-o,--output", command->output, "The sequence, .seq.nrrd")
+      ->type_name("FILE")
+      ->required();
+  app->add_option("--truth", command->truth, "Folder for the true fields and where to score them")
+      ->type_name("DIR");
   app->add_option("--size", command->size, "Voxels along each edge")
-      ->check(CLI::Range(16, 1024))
+      ->check(whole_number_in(16, 1024))
       ->capture_default_str();
   app->add_option("--frames", command->frames, "Frames of a heart beat")
-      ->check(CLI::Range(2, 1000))
+      ->check(whole_number_in(2, 1000))
       ->capture_default_str();
   app->add_option("--seed", command->seed, "Another seed, another texture and noise")
+      ->check(whole_number_in(0, std::numeric_limits<uint32_t>::max()))
       ->capture_default_str();
   app->add_option("--noise", command->noise, "SD of the noise, share of the contrast")
-      ->check(CLI::Range(0.0, 1.0))
+      ->check(number_in({0.0, 1.0}))
       ->capture_default_str();
-  app->add_option("--shift", command->shift_voxels, "How far the sliding organ moves, voxels")
+  app->add_option("--shift", command->shift_voxels,
+                  "How far the sliding organ moves, voxels; below a third of --size")
+      ->check(number_in({-341.0, 341.0}))
       ->capture_default_str();
   return {app, [command] { return run(*command); }, {}, {"--output", "--truth"}, {}};
 }

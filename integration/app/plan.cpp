@@ -5,6 +5,7 @@
 #include "integration/app/commands.h"
 #include "integration/app/exit_code.h"
 #include "integration/app/felt_scene.h"
+#include "integration/app/option_checks.h"
 #include "integration/app/progress.h"
 #include "module/haptics/haptic_scene.h"
 
@@ -34,9 +35,12 @@ Command add_plan(CLI::App& program) {
   auto choices = std::make_shared<SequenceChoices>();
   CLI::App* app = program.add_subcommand(
       "plan", "Say what a scene needs in each haptic frame, what is left out, and why");
-  app->add_option("input", *inputs, "heart, molecule, a scene file, or a sequence")->required();
+  app->add_option("input", *inputs, "heart, molecule, a scene file, or a sequence")
+      ->type_name("PATH")
+      ->required();
   app->add_option("--fields", choices->fields, "Folder with the fields of 'palpate motion'")
-      ->check(CLI::ExistingDirectory);
+      ->type_name("DIR")
+      ->check(an_existing_folder());
   return {app, [inputs, choices] { return run(*inputs, *choices); }, {"input", "--fields"}, {}, {}};
 }
 

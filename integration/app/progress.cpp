@@ -99,6 +99,21 @@ void Console::end_progress() {
   running_ = false;
 }
 
+void Console::detail(std::string_view line) {
+  if (!verbose_) return;
+  const std::lock_guard lock(mutex_);
+  erase_bar();
+  fmt::print(stderr, "{}\n", line);
+}
+
+void Console::set_verbose(bool verbose) {
+  verbose_ = verbose;
+}
+
+bool Console::verbose() {
+  return verbose_;
+}
+
 void Console::complain(std::string_view sentence) {
   const std::lock_guard lock(mutex_);
   erase_bar();

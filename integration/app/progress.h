@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <mutex>
@@ -34,6 +35,12 @@ class Console {
   /// A line for the person, unless quiet.
   void say(std::string_view line);
 
+  /// A line on stderr, only with --verbose: what a report of an error should hold.
+  void detail(std::string_view line);
+  /// What --verbose says, for all consoles of the program. Before the first of them.
+  static void set_verbose(bool verbose);
+  static bool verbose();
+
   /// The share done, 0 to 1, and of what. On a terminal redraws the bar at most ten times a second;
   /// elsewhere a line when `doing` changes, which ends the step before, or nothing: see Steps.
   void progress(double share, std::string_view doing);
@@ -54,6 +61,8 @@ class Console {
   void draw_bar();
   std::string time_left(Clock::time_point now) const;
   void end_step(Clock::time_point now, double share);
+
+  static inline std::atomic<bool> verbose_{false};
 
   std::mutex mutex_;
   std::FILE* const lines_;

@@ -2,22 +2,45 @@
 
 #include <fmt/format.h>
 
-namespace palpate::app {
+#include "integration/app/option_checks.h"
 
-void add_device_options(CLI::App& command, DeviceOptions& options) {
+namespace palpate::app {
+namespace {
+
+constexpr files::NumberRange kMemory_mb{0.01, 1e9};
+
+}  // namespace
+
+void add_gpu_option(CLI::App& command, DeviceOptions& options) {
   command
-      .add_option("--device", options.device,
+      .add_option("--gpu", options.device,
                   "Vulkan device, by number or part of its name (see 'palpate devices')")
       ->type_name("NAME");
+}
+
+void add_device_options(CLI::App& command, DeviceOptions& options) {
+  add_gpu_option(command, options);
+  // No group: it is in no help.
+  command
+      .add_option_function<std::string>("--device",
+                                        [&options](const std::string& name) {
+                                          options.device = name;
+                                          options.old_spelling = true;
+                                        })
+      ->group("");
   command
       .add_option("--memory-cap", options.memory_cap_mb,
                   "Use no more device memory than this, in MB; larger work is cut into slabs")
       ->type_name("MB")
-      ->check(CLI::PositiveNumber);
+      ->check(number_in(kMemory_mb));
 }
 
 Result<std::shared_ptr<vulkan::Context>> open_device(const DeviceOptions& options,
                                                      Console& console) {
+  if (options.old_spelling)
+    console.complain(
+        "palpate: The Vulkan device is named with --gpu now; --device is the force device in all "
+        "commands.");
   vulkan::ContextOptions wanted;
   wanted.device = options.device;
   wanted.memory_cap_bytes = uint64_t(options.memory_cap_mb * 1e6);
@@ -25,6 +48,10 @@ Result<std::shared_ptr<vulkan::Context>> open_device(const DeviceOptions& option
   if (context) {
     const vulkan::DeviceInfo& info = (*context)->info();
     console.say(fmt::format("Device    {} ({})", info.name, info.kind));
+    console.detail(fmt::format("Vulkan    {}.{}, driver {}, {} of memory, {} in one buffer at most",
+                               info.api_major, info.api_minor, info.driver,
+                               bytes_text(double(info.memory_bytes)),
+                               bytes_text(double(info.binding_bytes))));
   }
   return context;
 }

@@ -1,8 +1,14 @@
 #include "integration/files/dicom_elements.h"
 
+#include <zlib.h>
+
+#include <algorithm>
+#include <climits>
 #include <cmath>
 #include <cstring>
 
+#include "integration/files/dicom_tags.h"
+#include "integration/files/raster.h"
 #include "integration/files/sentences.h"
 #include "integration/files/text.h"
 
@@ -15,80 +21,121 @@ constexpr uint32_t kItem = 0xfffee000u, kItemEnd = 0xfffee00du, kSequenceEnd = 0
 constexpr uint32_t kPixels = 0x7fe00010u, kTransferSyntax = 0x00020010u;
 /// Real files nest three or four sequences.
 constexpr int kMaxDepth = 16;
+constexpr size_t kFirstInflatedBytes = 1024 * 1024;
 
 template <class T>
-T little(std::string_view bytes) {
+T number_at(std::string_view bytes, bool big_endian) {
+  unsigned char raw[sizeof(T)];
+  std::memcpy(raw, bytes.data(), sizeof(T));
+  if (big_endian) std::reverse(raw, raw + sizeof(T));
   T value{};
-  std::memcpy(&value, bytes.data(), sizeof(T));
+  std::memcpy(&value, raw, sizeof(T));
   return value;
+}
+
+/// How the elements of a file are written.
+struct Syntax {
+  bool explicit_vr = true;
+  bool big_endian = false;
+};
+
+/// Without explicit VR only the standard's dictionary knows which elements are sequences; of those
+/// with a known length, these are looked into.
+bool is_known_sequence(uint32_t tag) {
+  using namespace tags;
+  constexpr uint32_t kKnown[] = {kSharedGroups,          kFrameGroups,
+                                 kPixelMeasures,         kPlanePosition,
+                                 kPlaneOrientation,      kPixelValueTransformation,
+                                 kFrameContent,          kCardiacSynchronization,
+                                 kTemporalPositionGroup, kRespiratorySynchronization,
+                                 kVolumePosition,        kVolumeOrientation};
+  return std::find(std::begin(kKnown), std::end(kKnown), tag) != std::end(kKnown);
 }
 
 struct Head {
   uint32_t tag = 0;
   uint32_t length = 0;
   bool is_sequence = false;
+  bool is_unknown = false;  ///< VR "UN": whatever is in it has implicit VR
+  bool is_words = false;    ///< VR "OW"
 };
 
 /// A position in the bytes that never passes their end. Every function returns false where the
 /// structure breaks.
 class Walker {
  public:
-  Walker(std::string_view bytes, size_t at, bool explicit_vr)
-      : bytes_(bytes), at_(at), explicit_vr_(explicit_vr) {}
+  Walker(std::string_view bytes, size_t at, Syntax syntax)
+      : bytes_(bytes), at_(at), syntax_(syntax) {}
 
   size_t position() const { return at_; }
 
   bool head(size_t end, Head& head) {
     if (end - at_ < 8) return false;
-    head.tag = uint32_t(little<uint16_t>(bytes_.substr(at_))) << 16 |
-               little<uint16_t>(bytes_.substr(at_ + 2));
-    head.is_sequence = false;
+    head = {};
+    head.tag = uint32_t(number<uint16_t>(0)) << 16 | number<uint16_t>(2);
     const bool delimiter = head.tag >> 16 == 0xfffe;
-    if (!explicit_vr_ || delimiter) {
-      head.length = little<uint32_t>(bytes_.substr(at_ + 4));
-      head.is_sequence = !delimiter && head.length == kUndefined;
+    if (!syntax_.explicit_vr || delimiter) {
+      head.length = number<uint32_t>(4);
+      head.is_sequence = !delimiter && (head.length == kUndefined || is_known_sequence(head.tag));
+      head.is_words = true;
       at_ += 8;
       return true;
     }
     const std::string_view vr = bytes_.substr(at_ + 4, 2);
     head.is_sequence = vr == "SQ";
+    head.is_unknown = vr == "UN";
+    head.is_words = vr == "OW";
     constexpr std::string_view kLong = "OB OW OF OD OL OV SQ UC UR UT UN SV UV";
     if (vr.find(' ') != std::string_view::npos || kLong.find(vr) == std::string_view::npos) {
-      head.length = little<uint16_t>(bytes_.substr(at_ + 6));
+      head.length = number<uint16_t>(6);
       at_ += 8;
       return true;
     }
     if (end - at_ < 12) return false;
-    head.length = little<uint32_t>(bytes_.substr(at_ + 8));
+    head.length = number<uint32_t>(8);
     at_ += 12;
     return true;
   }
 
-  /// Leaves the value of an element out, items and all.
-  bool skip_value(const Head& head, size_t end, int depth) {
-    if (head.length == kUndefined || head.is_sequence) {
-      if (depth >= kMaxDepth) return false;
-      const bool open = head.length == kUndefined;
-      if (!open && head.length > end - at_) return false;
-      return skip_items(open ? end : at_ + head.length, open, depth + 1);
+  /// The value of an element, items and all, into `elements`.
+  bool take_value(const Head& head, size_t end, int depth, DicomElements& elements) {
+    const bool open = head.length == kUndefined;
+    if (!open && head.length > end - at_) return false;
+    if (!open && !head.is_sequence) {
+      elements.values[head.tag] = bytes_.substr(at_, head.length);
+      at_ += head.length;
+      return true;
     }
-    if (head.length > end - at_) return false;
-    at_ += head.length;
-    return true;
+    // The packed pixels of a small picture within the file.
+    std::vector<std::string_view> fragments;
+    if (head.tag == kPixels) return take_fragments(end, fragments);
+    if (depth >= kMaxDepth) return false;
+    const Syntax outside = syntax_;
+    if (head.is_unknown) syntax_ = {.explicit_vr = false, .big_endian = false};
+    const bool whole =
+        take_items(open ? end : at_ + head.length, open, depth + 1, elements.sequences[head.tag]);
+    syntax_ = outside;
+    return whole;
   }
 
   /// The fragments of packed pixels: items of known length up to the sequence end.
-  bool skip_fragments(size_t end) {
+  bool take_fragments(size_t end, std::vector<std::string_view>& fragments) {
     for (Head item; this->head(end, item);) {
       if (item.tag == kSequenceEnd) return true;
       if (item.tag != kItem || item.length > end - at_) return false;
+      fragments.push_back(bytes_.substr(at_, item.length));
       at_ += item.length;
     }
     return false;
   }
 
  private:
-  bool skip_items(size_t end, bool open, int depth) {
+  template <class T>
+  T number(size_t offset) const {
+    return number_at<T>(bytes_.substr(at_ + offset), syntax_.big_endian);
+  }
+
+  bool take_items(size_t end, bool open, int depth, std::vector<DicomElements>& items) {
     while (open || at_ < end) {
       Head item;
       if (!head(end, item)) return false;
@@ -96,24 +143,27 @@ class Walker {
       if (item.tag != kItem) return false;
       if (item.length != kUndefined && item.length > end - at_) return false;
       const bool open_item = item.length == kUndefined;
-      if (!skip_elements(open_item ? end : at_ + item.length, open_item, depth)) return false;
+      items.emplace_back();
+      items.back().big_endian = syntax_.big_endian;
+      const size_t item_end = open_item ? end : at_ + item.length;
+      if (!take_elements(item_end, open_item, depth, items.back())) return false;
     }
     return true;
   }
 
-  bool skip_elements(size_t end, bool open, int depth) {
+  bool take_elements(size_t end, bool open, int depth, DicomElements& elements) {
     while (open || at_ < end) {
       Head element;
       if (!head(end, element)) return false;
       if (open && element.tag == kItemEnd) return true;
-      if (!skip_value(element, end, depth)) return false;
+      if (!take_value(element, end, depth, elements)) return false;
     }
     return true;
   }
 
   std::string_view bytes_;
   size_t at_;
-  bool explicit_vr_;
+  Syntax syntax_;
 };
 
 std::string_view without_padding(std::string_view value) {
@@ -121,29 +171,56 @@ std::string_view without_padding(std::string_view value) {
   return trimmed(value);
 }
 
-/// The standard's name of how the file is written, or the sentence about one that is not read.
+/// The standard's name of how the file is written, and where its elements begin.
 Result<std::string> transfer_syntax(const std::filesystem::path& file, std::string_view bytes,
                                     size_t& data_at) {
-  Walker walker(bytes, kPreambleBytes, true);
+  Walker walker(bytes, kPreambleBytes, Syntax());
   std::string syntax = "1.2.840.10008.1.2";
   // The group with number 2 describes the file and is always explicit little endian.
   while (walker.position() + 8 <= bytes.size() &&
-         little<uint16_t>(bytes.substr(walker.position())) == 2) {
+         number_at<uint16_t>(bytes.substr(walker.position()), false) == 2) {
     Head head;
+    DicomElements description;
     if (!walker.head(bytes.size(), head)) break;
-    const size_t value_at = walker.position();
-    if (head.length == kUndefined || !walker.skip_value(head, bytes.size(), 0)) {
+    if (head.length == kUndefined || !walker.take_value(head, bytes.size(), 0, description)) {
       return bad_input(file, "is cut short or damaged: export it again");
     }
-    if (head.tag == kTransferSyntax) syntax = without_padding(bytes.substr(value_at, head.length));
-  }
-  if (syntax == "1.2.840.10008.1.2.2" || syntax == "1.2.840.10008.1.2.1.99") {
-    return bad_input(file,
-                     "is written in a DICOM syntax of the past (big endian or deflated): convert "
-                     "it to little endian");
+    if (head.tag == kTransferSyntax) syntax = description.text(kTransferSyntax);
   }
   data_at = walker.position();
   return syntax;
+}
+
+/// Inflates a bare deflate stream; the memory grows with what is really in it.
+Result<std::string> inflated(const std::filesystem::path& file, std::string_view packed) {
+  z_stream stream{};
+  if (inflateInit2(&stream, -MAX_WBITS) != Z_OK)
+    return Error{ErrorKind::kOutOfMemory,
+                 "There is not enough memory to unpack a file: close other programs"};
+  const std::unique_ptr<z_stream, int (*)(z_stream*)> guard(&stream, inflateEnd);
+  std::string bytes;
+  for (int state = Z_OK; state != Z_STREAM_END;) {
+    const size_t done = bytes.size(), wanted = std::max(kFirstInflatedBytes, 2 * done);
+    const Status fits = check_fits_memory(fmt::format("'{}'", file.string()), double(wanted));
+    if (!fits) return fits.error();
+    bytes.resize(wanted);
+    // The counters of zlib are 32 bits wide.
+    for (size_t at = done; at < wanted && state == Z_OK;) {
+      const uInt room = uInt(std::min<size_t>(wanted - at, 1u << 30)),
+                 given = uInt(std::min<size_t>(packed.size(), 1u << 30));
+      stream.next_out = reinterpret_cast<Bytef*>(bytes.data() + at);
+      stream.avail_out = room;
+      stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data()));
+      stream.avail_in = given;
+      state = inflate(&stream, Z_NO_FLUSH);
+      packed.remove_prefix(given - stream.avail_in);
+      at += room - stream.avail_out;
+      if (state == Z_STREAM_END) bytes.resize(at);
+    }
+    if (state != Z_OK && state != Z_STREAM_END)
+      return bad_input(file, "is cut short or damaged where it is deflated: export it again");
+  }
+  return bytes;
 }
 
 }  // namespace
@@ -172,14 +249,30 @@ std::vector<double> DicomElements::numbers(uint32_t tag, size_t count) const {
 std::optional<int> DicomElements::whole(uint32_t tag) const {
   const auto found = values.find(tag);
   if (found == values.end() || found->second.size() < sizeof(uint16_t)) return std::nullopt;
-  return int(little<uint16_t>(found->second));
+  if (found->second.size() < sizeof(uint32_t))
+    return int(number_at<uint16_t>(found->second, big_endian));
+  const auto value = number_at<uint32_t>(found->second, big_endian);
+  return value <= uint32_t(INT_MAX) ? std::optional(int(value)) : std::nullopt;
 }
 
 std::optional<double> DicomElements::real(uint32_t tag) const {
   const auto found = values.find(tag);
-  if (found == values.end() || found->second.size() < sizeof(double)) return std::nullopt;
-  const double value = little<double>(found->second);
+  if (found == values.end() || found->second.size() < sizeof(float)) return std::nullopt;
+  const double value = found->second.size() < sizeof(double)
+                           ? double(number_at<float>(found->second, big_endian))
+                           : number_at<double>(found->second, big_endian);
   return std::isfinite(value) ? std::optional<double>(value) : std::nullopt;
+}
+
+std::vector<double> DicomElements::reals(uint32_t tag, size_t count) const {
+  const auto found = values.find(tag);
+  if (found == values.end() || found->second.size() != count * sizeof(double)) return {};
+  std::vector<double> all;
+  for (size_t n = 0; n < count; ++n)
+    all.push_back(number_at<double>(found->second.substr(n * sizeof(double)), big_endian));
+  const bool finite =
+      std::all_of(all.begin(), all.end(), [](double v) { return std::isfinite(v); });
+  return finite ? all : std::vector<double>();
 }
 
 Result<DicomElements> parse_dicom(const std::filesystem::path& file, std::string_view bytes) {
@@ -187,26 +280,37 @@ Result<DicomElements> parse_dicom(const std::filesystem::path& file, std::string
     return bad_input(file, "is no DICOM file: check what wrote it");
   }
   size_t at = 0;
-  const auto syntax = transfer_syntax(file, bytes, at);
-  if (!syntax) return syntax.error();
-  Walker walker(bytes, at, *syntax != "1.2.840.10008.1.2");
+  const auto name = transfer_syntax(file, bytes, at);
+  if (!name) return name.error();
+  const Syntax syntax{.explicit_vr = *name != "1.2.840.10008.1.2",
+                      .big_endian = *name == "1.2.840.10008.1.2.2"};
   DicomElements elements;
+  elements.syntax = *name;
+  elements.big_endian = syntax.big_endian;
+  if (*name == "1.2.840.10008.1.2.1.99") {
+    auto all = inflated(file, bytes.substr(at));
+    if (!all) return all.error();
+    elements.inflated = std::make_shared<const std::string>(std::move(*all));
+    bytes = *elements.inflated;
+    at = 0;
+  }
+  Walker walker(bytes, at, syntax);
   while (walker.position() < bytes.size()) {
     Head head;
     if (!walker.head(bytes.size(), head)) return bad_input(file, "is cut short: export it again");
-    const size_t value_at = walker.position();
     if (head.tag == kPixels) {
       elements.has_pixels = true;
       elements.is_packed = head.length == kUndefined;
-      const bool whole = elements.is_packed ? walker.skip_fragments(bytes.size())
-                                            : head.length <= bytes.size() - value_at;
+      elements.has_word_pixels = head.is_words;
+      const bool whole = elements.is_packed
+                             ? walker.take_fragments(bytes.size(), elements.fragments)
+                             : head.length <= bytes.size() - walker.position();
       if (!whole) return bad_input(file, "is cut short within its pixels: export it again");
-      if (!elements.is_packed) elements.pixels = bytes.substr(value_at, head.length);
+      if (!elements.is_packed) elements.pixels = bytes.substr(walker.position(), head.length);
       return elements;
     }
-    if (!walker.skip_value(head, bytes.size(), 0))
+    if (!walker.take_value(head, bytes.size(), 0, elements))
       return bad_input(file, "is cut short or damaged: export it again");
-    if (head.length != kUndefined) elements.values[head.tag] = bytes.substr(value_at, head.length);
   }
   return elements;
 }

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -12,14 +13,21 @@
 
 namespace palpate::files {
 
-/// The elements of one DICOM file, as views into its bytes. Only little endian syntaxes, which all
-/// of today's are.
+/// The elements of one DICOM file or of one item of a sequence in it, as views into its bytes.
 struct DicomElements {
-  std::map<uint32_t, std::string_view>
-      values;  ///< top level, before the pixels; tag is group << 16 | element
+  /// Tag is group << 16 | element; of a file: those before the pixels.
+  std::map<uint32_t, std::string_view> values;
+  std::map<uint32_t, std::vector<DicomElements>> sequences;
+  bool big_endian = false;
+
+  // Of a file only.
   bool has_pixels = false;
-  bool is_packed = false;   ///< the pixels are JPEG or the like
-  std::string_view pixels;  ///< plain pixels; empty if packed
+  std::string syntax;                       ///< name of the transfer syntax (a UID)
+  bool is_packed = false;                   ///< the pixels are JPEG or the like
+  std::vector<std::string_view> fragments;  ///< of packed pixels; the first is a table of offsets
+  bool has_word_pixels = false;             ///< plain pixels of 8 bits lie in words of 16 (VR "OW")
+  std::string_view pixels;                  ///< plain pixels; empty if packed
+  std::shared_ptr<const std::string> inflated;  ///< what the views point into if it was deflated
 
   /// Text without padding; empty if the element is not there.
   std::string text(uint32_t tag) const;
@@ -27,16 +35,19 @@ struct DicomElements {
   std::optional<double> number(uint32_t tag) const;
   /// "1\2\3"; empty if there are not `count` finite numbers.
   std::vector<double> numbers(uint32_t tag, size_t count) const;
-  /// A 16-bit binary number (US).
+  /// A binary whole number of 16 or 32 bits (US, UL).
   std::optional<int> whole(uint32_t tag) const;
-  /// A 64-bit binary number (FD).
+  /// A binary real number of 32 or 64 bits (FL, FD).
   std::optional<double> real(uint32_t tag) const;
+  /// `count` binary numbers of 64 bits (FD); empty if there are not so many finite ones.
+  std::vector<double> reals(uint32_t tag, size_t count) const;
 };
 
-/// Walks through all elements up to the pixels and checks that every length fits, sequences
-/// included: GDCM ends the process over a file that is cut short, so it never gets to see one.
-/// `bytes` is the whole file and must outlive the result. kBadInput with a sentence. Touches no
-/// file; any thread.
+/// Walks through all elements up to the pixels and checks that every length fits, sequences and
+/// fragments included: GDCM ends the process over a damaged file, so it never gets to see one.
+/// Implicit and explicit VR, little and big endian, deflated. `bytes` is the whole file and must
+/// outlive the result. kBadInput with a sentence; kOutOfMemory if it inflates beyond the memory.
+/// Touches no file; any thread.
 Result<DicomElements> parse_dicom(const std::filesystem::path& file, std::string_view bytes);
 
 }  // namespace palpate::files

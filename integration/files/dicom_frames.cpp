@@ -25,7 +25,7 @@ class DicomFrames : public FrameSource {
     const size_t slice_samples = size_t(grid.size.x) * size_t(grid.size.y);
     for (size_t s = 0; s < layout_.frames[k].size(); ++s) {
       const DicomSlice& slice = slices_[layout_.frames[k][s]];
-      const Status got = read_dicom_slice(slice, volume.values.data() + s * slice_samples);
+      const Status got = pixels_.read(slice, volume.values.data() + s * slice_samples);
       if (!got) return got.error();
     }
     const Status finite = check_finite(name_, k, grid, volume.values.data(), 1);
@@ -37,6 +37,7 @@ class DicomFrames : public FrameSource {
   std::filesystem::path name_;
   std::vector<DicomSlice> slices_;
   DicomLayout layout_;
+  DicomPixels pixels_;
 };
 
 }  // namespace

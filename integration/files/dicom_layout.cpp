@@ -178,23 +178,41 @@ bool sort_by(const Key& key, const std::vector<DicomSlice>& slices, std::vector<
   return true;
 }
 
-/// Mean trigger time of each frame, or the temporal resolution times the frame number.
-void find_times(const std::vector<DicomSlice>& slices, DicomLayout& layout) {
+/// What tells the slices of one place apart, in the order in which it is tried.
+enum class Told {
+  kInput,
+  kTemporalPosition,
+  kTriggerTime,
+  kPhase,
+  kSeries,
+  kAcquisition,
+  kReferenceTime,
+  kAcquisitionTime
+};
+
+/// Mean trigger time of each frame, or the temporal resolution times the frame number. The time of
+/// the acquisition is that of the motion only where nothing else tells frames apart: gated scans
+/// are acquired in another order. It counts from the first frame on.
+void find_times(const std::vector<DicomSlice>& slices, Told told, DicomLayout& layout) {
   layout.times_s = counted_times(layout.frames.size());
   std::vector<double> times;
   for (size_t k = 0; k < layout.frames.size(); ++k) {
-    double sum_ms = 0.0;
+    double sum_s = 0.0;
     for (const size_t s : layout.frames[k]) {
-      const DicomSlice& slice = slices[s];
-      if (slice.trigger_time_ms) {
-        sum_ms += *slice.trigger_time_ms;
+      const DicomSlice &slice = slices[s], &first = slices[layout.frames[0][0]];
+      if (told == Told::kAcquisitionTime) {
+        sum_s += *slice.acquisition_time_s - *first.acquisition_time_s;
+      } else if (told == Told::kReferenceTime) {
+        sum_s += 1e-3 * *slice.frame_reference_ms;
+      } else if (slice.trigger_time_ms) {
+        sum_s += 1e-3 * *slice.trigger_time_ms;
       } else if (slice.temporal_resolution_ms && slice.temporal_position) {
-        sum_ms += *slice.temporal_resolution_ms * double(k);
+        sum_s += 1e-3 * *slice.temporal_resolution_ms * double(k);
       } else {
         return;
       }
     }
-    times.push_back(sum_ms / double(layout.frames[k].size()) * 1e-3);
+    times.push_back(sum_s / double(layout.frames[k].size()));
   }
   // Trigger times that do not rise belong to something else than the phase that told the frames
   // apart.
@@ -212,20 +230,24 @@ Result<DicomLayout> arrange_group(const std::filesystem::path& name,
   auto grid = grid_of(name, slices, places);
   if (!grid) return grid.error();
   const auto ranks = rank_series(slices, all);
-  const std::array<Key, 6> keys = {
+  const std::array<Key, 8> keys = {
       [](const DicomSlice& s) { return std::optional<double>(double(s.input)); },
       [](const DicomSlice& s) { return s.temporal_position; },
       [](const DicomSlice& s) { return s.trigger_time_ms; },
-      [](const DicomSlice& s) { return s.cardiac_phase_percent; },
+      [](const DicomSlice& s) { return s.phase_percent; },
       [&](const DicomSlice& s) { return std::optional<double>(ranks.at(s.series)); },
-      [](const DicomSlice& s) { return s.acquisition_number; }};
-  const bool told_apart = std::any_of(keys.begin(), keys.end(),
-                                      [&](const Key& key) { return sort_by(key, slices, places); });
-  if (!told_apart) {
+      [](const DicomSlice& s) { return s.acquisition_number; },
+      [](const DicomSlice& s) { return s.frame_reference_ms; },
+      [](const DicomSlice& s) { return s.acquisition_time_s; }};
+  const auto key = std::find_if(keys.begin(), keys.end(),
+                                [&](const Key& k) { return sort_by(k, slices, places); });
+  if (key == keys.end()) {
     return bad_input(
         name,
-        "holds {} images of each slice, but no temporal position, trigger time, cardiac phase or "
-        "series tells them apart: put every frame into a folder of its own and name these folders",
+        "holds {} images of each slice, but no temporal position, trigger time, phase, series or "
+        "acquisition time tells them apart: put every frame into a folder of its own and name "
+        "these "
+        "folders",
         places.front().size());
   }
   DicomLayout layout;
@@ -234,7 +256,7 @@ Result<DicomLayout> arrange_group(const std::filesystem::path& name,
   for (const Group& place : places) {
     for (size_t k = 0; k < place.size(); ++k) layout.frames[k].push_back(place[k]);
   }
-  find_times(slices, layout);
+  find_times(slices, Told(key - keys.begin()), layout);
   return layout;
 }
 

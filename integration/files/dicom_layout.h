@@ -15,6 +15,8 @@ namespace palpate::files {
 /// it.
 struct DicomSlice {
   std::filesystem::path file;
+  size_t frame = 0;  ///< which of the frames of a multi-frame file
+  size_t frames_in_file = 1;
   size_t input = 0;                ///< which of the named folders it lies in
   std::string series;              ///< (0020,000E)
   double series_number = 0.0;      ///< (0020,0011)
@@ -25,10 +27,14 @@ struct DicomSlice {
   glm::dvec3 position_mm{0.0};     ///< (0020,0032)
   glm::dvec3 along_row{1, 0, 0};   ///< (0020,0037)
   glm::dvec3 along_column{0, 1, 0};
-  std::optional<double> temporal_position;       ///< (0020,0100)
-  std::optional<double> trigger_time_ms;         ///< (0018,1060)
-  std::optional<double> cardiac_phase_percent;   ///< (0020,9241)
-  std::optional<double> acquisition_number;      ///< (0020,0012)
+  double slope = 1.0;  ///< value = slope * stored + intercept
+  double intercept = 0.0;
+  std::optional<double> temporal_position;   ///< (0020,0100), (0020,9128)
+  std::optional<double> trigger_time_ms;     ///< (0018,1060), delays of enhanced files
+  std::optional<double> phase_percent;       ///< cardiac (0020,9241) or of breathing (0020,9245)
+  std::optional<double> acquisition_number;  ///< (0020,0012), (0020,9156)
+  std::optional<double> frame_reference_ms;  ///< (0054,1300), of PET
+  std::optional<double> acquisition_time_s;  ///< date and time; any day where there is no date
   std::optional<double> temporal_resolution_ms;  ///< (0020,0110)
 };
 
@@ -41,10 +47,11 @@ struct DicomLayout {
 };
 
 /// Sorts slices into frames: by place along the normal, and at each place by the first of folder,
-/// temporal position, trigger time, cardiac phase, series, acquisition number that tells all slices
-/// of a place apart. Series that are no part of one 4D image are tried each alone. `name` is the
-/// folder, for messages. kBadInput if slices are missing, unevenly spaced, shifted sideways, of
-/// different size or direction, or can not be told apart. Pure; any thread.
+/// temporal position, trigger time, phase, series, acquisition number, frame reference time and
+/// acquisition time that tells all slices of a place apart. Series that are no part of one 4D image
+/// are tried each alone. `name` is the folder, for messages. kBadInput if slices are missing,
+/// unevenly spaced, shifted sideways, of different size or direction, or can not be told apart.
+/// Pure; any thread.
 Result<DicomLayout> arrange_slices(const std::filesystem::path& name,
                                    const std::vector<DicomSlice>& slices);
 

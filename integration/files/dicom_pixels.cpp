@@ -1,144 +1,294 @@
 #include "integration/files/dicom_pixels.h"
 
+#include <gdcmPixmap.h>
+#include <gdcmSequenceOfFragments.h>
 #include <gdcmTrace.h>
-#include <itkGDCMImageIO.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <cstring>
+#include <vector>
 
-#include "integration/files/dicom_elements.h"
 #include "integration/files/dicom_tags.h"
-#include "integration/files/mapped_file.h"
 #include "integration/files/sentences.h"
 
 namespace palpate::files {
 namespace {
 
-Error damaged(const DicomSlice& slice) {
-  return bad_input(slice.file,
-                   "holds pixels that can not be read: export it again, best without compression");
-}
+/// The transfer syntax that packs by run lengths, and how many bytes it makes of one at most: two
+/// stand for 128.
+constexpr std::string_view kRunLengths = "1.2.840.10008.1.2.5";
+constexpr double kMostByRunLengths = 64.0;
 
-/// Both libraries talk to the console of their own accord; a library must not.
+/// GDCM talks to the console of its own accord; a library must not.
 void silence_once() {
   static const bool done = [] {
     gdcm::Trace::DebugOff();
     gdcm::Trace::WarningOff();
     gdcm::Trace::ErrorOff();
-    itk::Object::GlobalWarningDisplayOff();
     return true;
   }();
   (void)done;
 }
 
-template <class T>
-void copy_as(const std::vector<char>& from, size_t n, float* to) {
-  for (size_t i = 0; i < n; ++i) {
-    T value;
-    std::memcpy(&value, from.data() + i * sizeof(T), sizeof(T));
-    to[i] = float(value);
-  }
-}
-
-/// The type that ITK chose after it applied slope and intercept.
-bool copy_samples(itk::IOComponentEnum type, const std::vector<char>& from, size_t n, float* to) {
-  switch (type) {
-    case itk::IOComponentEnum::UCHAR:
-      return copy_as<uint8_t>(from, n, to), true;
-    case itk::IOComponentEnum::CHAR:
-      return copy_as<int8_t>(from, n, to), true;
-    case itk::IOComponentEnum::USHORT:
-      return copy_as<uint16_t>(from, n, to), true;
-    case itk::IOComponentEnum::SHORT:
-      return copy_as<int16_t>(from, n, to), true;
-    case itk::IOComponentEnum::UINT:
-      return copy_as<uint32_t>(from, n, to), true;
-    case itk::IOComponentEnum::INT:
-      return copy_as<int32_t>(from, n, to), true;
-    case itk::IOComponentEnum::FLOAT:
-      return copy_as<float>(from, n, to), true;
-    case itk::IOComponentEnum::DOUBLE:
-      return copy_as<double>(from, n, to), true;
-    default:
-      return false;
-  }
-}
-
-Status read_packed(const DicomSlice& slice, size_t n, float* values) {
-  silence_once();
-  try {
-    auto io = itk::GDCMImageIO::New();
-    io->SetFileName(slice.file.string());
-    io->ReadImageInformation();
-    if (io->GetNumberOfComponents() != 1 || size_t(io->GetImageSizeInPixels()) != n)
-      return damaged(slice);
-    std::vector<char> bytes(size_t(io->GetImageSizeInBytes()));
-    io->Read(bytes.data());
-    if (bytes.size() < n * io->GetComponentSize() ||
-        !copy_samples(io->GetComponentType(), bytes, n, values)) {
-      return damaged(slice);
-    }
-  } catch (const std::exception&) {
-    return damaged(slice);
-  }
-  return Nothing{};
-}
-
-/// `stored` of `allocated` bits count, the lowest ones; what lies above them may be anything.
+/// How a pixel lies in memory. `stored` of `allocated` bits count, the lowest ones; what lies above
+/// them may be anything.
 struct PixelLayout {
-  int allocated = 16;
-  int stored = 16;
+  int allocated = 0;
+  int stored = 0;
   bool is_signed = false;
-  double slope = 1.0;
-  double intercept = 0.0;
+  bool big_endian = false;
+  bool swapped_bytes = false;  ///< bytes lie in big-endian words of 16 bits
 };
 
 template <class T>
-void decode(std::string_view pixels, size_t n, const PixelLayout& layout, float* values) {
+T swapped(T value) {
+  char raw[sizeof(T)];
+  std::memcpy(raw, &value, sizeof(T));
+  std::reverse(raw, raw + sizeof(T));
+  std::memcpy(&value, raw, sizeof(T));
+  return value;
+}
+
+/// Whether a JPEG, JPEG-LS or JPEG 2000 picture is one gray picture of the slice's size with as
+/// many bits or fewer. GDCM makes room for what the file says, and lets decoders write what the
+/// picture says.
+bool fits(std::string_view picture, const DicomSlice& slice, int allocated_bits) {
+  const auto byte = [&](size_t at) { return unsigned(uint8_t(picture[at])); };
+  const auto two = [&](size_t at) { return byte(at) << 8 | byte(at + 1); };
+  const auto four = [&](size_t at) { return two(at) << 16 | two(at + 2); };
+  const auto agrees = [&](unsigned columns, unsigned rows, unsigned bits, unsigned components) {
+    return columns == unsigned(slice.size.x) && rows == unsigned(slice.size.y) && bits >= 1 &&
+           bits <= unsigned(allocated_bits) && components == 1;
+  };
+  // JPEG 2000 starts with its size: the far corner, the near one, tiles, and each component.
+  if (picture.starts_with("\xff\x4f\xff\x51")) {
+    return picture.size() >= 45 && byte(43) == 1 && byte(44) == 1 &&
+           agrees(four(8) - four(16), four(12) - four(20), (byte(42) & 0x7f) + 1, two(40));
+  }
+  if (!picture.starts_with("\xff\xd8")) return false;
+  // JPEG and JPEG-LS are segments with a marker and a length up to the first scan; one of the kind
+  // SOF has the size. GDCM ends the process over whatever is not quite right up to there: bytes
+  // between segments, or a JFIF version that it does not know.
+  bool is_one = false;
+  for (size_t at = 2; at + 10 <= picture.size() && byte(at) == 0xff;) {
+    const unsigned marker = byte(at + 1), length = two(at + 2);
+    const bool has_length = marker >= 0xc0 && marker != 0xff && !(marker >= 0xd0 && marker <= 0xd9);
+    if (!has_length || length < 2 || at + 2 + length > picture.size()) return false;
+    if (marker == 0xda) return is_one;
+    const bool is_frame =
+        marker == 0xf7 || (marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc);
+    if (is_frame && !agrees(two(at + 7), two(at + 5), byte(at + 4), byte(at + 9))) return false;
+    is_one = is_one || is_frame;
+    if (marker == 0xe0 && picture.substr(at + 4, 4) == "JFIF" && byte(at + 9) != 1) return false;
+    at += 2 + length;
+  }
+  return false;
+}
+
+/// The frame's part of the packed pixels: all of them, the fragment of its number, or the fragments
+/// from its place in the table of offsets on to that of the next frame. Empty if there is none.
+std::string packed_frame(const std::vector<std::string_view>& fragments, size_t frame,
+                         size_t frames) {
+  std::string bytes;
+  if (fragments.empty()) return bytes;
+  const std::string_view table = fragments.front();
+  const size_t count = fragments.size() - 1;
+  const auto place_of = [&](size_t n) {
+    uint32_t place = UINT32_MAX;
+    if (n < frames) std::memcpy(&place, table.data() + n * sizeof(place), sizeof(place));
+    return uint64_t(place);
+  };
+  const bool by_table = frames > 1 && count != frames;
+  if (by_table && table.size() < frames * sizeof(uint32_t)) return bytes;
+  // Places count from the first fragment on, each of which starts with 8 bytes of tag and length.
+  uint64_t place = 0;
+  for (size_t n = 0; n < count; ++n) {
+    const bool wanted = by_table ? place >= place_of(frame) && place < place_of(frame + 1)
+                                 : frames == 1 || n == frame;
+    if (wanted) bytes += fragments[n + 1];
+    place += 8 + fragments[n + 1].size();
+  }
+  return bytes;
+}
+
+/// Run lengths: bytes of one weight of all pixels lie together, the highest first, each in a
+/// segment of its own; a header of 16 numbers says how many segments there are and where they
+/// begin.
+bool unpack_run_lengths(std::string_view packed, size_t n, size_t width,
+                        std::vector<char>& pixels) {
+  constexpr size_t kHeaderBytes = 64;
+  const auto number = [&](size_t at) {
+    uint32_t value = 0;
+    std::memcpy(&value, packed.data() + at * sizeof(value), sizeof(value));
+    return size_t(value);
+  };
+  if (packed.size() < kHeaderBytes || number(0) != width) return false;
+  pixels.resize(n * width);
+  for (size_t segment = 0; segment < width; ++segment) {
+    const size_t end = segment + 1 < width ? number(segment + 2) : packed.size();
+    size_t at = number(segment + 1), done = 0;
+    if (at < kHeaderBytes || end > packed.size()) return false;
+    const auto put = [&](char byte) { pixels[done++ * width + (width - 1 - segment)] = byte; };
+    while (done < n && at < end) {
+      // Up to 127: so many bytes and one more follow; negative: the next one, so many times and one
+      // more; -128 says nothing.
+      const int code = int8_t(packed[at++]);
+      const size_t count = std::min(size_t(code < 0 ? 1 - code : 1 + code), n - done);
+      if (code == -128) continue;
+      if (at + (code < 0 ? 1 : count) > end) return false;
+      for (size_t i = 0; i < count; ++i) put(packed[code < 0 ? at : at + i]);
+      at += code < 0 ? 1 : count;
+    }
+    if (done < n) return false;
+  }
+  return true;
+}
+
+/// The pixels of one frame as GDCM unpacks them, and how they lie; false if it can not.
+bool unpack(const std::string& packed, const std::string& syntax, const DicomSlice& slice,
+            PixelLayout& layout, std::vector<char>& pixels) {
+  if (syntax == kRunLengths) {
+    return unpack_run_lengths(packed, size_t(slice.size.x) * size_t(slice.size.y),
+                              size_t(layout.allocated / 8), pixels);
+  }
+  if (!fits(packed, slice, layout.allocated)) return false;
+  silence_once();
+  try {
+    gdcm::Pixmap pixmap;
+    pixmap.SetNumberOfDimensions(2);
+    pixmap.SetDimension(0, unsigned(slice.size.x));
+    pixmap.SetDimension(1, unsigned(slice.size.y));
+    pixmap.SetPixelFormat(gdcm::PixelFormat(1, uint16_t(layout.allocated), uint16_t(layout.stored),
+                                            uint16_t(layout.stored - 1),
+                                            uint16_t(layout.is_signed)));
+    pixmap.SetPhotometricInterpretation(gdcm::PhotometricInterpretation::MONOCHROME2);
+    pixmap.SetTransferSyntax(gdcm::TransferSyntax::GetTSType(syntax.c_str()));
+    const auto fragments = gdcm::SequenceOfFragments::New();
+    gdcm::Fragment fragment;
+    fragment.SetByteValue(packed.data(), uint32_t(packed.size()));
+    fragments->AddFragment(fragment);
+    gdcm::DataElement element(gdcm::Tag(0x7fe0, 0x0010));
+    element.SetVR(gdcm::VR::OB);
+    element.SetValue(*fragments);
+    pixmap.SetDataElement(element);
+    pixels.resize(pixmap.GetBufferLength());
+    if (!pixmap.GetBuffer(pixels.data())) return false;
+    // Some decoders correct what the file says of its pixels, so this is asked for last.
+    const gdcm::PixelFormat& format = pixmap.GetPixelFormat();
+    if (format.GetSamplesPerPixel() != 1) return false;
+    layout = {int(format.GetBitsAllocated()), int(format.GetBitsStored()),
+              format.GetPixelRepresentation() == 1, false, false};
+  } catch (const std::exception&) {
+    return false;
+  }
+  return true;
+}
+
+/// `n` pixels from number `first` on. Shifting up and down again fills the unused bits with the
+/// sign or with zeros.
+template <class T>
+void decode(std::string_view pixels, size_t first, size_t n, const PixelLayout& layout,
+            const DicomSlice& slice, float* values) {
   const int unused = layout.allocated - layout.stored;
   for (size_t i = 0; i < n; ++i) {
+    const size_t at = layout.swapped_bytes ? (first + i) ^ 1 : first + i;
     T raw;
-    std::memcpy(&raw, pixels.data() + i * sizeof(T), sizeof(T));
-    // Shifting up and down again fills the unused bits with the sign or with zeros.
+    std::memcpy(&raw, pixels.data() + at * sizeof(T), sizeof(T));
+    if (layout.big_endian) raw = swapped(raw);
     const int64_t value = layout.is_signed
                               ? int64_t(std::make_signed_t<T>(T(raw << unused))) >> unused
                               : int64_t(T(raw << unused) >> unused);
-    values[i] = float(layout.slope * double(value) + layout.intercept);
+    values[i] = float(slice.slope * double(value) + slice.intercept);
   }
 }
 
-Status read_plain(const DicomSlice& slice, const DicomElements& elements, size_t n, float* values) {
+bool is_readable(const PixelLayout& layout) {
+  const int bits = layout.allocated;
+  return (bits == 8 || bits == 16 || bits == 32) && layout.stored >= 1 && layout.stored <= bits;
+}
+
+/// What the file says of its pixels, or the sentence about pixels that are not read.
+Result<PixelLayout> layout_of(const DicomElements& elements, const std::filesystem::path& file) {
   PixelLayout layout;
   layout.allocated = elements.whole(tags::kBitsAllocated).value_or(0);
   layout.stored = elements.whole(tags::kBitsStored).value_or(layout.allocated);
   layout.is_signed = elements.whole(tags::kPixelRepresentation).value_or(0) == 1;
-  layout.slope = elements.number(tags::kSlope).value_or(1.0);
-  layout.intercept = elements.number(tags::kIntercept).value_or(0.0);
-  const int bits = layout.allocated;
-  if ((bits != 8 && bits != 16 && bits != 32) || layout.stored < 1 || layout.stored > bits) {
-    return bad_input(slice.file,
-                     "has pixels of {} bits, which palpate does not read: export them with 16",
-                     bits);
-  }
-  if (elements.pixels.size() < n * size_t(bits / 8)) {
-    return bad_input(slice.file, "is cut short within its pixels: export it again");
-  }
-  if (bits == 8) decode<uint8_t>(elements.pixels, n, layout, values);
-  if (bits == 16) decode<uint16_t>(elements.pixels, n, layout, values);
-  if (bits == 32) decode<uint32_t>(elements.pixels, n, layout, values);
-  return Nothing{};
+  layout.big_endian = elements.big_endian;
+  layout.swapped_bytes = elements.big_endian && elements.has_word_pixels && layout.allocated == 8;
+  if (is_readable(layout)) return layout;
+  return bad_input(file, "has pixels of {} bits, which palpate does not read: export them with 16",
+                   layout.allocated);
+}
+
+Error damaged(const std::filesystem::path& file) {
+  return bad_input(file,
+                   "holds pixels that can not be read: export it again, best without compression");
+}
+
+Error cut_short(const std::filesystem::path& file) {
+  return bad_input(file, "is cut short within its pixels: export it again");
 }
 
 }  // namespace
 
-Status read_dicom_slice(const DicomSlice& slice, float* values) {
-  const auto file = MappedFile::open(slice.file);
+Status check_pixels(const DicomElements& elements, const DicomSlice& slice) {
+  const auto layout = layout_of(elements, slice.file);
+  if (!layout) return layout.error();
+  const double bytes = double(slice.size.x) * double(slice.size.y) * layout->allocated / 8.0 *
+                       double(slice.frames_in_file);
+  if (!elements.is_packed) {
+    if (double(elements.pixels.size()) < bytes) return cut_short(slice.file);
+    return Nothing{};
+  }
+  double held = 0.0;
+  for (const std::string_view fragment : elements.fragments) held += double(fragment.size());
+  if (elements.syntax == kRunLengths) {
+    if (held * kMostByRunLengths < bytes) return cut_short(slice.file);
+    return Nothing{};
+  }
+  // A frame in several pieces is looked at when it is read.
+  if (elements.fragments.size() != slice.frames_in_file + 1) return Nothing{};
+  if (!fits(elements.fragments[1], slice, layout->allocated)) return damaged(slice.file);
+  return Nothing{};
+}
+
+Status DicomPixels::open(const std::filesystem::path& path) {
+  if (path == path_) return Nothing{};
+  path_.clear();
+  auto file = MappedFile::open(path);
   if (!file) return file.error();
-  const auto elements = parse_dicom(slice.file, file->bytes());
+  auto elements = parse_dicom(path, file->bytes());
   if (!elements) return elements.error();
+  file_ = std::move(*file);
+  elements_ = std::move(*elements);
+  path_ = path;
+  return Nothing{};
+}
+
+Status DicomPixels::read(const DicomSlice& slice, float* values) {
+  if (const Status opened = open(slice.file); !opened) return opened;
+  auto layout = layout_of(elements_, slice.file);
+  if (!layout) return layout.error();
   const size_t n = size_t(slice.size.x) * size_t(slice.size.y);
-  return elements->is_packed ? read_packed(slice, n, values)
-                             : read_plain(slice, *elements, n, values);
+  size_t first = n * slice.frame;
+  std::string_view pixels = elements_.pixels;
+  std::vector<char> unpacked;
+  if (elements_.is_packed) {
+    const std::string packed = packed_frame(elements_.fragments, slice.frame, slice.frames_in_file);
+    if (!unpack(packed, elements_.syntax, slice, *layout, unpacked) || !is_readable(*layout))
+      return damaged(slice.file);
+    first = 0;
+    pixels = {unpacked.data(), unpacked.size()};
+  }
+  const size_t width = size_t(layout->allocated / 8);
+  // Bytes in words come in pairs.
+  const size_t end = (first + n) * width + (layout->swapped_bytes ? (first + n) % 2 : 0);
+  if (pixels.size() < end) return cut_short(slice.file);
+  if (width == 1) decode<uint8_t>(pixels, first, n, *layout, slice, values);
+  if (width == 2) decode<uint16_t>(pixels, first, n, *layout, slice, values);
+  if (width == 4) decode<uint32_t>(pixels, first, n, *layout, slice, values);
+  return Nothing{};
 }
 
 }  // namespace palpate::files

@@ -1,12 +1,34 @@
 #pragma once
 
+#include <optional>
+#include <string>
+
+#include "integration/files/dicom_elements.h"
 #include "integration/files/dicom_layout.h"
+#include "integration/files/mapped_file.h"
 
 namespace palpate::files {
 
-/// The pixels of one slice, rescaled once by slope and intercept, written to values[0 .. columns *
-/// rows). Plain pixels are decoded here; packed ones (JPEG and the like) by ITK. kBadInput with a
-/// sentence. Any thread.
-Status read_dicom_slice(const DicomSlice& slice, float* values);
+/// Compares what a slice's file claims with the pixels that are there, before anything of that size
+/// is allocated; unpacks nothing.
+Status check_pixels(const DicomElements& elements, const DicomSlice& slice);
+
+/// The pixels of slices. The file of the last slice stays open, so that a file with many frames is
+/// parsed once. One thread.
+class DicomPixels {
+ public:
+  /// The slice, rescaled once by its slope and intercept, to values[0 .. columns * rows). Plain
+  /// pixels and run lengths are decoded here; JPEG, JPEG-LS and JPEG 2000 by GDCM, which gets to
+  /// see nothing of the file but the packed frame, and only if that has the slice's size. kBadInput
+  /// or kOutOfMemory with a sentence.
+  Status read(const DicomSlice& slice, float* values);
+
+ private:
+  Status open(const std::filesystem::path& path);
+
+  std::filesystem::path path_;
+  std::optional<MappedFile> file_;
+  DicomElements elements_;
+};
 
 }  // namespace palpate::files

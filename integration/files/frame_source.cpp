@@ -24,6 +24,7 @@ class RasterFrames : public FrameSource {
     frame_count = raster_.frame_count();
     times_known = raster_.times_known;
     times_s = times_known ? raster_.times_s : counted_times(frame_count);
+    notes = raster_.notes;
     interleaved_ = frame_count > 1 && raster_.inner != grid.count();
   }
 
@@ -85,6 +86,7 @@ class RasterFrames : public FrameSource {
       const Status finite = check_finite(raster_.file, k, grid, volume.values.data(), 1);
       if (!finite) return finite.error();
     }
+    reverse_j(grid, volume.values.data(), 1);
     return volume;
   }
 
@@ -109,6 +111,13 @@ class FrameFiles : public FrameSource {
     grid = rasters_.front().grid;
     frame_count = rasters_.size();
     times_s = counted_times(frame_count);
+    // What is true of one file is mostly true of all: it is said once.
+    const auto noted = [](const Raster& raster) { return !raster.notes.empty(); };
+    const auto first = std::find_if(rasters_.begin(), rasters_.end(), noted);
+    if (first == rasters_.end()) return;
+    notes = first->notes;
+    const auto others = std::count_if(first + 1, rasters_.end(), noted);
+    if (others > 0) notes.push_back(fmt::format("So it is with {} more of the frames.", others));
   }
 
   Result<Volume> frame(size_t k) override {
@@ -159,6 +168,7 @@ std::string difference(const Grid& grid, const Grid& first) {
 }
 
 Result<std::unique_ptr<FrameSource>> open_raster_frames(const Raster& raster) {
+  if (is_colour_picture(raster)) return refuse_colours(raster);
   if (raster.component_count() > 1) {
     return bad_input(
         raster.file,
@@ -176,6 +186,7 @@ Result<std::unique_ptr<FrameSource>> open_frame_files(
   for (const auto& file : files) {
     auto raster = read_raster_header(file);
     if (!raster) return raster.error();
+    if (is_colour_picture(*raster)) return refuse_colours(*raster);
     if (raster->component_count() > 1) {
       return bad_input(
           file,

@@ -25,6 +25,7 @@ class FrameSource {
   size_t frame_count = 0;
   std::vector<double> times_s;
   bool times_known = false;
+  std::vector<std::string> notes;  ///< what a person should know of the files, a sentence each
 };
 
 /// The frames of one file. kBadInput if it holds vectors.

@@ -35,7 +35,7 @@ glm::dvec3 quaternion_of(const glm::dmat3& r) {
 }  // namespace
 
 std::string meta_header_of(const Picture& picture) {
-  const Grid& grid = picture.grid;
+  const Grid grid = as_in_file(picture.grid);
   return fmt::format(
       "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = "
       "False\nCompressedData = False\n"
@@ -51,7 +51,7 @@ std::string meta_header_of(const Picture& picture) {
 }
 
 std::string nrrd_header_of(const Picture& picture) {
-  const Grid& grid = picture.grid;
+  const Grid grid = as_in_file(picture.grid);
   const bool vectors = picture.components > 1;
   const bool frames = has_frames(picture);
   std::string directions;
@@ -82,7 +82,7 @@ std::string nrrd_header_of(const Picture& picture) {
 }
 
 std::string nifti_header_of(const Picture& picture) {
-  const Grid& grid = picture.grid;
+  const Grid grid = as_in_file(picture.grid);
   const bool vectors = picture.components > 1;
   std::string bytes(352, '\0');  // the header and the four bytes that say "no extension"
   put<int32_t>(bytes, 0, int32_t(kNiftiHeaderBytes));
@@ -100,7 +100,6 @@ std::string nifti_header_of(const Picture& picture) {
   const bool real = picture.type == SampleType::kFloat;
   put<int16_t>(bytes, 70, real ? 16 : 2);
   put<int16_t>(bytes, 72, real ? 32 : 8);
-  put<float>(bytes, 76, 1.0f);  // qfac: the direction is a rotation
   for (size_t d = 0; d < 7; ++d)
     put<float>(bytes, 80 + 4 * d, d < 3 ? float(grid.spacing_mm[int(d)]) : 1.0f);
   put<float>(bytes, 108, 352.0f);
@@ -110,7 +109,11 @@ std::string nifti_header_of(const Picture& picture) {
   put<int16_t>(bytes, 254, 1);
   const glm::dmat3 ras_from_lps(glm::dvec3(-1, 0, 0), glm::dvec3(0, -1, 0), glm::dvec3(0, 0, 1));
   const glm::dmat3 axes = ras_from_lps * grid.direction;
-  const glm::dvec3 origin = ras_from_lps * grid.origin_mm, quaternion = quaternion_of(axes);
+  // The quaternion holds a rotation; qfac says whether k runs against its third column.
+  const double qfac = glm::determinant(axes) < 0.0 ? -1.0 : 1.0;
+  put<float>(bytes, 76, float(qfac));
+  const glm::dvec3 origin = ras_from_lps * grid.origin_mm,
+                   quaternion = quaternion_of(glm::dmat3(axes[0], axes[1], qfac * axes[2]));
   for (int r = 0; r < 3; ++r) {
     put<float>(bytes, 256 + 4 * size_t(r), float(quaternion[r]));
     put<float>(bytes, 268 + 4 * size_t(r), float(origin[r]));

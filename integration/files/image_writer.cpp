@@ -3,6 +3,7 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <cstring>
 #include <functional>
 
 #include "integration/files/atomic_file.h"
@@ -66,28 +67,43 @@ class Packer {
   bool ready_ = false;
 };
 
-/// NIfTI keeps each component in a block of its own.
-Status write_planes(const Picture& picture, const Sink& sink) {
-  const size_t n = picture.grid.count();
-  const auto* values = static_cast<const float*>(picture.frames.front());
-  std::vector<float> plane(std::min(n, kChunkBytes / sizeof(float)));
-  for (size_t c = 0; c < picture.components; ++c) {
-    for (size_t done = 0; done < n;) {
-      const size_t count = std::min(plane.size(), n - done);
-      for (size_t i = 0; i < count; ++i) plane[i] = values[(done + i) * picture.components + c];
-      if (const Status written = sink(plane.data(), count * sizeof(float)); !written)
-        return written;
-      done += count;
+/// The components [first, first + count) of a frame in the order of the file, slice by slice.
+Status write_reordered(const Picture& picture, const void* frame, size_t first, size_t count,
+                       const Sink& sink) {
+  const size_t nx = size_t(picture.grid.size.x), ny = size_t(picture.grid.size.y);
+  const size_t width = bytes_of(picture.type), voxel = picture.components * width;
+  const size_t part = count * width;
+  std::vector<char> slice(nx * ny * part);
+  const char* from = static_cast<const char*>(frame) + first * width;
+  for (int k = 0; k < picture.grid.size.z; ++k, from += nx * ny * voxel) {
+    for (size_t j = 0; j < ny; ++j) {
+      const char* row = from + (picture.grid.j_reversed_in_file ? ny - 1 - j : j) * nx * voxel;
+      char* const to = slice.data() + j * nx * part;
+      if (part == voxel) {
+        std::memcpy(to, row, nx * voxel);
+      } else {
+        for (size_t i = 0; i < nx; ++i) std::memcpy(to + i * part, row + i * voxel, part);
+      }
     }
+    if (const Status written = sink(slice.data(), slice.size()); !written) return written;
   }
   return Nothing{};
 }
 
+/// `planes`: each component in a block of its own, as NIfTI keeps them.
 Status write_samples(const Picture& picture, bool planes, const Sink& sink) {
-  if (planes && picture.components > 1) return write_planes(picture, sink);
-  const size_t bytes = picture.grid.count() * picture.components * bytes_of(picture.type);
+  const size_t all = picture.components, together = planes ? 1 : all;
+  const bool as_it_is = together == all && !picture.grid.j_reversed_in_file;
   for (const void* frame : picture.frames) {
-    if (const Status written = sink(frame, bytes); !written) return written;
+    if (as_it_is) {
+      const Status written = sink(frame, picture.grid.count() * all * bytes_of(picture.type));
+      if (!written) return written;
+      continue;
+    }
+    for (size_t c = 0; c < all; c += together) {
+      const Status written = write_reordered(picture, frame, c, together, sink);
+      if (!written) return written;
+    }
   }
   return Nothing{};
 }

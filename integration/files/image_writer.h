@@ -23,7 +23,7 @@ Result<ImageFormat> format_of(const std::filesystem::path& path);
 /// Writes the picture atomically.
 Status write_picture(const Picture& picture, const std::filesystem::path& path);
 
-/// Headers as bytes, up to the first sample. Pure.
+/// Headers as bytes, up to the first sample, in the order of the file (as_in_file()). Pure.
 std::string meta_header_of(const Picture& picture);
 std::string nrrd_header_of(const Picture& picture);
 std::string nifti_header_of(const Picture& picture);

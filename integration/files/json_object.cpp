@@ -30,26 +30,23 @@ const char* kind_of(const json& value) {
   }
 }
 
-std::string wants(const NumberRange& range) {
-  const bool low = std::isfinite(range.low), high = std::isfinite(range.high);
-  if (low && high) return fmt::format("a number from {} to {}", range.low, range.high);
-  if (!low) return "a number";
-  return fmt::format("a number {} {}", range.above_low ? "above" : "not below", range.low);
-}
-
-/// Edits that turn one word into the other.
+/// Edits that turn one word into the other: letters put in, left out, changed, or two neighbours
+/// exchanged (optimal string alignment).
 size_t distance(std::string_view a, std::string_view b) {
-  std::vector<size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), size_t{0});
-  for (size_t i = 0; i < a.size(); ++i) {
-    size_t corner = row[0]++;
-    for (size_t j = 0; j < b.size(); ++j) {
-      const size_t change = corner + (a[i] == b[j] ? 0 : 1);
-      corner = row[j + 1];
-      row[j + 1] = std::min({change, row[j] + 1, corner + 1});
+  std::vector<size_t> before(b.size() + 1), above(b.size() + 1), row(b.size() + 1);
+  std::iota(above.begin(), above.end(), size_t{0});
+  for (size_t i = 1; i <= a.size(); ++i) {
+    row[0] = i;
+    for (size_t j = 1; j <= b.size(); ++j) {
+      const size_t change = above[j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1);
+      row[j] = std::min({change, above[j] + 1, row[j - 1] + 1});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+        row[j] = std::min(row[j], before[j - 2] + 1);
     }
+    std::swap(before, above);
+    std::swap(above, row);
   }
-  return row.back();
+  return above.back();
 }
 
 /// What stands in messages: long or binary keys of strangers are cut.
@@ -66,6 +63,13 @@ void JsonReading::refuse(const std::string& place, const std::string& what) {
   const char* end = what.ends_with('?') ? "" : ".";
   error = place.empty() ? bad_input(file, "can not be used: {}{}", what, end)
                         : bad_input(file, "at {}: {}{}", place, what, end);
+}
+
+std::string text_of(const NumberRange& range) {
+  const bool low = std::isfinite(range.low), high = std::isfinite(range.high);
+  if (low && high) return fmt::format("a number from {} to {}", range.low, range.high);
+  if (!low) return "a number";
+  return fmt::format("a number {} {}", range.above_low ? "above" : "not below", range.low);
 }
 
 bool is_in(double value, const NumberRange& range) {
@@ -106,7 +110,7 @@ void JsonObject::refuse(std::string_view key, const std::string& what) {
 }
 
 const json* JsonObject::find(std::string_view key) {
-  known_.emplace_back(key);
+  if (std::find(known_.begin(), known_.end(), key) == known_.end()) known_.emplace_back(key);
   if (reading_.accepted) {
     // "modes[1].strength" is the same key as "modes[0].strength".
     std::string general;
@@ -130,7 +134,7 @@ bool JsonObject::number(std::string_view key, double& out, const NumberRange& ra
   if (!is_in(number, range)) {
     refuse(key, fmt::format("{} stands where {} is expected: change it",
                             value->is_number() ? fmt::format("{}", number) : kind_of(*value),
-                            wants(range)));
+                            text_of(range)));
     return false;
   }
   out = number;
@@ -168,7 +172,7 @@ bool JsonObject::vector(std::string_view key, glm::dvec3& out, const NumberRange
   if (!value->is_array() || value->size() != 3 ||
       !std::all_of(value->begin(), value->end(), is_fit)) {
     refuse(key, fmt::format("a list of three numbers is expected, each {}: write [x, y, z]",
-                            wants(range)));
+                            text_of(range)));
     return false;
   }
   for (int a = 0; a < 3; ++a) out[a] = (*value)[size_t(a)].get<double>();

@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <glm/glm.hpp>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
@@ -13,6 +12,7 @@
 #include <vector>
 
 #include "compute/volume/result.h"
+#include "integration/files/number_range.h"
 
 namespace palpate::files {
 
@@ -25,19 +25,6 @@ struct JsonReading {
   /// "'file' at place: what." with what saying what is wrong and, after a colon, what to do.
   void refuse(const std::string& place, const std::string& what);
 };
-
-/// The numbers a key takes.
-struct NumberRange {
-  double low = -std::numeric_limits<double>::infinity();
-  double high = std::numeric_limits<double>::infinity();
-  bool above_low = false;  ///< low itself is not allowed
-};
-inline constexpr NumberRange kAnyNumber{};
-inline constexpr NumberRange kNotNegative{0.0};
-inline constexpr NumberRange kPositive{0.0, std::numeric_limits<double>::infinity(), true};
-
-/// What is allowed beside a list.
-bool is_in(double value, const NumberRange& range);
 
 /// One JSON object under its place in the file ("modes[1]"). Each call asks for one key: a missing
 /// one leaves the value as it is, a wrong one refuses. finish() refuses keys that nobody asked for,
@@ -85,7 +72,8 @@ class JsonObject {
   std::vector<std::string> known_;
 };
 
-/// The word of `known` that is nearest to `word`, or nothing if none is near.
+/// The word of `known` that is nearest to `word`, or nothing if none is near. Two neighbouring
+/// letters in the wrong order count as one slip.
 std::string nearest_word(std::string_view word, const std::vector<std::string_view>& known);
 
 /// The text of a JSON file; `//` comments are allowed. Refuses what is no JSON (with line and

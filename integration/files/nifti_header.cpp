@@ -13,16 +13,53 @@ namespace {
 
 constexpr int kIntentDisplacement = 1006;
 constexpr int kScannerSpace = 1;
+constexpr int64_t kMaxComponents = 1000;
 
 /// Rows of the sform may differ from perpendicular by rounding to single precision and by hand
 /// editing.
 constexpr double kShearTolerance = 1e-4;
 
-/// Typed look at the header bytes in the file's byte order; offsets are those of the NIfTI-1
-/// standard.
+/// Forms that differ by less do not move any structure of the image to another voxel.
+constexpr double kTwoPlacesVoxels = 0.5;
+
+/// Where a value stands in each of the two headers.
+struct Place {
+  size_t nifti1;
+  size_t nifti2;
+};
+
+constexpr Place kDim{40, 16}, kIntent{68, 504}, kType{70, 12}, kPixdim{76, 104},
+    kSamplesAt{108, 168}, kSlope{112, 176}, kIntercept{116, 184}, kUnits{123, 500},
+    kTimeStart{136, 216}, kQformCode{252, 344}, kSformCode{254, 348}, kQuaternion{256, 352},
+    kQoffset{268, 376}, kSform{280, 400}, kMagic{344, 4};
+
+/// Typed look at the header bytes in the file's byte order. NIfTI-2 holds the same values as
+/// NIfTI-1 in wider types.
 class HeaderBytes {
  public:
-  HeaderBytes(std::string_view bytes, bool swap) : bytes_(bytes), swap_(swap) {}
+  HeaderBytes(std::string_view bytes, bool swap, bool nifti2)
+      : bytes_(bytes), swap_(swap), nifti2_(nifti2) {}
+
+  int64_t dim(size_t n) const {
+    return nifti2_ ? get<int64_t>(kDim.nifti2 + 8 * n) : get<int16_t>(kDim.nifti1 + 2 * n);
+  }
+  int type() const { return get<int16_t>(at(kType)); }
+  /// Intent and form codes.
+  int code(Place place) const {
+    return nifti2_ ? get<int32_t>(place.nifti2) : get<int16_t>(place.nifti1);
+  }
+  int units() const { return nifti2_ ? get<int32_t>(kUnits.nifti2) : get<uint8_t>(kUnits.nifti1); }
+  double real(Place place, size_t n = 0) const {
+    return nifti2_ ? get<double>(place.nifti2 + 8 * n) : double(get<float>(place.nifti1 + 4 * n));
+  }
+  double pixdim(size_t n) const { return real(kPixdim, n); }
+  double samples_at() const {
+    return nifti2_ ? double(get<int64_t>(kSamplesAt.nifti2)) : real(kSamplesAt);
+  }
+  std::string_view magic() const { return bytes_.substr(at(kMagic), nifti2_ ? 8 : 4); }
+
+ private:
+  size_t at(Place place) const { return nifti2_ ? place.nifti2 : place.nifti1; }
 
   template <class T>
   T get(size_t offset) const {
@@ -33,14 +70,10 @@ class HeaderBytes {
     std::memcpy(&value, raw, sizeof(T));
     return value;
   }
-  int short_at(size_t offset) const { return get<int16_t>(offset); }
-  double float_at(size_t offset) const { return double(get<float>(offset)); }
-  int dim(size_t n) const { return short_at(40 + 2 * n); }
-  double pixdim(size_t n) const { return float_at(76 + 4 * n); }
 
- private:
   std::string_view bytes_;
   bool swap_;
+  bool nifti2_;
 };
 
 std::optional<SampleType> sample_type(int code) {
@@ -75,14 +108,15 @@ struct RasFrame {
   glm::dmat3 axes{1.0};
   glm::dvec3 spacing{1.0};
   glm::dvec3 origin{0.0};
+
+  glm::dvec3 ras_from_index(glm::dvec3 index) const { return origin + axes * (spacing * index); }
 };
 
 RasFrame from_sform(const HeaderBytes& header) {
   RasFrame frame;
   for (int r = 0; r < 3; ++r) {
-    const size_t row = 280 + 16 * size_t(r);
-    for (int c = 0; c < 3; ++c) frame.axes[c][r] = header.float_at(row + 4 * size_t(c));
-    frame.origin[r] = header.float_at(row + 12);
+    for (int c = 0; c < 3; ++c) frame.axes[c][r] = header.real(kSform, size_t(4 * r + c));
+    frame.origin[r] = header.real(kSform, size_t(4 * r + 3));
   }
   for (int c = 0; c < 3; ++c) {
     frame.spacing[c] = glm::length(frame.axes[c]);
@@ -100,9 +134,11 @@ bool is_straight(const RasFrame& frame) {
   return true;
 }
 
-/// NIfTI-1, method 2: the quaternion (a, b, c, d) with a >= 0 left out, and qfac for the sign of k.
+/// Method 2 of the standard: the quaternion (a, b, c, d) with a >= 0 left out, and qfac for the
+/// sign of k.
 RasFrame from_qform(const HeaderBytes& header) {
-  const double b = header.float_at(256), c = header.float_at(260), d = header.float_at(264);
+  const double b = header.real(kQuaternion), c = header.real(kQuaternion, 1),
+               d = header.real(kQuaternion, 2);
   const double a = std::sqrt(std::max(0.0, 1.0 - (b * b + c * c + d * d)));
   RasFrame frame;
   frame.axes[0] = {a * a + b * b - c * c - d * d, 2 * (b * c + a * d), 2 * (b * d - a * c)};
@@ -110,53 +146,86 @@ RasFrame from_qform(const HeaderBytes& header) {
   frame.axes[2] = {2 * (b * d + a * c), 2 * (c * d - a * b), a * a + d * d - c * c - b * b};
   if (header.pixdim(0) < 0.0) frame.axes[2] = -frame.axes[2];
   frame.spacing = {header.pixdim(1), header.pixdim(2), header.pixdim(3)};
-  frame.origin = {header.float_at(268), header.float_at(272), header.float_at(276)};
+  frame.origin = {header.real(kQoffset), header.real(kQoffset, 1), header.real(kQoffset, 2)};
   return frame;
 }
 
-RasFrame choose_frame(const HeaderBytes& header) {
-  const int qform_code = header.short_at(252), sform_code = header.short_at(254);
+/// The frame that is used, and its name in the standard.
+struct ChosenFrame {
+  RasFrame frame;
+  const char* name = "pixdim";
+};
+
+ChosenFrame choose_frame(const HeaderBytes& header) {
+  const int qform_code = header.code(kQformCode), sform_code = header.code(kSformCode);
   if (sform_code > 0 && (sform_code == kScannerSpace || qform_code <= 0)) {
     const RasFrame sform = from_sform(header);
     // A sheared sform can not be honoured; the qform next to it can not be sheared.
-    if (is_straight(sform) || qform_code <= 0) return sform;
+    if (is_straight(sform) || qform_code <= 0) return {sform, "sform"};
   }
-  if (qform_code > 0) return from_qform(header);
+  if (qform_code > 0) return {from_qform(header), "qform"};
   // Method 1: spacing is all that is known. ITK takes the axes as L, P, S then, and fields must fit
   // its reading.
   RasFrame plain;
   plain.axes = glm::dmat3(-1, 0, 0, 0, -1, 0, 0, 0, 1);
   plain.spacing = {header.pixdim(1), header.pixdim(2), header.pixdim(3)};
-  return plain;
+  return {plain, "pixdim"};
 }
 
-Result<Grid> grid_of(const std::filesystem::path& file, const HeaderBytes& header) {
-  RasFrame ras = choose_frame(header);
-  // xyzt_units is one byte; the bits of space are 1 metre, 2 mm, 3 micron.
-  const int space_unit = int(header.get<uint8_t>(123)) & 7;
-  const double scale_mm = space_unit == 1 ? 1e3 : space_unit == 3 ? 1e-3 : 1.0;
+double mm_per_unit(const HeaderBytes& header) {
+  // xyzt_units keeps space in its lowest bits: 1 metre, 2 mm, 3 micron.
+  const int space_unit = header.units() & 7;
+  return space_unit == 1 ? 1e3 : space_unit == 3 ? 1e-3 : 1.0;
+}
+
+/// The sentence about forms that put the image to two places, if there are two.
+void note_two_places(const HeaderBytes& header, const char* used, Raster& raster) {
+  if (header.code(kQformCode) <= 0 || header.code(kSformCode) <= 0) return;
+  const RasFrame sform = from_sform(header), qform = from_qform(header);
+  double apart = 0.0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::dvec3 index =
+        glm::dvec3(raster.grid.size - 1) * glm::dvec3(corner & 1, (corner >> 1) & 1, corner >> 2);
+    // Positions are linear in the index: nowhere is the distance larger than at a corner.
+    apart = std::max(apart, glm::length(sform.ras_from_index(index) - qform.ras_from_index(index)));
+  }
+  apart *= mm_per_unit(header);
+  if (apart <= kTwoPlacesVoxels * raster.grid.finest_mm()) return;
+  raster.notes.push_back(fmt::format(
+      "'{}' states its place in space twice, as sform and as qform, and these differ by up to "
+      "{:.4g} mm: the {} is used; if the image lies at the wrong place, correct its header.",
+      raster.file.string(), apart, used));
+}
+
+Status place(const HeaderBytes& header, Raster& raster) {
+  const auto [ras, name] = choose_frame(header);
+  const double scale_mm = mm_per_unit(header);
   Placement placement;
   const glm::dvec3 lps_signs(-1.0, -1.0, 1.0);
   for (int c = 0; c < 3; ++c) {
-    placement.size[c] = header.dim(size_t(c) + 1);
+    placement.size[c] = double(header.dim(size_t(c) + 1));
     placement.axes[c] = lps_signs * ras.axes[c];
   }
   placement.spacing_mm = ras.spacing * scale_mm;
   placement.origin_mm = lps_signs * ras.origin * scale_mm;
-  return make_grid(file, placement);
+  auto grid = make_grid(raster.file, placement);
+  if (!grid) return grid.error();
+  raster.grid = *grid;
+  note_two_places(header, name, raster);
+  return Nothing{};
 }
 
 Status find_lanes(const HeaderBytes& header, Raster& raster) {
-  const int dimensions = header.dim(0);
-  const int frames = dimensions >= 4 ? header.dim(4) : 1;
-  int components = 1;
-  for (int d = 5; d <= dimensions; ++d) {
-    const int n = header.dim(size_t(d));
-    if (n < 1 || components > 1000)
+  const auto dimensions = size_t(header.dim(0));
+  const int64_t frames = dimensions >= 4 ? header.dim(4) : 1;
+  int64_t components = 1;
+  for (size_t d = 5; d <= dimensions; ++d) {
+    const int64_t n = header.dim(d);
+    if (n < 1 || n > kMaxComponents || components > kMaxComponents)
       return bad_input(raster.file, "has a damaged dim field: save the file again");
     components *= n;
   }
-  if (frames < 1)
+  if (frames < 1 || double(frames) > kMaxLanes)
     return bad_input(raster.file, "claims {} frames: the header is damaged, save the file again",
                      frames);
   if (frames > 1 && components > 1) {
@@ -168,9 +237,9 @@ Status find_lanes(const HeaderBytes& header, Raster& raster) {
   raster.inner = raster.grid.count();
   raster.lanes = size_t(std::max(frames, components));
   raster.lane_kind = components > 1 ? LaneKind::kComponents : LaneKind::kFrames;
-  raster.vectors_are_ras = components == 3 && header.short_at(68) == kIntentDisplacement;
+  raster.vectors_are_ras = components == 3 && header.code(kIntent) == kIntentDisplacement;
   const double step = header.pixdim(4);
-  const int time_unit = int(header.get<uint8_t>(123)) & 0x38;
+  const int time_unit = header.units() & 0x38;
   // Writers like ITK leave the unit out and mean seconds; a step of 1 is what they put where they
   // know none.
   double seconds = time_unit == 0 && step != 1.0 ? 1.0 : 0.0;
@@ -178,7 +247,7 @@ Status find_lanes(const HeaderBytes& header, Raster& raster) {
   if (time_unit == 16) seconds = 1e-3;
   if (time_unit == 24) seconds = 1e-6;
   if (frames == 1 || seconds == 0.0 || !(step > 0.0) || !std::isfinite(step)) return Nothing{};
-  const double start = std::isfinite(header.float_at(136)) ? header.float_at(136) : 0.0;
+  const double first = header.real(kTimeStart), start = std::isfinite(first) ? first : 0.0;
   raster.times_s = counted_times(raster.lanes);
   for (double& t : raster.times_s) t = (start + t * step) * seconds;
   raster.times_known = true;
@@ -186,7 +255,7 @@ Status find_lanes(const HeaderBytes& header, Raster& raster) {
 }
 
 Status find_samples(const HeaderBytes& header, bool packed, Raster& raster) {
-  const int code = header.short_at(70);
+  const int code = header.type();
   const auto type = sample_type(code);
   if (!type) {
     return bad_input(
@@ -196,7 +265,7 @@ Status find_samples(const HeaderBytes& header, bool packed, Raster& raster) {
   }
   raster.type = *type;
   raster.encoding = packed ? Encoding::kDeflate : Encoding::kRaw;
-  const double slope = header.float_at(112), intercept = header.float_at(116);
+  const double slope = header.real(kSlope), intercept = header.real(kIntercept);
   // A slope of 0 means by the standard that nothing is to be scaled.
   if (slope != 0.0 && std::isfinite(slope) && std::isfinite(intercept)) {
     raster.slope = slope;
@@ -213,23 +282,44 @@ std::filesystem::path image_beside(const std::filesystem::path& header) {
   return name.substr(0, at) + ".img" + name.substr(at + 4);
 }
 
+bool is_nifti_size(int32_t header_bytes) {
+  return header_bytes == int32_t(kNiftiHeaderBytes) || header_bytes == int32_t(kNifti2HeaderBytes);
+}
+
+/// The first number of the file in its own byte order; `swap` says that this is not ours.
+int32_t header_size(std::string_view bytes, bool& swap) {
+  uint32_t size = 0;
+  if (bytes.size() >= sizeof(size)) std::memcpy(&size, bytes.data(), sizeof(size));
+  swap = !is_nifti_size(int32_t(size));
+  return int32_t(swap ? __builtin_bswap32(size) : size);
+}
+
 }  // namespace
+
+bool starts_like_nifti(std::string_view bytes) {
+  bool swap = false;
+  return is_nifti_size(header_size(bytes, swap));
+}
 
 Result<Raster> parse_nifti_header(const std::filesystem::path& file, std::string_view bytes,
                                   bool packed) {
-  if (bytes.size() < kNiftiHeaderBytes) {
+  bool swap = false;
+  const int32_t size = header_size(bytes, swap);
+  const bool nifti2 = size == int32_t(kNifti2HeaderBytes);
+  const size_t header_bytes = nifti2 ? kNifti2HeaderBytes : kNiftiHeaderBytes;
+  if (bytes.size() < header_bytes) {
     return bad_input(file,
                      "is too short for a NIfTI header ({} of {} bytes): copy or export it again",
-                     bytes.size(), kNiftiHeaderBytes);
+                     bytes.size(), header_bytes);
   }
-  const bool swap = HeaderBytes(bytes, false).get<int32_t>(0) != int32_t(kNiftiHeaderBytes);
-  const HeaderBytes header(bytes, swap);
-  const std::string_view magic = bytes.substr(344, 4);
-  const bool single = magic == std::string_view("n+1\0", 4);
-  if (header.get<int32_t>(0) != int32_t(kNiftiHeaderBytes) ||
-      (!single && magic != std::string_view("ni1\0", 4))) {
-    return bad_input(
-        file, "is not a NIfTI-1 file: check what wrote it, and save NIfTI-2 or Analyze as NIfTI-1");
+  const HeaderBytes header(bytes, swap, nifti2);
+  const std::string_view magic = header.magic();
+  const bool single =
+      magic == (nifti2 ? std::string_view("n+2\0\r\n\032\n", 8) : std::string_view("n+1\0", 4));
+  const bool pair =
+      magic == (nifti2 ? std::string_view("ni2\0\r\n\032\n", 8) : std::string_view("ni1\0", 4));
+  if (!is_nifti_size(size) || (!single && !pair)) {
+    return bad_input(file, "is not a NIfTI file: check what wrote it, and save Analyze as NIfTI");
   }
   if (header.dim(0) < 3 || header.dim(0) > 7) {
     return bad_input(file, "has {} dimensions, but 3 or 4 are needed: save it as a 3D or 4D image",
@@ -238,14 +328,12 @@ Result<Raster> parse_nifti_header(const std::filesystem::path& file, std::string
   Raster raster;
   raster.file = file;
   raster.big_endian = swap;
-  auto grid = grid_of(file, header);
-  if (!grid) return grid.error();
-  raster.grid = *grid;
+  if (const Status done = place(header, raster); !done) return done.error();
   if (const Status done = find_lanes(header, raster); !done) return done.error();
   if (const Status done = find_samples(header, packed, raster); !done) return done.error();
   raster.data = {single ? file : image_beside(file)};
-  const double offset = header.float_at(108);
-  if (!(offset >= 0.0 && offset < 1e9) || (single && offset < double(kNiftiHeaderBytes))) {
+  const double offset = header.samples_at();
+  if (!(offset >= 0.0 && offset < 1e9) || (single && offset < double(header_bytes))) {
     return bad_input(
         file, "says that its samples start at byte {}: the header is damaged, save the file again",
         offset);

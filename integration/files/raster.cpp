@@ -1,5 +1,6 @@
 #include "integration/files/raster.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
@@ -49,6 +50,12 @@ bool all_finite(const Placement& p) {
     }
   }
   return true;
+}
+
+/// The same samples at the same places, j counted from the other end.
+void count_j_from_other_end(Grid& grid) {
+  grid.origin_mm = grid.lps_from_index({0, grid.size.y - 1, 0});
+  grid.direction[1] = -grid.direction[1];
 }
 
 /// Largest deviation of the axes from a rotation or mirrored rotation.
@@ -132,15 +139,40 @@ Result<Grid> make_grid(const std::filesystem::path& file, const Placement& place
                      "resample it to a "
                      "straight grid first");
   }
-  const double determinant = glm::determinant(grid.direction);
-  if (determinant < 0.0) {
-    return bad_input(file,
-                     "has mirrored axes (the determinant of its direction is negative): flip one "
-                     "axis of the image "
-                     "together with its header, and save it again");
-  }
+  // DICOM is never left-handed, and converters to NIfTI (dcm2niix) reverse the rows of a picture:
+  // to reverse j gives the grid that the scanner wrote.
+  grid.j_reversed_in_file = glm::determinant(grid.direction) < 0.0;
+  if (grid.j_reversed_in_file) count_j_from_other_end(grid);
   if (departure > kExactTolerance) grid.direction = orthonormalised(grid.direction);
   return grid;
+}
+
+bool is_colour_picture(const Raster& raster) {
+  return raster.type == SampleType::kUint8 &&
+         (raster.component_count() == 3 || raster.component_count() == 4);
+}
+
+Error refuse_colours(const Raster& raster) {
+  return bad_input(raster.file,
+                   "is a colour picture ({} values of 8 bits per voxel): convert it to one gray "
+                   "value per voxel",
+                   raster.component_count());
+}
+
+Grid as_in_file(const Grid& grid) {
+  Grid stored = grid;
+  if (grid.j_reversed_in_file) count_j_from_other_end(stored);
+  return stored;
+}
+
+void reverse_j(const Grid& grid, float* values, size_t components) {
+  if (!grid.j_reversed_in_file) return;
+  const size_t row = size_t(grid.size.x) * components, ny = size_t(grid.size.y);
+  for (size_t k = 0; k < size_t(grid.size.z); ++k) {
+    float* const slice = values + k * ny * row;
+    for (size_t low = 0, high = ny - 1; low < high; ++low, --high)
+      std::swap_ranges(slice + low * row, slice + (low + 1) * row, slice + high * row);
+  }
 }
 
 Status check_fits_memory(const std::string& what, double bytes) {

@@ -44,7 +44,8 @@ inline constexpr double kMaxLanes = 1e6;
 /// Beside i, j, k there is at most one more axis, the lanes: frames of a sequence or components of
 /// a vector. It may stand anywhere among the axes of the file: sample (voxel v, lane l) is sample
 /// number (v / inner * lanes + l) * inner + v % inner of the stream, so inner = 1 means lanes
-/// fastest and inner = grid.count() lanes slowest.
+/// fastest and inner = grid.count() lanes slowest. Voxel v counts as the file does: where
+/// grid.j_reversed_in_file, reverse_j() puts what was read in the grid's order.
 struct Raster {
   std::filesystem::path file;               ///< the header, for messages
   std::vector<std::filesystem::path> data;  ///< files that hold the samples, one after the other
@@ -64,6 +65,7 @@ struct Raster {
   bool vectors_are_ras = false;  ///< components are along R, A, S: x and y change sign
   std::vector<double> times_s;   ///< one per frame if times_known, else empty
   bool times_known = false;
+  std::vector<std::string> notes;  ///< what a person should know of the file, a sentence each
 
   size_t frame_count() const { return lane_kind == LaneKind::kFrames ? lanes : 1; }
   size_t component_count() const { return lane_kind == LaneKind::kComponents ? lanes : 1; }
@@ -81,12 +83,27 @@ struct Placement {
 };
 
 /// The grid, or the sentence why no grid can be like that: empty or absurd size, spacing that is
-/// not positive, axes that are not perpendicular, mirrored axes (negative determinant).
+/// not positive, axes that are not perpendicular. Left-handed axes become right-handed by counting
+/// j from the other end: the same samples at the same places, and j_reversed_in_file is set.
 Result<Grid> make_grid(const std::filesystem::path& file, const Placement& placement);
+
+/// The samples in the order of the file that j_reversed_in_file remembers: its direction has a
+/// negative determinant then. Any other grid as it is.
+Grid as_in_file(const Grid& grid);
+
+/// Values of one frame from the order of the file into that of the grid, or back; does nothing
+/// unless j_reversed_in_file. Shape (nz, ny, nx, components).
+void reverse_j(const Grid& grid, float* values, size_t components);
 
 /// Compares what the header claims with the bytes that are there, before anything of that size is
 /// allocated.
 Status check_claims(const Raster& raster);
+
+/// True for colours: three or four values of 8 bits without a sign, which no field and no flow has.
+bool is_colour_picture(const Raster& raster);
+
+/// The sentence that refuses one.
+Error refuse_colours(const Raster& raster);
 
 /// Refuses an allocation that this machine can not hold. `what` is the subject of the sentence.
 Status check_fits_memory(const std::string& what, double bytes);

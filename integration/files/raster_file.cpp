@@ -20,7 +20,7 @@ constexpr size_t kMaxHeaderBytes = 16 * 1024 * 1024;
 constexpr size_t kFirstHeaderBytes = 64 * 1024;
 constexpr size_t kDicomMagicAt = 128;
 
-constexpr const char* kFormats = "NRRD, MetaImage, NIfTI-1 and DICOM";
+constexpr const char* kFormats = "NRRD, MetaImage, NIfTI and DICOM";
 
 /// The first n bytes of a file, fewer if it is shorter.
 Result<std::string> head(const std::filesystem::path& file, size_t n) {
@@ -42,11 +42,7 @@ Result<std::string> head(const std::filesystem::path& file, size_t n) {
 FileKind kind_of(std::string_view bytes) {
   if (bytes.starts_with("NRRD000")) return FileKind::kNrrd;
   if (bytes.starts_with("\x1f\x8b")) return FileKind::kPackedNifti;
-  if (bytes.size() >= 4) {
-    int32_t first = 0;
-    std::memcpy(&first, bytes.data(), sizeof(first));
-    if (first == int32_t(kNiftiHeaderBytes) || first == 0x5c010000) return FileKind::kNifti;
-  }
+  if (starts_like_nifti(bytes)) return FileKind::kNifti;
   if (bytes.size() >= kDicomMagicAt + 4 && bytes.substr(kDicomMagicAt, 4) == "DICM")
     return FileKind::kDicom;
   const std::string start = lowered(bytes.substr(0, 4096));
@@ -95,7 +91,7 @@ Result<Raster> read_packed_nifti(const std::filesystem::path& file) {
   options.deflate = true;
   auto source = ByteSource::open({file}, options);
   if (!source) return source.error();
-  std::string bytes(kNiftiHeaderBytes, '\0');
+  std::string bytes(kNifti2HeaderBytes, '\0');
   const auto got = source->read(bytes.data(), bytes.size());
   if (!got) return got.error();
   bytes.resize(*got);
@@ -125,15 +121,14 @@ Result<Raster> read_raster_header(const std::filesystem::path& file) {
       return parse_meta_header(file, *text);
     }
     case FileKind::kNifti: {
-      const auto bytes = head(file, kNiftiHeaderBytes);
+      const auto bytes = head(file, kNifti2HeaderBytes);
       if (!bytes) return bytes.error();
       return parse_nifti_header(file, *bytes, false);
     }
     case FileKind::kPackedNifti:
       return read_packed_nifti(file);
     case FileKind::kDicom:
-      return bad_input(file,
-                       "is a single DICOM file: name the folder that holds all of its slices");
+      return bad_input(file, "is DICOM, which can not stand here: convert it to NIfTI or NRRD");
     case FileKind::kUnknown:
       break;
   }

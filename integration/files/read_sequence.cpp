@@ -15,6 +15,14 @@ namespace fs = std::filesystem;
 using Source = Result<std::unique_ptr<FrameSource>>;
 
 Source open_file(const fs::path& file) {
+  const auto kind = sniff(file);
+  if (!kind) return kind.error();
+  if (*kind == FileKind::kDicom) {
+    auto source = open_dicom({file});
+    if (!source || (*source)->frame_count > 1 || (*source)->grid.size.z > 1) return source;
+    return bad_input(file,
+                     "is a single DICOM slice: name the folder that holds all slices of the scan");
+  }
   const auto raster = read_raster_header(file);
   if (!raster) return raster.error();
   return open_raster_frames(*raster);
@@ -75,6 +83,9 @@ const std::vector<double>& SequenceReader::times_s() const {
 }
 bool SequenceReader::times_known() const {
   return source_->times_known;
+}
+const std::vector<std::string>& SequenceReader::notes() const {
+  return source_->notes;
 }
 Result<Volume> SequenceReader::frame(size_t k) {
   return source_->frame(k);

@@ -17,7 +17,7 @@ class FrameSource;
 /// thread at a time.
 ///
 /// Inputs are one of: a file with several frames (NRRD, 3D Slicer .seq.nrrd with the list axis
-/// anywhere, MetaImage, NIfTI-1); a folder of 3D files, in natural order of their names; a folder
+/// anywhere, MetaImage, NIfTI); a folder of 3D files, in natural order of their names; a folder
 /// (with folders below) of DICOM slices of a 4D series or of one series per phase; a list of 3D
 /// files; a list of DICOM folders, one frame each.
 class SequenceReader {
@@ -36,6 +36,9 @@ class SequenceReader {
   const Grid& grid() const;                          ///< of every frame
   const std::vector<double>& times_s() const;  ///< one per frame, rising; 0, 1, 2, ... if not known
   bool times_known() const;
+  /// What a person should know though it does not stop the work, a sentence each: a header that
+  /// contradicts itself, and which of its claims is used.
+  const std::vector<std::string>& notes() const;
 
   /// Frame k as float, rescaled once. Cheapest in rising order: going back reads a packed file
   /// again from its start. kBadInput if the data end early, are damaged, or hold values that are

@@ -30,6 +30,7 @@ Result<VectorFrame> vectors_of(const Raster& raster, size_t frame) {
   if (!got) return got.error();
   const Status finite = check_finite(raster.file, frame, vectors.grid, values, 3);
   if (!finite) return finite.error();
+  reverse_j(vectors.grid, values, 3);
   if (raster.vectors_are_ras) {
     for (glm::vec3& v : vectors.values) v = {-v.x, -v.y, v.z};
   }
@@ -38,7 +39,7 @@ Result<VectorFrame> vectors_of(const Raster& raster, size_t frame) {
 
 }  // namespace
 
-Result<Volume> read_volume(const std::filesystem::path& input) {
+Result<Volume> read_volume(const std::filesystem::path& input, Notes* notes) {
   auto reader = SequenceReader::open({input});
   if (!reader) return reader.error();
   if (reader->frame_count() != 1) {
@@ -47,11 +48,12 @@ Result<Volume> read_volume(const std::filesystem::path& input) {
                      "file of its own",
                      reader->frame_count());
   }
+  if (notes) notes->insert(notes->end(), reader->notes().begin(), reader->notes().end());
   return reader->frame(0);
 }
 
-Result<Mask> read_mask(const std::filesystem::path& input) {
-  const auto volume = read_volume(input);
+Result<Mask> read_mask(const std::filesystem::path& input, Notes* notes) {
+  const auto volume = read_volume(input, notes);
   if (!volume) return volume.error();
   Mask mask{volume->grid, std::vector<uint8_t>(volume->values.size())};
   for (size_t i = 0; i < mask.values.size(); ++i) mask.values[i] = volume->values[i] != 0.0f;
@@ -66,6 +68,7 @@ Result<std::vector<VectorFrame>> read_vectors(const std::vector<fs::path>& input
   for (const fs::path& file : files) {
     auto raster = read_raster_header(file);
     if (!raster) return raster.error();
+    if (is_colour_picture(*raster)) return refuse_colours(*raster);
     if (raster->component_count() != 3)
       return bad_input(file,
                        "holds {} values per voxel where vectors have three: leave it out, or give "
@@ -98,9 +101,10 @@ bool holds_vectors(const std::vector<fs::path>& inputs) {
   return raster && raster->component_count() == 3;
 }
 
-Result<Field> read_field(const fs::path& file) {
+Result<Field> read_field(const fs::path& file, Notes* notes) {
   const auto raster = read_raster_header(file);
   if (!raster) return raster.error();
+  if (is_colour_picture(*raster)) return refuse_colours(*raster);
   if (raster->component_count() != 3) {
     return bad_input(file,
                      "holds {} values per voxel, but a displacement field has three: name a field "
@@ -109,6 +113,7 @@ Result<Field> read_field(const fs::path& file) {
   }
   auto vectors = vectors_of(*raster, 0);
   if (!vectors) return vectors.error();
+  if (notes) notes->insert(notes->end(), raster->notes.begin(), raster->notes.end());
   return Field{vectors->grid, std::move(vectors->values)};
 }
 

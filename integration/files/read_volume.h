@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "compute/volume/field.h"
@@ -10,12 +11,17 @@
 
 namespace palpate::files {
 
-/// Exactly one 3D frame: a NRRD, MetaImage or NIfTI-1 file (a 4D file with one frame will do) or a
-/// folder of DICOM slices. Rescaled once. kBadInput with a sentence otherwise. Any thread.
-Result<Volume> read_volume(const std::filesystem::path& input);
+/// Sentences about files that are read all the same, which a person should see (SequenceReader has
+/// the same); readers append to them.
+using Notes = std::vector<std::string>;
+
+/// Exactly one 3D frame: a NRRD, MetaImage or NIfTI file (a 4D file with one frame will do) or a
+/// folder of DICOM slices. Rescaled once. Left-handed axes are made right-handed, see make_grid().
+/// kBadInput with a sentence otherwise. Any thread.
+Result<Volume> read_volume(const std::filesystem::path& input, Notes* notes = nullptr);
 
 /// The same as a mask: what is not zero is inside (1), what is zero is outside (0).
-Result<Mask> read_mask(const std::filesystem::path& input);
+Result<Mask> read_mask(const std::filesystem::path& input, Notes* notes = nullptr);
 
 /// Frames of vectors: a file in any of the formats, a list of them, or a folder with nothing else,
 /// in natural order of names. All must have one grid. kBadInput with a sentence otherwise. Any
@@ -29,6 +35,6 @@ bool holds_vectors(const std::vector<std::filesystem::path>& inputs);
 /// An ITK displacement field: three components per voxel, mm along L, P, S, in any of the file
 /// formats. NIfTI vectors with the intent "displacement vector" are turned from RAS. kBadInput with
 /// a sentence otherwise. Any thread.
-Result<Field> read_field(const std::filesystem::path& file);
+Result<Field> read_field(const std::filesystem::path& file, Notes* notes = nullptr);
 
 }  // namespace palpate::files

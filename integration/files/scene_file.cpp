@@ -19,6 +19,12 @@ using nlohmann::json;
 
 constexpr uintmax_t kMostBytes = 16 << 20;  // a scene is some kilobytes; more is another file
 
+constexpr NumberRange kDampings{0.0, 1000.0};                   // N s/m
+constexpr NumberRange kSceneFrameRates{0.0, kFrameRates.high};  // 0: as the files say
+constexpr NumberRange kPlayingRates{-1000.0, 1000.0};           // times as fast as recorded
+constexpr NumberRange kDriveRates_hz{-100.0, 100.0};
+constexpr NumberRange kDistances_m{0.0, 10.0};
+
 const std::vector<std::string_view> kKinds = {
     "surface", "follow", "front", "vortex", "gradient-force", "vector-force", "attractor"};
 const std::vector<std::string_view> kSources = {"heart", "heart-exact", "molecule"};
@@ -30,9 +36,9 @@ class SceneReader {
 
   SceneSpec read(const json& root) {
     JsonObject o(root, "", reading_);
-    o.number("stiffness_n_per_m", scene_.stiffness_n_per_m, kPositive);
-    o.number("damping_n_s_per_m", scene_.damping_n_s_per_m, kNotNegative);
-    o.number("max_force_n", scene_.max_force_n, kPositive);
+    o.number("stiffness_n_per_m", scene_.stiffness_n_per_m, kStiffnesses_n_per_m);
+    o.number("damping_n_s_per_m", scene_.damping_n_s_per_m, kDampings);
+    o.number("max_force_n", scene_.max_force_n, kForces_n);
     read_transform(o, "world_from_device", scene_.world_from_device);
     if (const json* volumes = needed_list(o, "volumes", "there is nothing to feel"))
       for (size_t k = 0; k < volumes->size() && o.good(); ++k)
@@ -67,8 +73,8 @@ class SceneReader {
     v.path = usual_path(v.drive.kind);
     o.choice("path", v.path, SceneWords::kPaths);
     o.choice("back_tracking", v.back_tracking, SceneWords::kBackTrackings);
-    o.number("frames_per_second", v.frames_per_second, kNotNegative);
-    o.number("rate", v.rate);
+    o.number("frames_per_second", v.frames_per_second, kSceneFrameRates);
+    o.number("rate", v.rate, kPlayingRates);
     o.boolean("cyclic", v.cyclic);
     o.boolean("blend_values", v.blend_values);
     read_seen(o, "view", v.seen);
@@ -122,8 +128,8 @@ class SceneReader {
     o.choice("kind", d.kind, SceneWords::kDrives);
     read_direction(o, "axis", d.axis);
     o.vector("centre_m", d.centre_m);
-    o.number("rate_hz", d.rate_hz);
-    o.number("amplitude_m", d.amplitude_m, kNotNegative);
+    o.number("rate_hz", d.rate_hz, kDriveRates_hz);
+    o.number("amplitude_m", d.amplitude_m, kDistances_m);
     o.finish();
   }
 
@@ -147,8 +153,8 @@ class SceneReader {
     belongs_to(o, m);
     o.choice("scalar", m.scalar, SceneWords::kScalars);
     o.choice("vector", m.vector, SceneWords::kVectors);
-    read_transfer(o, "strength", m.strength);
-    read_transfer(o, "friction", m.friction);
+    read_transfer(o, "strength", m.strength, kStrengths_n);
+    read_transfer(o, "friction", m.friction, kFrictions);
     const bool force = m.kind == "gradient-force" || m.kind == "vector-force";
     if (o.good() && !own && !force && !(m.strength.highest() > 0.0))
       o.refuse("strength", "nothing would be felt: give a strength in N that is above 0 somewhere");
@@ -156,7 +162,7 @@ class SceneReader {
     o.boolean("two_sided", m.two_sided);
     o.boolean("leaving", m.leaving);
     o.vector("point_m", m.point_m);
-    o.number("range_m", m.range_m, kNotNegative);
+    o.number("range_m", m.range_m, kDistances_m);
     o.boolean("on", m.on);
     o.finish();
     if (value.is_object())

@@ -105,14 +105,16 @@ void read_points(JsonObject& o, std::vector<LookPoint>& out) {
   o.refuse("points", what + ": correct it");
 }
 
-Result<TransferFunction> of_pairs(JsonObject& o, const json& pairs, bool stepped) {
+Result<TransferFunction> of_pairs(JsonObject& o, const json& pairs, const NumberRange& range,
+                                  bool stepped) {
   std::vector<double> in, outs;
   for (size_t k = 0; k < pairs.size(); ++k) {
     const json& pair = pairs[k];
     if (!pair.is_array() || pair.size() != 2 || !pair[0].is_number() || !pair[1].is_number() ||
-        !is_in(pair[1].get<double>(), kNotNegative)) {
-      o.reading().refuse(fmt::format("{}[{}]", o.place("pairs"), k),
-                         "an input and an output not below 0 are expected: write [in, out]");
+        !is_in(pair[1].get<double>(), range)) {
+      o.reading().refuse(
+          fmt::format("{}[{}]", o.place("pairs"), k),
+          fmt::format("an input and an output, {}, are expected: write [in, out]", text_of(range)));
       return TransferFunction();
     }
     in.push_back(pair[0].get<double>());
@@ -164,13 +166,14 @@ std::vector<fs::path> read_paths(JsonObject& o, const char* key) {
   return found;
 }
 
-/// A number, { "pairs": ... } or { "window": ... }; no output below 0.
-void read_transfer(JsonObject& parent, const char* key, TransferFunction& out) {
+/// A number, { "pairs": ... } or { "window": ... }; no output outside of the range.
+void read_transfer(JsonObject& parent, const char* key, TransferFunction& out,
+                   const NumberRange& range) {
   const json* value = parent.find(key);
   if (!value) return;
   if (value->is_number()) {
     double constant = 0.0;
-    if (parent.number(key, constant, kNotNegative)) out = TransferFunction::constant(constant);
+    if (parent.number(key, constant, range)) out = TransferFunction::constant(constant);
     return;
   }
   JsonObject o(*value, parent.place(key), parent.reading());
@@ -187,12 +190,12 @@ void read_transfer(JsonObject& parent, const char* key, TransferFunction& out) {
     if (!w.number("level", level) && w.good())
       w.refuse("level", "it is missing: give a value of the data");
     w.number("width", width, kNotNegative);
-    w.number("full", full, kNotNegative);
+    w.number("full", full, range);
     w.finish();
     if (stepped) o.refuse("stepped", "a window has no steps: leave this out, or give pairs");
     if (o.good()) made = TransferFunction::window(level, width, full);
   }
-  if (pairs) made = of_pairs(o, *pairs, stepped);
+  if (pairs) made = of_pairs(o, *pairs, range, stepped);
   o.finish();
   if (!made) {
     std::string what = made.error().message;

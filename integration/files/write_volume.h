@@ -12,7 +12,8 @@ namespace palpate::files {
 /// Every writer goes by the ending of the name (.mha, .nrrd, .nii, .nii.gz), writes the whole file
 /// or none (see AtomicFile), and returns kBadOutput with a sentence if that is not possible. Only
 /// .nii.gz is packed: noise does not shrink, and writing should cost what the disk costs. NIfTI
-/// keeps geometry in single precision. Any thread.
+/// keeps geometry in single precision. What was read from a file with left-handed axes is written
+/// with these axes again (Grid::j_reversed_in_file). Any thread.
 
 /// Samples as float.
 Status write_volume(const Volume& volume, const std::filesystem::path& path);

@@ -19,7 +19,7 @@ MotionPlan fitting_plan(const vulkan::Context& context, const Grid& grid,
                         const MotionOptions& options) {
   MotionPlan plan = plan_motion(grid, options);
   if (!fit_into(plan, context.memory_budget_bytes()))
-    throw Mismatch("The device has too little memory for this pair: choose another (--device).");
+    throw Mismatch("The device has too little memory for this pair: choose another with --gpu.");
   return plan;
 }
 

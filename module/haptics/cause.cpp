@@ -42,6 +42,8 @@ const char* word(Cause cause) noexcept {
       return "stopped";
     case Cause::kUnseen:
       return "unseen";
+    case Cause::kSudden:
+      return "sudden";
   }
   return "unknown";
 }
@@ -85,6 +87,8 @@ const char* sentence(Cause cause) noexcept {
       return "The loop was asked to stop.";
     case Cause::kUnseen:
       return "There is no picture in the headset: the force comes back with it.";
+    case Cause::kSudden:
+      return "What held the hand ended or changed at once: the force follows slowly.";
   }
   return "An unknown cause.";
 }

@@ -25,6 +25,7 @@ enum class Cause : uint8_t {
   kSceneEmpty,     ///< nothing to feel
   kStopped,        ///< asked to stop: a command, a signal, another thread's crash
   kUnseen,         ///< nobody sees the scene: the picture in the headset is gone
+  kSudden,         ///< what held the hand ended or changed at once: the force follows slowly
 };
 
 /// One word for logs ("too-fast"), and one sentence for people. Static storage.

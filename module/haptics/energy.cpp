@@ -72,6 +72,18 @@ void EnergyTank::book(double joule, double held_j) noexcept {
   known_ = true;
 }
 
+bool EnergyTank::pay(double joule) noexcept {
+  if (!std::isfinite(joule)) return true;
+  if (joule <= 0.0) {
+    dissipated_.add(-joule);
+    return true;
+  }
+  put_in_.add(joule);
+  const bool enough = joule <= level_j_;
+  level_j_ = std::max(0.0, level_j_ - joule);
+  return enough;
+}
+
 glm::dvec3 EnergyTank::limit(glm::dvec3 x_prev, glm::dvec3 x_new, glm::dvec3 probe,
                              double stiffness_n_per_m, double dt_s) noexcept {
   last_j_ = 0.0;

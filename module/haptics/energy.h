@@ -55,6 +55,11 @@ class EnergyTank {
   glm::dvec3 limit(glm::dvec3 x_prev, glm::dvec3 x_new, glm::dvec3 probe, double stiffness_n_per_m,
                    double dt_s) noexcept;
 
+  /// Pays for a force beside the spring's that did so much work on the hand, J; negative work is
+  /// booked as dissipated. False if the tank does not hold as much: then it is empty, and what was
+  /// not paid for is booked as put in all the same. Not finite: nothing. Real-time safe.
+  bool pay(double joule) noexcept;
+
   /// Forgets the last frame's probe and stiffness: call when the proxy is put to the probe (start,
   /// scene change). Level and ledger stay.
   void restart() noexcept { known_ = false; }

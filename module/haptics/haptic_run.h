@@ -32,6 +32,7 @@ struct CarrierRun {
   double cap_n = std::numeric_limits<double>::infinity();  ///< no primitive pushes harder than the
                                                            ///< force did when it was lost
   bool held = false;                                       ///< in this haptic frame
+  glm::dvec3 carried_m{0.0};  ///< how far the material took the proxy in this haptic frame, world
 };
 
 /// How fast switching and retuning may change the force. With what friction adds to it, below the

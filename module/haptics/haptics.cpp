@@ -11,6 +11,10 @@ namespace {
 constexpr double kFade_s = 0.020;         // of a carrier whose point is lost ...
 constexpr double kFade_n_per_s = 50.0;    // ... but no faster than this: 0.05 N per ms
 constexpr double kBridge_n_per_s = 15.0;  // of what a new scene changes at once: 0.015 N per ms
+// What the scene changes at once reaches the hand no faster: 0.03 N per ms. A wall of 500 N/m may
+// move with 60 mm/s before it is felt late.
+constexpr double kSudden_n_per_s = 30.0;
+constexpr double kSaid_n = 0.05;  // less than this on its way to the hand is not worth a word
 constexpr double kLongest_s =
     0.010;  // a later frame is taken as this long: time lost is not made up for in one jump
 
@@ -27,6 +31,16 @@ bool finite(glm::dvec3 v) {
 glm::dvec3 towards_zero(glm::dvec3 v, double by) {
   const double length = glm::length(v);
   return length > by ? v * (1.0 - by / length) : glm::dvec3(0.0);
+}
+
+/// By how much a change of the force is more than a step of the hand relative to the material
+/// explains. On a flat wall the force changes by k P step, where P projects on what the wall holds:
+/// it lies in the ball that has 0 and k step as ends of a diameter. On a bent wall it leaves that
+/// ball by at most depth / radius of the bend, for which the ball is enlarged.
+glm::dvec3 unexplained(glm::dvec3 change, glm::dvec3 step, double stiffness) {
+  constexpr double kBend = 0.5;
+  const glm::dvec3 centre = 0.5 * stiffness * step;
+  return towards_zero(change - centre, (1.0 + kBend) * glm::length(centre));
 }
 
 }  // namespace
@@ -138,7 +152,9 @@ void Haptics::move_on(const TickInput& input, double dt_s) noexcept {
   for (CarrierRun& carrier : run_->carriers) {
     carrier.held = false;
     carrier.carrier->clear_report();
+    const glm::dvec3 before = carrier.carrier->at();
     carrier.carrier->carry();
+    carrier.carried_m = carrier.carrier->at() - before;
   }
 }
 
@@ -183,28 +199,29 @@ glm::dvec3 Haptics::force_n(glm::dvec3 probe, const TickInput& input) noexcept {
   }
   const glm::dvec3 spring = spring_n(probe, of_proxy, of_probe);
   const double dt_s = std::clamp(input.dt_s, 0.0, kLongest_s);
-  bool unsound = false, rough = false;
+  bool rough = false;
+  for (const CarrierRun& run : run_->carriers) rough |= run.carrier->report().rough || run.held;
+  // What was bridged before goes on; towards the hand's own way it costs energy, and without any
+  // left it goes as fast as it may.
+  const glm::dvec3 step = probe - last_probe_;
+  const bool paid = !options_.meter_energy || tank_.pay(glm::dot(bridge_n_, step));
+  const double bridge_n_per_s = is_sudden_ || !paid ? kSudden_n_per_s : kBridge_n_per_s;
+  bridge_n_ = towards_zero(bridge_n_, bridge_n_per_s * dt_s);
+  // The end of a surface, a hole in it, a border of the data, a fold of the field, values that are
+  // not finite: whatever the scene changes at once, the hand is led there, not thrown. What the
+  // hand and the material do is felt at once; where the motion may not be inverted only what the
+  // hand does.
+  const double k = run_->stiffness_n_per_m;
+  const glm::dvec3 change = spring + bridge_n_ - last_wanted_;
+  glm::dvec3 sudden = unexplained(change, -step, k);
   for (const CarrierRun& run : run_->carriers) {
-    unsound |= run.carrier->report().unsound;
-    rough |= run.carrier->report().rough || run.held;
+    const glm::dvec3 left = unexplained(change, run.carried_m - step, k);
+    if (!rough && glm::length(left) < glm::length(sudden)) sudden = left;
   }
-  // Where the data end in what is no number nothing can be placed: what was felt there fades.
-  if (unsound != unsound_)
-    bridge_n_ = last_wanted_ - spring;
-  else
-    bridge_n_ = towards_zero(bridge_n_, kBridge_n_per_s * dt_s);
-  limited_ = false;
-  if (rough || rough_) {
-    // Where the motion is pressed together, a surface may be anywhere in the next frame: the hand
-    // is led there, not thrown.
-    const glm::dvec3 change = spring + bridge_n_ - last_wanted_;
-    const double most =
-        kFade_n_per_s * dt_s + run_->stiffness_n_per_m * glm::length(probe - last_probe_);
-    limited_ = glm::length(change) > most;
-    if (limited_) bridge_n_ -= towards_zero(change, most);
-  }
-  rough_ = rough;
-  unsound_ = unsound;
+  const glm::dvec3 late = towards_zero(sudden, (rough ? kFade_n_per_s : kSudden_n_per_s) * dt_s);
+  bridge_n_ -= late;
+  is_sudden_ = late != glm::dvec3(0.0) || (is_sudden_ && bridge_n_ != glm::dvec3(0.0));
+  limited_ = rough && late != glm::dvec3(0.0);
   return spring + bridge_n_;
 }
 
@@ -296,7 +313,8 @@ Cause Haptics::report(TickOutput& out) const noexcept {
   }
   if (empty_) return Cause::kSceneEmpty;
   if (out.held) return Cause::kField;
-  return confidence < kDoubtful ? Cause::kConfidence : Cause::kNone;
+  if (confidence < kDoubtful) return Cause::kConfidence;
+  return is_sudden_ && glm::length(bridge_n_) > kSaid_n ? Cause::kSudden : Cause::kNone;
 }
 
 }  // namespace palpate

@@ -69,15 +69,15 @@ class Haptics final : public Ticker {
   glm::dvec3 proxy_{0.0};       ///< world
   glm::dvec3 last_probe_{0.0};  ///< world, leading; the last good one
   glm::dvec3 last_wanted_{0.0};
-  glm::dvec3 bridge_n_{
-      0.0};              ///< what is left of the difference between the scene before and this one
+  /// What is left of the difference between what was felt and what the scene gives: of a new scene,
+  /// or of a surface that ended.
+  glm::dvec3 bridge_n_{0.0};
   bool placed_ = false;  ///< proxy_ has been put to a probe
   bool empty_ = true;
-  bool rough_ = false;    ///< in the last tick the motion was one that may not be turned around
-  bool limited_ = false;  ///< in this tick, because of that, the force was
-  bool unsound_ = false;  ///< in the last tick data were read that are no numbers
-  Transform device_;      ///< world from device of the scene that ran last
-  double lost_s_ = 0.0;   ///< for so long the device has given no position to trust
+  bool is_sudden_ = false;  ///< bridge_n_ is of what the scene changed at once
+  bool limited_ = false;    ///< in this tick, and where the motion may not be inverted
+  Transform device_;        ///< world from device of the scene that ran last
+  double lost_s_ = 0.0;     ///< for so long the device has given no position to trust
 };
 
 }  // namespace palpate

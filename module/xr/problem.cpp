@@ -37,37 +37,39 @@ Trouble trouble_of(std::string_view call, XrResult result) {
   return first_calls ? Trouble::kRuntimeDown : Trouble::kRefused;
 }
 
-std::string sentence(Trouble trouble, const char* call, XrResult result) {
-  const std::string which = std::string(" (") + call + " returned " + std::to_string(result) + ")";
+const char* sentence(Trouble trouble) {
   switch (trouble) {
     case Trouble::kNoRuntime:
       return "There is no OpenXR runtime: start one (Monado, SteamVR) or let XR_RUNTIME_JSON name "
-             "its manifest" +
-             which + ".";
+             "its manifest.";
     case Trouble::kRuntimeDown:
-      return "The OpenXR runtime does not answer: start its service, it is asked again" + which +
-             ".";
+      return "The OpenXR runtime does not answer: start its service, it is asked again.";
     case Trouble::kUnsupported:
-      return "The OpenXR runtime can not do what palpate needs" + which + ".";
+      return "The OpenXR runtime can not do what palpate needs.";
     case Trouble::kNoHeadset:
-      return "The headset is off or unplugged: switch it on, it is waited for" + which + ".";
+      return "The headset is off or unplugged: switch it on, it is waited for.";
     case Trouble::kNoGraphics:
-      return "The headset can not be driven by this Vulkan device" + which + ".";
+      return "The headset can not be driven by this Vulkan device.";
     case Trouble::kInstanceLost:
-      return "The OpenXR runtime went away: it is waited for" + which + ".";
+      return "The OpenXR runtime went away: it is waited for.";
     case Trouble::kSessionLost:
-      return "The headset was taken away: it is waited for" + which + ".";
+      return "The headset was taken away: it is waited for.";
     case Trouble::kRefused:
-      return "The OpenXR runtime refused a call: it is tried again" + which + ".";
+      return "The OpenXR runtime refused a call: it is tried again.";
   }
-  return which;
+  return "";
 }
 
 }  // namespace
 
 Problem problem_of(const char* call, XrResult result) {
   const Trouble trouble = trouble_of(call, result);
-  return {trouble, sentence(trouble, call, result), call, int(result)};
+  return {trouble, sentence(trouble), call, int(result)};
+}
+
+std::string call_text(const Problem& problem) {
+  return *problem.call ? std::string(problem.call) + " returned " + std::to_string(problem.result)
+                       : std::string();
 }
 
 }  // namespace palpate::xr

@@ -30,6 +30,9 @@ struct Problem {
   int result = 0;         ///< its XrResult
 };
 
+/// "xrCreateInstance returned -51", for those who look for the cause; empty if no call failed.
+std::string call_text(const Problem& problem);
+
 template <class T>
 using Outcome = Result<T, Problem>;
 using Done = Outcome<Nothing>;

@@ -55,6 +55,24 @@ TEST(MotionCommand, LeavesOldResultsAloneWhenTheLastFrameIsDamaged) {
   EXPECT_EQ(entries, 1U);
 }
 
+TEST(MotionCommand, SaysHowFarApartFramesAreThatDoNotOverlap) {
+  const TemporaryFolder folder;
+  const Volume frame = small_heart(2).frames[0];
+  const std::string fixed = written(frame, folder / "fixed.mha");
+  Volume away = frame;
+  const double length_mm = frame.grid.size.x * frame.grid.spacing_mm.x;
+  away.grid.origin_mm.x += length_mm + 500.0;
+  const std::string moving = written(away, folder / "moving.mha");
+  const std::vector<std::string> words = {"fixed.mha", "moving.mha", "do not overlap",
+                                          "500 mm apart"};
+  expect_refused(run({"motion", fixed, moving, "-o", folder / "u.mha"}), words);
+  EXPECT_EQ(folder.entry_count(), 2U);
+  const std::string field = written(still_field(frame.grid), folder / "u.mha");
+  expect_refused(run({"check", field, "--fixed", fixed, "--moving", moving}), words);
+  expect_refused(run({"chart", fixed, moving, "--truth", field, "--out", folder / "c.html"}),
+                 words);
+}
+
 TEST(MotionCommand, NeedsMoreThanOneFrame) {
   const TemporaryFolder folder;
   const std::string heart = written(small_heart(2).frames[0], folder / "one.mha");
@@ -112,7 +130,7 @@ TEST(MotionCommand, NamesTheDevicesWhenThereIsNoSuchOne) {
   NEEDS_DEVICE();
   const TemporaryFolder folder;
   const std::string heart = written(small_heart(2), folder / "heart.seq.nrrd");
-  expect_refused(run({"motion", heart, "-o", folder / "out", "--device", "abacus"}), {"abacus"});
+  expect_refused(run({"motion", heart, "-o", folder / "out", "--gpu", "abacus"}), {"abacus"});
 }
 
 TEST(Program, ExplainsItselfAndRefusesWhatItDoesNotKnow) {

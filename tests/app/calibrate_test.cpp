@@ -252,10 +252,10 @@ TEST(Calibrate, FindsTheTipByTurningTheControllerAboutItAndThenTheDevice) {
 
 TEST(Calibrate, RefusesATipThatIsNeitherAPlaceNorFound) {
   const TemporaryFolder folder;
-  for (const char* tip : {"pivots", "1,2", "1,2,3,4", "a,b,c"}) {
+  for (const char* tip : {"pivots", "1,2", "1,2,3,4", "a,b,c", "1e9,0,0"}) {
     const Outcome outcome = run(calibrate(folder / "room.json", {"--tip", tip}));
     EXPECT_EQ(outcome.exit_code, 2) << tip;
-    EXPECT_THAT(outcome.err, HasSubstr("X,Y,Z in mm, or pivot")) << tip;
+    EXPECT_THAT(outcome.err, HasSubstr("X,Y,Z in mm, each from -1000 to 1000, or pivot")) << tip;
   }
   const Outcome both = run(calibrate(folder / "room.json", {"--by", "movement", "--tip", "pivot"}));
   EXPECT_EQ(both.exit_code, 2);

@@ -168,7 +168,7 @@ TEST(Feel, SaysInOneSentenceWhatIsWrong) {
   const std::pair<std::vector<std::string>, std::string> cases[] = {
       {{"feel", "hart"}, "'hart' does not exist"},
       {{"feel", scene}, "colour"},
-      {{"feel", "heart", "--device", "simulated", "--hand", "third"}, "There is no hand 'third'"},
+      {{"feel", "heart", "--device", "simulated", "--hand", "third"}, "'third' is not known"},
       {{"feel", "heart", "--device", "simulated", "--path", "wiggle"}, "'wiggle' is no file"},
       {{"feel", "heart", "--device", "haptic"}, "haptic"},
       {{"feel", "heart", "--device", "simulated", "--csv", "/nowhere/x.csv"}, "/nowhere/x.csv"},

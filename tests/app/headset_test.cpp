@@ -323,7 +323,21 @@ TEST(WithoutAHeadset, AutoSaysWhyNobodySeesIt) {
   unsetenv("XR_RUNTIME_JSON");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("by nobody, as there is no display and no headset"));
+  EXPECT_THAT(outcome.out, Not(HasSubstr("OpenXR"))) << "most people have no headset";
   EXPECT_EQ(outcome.err, "");
+}
+
+TEST(WithoutAHeadset, SaysWhichCallFailedOnlyWhenAsked) {
+  setenv("XR_RUNTIME_JSON", "/nowhere/at/all.json", 1);
+  const Outcome quiet = run({"feel", "heart", "--headset", "openxr"});
+  const Outcome verbose = run({"feel", "heart", "--headset", "openxr", "--verbose"});
+  unsetenv("XR_RUNTIME_JSON");
+  EXPECT_EQ(quiet.exit_code, 2);
+  EXPECT_THAT(quiet.err, Not(HasSubstr("returned")));
+  EXPECT_EQ(verbose.exit_code, 2);
+  EXPECT_THAT(verbose.err, HasSubstr("(xrEnumerateInstanceExtensionProperties returned -51.)"));
+  // The loader's own block, with the name of the manifest.
+  EXPECT_THAT(verbose.err, HasSubstr("/nowhere/at/all.json"));
 }
 
 TEST(WithoutAHeadset, RefusesAControllerAndACalibrationThatIsNone) {

@@ -7,6 +7,7 @@
 
 #include <chrono>
 #include <csignal>
+#include <sstream>
 #include <stdexcept>
 #include <thread>
 
@@ -57,6 +58,34 @@ Outcome Program::wait() {
   ended_ = true;
   return {WIFEXITED(status_) ? WEXITSTATUS(status_) : -1, files::read_bytes(folder_ / "out"),
           files::read_bytes(folder_ / "err")};
+}
+
+namespace {
+
+/// The commands that the help of these words lists, and those below them.
+void add_commands(const std::vector<std::string>& words,
+                  std::vector<std::vector<std::string>>& all) {
+  std::vector<std::string> help = words;
+  help.push_back("--help");
+  std::istringstream lines(run(help).out);
+  bool listed = false;
+  for (std::string line; std::getline(lines, line);) {
+    if (listed && line.size() > 2 && line.starts_with("  ") && line[2] != ' ') {
+      std::vector<std::string> command = words;
+      command.push_back(line.substr(2, line.find(' ', 2) - 2));
+      all.push_back(command);
+      add_commands(command, all);
+    }
+    listed |= line == "Subcommands:";
+  }
+}
+
+}  // namespace
+
+std::vector<std::vector<std::string>> commands() {
+  std::vector<std::vector<std::string>> all;
+  add_commands({}, all);
+  return all;
 }
 
 bool has_device() {

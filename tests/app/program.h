@@ -33,7 +33,6 @@ class Program {
   Outcome wait();
 
  private:
-
   files::TemporaryFolder folder_;  ///< holds what it prints
   pid_t pid_ = -1;
   int status_ = 0;
@@ -43,6 +42,9 @@ class Program {
 inline Outcome run(const std::vector<std::string>& arguments) {
   return Program(arguments).wait();
 }
+
+/// The commands that --help lists, and those below them: {"motion"}, ..., {"chart", "stability"}.
+std::vector<std::vector<std::string>> commands();
 
 /// Whether there is a device to compute with, as the program itself sees it.
 bool has_device();

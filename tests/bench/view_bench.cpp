@@ -230,7 +230,7 @@ int main(int argc, char** argv) {
   std::string device;
   int runs = 5, size = 256;
   CLI::App app("What pictures of volumes cost");
-  app.add_option("--device", device, "Number or part of the name of the Vulkan device");
+  app.add_option("--gpu,--device", device, "Number or part of the name of the Vulkan device");
   app.add_option("--runs", runs, "Timed runs, of which the median counts")
       ->check(CLI::Range(1, 1000));
   app.add_option("--size", size, "Voxels along each axis (VTK draws 256)")

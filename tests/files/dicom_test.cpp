@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -103,10 +104,107 @@ TEST_F(DicomFolder, IsGroupedByTriggerTimeEvenIfItDriftsFromSliceToSlice) {
 }
 
 TEST_F(DicomFolder, IsGroupedByCardiacPhase) {
+  // The standard has it in single precision (FL).
   write_frames([](DicomFile& file, size_t k) {
-    file.more[kTagCardiacPhase] = "FD" + std::to_string(30.0 * double(k));
+    file.more[kTagCardiacPhase] = "FL" + std::to_string(30.0 * double(k));
   });
   EXPECT_FALSE(read_known().times_known);
+}
+
+TEST_F(DicomFolder, IsGroupedByAcquisitionTimeAsTheLastResort) {
+  // Frames 40 s apart, slices 2 s apart, past midnight between the first and the second frame.
+  write_frames([](DicomFile& file, size_t k) {
+    const int s = 86370 + 40 * int(k) + 2 * file.slice;
+    char text[32];
+    std::snprintf(text, sizeof(text), "%02d%02d%02d.25", s / 3600 % 24, s / 60 % 60, s % 60);
+    file.more[kTagAcquisitionTime] = std::string("TM") + text;
+    file.more[kTagAcquisitionDate] = s < 86400 ? "DA20240228" : "DA20240229";
+  });
+  const auto found = read_known();
+  EXPECT_TRUE(found.times_known);
+  // Counted from the first slice of the first frame: 2 s later on average.
+  EXPECT_THAT(found.times_s, Pointwise(DoubleNear(1e-6), {2.0, 42.0, 82.0}));
+}
+
+TEST_F(DicomFolder, IsGroupedByAcquisitionDateTime) {
+  const char* const times[] = {"DT20231231235959.5", "DT20240101000000.25+0100",
+                               "DT20240101000001"};
+  write_frames([&](DicomFile& file, size_t k) { file.more[kTagAcquisitionDateTime] = times[k]; });
+  EXPECT_THAT(read_known().times_s, Pointwise(DoubleNear(1e-6), {0.0, 0.75, 1.5}));
+}
+
+TEST_F(DicomFolder, TakesNoTimesFromTheAcquisitionWhereSomethingElseOrdersTheFrames) {
+  // Gated: one phase after the other was acquired, for minutes each.
+  write_frames([](DicomFile& file, size_t k) {
+    file.more[kTagTemporalPosition] = "IS" + std::to_string(k + 1);
+    file.more[kTagAcquisitionTime] = "TM10" + std::to_string(10 + k) + "00";
+  });
+  EXPECT_FALSE(read_known().times_known);
+}
+
+TEST_F(DicomFolder, IsNotGroupedByTimesThatAreNone) {
+  for (const char* time : {"TM", "TM9", "TM250000", "TM106000", "TMnoon", "TM1000-1"}) {
+    write_frames([&](DicomFile& file, size_t) { file.more[kTagAcquisitionTime] = time; });
+    EXPECT_THAT(refusal(), HasSubstr("tells them apart")) << time;
+    std::filesystem::remove_all(folder_.path());
+    std::filesystem::create_directories(folder_.path());
+  }
+}
+
+TEST_F(DicomFolder, OfPetIsGroupedByFrameReferenceTime) {
+  write_frames([](DicomFile& file, size_t k) {
+    file.more[kTagFrameReferenceTime] = "DS" + std::to_string(5000.0 * double(k * k) + 250.0);
+  });
+  EXPECT_THAT(read_known().times_s, Pointwise(DoubleNear(1e-9), {0.25, 5.25, 20.25}));
+}
+
+TEST_F(DicomFolder, MayBeInAnyPlainTransferSyntax) {
+  for (const DicomSyntax syntax :
+       {DicomSyntax::kImplicitLittle, DicomSyntax::kExplicitBig, DicomSyntax::kDeflated}) {
+    write_frames([&](DicomFile& file, size_t k) {
+      file.more[kTagCardiacPhase] = "FL" + std::to_string(30.0 * double(k));
+      file.slope = 0.5;
+      file.syntax = syntax;
+    });
+    read_known(0.5);
+    for (const auto& entry : std::filesystem::directory_iterator(folder_.path()))
+      std::filesystem::remove(entry.path());
+    // Our own writer of the syntax is right: ITK reads it alike.
+    DicomFile file = slice(straight_grid({5, 4, 1}), 0, 0);
+    file.syntax = syntax;
+    write_dicom(folder_ / "a", file);
+    const auto one = read_volume(folder_.path());
+    ASSERT_TRUE(one) << one.error().message;
+    EXPECT_EQ(std::vector<double>(one->values.begin(), one->values.end()),
+              itk_oracle::read_dicom(folder_ / "a"));
+    std::filesystem::remove(folder_ / "a");
+  }
+}
+
+TEST_F(DicomFolder, HasBytesInBigEndianWordsOrAsBytes) {
+  for (const char* vr : {"OW", "OB"}) {
+    // An odd number of pixels: the last word holds one of them.
+    DicomFile file = slice(straight_grid({5, 3, 1}), 0, 0);
+    file.bits = 8;
+    file.pixel_vr = vr;
+    file.syntax = DicomSyntax::kExplicitBig;
+    write_dicom(folder_ / "a", file);
+    const auto found = read_volume(folder_.path());
+    ASSERT_TRUE(found) << found.error().message;
+    for (size_t v = 0; v < 15; ++v) EXPECT_EQ(found->values[v], known_value(v, 0)) << vr << v;
+  }
+}
+
+TEST_F(DicomFolder, IsRefusedWhereItIsDeflatedAndCutShort) {
+  DicomFile file = slice(straight_grid({5, 4, 1}), 0, 0);
+  file.syntax = DicomSyntax::kDeflated;
+  write_dicom(folder_ / "a", file);
+  const std::string whole = read_bytes(folder_ / "a");
+  ASSERT_TRUE(read_volume(folder_.path()));
+  for (size_t n = 340; n + 1 < whole.size(); n += 5) {
+    write_bytes(folder_ / "a", whole.substr(0, n));
+    EXPECT_FALSE(read_volume(folder_.path())) << n;
+  }
 }
 
 TEST_F(DicomFolder, IsGroupedByAcquisition) {
@@ -229,11 +327,11 @@ TEST_F(DicomFolder, SaysWhenThereAreTwoSequences) {
   EXPECT_THAT(refusal(), HasSubstr("holds 2 sequences"));
 }
 
-TEST_F(DicomFolder, RefusesMultiFrameFilesAndSlicesWithoutAPlace) {
+TEST_F(DicomFolder, RefusesFramesAndSlicesWithoutAPlace) {
   DicomFile file = slice(straight_grid(), 0, 0);
   file.more[kTagNumberOfFrames] = "IS4";
   write_dicom(folder_ / "a", file);
-  EXPECT_THAT(refusal(), HasSubstr("multi-frame"));
+  EXPECT_THAT(refusal(), HasSubstr("multi-frame DICOM file that does not say where"));
   file.more = {{0x00200032, ""}};
   write_dicom(folder_ / "a", file);
   EXPECT_THAT(refusal(), HasSubstr("where its slice lies"));
@@ -270,6 +368,209 @@ TEST_F(DicomFolder, ReadsWhatItkWritesPlainAndPacked) {
     expect_grid(found->grid, volume.grid, kDicomToleranceMm);
     EXPECT_EQ(found->values, volume.values) << packed;
   }
+}
+
+/// All slices of all frames in one file, in an order that says nothing.
+EnhancedFile enhanced(const std::function<void(EnhancedFrame&, size_t frame)>& edit,
+                      const Grid& grid = oblique_grid()) {
+  EnhancedFile file;
+  file.grid = grid;
+  const size_t n = size_t(grid.size.x) * size_t(grid.size.y);
+  const size_t count = kFrames * size_t(grid.size.z);
+  for (size_t m = 0; m < count; ++m) {
+    // 5 and 9 have no common divisor.
+    const size_t number = (m * 5) % count, k = number % kFrames;
+    EnhancedFrame frame;
+    frame.slice = int(number / kFrames);
+    for (size_t v = 0; v < n; ++v)
+      frame.stored.push_back(int(known_value(size_t(frame.slice) * n + v, k)));
+    edit(frame, k);
+    file.frames.push_back(std::move(frame));
+  }
+  return file;
+}
+
+DicomValues temporal_index(size_t k) {
+  return {{0x00209128, "UL" + std::to_string(k + 1)}};
+}
+
+TEST_F(DicomFolder, MayBeOneEnhancedFileInAnySyntax) {
+  for (const DicomSyntax syntax : {DicomSyntax::kExplicitLittle, DicomSyntax::kImplicitLittle,
+                                   DicomSyntax::kExplicitBig, DicomSyntax::kDeflated}) {
+    for (const bool open : {false, true}) {
+      EnhancedFile file = enhanced(
+          [](EnhancedFrame& frame, size_t k) { frame.groups[0x00209111] = temporal_index(k); });
+      file.syntax = syntax;
+      file.open_sequences = open;
+      write_enhanced(folder_ / "e", file);
+      EXPECT_FALSE(read_known().times_known);
+    }
+  }
+  const auto by_name = read_sequence({folder_ / "e"});
+  ASSERT_TRUE(by_name) << by_name.error().message;
+  EXPECT_EQ(by_name->frames.size(), kFrames);
+}
+
+TEST_F(DicomFolder, IsToBeNamedWhereOneSliceOfItIs) {
+  write_frames([](DicomFile&, size_t) {});
+  const auto slice = std::filesystem::directory_iterator(folder_.path())->path();
+  const auto found = read_volume(slice);
+  ASSERT_FALSE(found);
+  EXPECT_THAT(found.error().message, HasSubstr("name the folder that holds all slices"));
+}
+
+TEST_F(DicomFolder, OfAnEnhancedFileHasRescalingPerFrame) {
+  write_enhanced(folder_ / "e", enhanced([](EnhancedFrame& frame, size_t k) {
+                   frame.groups[0x00209111] = temporal_index(k);
+                   frame.slope = 1.0 + double(k);
+                   frame.intercept = -10.0 * frame.slice;
+                 }));
+  const auto found = read_sequence({folder_.path()});
+  ASSERT_TRUE(found) << found.error().message;
+  const Grid grid = oblique_grid();
+  for (size_t k = 0; k < kFrames; ++k) {
+    for (size_t v = 0; v < grid.count(); ++v) {
+      const double slice = double(v / size_t(grid.size.x * grid.size.y));
+      EXPECT_EQ(found->frames[k].values[v],
+                float((1.0 + double(k)) * known_value(v, k) - 10.0 * slice));
+    }
+  }
+}
+
+TEST_F(DicomFolder, OfAnEnhancedFileKnowsTheTimesThatItStates) {
+  const std::vector<std::pair<unsigned, std::function<DicomValues(size_t)>>> kinds = {
+      {0x00189118,  // delay after the R peak, ms
+       [](size_t k) {
+         return DicomValues{{0x00209153, "FD" + std::to_string(40.0 * double(k))}};
+       }},
+      {0x00209253,  // delay after the start of a breath, ms
+       [](size_t k) {
+         return DicomValues{{0x00209255, "FD" + std::to_string(40.0 * double(k))}};
+       }},
+      {0x00209310,  // offset, s
+       [](size_t k) {
+         return DicomValues{{0x0020930d, "FD" + std::to_string(0.04 * double(k))}};
+       }},
+      {0x00209111, [](size_t k) {
+         return DicomValues{{0x00189074, "DT2024010110000" + std::to_string(k) + ".04"}};
+       }}};
+  for (const auto& [group, values] : kinds) {
+    const bool is_date = group == 0x00209111;
+    write_enhanced(folder_ / "e",
+                   enhanced([&, tag = group, make = values](EnhancedFrame& frame, size_t k) {
+                     frame.groups[tag] = make(k);
+                   }));
+    const auto found = read_known();
+    EXPECT_TRUE(found.times_known);
+    const double step = is_date ? 1.0 : 0.04;
+    EXPECT_THAT(found.times_s, Pointwise(DoubleNear(1e-6), {0.0, step, 2.0 * step}));
+  }
+}
+
+TEST_F(DicomFolder, OfAnEnhancedFileMayLieInTheProbesFrame) {
+  // 4D echo: positions and directions of the volume, in binary.
+  const Grid grid = oblique_grid();
+  EnhancedFile file = enhanced([&](EnhancedFrame& frame, size_t k) {
+    const glm::dvec3 x = grid.lps_from_index({0, 0, frame.slice});
+    const glm::dvec3 row = grid.direction[0], column = grid.direction[1];
+    frame.groups[0x00209111] = temporal_index(k);
+    frame.groups[0x00209113] = {};  // nothing of the patient
+    frame.groups[0x0020930e] = {{0x00209301, fmt::format("FD{}\\{}\\{}", x.x, x.y, x.z)}};
+    frame.groups[0x0020930f] = {{0x00209302, fmt::format("FD{}\\{}\\{}\\{}\\{}\\{}", row.x, row.y,
+                                                         row.z, column.x, column.y, column.z)}};
+  });
+  file.without_orientation = true;
+  write_enhanced(folder_ / "e", file);
+  read_known();
+}
+
+TEST_F(DicomFolder, OfAnEnhancedFileIsReadFromLosslesslyPackedPixels) {
+  const TemporaryFolder plain;
+  // GDCM's coder of JPEG 2000 writes past its memory where a picture is so small that it grows.
+  const Grid grid = straight_grid({48, 40, 3});
+  write_enhanced(plain / "e", enhanced(
+                                  [](EnhancedFrame& frame, size_t k) {
+                                    frame.groups[0x00209111] = temporal_index(k);
+                                    frame.slope = 0.5;
+                                  },
+                                  grid));
+  // JPEG, JPEG-LS, JPEG 2000 and run lengths.
+  for (const char* syntax : {"1.2.840.10008.1.2.4.70", "1.2.840.10008.1.2.4.80",
+                             "1.2.840.10008.1.2.4.90", "1.2.840.10008.1.2.5"}) {
+    ASSERT_TRUE(itk_oracle::pack_dicom(plain / "e", folder_ / "e", syntax)) << syntax;
+    const std::string packed = read_bytes(folder_ / "e");
+    ASSERT_NE(packed.find(syntax), std::string::npos);
+    read_known(0.5, 0.0, grid);
+    write_bytes(folder_ / "e", with_cut_fragments(packed));
+    read_known(0.5, 0.0, grid);
+  }
+}
+
+TEST_F(DicomFolder, IsRefusedWherePackedPicturesHaveAnotherSize) {
+  // GDCM would write as many pixels as the picture has into room for as many as the file claims.
+  const TemporaryFolder plain;
+  write_enhanced(
+      plain / "e",
+      enhanced([](EnhancedFrame& frame, size_t k) { frame.groups[0x00209111] = temporal_index(k); },
+               straight_grid({48, 40, 3})));
+  for (const char* syntax :
+       {"1.2.840.10008.1.2.4.70", "1.2.840.10008.1.2.4.80", "1.2.840.10008.1.2.4.90"}) {
+    ASSERT_TRUE(itk_oracle::pack_dicom(plain / "e", folder_ / "e", syntax)) << syntax;
+    const std::string packed = read_bytes(folder_ / "e");
+    struct Change {
+      const char* element;
+      int value;
+    };
+    for (const Change change : {Change{"\x28\0\x10\0US\2\0", 20}, Change{"\x28\0\x11\0US\2\0", 47},
+                                Change{"\x28\0\0\1US\2\0", 8}}) {
+      std::string wrong = packed;
+      const size_t at = wrong.find(std::string(change.element, 8));
+      ASSERT_NE(at, std::string::npos);
+      wrong[at + 8] = char(change.value);
+      if (change.value == 8) {
+        const size_t stored = wrong.find(std::string("\x28\0\1\1US\2\0", 8));
+        ASSERT_NE(stored, std::string::npos);
+        wrong[stored + 8] = 8;
+      }
+      for (const std::string& bytes : {wrong, with_cut_fragments(wrong)}) {
+        write_bytes(folder_ / "e", bytes);
+        EXPECT_THAT(refusal(), HasSubstr("pixels that can not be read")) << syntax << change.value;
+      }
+    }
+  }
+}
+
+TEST_F(DicomFolder, OfAnEnhancedFileIsRefusedWherePackedPixelsAreDamaged) {
+  const TemporaryFolder plain;
+  write_enhanced(plain / "e", enhanced([](EnhancedFrame& frame, size_t k) {
+                   frame.groups[0x00209111] = temporal_index(k);
+                 }));
+  ASSERT_TRUE(itk_oracle::pack_dicom(plain / "e", folder_ / "e", "1.2.840.10008.1.2.4.70"));
+  const std::string whole = read_bytes(folder_ / "e");
+  const size_t pixels = whole.find(std::string("\xe0\x7f\x10\x00", 4));
+  ASSERT_NE(pixels, std::string::npos);
+  for (size_t n = pixels; n < whole.size(); n += 37) {
+    write_bytes(folder_ / "e", whole.substr(0, n));
+    EXPECT_FALSE(read_sequence({folder_.path()})) << n;
+    // Damage inside is no matter of lengths: whatever comes out, the program goes on.
+    std::string changed = whole;
+    changed[n] = char(changed[n] ^ 0x55);
+    write_bytes(folder_ / "e", changed);
+    const auto found = read_sequence({folder_.path()});
+    EXPECT_TRUE(found || found.error().message.size() > 10);
+  }
+}
+
+TEST_F(DicomFolder, OfAnEnhancedFileIsRefusedWhereFramesAndDescriptionsDiffer) {
+  EnhancedFile file = enhanced(
+      [](EnhancedFrame& frame, size_t k) { frame.groups[0x00209111] = temporal_index(k); });
+  file.more[kTagNumberOfFrames] = "IS12";
+  write_enhanced(folder_ / "e", file);
+  EXPECT_THAT(refusal(), HasSubstr("claims 12 frames but describes 9"));
+  file.more[kTagNumberOfFrames] = "IS9";
+  file.frames.back().stored.resize(3);
+  write_enhanced(folder_ / "e", file);
+  EXPECT_THAT(refusal(), HasSubstr("cut short within its pixels"));
 }
 
 TEST_F(DicomFolder, HasTheValuesThatItkFindsWhateverTheBits) {

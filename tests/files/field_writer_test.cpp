@@ -40,18 +40,21 @@ bool is_inside(const Grid& grid, glm::dvec3 index) {
          glm::all(glm::lessThan(index, glm::dvec3(grid.size - 1) - 1e-3));
 }
 
-class FieldWriter : public ::testing::TestWithParam<std::tuple<const char*, int>> {};
+/// File name, samples per cell of a coarse field, whether the image's file has mirrored axes.
+class FieldWriter : public ::testing::TestWithParam<std::tuple<const char*, int, bool>> {};
 
 TEST_P(FieldWriter, MakesItksTransformWarpAsOurOwnInterpolationDoes) {
-  const auto& [name, cell] = GetParam();
+  const auto& [name, cell, mirrored] = GetParam();
   const TemporaryFolder folder;
-  const Volume moving = smooth_volume(moving_grid());
+  Volume moving = smooth_volume(moving_grid());
+  moving.grid.j_reversed_in_file = mirrored;
   const Field field = known_field(coarsened(moving.grid, glm::ivec3(cell)));
   const auto path = folder / name;
   const Status written = write_field(field, path);
   ASSERT_TRUE(written) << written.error().message;
 
   const std::vector<float> by_itk = itk_oracle::warp(moving, path);
+  EXPECT_EQ(glm::determinant(itk_oracle::read(path).grid.direction) < 0.0, mirrored);
   size_t compared = 0;
   double largest_change = 0.0;
   for (int k = 0; k < moving.grid.size.z; ++k) {
@@ -77,9 +80,11 @@ TEST_P(FieldWriter, MakesItksTransformWarpAsOurOwnInterpolationDoes) {
 }
 
 TEST_P(FieldWriter, ComesBackThroughOurOwnReaderUnchanged) {
-  const auto& [name, cell] = GetParam();
+  const auto& [name, cell, mirrored] = GetParam();
   const TemporaryFolder folder;
-  const Field field = known_field(coarsened(oblique_grid(), glm::ivec3(cell)));
+  Grid image = oblique_grid();
+  image.j_reversed_in_file = mirrored;
+  const Field field = known_field(coarsened(image, glm::ivec3(cell)));
   ASSERT_TRUE(write_field(field, folder / name));
   const auto found = read_field(folder / name);
   ASSERT_TRUE(found) << found.error().message;
@@ -91,7 +96,7 @@ TEST_P(FieldWriter, ComesBackThroughOurOwnReaderUnchanged) {
 INSTANTIATE_TEST_SUITE_P(AllFormats, FieldWriter,
                          ::testing::Combine(::testing::Values("u.mha", "u.nrrd", "u.nii",
                                                               "u.nii.gz"),
-                                            ::testing::Values(1, 2)));
+                                            ::testing::Values(1, 2), ::testing::Bool()));
 
 TEST(FieldReader, TurnsNiftiDisplacementVectorsFromRas) {
   // The NIfTI standard has displacement vectors (intent 1006) along R, A, S.

@@ -1,6 +1,9 @@
 #include "tests/files/itk_images.h"
 
 #include <fmt/format.h>
+#include <gdcmImageChangeTransferSyntax.h>
+#include <gdcmPixmapReader.h>
+#include <gdcmPixmapWriter.h>
 #include <gdcmTrace.h>
 #include <itkDisplacementFieldTransform.h>
 #include <itkGDCMImageIO.h>
@@ -199,6 +202,23 @@ void write_dicom_series(const std::filesystem::path& folder, const Volume& volum
                                     volume.values.begin() + long(n) * (s + 1));
     io->Write(bytes_of_values<int16_t>(values).data());
   }
+}
+
+bool pack_dicom(const std::filesystem::path& from, const std::filesystem::path& to,
+                const char* syntax) {
+  // As pixmap, not as image: writing an image, GDCM states the frames' places its own way.
+  gdcm::PixmapReader reader;
+  reader.SetFileName(from.c_str());
+  if (!reader.Read()) return false;
+  gdcm::ImageChangeTransferSyntax change;
+  change.SetTransferSyntax(gdcm::TransferSyntax::GetTSType(syntax));
+  change.SetInput(reader.GetPixmap());
+  if (!change.Change()) return false;
+  gdcm::PixmapWriter writer;
+  writer.SetFile(reader.GetFile());
+  writer.SetPixmap(dynamic_cast<const gdcm::Pixmap&>(change.GetOutputAsBitmap()));
+  writer.SetFileName(to.c_str());
+  return writer.Write();
 }
 
 std::vector<double> read_dicom(const std::filesystem::path& path) {

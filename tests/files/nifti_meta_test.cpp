@@ -8,9 +8,11 @@
 #include "integration/files/image_writer.h"
 #include "integration/files/read_sequence.h"
 #include "integration/files/read_volume.h"
+#include "integration/files/write_field.h"
 #include "integration/files/write_volume.h"
 #include "tests/files/expect_grid.h"
 #include "tests/files/itk_images.h"
+#include "tests/files/nifti2.h"
 #include "tests/files/packed.h"
 #include "tests/files/temporary_folder.h"
 #include "tests/files/test_images.h"
@@ -20,11 +22,6 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-
-template <class T>
-void put(std::string& bytes, size_t offset, T value) {
-  std::memcpy(bytes.data() + offset, &value, sizeof(T));
-}
 
 /// Header of a straight or oblique float volume, as NIfTI-1 lays it out.
 std::string nifti_header(const Grid& grid) {
@@ -118,6 +115,125 @@ TEST(NiftiReader, PlacesAFileWithoutFormsWhereItkDoes) {
   const auto found = read_volume(folder / "v.nii");
   ASSERT_TRUE(found) << found.error().message;
   expect_grid(found->grid, itk_oracle::read(folder / "v.nii").grid, kNiftiToleranceMm);
+}
+
+TEST(NiftiReader, ReadsNifti2LikeNifti1) {
+  const TemporaryFolder folder;
+  const std::string data = bytes_of_values<float>(known_volume(oblique_grid(), 0).values) +
+                           bytes_of_values<float>(known_volume(oblique_grid(), 1).values);
+  std::string header = nifti_header(oblique_grid());
+  put<int16_t>(header, 40, 4);
+  put<int16_t>(header, 48, 2);
+  put<float>(header, 92, 20.0f);
+  put<float>(header, 112, 2.0f);
+  put<float>(header, 116, -3.0f);
+  put<float>(header, 136, 5.0f);
+  put<uint8_t>(header, 123, 2 + 16);
+  write_bytes(folder / "one.nii", header + data);
+  write_bytes(folder / "two.nii", nifti2_of(header) + data);
+  write_bytes(folder / "two.nii.gz", gzip(nifti2_of(header) + data));
+  const auto one = read_sequence({folder / "one.nii"});
+  ASSERT_TRUE(one) << one.error().message;
+  for (const char* name : {"two.nii", "two.nii.gz"}) {
+    const auto two = read_sequence({folder / name});
+    ASSERT_TRUE(two) << two.error().message;
+    ASSERT_EQ(two->frames.size(), 2U);
+    EXPECT_EQ(two->times_s, one->times_s);
+    EXPECT_TRUE(two->times_known);
+    for (size_t k = 0; k < 2; ++k) {
+      expect_grid(two->frames[k].grid, oblique_grid(), kNiftiToleranceMm);
+      EXPECT_EQ(two->frames[k].values, one->frames[k].values);
+    }
+  }
+  // A field of the other version: vectors, and each of its two intents.
+  const Field field = known_field(oblique_grid());
+  ASSERT_TRUE(write_field(field, folder / "u.nii"));
+  const std::string u = read_bytes(folder / "u.nii");
+  write_bytes(folder / "u2.nii", nifti2_of(u.substr(0, 352)) + u.substr(352));
+  const auto found = read_field(folder / "u2.nii");
+  ASSERT_TRUE(found) << found.error().message;
+  EXPECT_EQ(found->u_mm, field.u_mm);
+}
+
+TEST(NiftiReader, RefusesADamagedNifti2) {
+  const TemporaryFolder folder;
+  const std::string header = nifti2_of(nifti_header(straight_grid()));
+  const std::string data = bytes_of_values<float>(known_volume(straight_grid()).values);
+  const auto refusal = [&](const std::string& bytes) {
+    write_bytes(folder / "v.nii", bytes);
+    const auto found = read_volume(folder / "v.nii");
+    return found ? std::string("read") : found.error().message;
+  };
+  ASSERT_EQ(refusal(header + data), "read");
+  EXPECT_THAT(refusal(header.substr(0, 500)), HasSubstr("500 of 540 bytes"));
+  std::string wrong = header;
+  put<int64_t>(wrong, 16, int64_t(1) << 40);
+  EXPECT_THAT(refusal(wrong + data), HasSubstr("dimensions"));
+  wrong = header;
+  put<int64_t>(wrong, 24, int64_t(1) << 40);
+  EXPECT_THAT(refusal(wrong + data), HasSubstr("absurd size"));
+  wrong = header;
+  put<int64_t>(wrong, 168, -1);
+  EXPECT_THAT(refusal(wrong + data), HasSubstr("byte -1"));
+  wrong = header;
+  wrong[8] = '!';  // the line end that shows damage by text transfer
+  EXPECT_THAT(refusal(wrong + data), HasSubstr("not a NIfTI file"));
+}
+
+TEST(NiftiReader, SaysWhichFormIsUsedWhereTheyDifferByMoreThanHalfAVoxel) {
+  const TemporaryFolder folder;
+  const std::string data = bytes_of_values<float>(known_volume(oblique_grid()).values);
+  struct Case {
+    int sform_code;
+    double shift_mm;
+    const char* used;  ///< null: no word about it
+  };
+  // The finest axis has 0.75 mm. ITK takes the sform if it names scanner coordinates (code 1).
+  for (const Case& c : {Case{1, 0.37, nullptr}, Case{1, 0.38, "sform"}, Case{2, 0.38, "qform"},
+                        Case{2, 0.37, nullptr}, Case{0, 9.0, nullptr}}) {
+    std::string header = nifti_header(oblique_grid());
+    put<int16_t>(header, 254, int16_t(c.sform_code));
+    float x = 0.0F;
+    std::memcpy(&x, header.data() + 292, sizeof(x));
+    put<float>(header, 292, x + float(c.shift_mm));
+    write_bytes(folder / "v.nii", header + data);
+    Notes notes;
+    const auto found = read_volume(folder / "v.nii", &notes);
+    ASSERT_TRUE(found) << found.error().message;
+    expect_grid(found->grid, itk_oracle::read(folder / "v.nii").grid, kNiftiToleranceMm);
+    ASSERT_EQ(notes.size(), c.used ? 1U : 0U) << c.sform_code << ' ' << c.shift_mm;
+    if (!c.used) continue;
+    EXPECT_THAT(notes[0], HasSubstr("v.nii"));
+    EXPECT_THAT(notes[0], HasSubstr(std::string("the ") + c.used + " is used"));
+    EXPECT_THAT(notes[0], HasSubstr("0.38 mm"));
+  }
+}
+
+TEST(NiftiReader, SaysOnceWhatIsTrueOfSeveralFrames) {
+  const TemporaryFolder folder;
+  for (int k = 0; k < 4; ++k) {
+    std::string header = nifti_header(straight_grid());
+    if (k > 0) put<float>(header, 268, 100.0F);  // qoffset_x
+    write_bytes(folder / (std::to_string(k) + ".nii"),
+                header + bytes_of_values<float>(known_volume(straight_grid()).values));
+  }
+  const auto reader = SequenceReader::open({folder.path()});
+  ASSERT_TRUE(reader) << reader.error().message;
+  EXPECT_THAT(reader->notes(),
+              ElementsAre(HasSubstr("1.nii"), "So it is with 2 more of the frames."));
+}
+
+TEST(NiftiReader, SeesFormsThatAgreeAtTheOriginOnly) {
+  const TemporaryFolder folder;
+  std::string header = nifti_header(straight_grid());
+  // k runs the other way in the sform: 2 voxels of 2.5 mm from the origin they are 10 mm apart.
+  put<float>(header, 280 + 32 + 8, -2.5F);
+  write_bytes(folder / "v.nii",
+              header + bytes_of_values<float>(known_volume(straight_grid()).values));
+  Notes notes;
+  ASSERT_TRUE(read_mask(folder / "v.nii", &notes));
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_THAT(notes[0], HasSubstr("by up to 10 mm"));
 }
 
 TEST(NiftiReader, HonoursUnitsOfSpaceAndTime) {

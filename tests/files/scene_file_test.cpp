@@ -334,6 +334,24 @@ TEST(SceneFile, RefusesUnknownKeysAndNamesTheNearest) {
               HasSubstr("modes[0].strength.window"));
 }
 
+TEST(SceneFile, NamesEachKnownKeyOnce) {
+  for (const std::string& scene :
+       {scene_with(R"("unlike everything": 1)"), volume_with(R"("unlike everything": 1)"),
+        volume_with(R"("transform": {"unlike everything": 1})"),
+        volume_with(R"("view": {"unlike everything": 1})"),
+        mode_with(R"("strength": 1, "friction": 0.1, "unlike everything": 1)"),
+        mode_with(R"("strength": {"window": {"level": 1}, "unlike everything": 1})")}) {
+    const std::string sentence = refusal(scene);
+    const size_t start = sentence.find("known are ");
+    ASSERT_NE(start, std::string::npos) << sentence;
+    const std::regex word("[a-z_]+");
+    std::set<std::string> seen;
+    for (std::sregex_iterator at(sentence.begin() + long(start) + 10, sentence.end(), word), end;
+         at != end; ++at)
+      EXPECT_TRUE(seen.insert(at->str()).second) << at->str() << " stands twice in: " << sentence;
+  }
+}
+
 TEST(SceneFile, RefusesKeysThatHaveNoEffect) {
   EXPECT_THAT(refusal(mode_with(R"("kind": "follow", "strength": 1, "friction": 0.2)")),
               AllOf(HasSubstr("modes[0].friction"), HasSubstr("follow has no use for it")));
@@ -348,9 +366,19 @@ TEST(SceneFile, RefusesWrongTypesAndNumbersWithTheirPlace) {
       {"[]", "a list stands where an object is expected"},
       {scene_with(R"("stiffness_n_per_m": "hard")"),
        "at stiffness_n_per_m: a text stands where a number"},
-      {scene_with(R"("stiffness_n_per_m": 0)"), "a number above 0"},
-      {scene_with(R"("max_force_n": -1)"), "at max_force_n: -1 stands where a number above 0"},
-      {scene_with(R"("damping_n_s_per_m": -1)"), "not below 0"},
+      {scene_with(R"("stiffness_n_per_m": 0)"), "0 stands where a number from 1 to 100000"},
+      {scene_with(R"("max_force_n": -1)"), "at max_force_n: -1 stands where a number from 0.01 to"},
+      {scene_with(R"("max_force_n": 1e9)"), "1000000000 stands where a number from 0.01 to 100 is"},
+      {scene_with(R"("damping_n_s_per_m": -1)"), "a number from 0 to 1000"},
+      {volume_with(R"("frames_per_second": 1e9)"), "a number from 0 to 100000"},
+      {volume_with(R"("rate": 1e9)"), "a number from -1000 to 1000"},
+      {volume_with(R"("drive": {"rate_hz": 1e9})"), "a number from -100 to 100"},
+      {volume_with(R"("drive": {"amplitude_m": 1e9})"), "a number from 0 to 10"},
+      {mode_with(R"("strength": 1e9)"), "a number from 0 to 1000"},
+      {mode_with(R"("strength": 1, "friction": 11)"), "a number from 0 to 10"},
+      {mode_with(R"("strength": {"pairs": [[0, 1e9]]})"), "a number from 0 to 1000"},
+      {mode_with(R"("strength": {"window": {"level": 1, "full": 1e9}})"), "from 0 to 1000"},
+      {mode_with(R"("kind": "attractor", "strength": 1, "range_m": 11)"), "a number from 0 to 10"},
       {scene_with(R"("max_force_n": null)"), "null stands"},
       {scene_with(R"("world_from_device": {"scale": 0})"), "world_from_device.scale"},
       {scene_with(R"("world_from_device": {"scale": [1, 1, -1]})"), "world_from_device.scale"},
@@ -377,7 +405,7 @@ TEST(SceneFile, RefusesWrongTypesAndNumbersWithTheirPlace) {
       {volume_with(R"("transform": {"matrix": [[1, 2], [3]]})"), "four rows"},
       {volume_with(R"("transform": {"scale": 2, "matrix": 1})"), "leave out the other keys"},
       {mode_with(R"("strength": -1)"),
-       "at modes[0].strength: -1 stands where a number not below 0"},
+       "at modes[0].strength: -1 stands where a number from 0 to 1000"},
       {mode_with(R"("strength": 0)"), "nothing would be felt"},
       {mode_with(R"("name": "x")"), "modes[0].strength: nothing would be felt"},
       {mode_with(R"("strength": [1])"), "modes[0].strength: a list"},

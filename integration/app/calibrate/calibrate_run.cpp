@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <glm/gtx/component_wise.hpp>
 #include <limits>
 #include <optional>
 #include <sstream>
@@ -14,6 +15,7 @@
 #include "integration/app/calibrate/touch_guide.h"
 #include "integration/app/cancel.h"
 #include "integration/app/exit_code.h"
+#include "integration/app/headset/problem_text.h"
 #include "integration/app/progress.h"
 #include "integration/devices/calibration_hand.h"
 #include "integration/files/calibration_file.h"
@@ -119,7 +121,7 @@ class Calibrating {
     if (stop_.stop_requested() || emergency::is_asked())
       return Error{ErrorKind::kCancelled, "Stopped before there was a calibration"};
     if (report.state == xr::State::kNoRuntime)
-      return Error{ErrorKind::kNoDevice, report.problem.message};
+      return Error{ErrorKind::kNoDevice, problem_text(report.problem)};
     if (report.state == xr::State::kEnded)
       return Error{ErrorKind::kCancelled,
                    "The session in the headset was ended before there was a calibration"};
@@ -140,7 +142,7 @@ class Calibrating {
         return Error{ErrorKind::kNoDevice,
                      headset_.report().problem.message.empty()
                          ? "No headset gave this program its input in time: put it on"
-                         : headset_.report().problem.message};
+                         : problem_text(headset_.report().problem)};
     }
     return Nothing{};
   }
@@ -410,6 +412,8 @@ std::optional<glm::dvec3> tip_of(const std::string& text) {
   if (!(words >> tip_mm.x >> first >> tip_mm.y >> second >> tip_mm.z) || first != ',' ||
       second != ',' || words.peek() != std::istringstream::traits_type::eof())
     return std::nullopt;
+  // A controller's tip is not a metre from its grip.
+  if (!(glm::compMax(glm::abs(tip_mm)) <= 1000.0)) return std::nullopt;
   return 1e-3 * tip_mm;
 }
 
@@ -417,7 +421,6 @@ int run_calibrate(const CalibrateCommand& command) {
   emergency::install();
   const CancelOnSignal cancel;
   Console console(command.quiet, false);
-  setenv("XR_LOADER_DEBUG", "none", 0);
   return Calibrating(command, console, cancel.token()).run();
 }
 

@@ -10,9 +10,11 @@
 #include "integration/app/chart/stability.h"
 #include "integration/app/commands.h"
 #include "integration/app/exit_code.h"
+#include "integration/app/option_checks.h"
 #include "integration/app/outputs.h"
 #include "integration/app/session.h"
 #include "integration/files/atomic_file.h"
+#include "integration/files/json_object.h"
 #include "integration/files/sentences.h"
 #include "integration/report/plot.h"
 #include "integration/studies/measuring.h"
@@ -54,6 +56,10 @@ Error bad(std::string message) {
 
 Result<OwnPair> own_pair(const ChartCommand& command, const std::vector<std::string>& files) {
   if (files.size() != 2) {
+    std::vector<std::string_view> words = {"stability"};
+    for (const ChartStudy& study : chart_studies()) words.push_back(study.word);
+    if (const std::string near = files::nearest_word(files.front(), words); !near.empty())
+      return bad(fmt::format("There is no study '{}': did you mean '{}'?", files.front(), near));
     return bad(
         fmt::format("There is no study '{}': name any of {}, or a pair of volumes FIXED "
                     "MOVING with --truth or --landmarks.",
@@ -252,25 +258,33 @@ Command add_chart(CLI::App& program) {
   CLI::App* app = program.add_subcommand(
       "chart", "Chart speed against accuracy on this machine, as one HTML file");
   app->add_option("what", command->words, about + ";\nand a pair of volumes FIXED MOVING");
-  app->add_option("--truth", command->truth, "The pair's true field")->check(CLI::ExistingFile);
-  app->add_option("--mask", command->mask, "Where the truth counts")->check(CLI::ExistingFile);
+  app->add_option("--truth", command->truth, "The pair's true field")
+      ->type_name("FILE")
+      ->check(an_existing_file());
+  app->add_option("--mask", command->mask, "Where the truth counts")
+      ->type_name("FILE")
+      ->check(an_existing_file());
   app->add_option("--landmarks", command->landmarks, "Points in FIXED, and the same in MOVING")
+      ->type_name("FILE")
       ->expected(2)
-      ->check(CLI::ExistingFile);
+      ->check(an_existing_file());
   app->add_flag("--quick", command->quick,
                 "Small data and few settings: a minute or two on two quiet cores");
-  app->add_option("-o,--out", command->output, "The report, .html")->capture_default_str();
-  app->add_option("--csv", command->csv, "Folder for all tables as CSV");
+  app->add_option("-o,--out", command->output, "The report, .html")
+      ->type_name("FILE")
+      ->capture_default_str();
+  app->add_option("--csv", command->csv, "Folder for all tables as CSV")->type_name("DIR");
   app->add_option("--data", command->data, "Folder with lung/, the real CT in known motion")
+      ->type_name("DIR")
       ->capture_default_str();
   app->add_option("--runs", command->runs,
                   "Timed runs, of which the median counts (default: 3, quick: 2)")
-      ->check(CLI::Range(1, 100));
+      ->check(whole_number_in(1, 100));
   app->add_option("--minutes", command->minutes,
                   fmt::format("About how long it may take; what does not fit is left out and named "
                               "in the report (default: {:g}, quick: {:g})",
                               kFullMinutes, kQuickMinutes))
-      ->check(CLI::PositiveNumber);
+      ->check(number_in({0.1, 10000.0}));
   add_device_options(*app, command->device);
   app->add_flag("--quiet", command->quiet, "Print errors only");
   return {app,

@@ -24,6 +24,13 @@ struct Pair {
 /// The pairs to measure on: made first, then real, then the user's own. Every setting and every
 /// peer runs on the most real pair of ours and on what the user brings, so that each is seen once.
 Result<std::vector<Pair>> pairs_of(const ChartJob& job) {
+  // What the user brings may be refused, so it is read before the others are made.
+  std::optional<studies::MotionCase> own;
+  if (job.own) {
+    auto read = read_own_pair(*job.own);
+    if (!read) return read.error();
+    own = std::move(*read);
+  }
   std::vector<Pair> pairs;
   pairs.push_back({studies::heart_case(job.run.quick ? 64 : 128), job.run.quick});
   auto ct = read_known_ct(job.data / "lung");
@@ -35,11 +42,7 @@ Result<std::vector<Pair>> pairs_of(const ChartJob& job) {
       pairs.back().known.name = "Real chest CT in known motion, halved to " +
                                 studies::grid_text(pairs.back().known.fixed.grid);
   }
-  if (job.own) {
-    auto own = read_own_pair(*job.own);
-    if (!own) return own.error();
-    pairs.push_back({std::move(*own), job.run.quick});
-  }
+  if (own) pairs.push_back({std::move(*own), job.run.quick});
   return pairs;
 }
 

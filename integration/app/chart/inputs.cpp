@@ -1,5 +1,6 @@
 #include "integration/app/chart/inputs.h"
 
+#include "integration/app/frames.h"
 #include "integration/files/landmarks.h"
 #include "integration/files/read_volume.h"
 
@@ -13,6 +14,8 @@ Result<studies::MotionCase> read_own_pair(const OwnPair& pair) {
   if (!fixed) return fixed.error();
   auto moving = files::read_volume(pair.moving);
   if (!moving) return moving.error();
+  const Status overlap = check_overlap(pair.fixed, fixed->grid, pair.moving, moving->grid);
+  if (!overlap) return overlap.error();
   known.id = "own";
   known.name = pair.fixed.filename().string() + " to " + pair.moving.filename().string() + ", " +
                studies::grid_text(fixed->grid);

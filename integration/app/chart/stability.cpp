@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <ctime>
+#include <limits>
 #include <thread>
 
 #include <fmt/chrono.h>
@@ -10,6 +11,7 @@
 
 #include "integration/app/cancel.h"
 #include "integration/app/exit_code.h"
+#include "integration/app/option_checks.h"
 #include "integration/app/session.h"
 #include "integration/files/atomic_file.h"
 #include "integration/report/plot.h"
@@ -149,11 +151,15 @@ Command add_chart_stability(CLI::App& chart) {
       "stability", "Maps of where methods fail, the classic ones beside palpate");
   app->add_option("group", command->group,
                   "Which maps: motion, back-tracking, loop; all if not given")
-      ->check(CLI::IsMember({"motion", "back-tracking", "loop"}));
+      ->check(one_of({"motion", "back-tracking", "loop"}));
   app->add_flag("--quick", command->quick, "Few cells: all maps in about a minute");
-  app->add_option("-o,--out", command->output, "The report")->capture_default_str();
-  app->add_option("--csv", command->csv, "Folder for a table of each map");
-  app->add_option("--seed", command->seed, "Of all that is drawn at random")->capture_default_str();
+  app->add_option("-o,--out", command->output, "The report")
+      ->type_name("FILE")
+      ->capture_default_str();
+  app->add_option("--csv", command->csv, "Folder for a table of each map")->type_name("DIR");
+  app->add_option("--seed", command->seed, "Of all that is drawn at random")
+      ->check(whole_number_in(0, std::numeric_limits<uint32_t>::max()))
+      ->capture_default_str();
   app->add_flag("--quiet", command->quiet, "Print errors only");
   add_device_options(*app, command->device);
   return {app, [command] { return run(*command); }, {}, {"--out", "--csv"}, {}};

@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "integration/app/headset/place_check.h"
+#include "integration/app/headset/problem_text.h"
 #include "module/haptics/moment_ahead.h"
 #include "module/xr/vibration.h"
 
@@ -79,7 +80,9 @@ class HeadsetLoop::Run {
   }
 
   void take(const xr::Report& report, int64_t now_ns) {
-    if (!report.sentence.empty()) loop_.tell(report.sentence);
+    if (!report.sentence.empty())
+      loop_.tell(report.sentence == report.problem.message ? problem_text(report.problem)
+                                                           : report.sentence);
     if (!source_.trouble().empty() && source_.trouble() != trouble_)
       loop_.tell("There is no picture: " + source_.trouble());
     trouble_ = source_.trouble();
@@ -98,7 +101,7 @@ class HeadsetLoop::Run {
     const bool runtime = report.state != xr::State::kNoRuntime;
     loop_.found_ =
         Found{runtime, there,
-              there ? report.system + " through " + report.runtime : report.problem.message};
+              there ? report.system + " through " + report.runtime : problem_text(report.problem)};
     loop_.changed_.notify_all();
   }
 

@@ -51,24 +51,25 @@ Result<Onlookers> open_onlookers(const SeeingChoice& choice) {
     seen.why = "in pictures, as asked.";
     return seen;
   }
-  // The loader would tell the terminal in words of its own what we say in ours.
-  setenv("XR_LOADER_DEBUG", "none", 0);
   seen.headset = std::make_unique<HeadsetLoop>(choice.pass_through);
   const HeadsetLoop::Found found = seen.headset->found();
   if (asked && !found.runtime) return Error{ErrorKind::kNoDevice, found.sentence};
   if (asked || found.headset) return in_headset(choice, std::move(seen), found);
   seen.headset.reset();
+  // Most people have none. What to do about it is for those who have a runtime, or ask.
+  const std::string reason =
+      found.runtime || Console::verbose() ? " " + found.sentence : std::string();
   if (has_display()) {
     auto window = open_window(choice);
     if (window) {
       seen.window = std::move(*window);
-      seen.why = fmt::format("in a window, as no headset is there: {}", found.sentence);
+      seen.why = "in a window, as no headset is there." + reason;
       return seen;
     }
   }
-  seen.why = fmt::format(
-      "by nobody, as there is no display and no headset: --headless FOLDER writes pictures. {}",
-      found.sentence);
+  seen.why =
+      "by nobody, as there is no display and no headset: --headless FOLDER writes pictures." +
+      reason;
   return seen;
 }
 

@@ -3,8 +3,11 @@
 #include <gtest/gtest.h>
 
 #include "integration/files/image_writer.h"
+#include "integration/files/read_sequence.h"
 #include "tests/files/dicom_files.h"
 #include "tests/files/fuzz/parse_bytes.h"
+#include "tests/files/itk_images.h"
+#include "tests/files/nifti2.h"
 #include "tests/files/temporary_folder.h"
 #include "tests/files/test_images.h"
 #include "tests/support/mutator.h"
@@ -65,8 +68,8 @@ TEST(HeaderFuzz, NiftiParserHolds) {
   four_d[48] = 6;
   std::string pair = nifti_header_of(picture(3, 1));
   pair.replace(344, 3, "ni1");
-  run(fuzz::parse_nifti,
-      {nifti_header_of(picture(1, 1)), nifti_header_of(picture(3, 1)), four_d, pair});
+  run(fuzz::parse_nifti, {nifti_header_of(picture(1, 1)), nifti_header_of(picture(3, 1)), four_d,
+                          pair, nifti2_of(nifti_header_of(picture(3, 1))), nifti2_of(four_d)});
 }
 
 TEST(HeaderFuzz, DicomParserHolds) {
@@ -76,7 +79,57 @@ TEST(HeaderFuzz, DicomParserHolds) {
   file.stored.assign(20, 7);
   file.more = {{kTagCardiacPhase, "FD30"}, {kTagTriggerTime, "DS120"}};
   write_dicom(folder / "a", file);
-  run(fuzz::parse_dicom_file, {read_bytes(folder / "a")});
+  std::vector<std::string> seeds = {read_bytes(folder / "a")};
+  EnhancedFile enhanced;
+  enhanced.grid = oblique_grid();
+  for (int k = 0; k < 3; ++k) {
+    enhanced.frames.push_back({k, file.stored, 1.0, 0.0, {}});
+    enhanced.frames.back().groups[0x00209111] = {{0x00209128, "UL1"}};
+  }
+  for (const DicomSyntax syntax :
+       {DicomSyntax::kImplicitLittle, DicomSyntax::kExplicitBig, DicomSyntax::kDeflated}) {
+    enhanced.syntax = syntax;
+    enhanced.open_sequences = !enhanced.open_sequences;
+    write_enhanced(folder / "e", enhanced);
+    seeds.push_back(read_bytes(folder / "e"));
+  }
+  run(fuzz::parse_dicom_file, seeds);
+}
+
+TEST(HeaderFuzz, DicomReaderHolds) {
+  // Behind the parser: places, times and pixels of files whose elements are sound.
+  const TemporaryFolder folder;
+  EnhancedFile file;
+  file.grid = oblique_grid();
+  file.grid.size = {20, 16, 3};
+  for (int n = 0; n < 6; ++n) {
+    file.frames.push_back({n % 3, std::vector<int>(320, 40 * n), 1.0, 0.0, {}});
+    file.frames.back().groups[0x00209111] = {
+        {0x00189074, n < 3 ? "DT20240101120000.5" : "DT20240101120001.5"}};
+  }
+  write_enhanced(folder / "plain", file);
+  // JPEG, JPEG-LS, JPEG 2000 and run lengths.
+  for (const char* syntax : {"", "1.2.840.10008.1.2.4.70", "1.2.840.10008.1.2.4.80",
+                             "1.2.840.10008.1.2.4.90", "1.2.840.10008.1.2.5"}) {
+    const bool packed = *syntax != '\0';
+    if (packed) {
+      ASSERT_TRUE(itk_oracle::pack_dicom(folder / "plain", folder / "packed", syntax));
+    }
+    size_t read = 0;
+    test::Mutator(kPieces).run(read_bytes(folder / (packed ? "packed" : "plain")), 300,
+                               [&](std::string_view bytes) {
+                                 write_bytes(folder / "e", bytes);
+                                 const auto found = read_sequence({folder / "e"});
+                                 EXPECT_TRUE(found || found.error().message.size() > 10);
+                                 if (!found) return;
+                                 ++read;
+                                 for (const Volume& frame : found->frames)
+                                   ASSERT_EQ(frame.values.size(), frame.grid.count());
+                               });
+    // Damage to pixels and names is no reason to refuse; most damage to the structure is.
+    EXPECT_GT(read, 0U) << syntax;
+    EXPECT_LT(read, 290U) << syntax;
+  }
 }
 
 TEST(HeaderFuzz, LandmarkParserHolds) {

@@ -62,25 +62,33 @@ void parse_nifti(std::string_view bytes) {
   check_raster(parse_nifti_header("folder/fuzz.nii", bytes, packed));
 }
 
+static void check_elements(const DicomElements& found, std::string_view bytes) {
+  for (const auto& [tag, value] : found.values) {
+    require(value.empty() || (value.data() >= bytes.data() &&
+                              value.data() + value.size() <= bytes.data() + bytes.size()),
+            "values lie in the file");
+    // Every way to look at a value must hold for any bytes.
+    found.text(tag);
+    require(found.whole(tag).value_or(0) >= 0, "whole numbers are not negative");
+    require(std::isfinite(found.number(tag).value_or(0.0)) &&
+                std::isfinite(found.real(tag).value_or(0.0)),
+            "numbers are finite");
+    require(found.numbers(tag, 3).size() % 3 == 0 && found.reals(tag, 3).size() % 3 == 0,
+            "there are as many numbers as asked for, or none");
+  }
+  for (const auto& [tag, items] : found.sequences)
+    for (const DicomElements& item : items) check_elements(item, bytes);
+}
+
 void parse_dicom_file(std::string_view bytes) {
   const auto found = parse_dicom("folder/fuzz.dcm", bytes);
   if (!found) return check_sentence(found.error());
-  const auto is_inside = [&](std::string_view part) {
-    return part.empty() || (part.data() >= bytes.data() &&
-                            part.data() + part.size() <= bytes.data() + bytes.size());
-  };
-  require(is_inside(found->pixels), "pixels lie in the file");
-  for (const auto& [tag, value] : found->values) {
-    require(is_inside(value), "values lie in the file");
-    // Every way to look at a value must hold for any bytes.
-    found->text(tag);
-    found->whole(tag);
-    require(std::isfinite(found->number(tag).value_or(0.0)) &&
-                std::isfinite(found->real(tag).value_or(0.0)),
-            "numbers are finite");
-    require(found->numbers(tag, 3).size() % 3 == 0,
-            "there are as many numbers as asked for, or none");
-  }
+  const std::string_view parsed = found->inflated ? std::string_view(*found->inflated) : bytes;
+  check_elements(*found, parsed);
+  const std::string_view pixels = found->pixels;
+  require(pixels.empty() || (pixels.data() >= parsed.data() &&
+                             pixels.data() + pixels.size() <= parsed.data() + parsed.size()),
+          "pixels lie in the file");
 }
 
 static void check_points(const Result<Landmarks>& found) {

@@ -1,0 +1,352 @@
+#include "compute/motion/sequence_motion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <string>
+
+#include "compute/motion/quality_inverse.h"
+#include "compute/volume/parallel.h"
+
+namespace palpate {
+namespace {
+
+/// Edges at which the values' steadiness is measured: the strongest of the reference frame.
+constexpr double kEdgeShare = 0.05;
+constexpr size_t kMostEdgePoints = 40'000;
+/// A vote is never worth nothing: where no frame knows anything, neighbours still agree.
+constexpr float kLeastWeight = 0.05F;
+
+/// Calls work(n, lps_mm) for every sample of a grid, on all cores.
+template <class Work>
+void for_each_sample(const Grid& grid, double cost, const Work& work) {
+  parallel_ranges(grid.size.z, cost * grid.size.x * grid.size.y, [&](int begin, int end) {
+    for (int k = begin; k < end; ++k)
+      for (int j = 0; j < grid.size.y; ++j)
+        for (int i = 0; i < grid.size.x; ++i)
+          work(grid.offset(i, j, k), grid.lps_from_index({i, j, k}));
+  });
+}
+
+/// [1, cos(w t), sin(w t), cos(2 w t), ...] at a time of the cycle.
+std::vector<double> basis_at(double time_s, double cycle_s, size_t count) {
+  std::vector<double> basis(count, 1.0);
+  for (size_t c = 1; c < count; ++c) {
+    const double angle = 2.0 * std::numbers::pi * double((c + 1) / 2) * time_s / cycle_s;
+    basis[c] = c % 2 == 1 ? std::cos(angle) : std::sin(angle);
+  }
+  return basis;
+}
+
+/// Solves A x = b for symmetric positive definite A (n x n, row by row) and many right-hand sides
+/// at once: b holds n rows. Gauss-Jordan with pivots: n is below a few dozen.
+void solve_in_place(std::vector<double> a, std::vector<double>& b, size_t n, size_t columns) {
+  for (size_t p = 0; p < n; ++p) {
+    size_t best = p;
+    for (size_t r = p + 1; r < n; ++r)
+      if (std::abs(a[r * n + p]) > std::abs(a[best * n + p])) best = r;
+    for (size_t c = 0; c < n; ++c) std::swap(a[p * n + c], a[best * n + c]);
+    for (size_t c = 0; c < columns; ++c) std::swap(b[p * columns + c], b[best * columns + c]);
+    const double pivot = a[p * n + p];
+    for (size_t r = 0; r < n; ++r) {
+      const double factor = r == p ? 0.0 : a[r * n + p] / pivot;
+      if (factor == 0.0) continue;
+      for (size_t c = 0; c < n; ++c) a[r * n + c] -= factor * a[p * n + c];
+      for (size_t c = 0; c < columns; ++c) b[r * columns + c] -= factor * b[p * columns + c];
+    }
+  }
+  for (size_t r = 0; r < n; ++r)
+    for (size_t c = 0; c < columns; ++c) b[r * columns + c] /= a[r * n + r];
+}
+
+/// sum_n weights[n] fields[n].
+Field combined(std::span<const Field> fields, std::span<const double> weights) {
+  Field sum = still_field(fields.front().grid);
+  for (size_t n = 0; n < fields.size(); ++n)
+    for (size_t s = 0; s < sum.u_mm.size(); ++s)
+      sum.u_mm[s] += float(weights[n]) * fields[n].u_mm[s];
+  return sum;
+}
+
+/// Fields at the frames of a motion that has `harmonics` (0: as they are).
+std::vector<Field> smoothed(std::span<const Field> at_frame, std::span<const double> times_s,
+                            double cycle_s, int harmonics) {
+  const std::vector<Field> coefficients = harmonics_of(at_frame, times_s, cycle_s, harmonics);
+  std::vector<Field> result;
+  for (const double time_s : times_s)
+    result.push_back(combined(coefficients, basis_at(time_s, cycle_s, coefficients.size())));
+  return result;
+}
+
+/// How steady the values at material points on edges stay through the cycle. A gain or a bias that
+/// drifts (inflow in cine MR, contrast) is not unsteadiness of the motion: of each point's values
+/// only what differs from the mean of the frames before and after counts.
+class Steadiness {
+ public:
+  explicit Steadiness(const Volume& reference) {
+    const Grid& grid = reference.grid;
+    std::vector<std::pair<float, size_t>> edges;
+    for (int k = 1; k + 1 < grid.size.z || (k < grid.size.z && grid.size.z < 3); ++k)
+      for (int j = 1; j + 1 < grid.size.y; ++j)
+        for (int i = 1; i + 1 < grid.size.x; ++i) {
+          const float x = reference.at(i + 1, j, k) - reference.at(i - 1, j, k);
+          const float y = reference.at(i, j + 1, k) - reference.at(i, j - 1, k);
+          edges.emplace_back(x * x + y * y, grid.offset(i, j, k));
+        }
+    const size_t kept = size_t(kEdgeShare * double(edges.size()));
+    std::nth_element(edges.begin(), edges.begin() + ptrdiff_t(kept), edges.end(), std::greater<>());
+    edges.resize(kept);
+    // The order of nth_element is the library's: sorted, the points are the same everywhere.
+    std::sort(edges.begin(), edges.end(),
+              [](const auto& a, const auto& b) { return a.second < b.second; });
+    const size_t stride = std::max<size_t>(1, kept / kMostEdgePoints);
+    for (size_t e = 0; e < kept; e += stride) {
+      const size_t at = edges[e].second;
+      const int i = int(at % size_t(grid.size.x)),
+                j = int(at / size_t(grid.size.x) % size_t(grid.size.y)),
+                k = int(at / (size_t(grid.size.x) * size_t(grid.size.y)));
+      points_mm_.push_back(grid.lps_from_index({i, j, k}));
+    }
+  }
+
+  /// Root mean square over points and frames; frames are read once each, for all candidates.
+  Result<std::vector<double>> of(const std::vector<std::vector<Field>>& candidates,
+                                 const FrameReader& read) const {
+    const size_t frames = candidates.front().size();
+    std::vector<std::vector<float>> values(candidates.size(),
+                                           std::vector<float>(points_mm_.size() * frames));
+    for (size_t k = 0; k < frames; ++k) {
+      const auto frame = read(k);
+      if (!frame) return frame.error();
+      for (size_t c = 0; c < candidates.size(); ++c)
+        for (size_t p = 0; p < points_mm_.size(); ++p) {
+          const glm::dvec3 x = points_mm_[p] + sample_at_lps(candidates[c][k], points_mm_[p]);
+          values[c][p * frames + k] = float(sample(*frame, frame->grid.index_from_lps(x)));
+        }
+    }
+    std::vector<double> result;
+    for (const std::vector<float>& of_candidate : values) {
+      double sum = 0.0;
+      for (size_t p = 0; p < points_mm_.size(); ++p)
+        for (size_t k = 0; k < frames; ++k) {
+          const float* v = &of_candidate[p * frames];
+          const double difference =
+              v[k] - 0.5 * (double(v[(k + 1) % frames]) + v[(k + frames - 1) % frames]);
+          sum += difference * difference;
+        }
+      result.push_back(std::sqrt(sum / std::max(1.0, double(points_mm_.size() * frames))));
+    }
+    return result;
+  }
+
+ private:
+  std::vector<glm::dvec3> points_mm_;
+};
+
+}  // namespace
+
+Field SequenceMotion::at(double time_s) const {
+  if (!coefficients.empty())
+    return combined(coefficients, basis_at(time_s, cycle_s, coefficients.size()));
+  // Straight lines between the frames; a cycle's last one leads to the first.
+  const size_t frames = times_s.size();
+  double t = time_s;
+  if (cycle_s > 0.0)
+    t = times_s[0] + std::fmod(std::fmod(t - times_s[0], cycle_s) + cycle_s, cycle_s);
+  const auto after = std::upper_bound(times_s.begin(), times_s.end(), t);
+  if (after == times_s.begin()) return at_frame.front();
+  const size_t k = size_t(after - times_s.begin()) - 1;
+  const bool is_last = k + 1 == frames;
+  if (is_last && cycle_s <= 0.0) return at_frame.back();
+  const double end_s = is_last ? times_s[0] + cycle_s : times_s[k + 1];
+  const double share = (t - times_s[k]) / (end_s - times_s[k]);
+  const Field both[] = {at_frame[k], at_frame[(k + 1) % frames]};
+  const double weights[] = {1.0 - share, share};
+  return combined(both, weights);
+}
+
+double cycle_of(std::span<const double> times_s) {
+  const double frames = double(times_s.size());
+  return (times_s.back() - times_s.front()) * frames / (frames - 1.0);
+}
+
+size_t frame_nearest_the_mean(std::span<const Field> consecutive) {
+  const Grid& grid = consecutive.front().grid;
+  const size_t frames = consecutive.size() + 1;
+  std::vector<std::vector<glm::dvec3>> places(frames, std::vector<glm::dvec3>(grid.count()));
+  for_each_sample(grid, 100.0 * double(frames), [&](size_t n, glm::dvec3 x) {
+    places[0][n] = x;
+    for (size_t k = 0; k + 1 < frames; ++k)
+      places[k + 1][n] = places[k][n] + sample_at_lps(consecutive[k], places[k][n]);
+  });
+  std::vector<double> sums(frames, 0.0);
+  for (size_t a = 0; a < frames; ++a)
+    for (size_t b = 0; b < a; ++b) {
+      double sum = 0.0;
+      for (size_t n = 0; n < grid.count(); ++n) sum += glm::distance(places[a][n], places[b][n]);
+      sums[a] += sum;
+      sums[b] += sum;
+    }
+  return size_t(std::min_element(sums.begin(), sums.end()) - sums.begin());
+}
+
+std::vector<Field> with_neighbours(std::span<const Field> direct,
+                                   std::span<const Field> consecutive,
+                                   std::span<const Field> backward,
+                                   std::span<const Confidence> confidence) {
+  const size_t frames = direct.size();
+  const bool cyclic = consecutive.size() == frames;
+  const auto weight = [&](size_t k, size_t n) {
+    return confidence.empty() ? 1.0F : std::max(kLeastWeight, confidence[k].values[n]);
+  };
+  std::vector<Field> result;
+  for (size_t k = 0; k < frames; ++k) {
+    Field mean = still_field(direct[k].grid);
+    const bool has_before = k > 0 || cyclic, has_after = k + 1 < frames || cyclic;
+    const size_t before = (k + frames - 1) % frames, after = (k + 1) % frames;
+    for_each_sample(mean.grid, 200.0, [&](size_t n, glm::dvec3 x) {
+      const float own = weight(k, n);
+      glm::dvec3 sum = double(own) * glm::dvec3(direct[k].u_mm[n]);
+      double all = own;
+      const auto add = [&](size_t neighbour, const Field& between) {
+        const glm::dvec3 u(direct[neighbour].u_mm[n]);
+        const double w = weight(neighbour, n);
+        sum += w * (u + sample_at_lps(between, x + u));
+        all += w;
+      };
+      if (has_before) add(before, consecutive[before]);
+      if (has_after) add(after, backward[k]);
+      mean.u_mm[n] = glm::vec3(sum / all);
+    });
+    result.push_back(std::move(mean));
+  }
+  return result;
+}
+
+std::vector<Field> harmonics_of(std::span<const Field> at_frame, std::span<const double> times_s,
+                                double cycle_s, int harmonics) {
+  const size_t frames = at_frame.size(), terms = size_t(2 * harmonics + 1);
+  // Normal equations (B^T B) C = B^T U; the same matrix for all samples, so C = M U with M once.
+  std::vector<double> square(terms * terms, 0.0), fit(terms * frames);
+  for (size_t k = 0; k < frames; ++k) {
+    const std::vector<double> basis = basis_at(times_s[k], cycle_s, terms);
+    for (size_t r = 0; r < terms; ++r) {
+      fit[r * frames + k] = basis[r];
+      for (size_t c = 0; c < terms; ++c) square[r * terms + c] += basis[r] * basis[c];
+    }
+  }
+  solve_in_place(std::move(square), fit, terms, frames);
+  std::vector<Field> coefficients;
+  for (size_t r = 0; r < terms; ++r)
+    coefficients.push_back(combined(at_frame, std::span(fit).subspan(r * frames, frames)));
+  return coefficients;
+}
+
+Field consecutive_field(const SequenceMotion& motion, size_t k) {
+  const Field& here = motion.at_frame[k];
+  const Field& next = motion.at_frame[(k + 1) % motion.at_frame.size()];
+  Field result = inverse_of(here, here.grid).w;
+  for_each_sample(result.grid, 100.0, [&](size_t n, glm::dvec3 y) {
+    const glm::dvec3 x = y + glm::dvec3(result.u_mm[n]);
+    result.u_mm[n] = glm::vec3(x + sample_at_lps(next, x) - y);
+  });
+  return result;
+}
+
+Result<SequenceMotion> estimate_sequence_motion(const std::shared_ptr<vulkan::Context>& context,
+                                                const Grid& grid, std::span<const double> times_s,
+                                                const FrameReader& read,
+                                                const SequenceMotionOptions& options,
+                                                const SequenceEstimator::OnMotion& on_pair,
+                                                const OnSequenceProgress& progress,
+                                                std::stop_token stop) {
+  const size_t frames = times_s.size();
+  if (frames < 2) return Error{ErrorKind::kBadInput, "A sequence needs two frames or more"};
+  const bool cyclic = options.estimator.cyclic;
+  const size_t steps = frames - (cyclic ? 0 : 1), pairs = steps + frames - 1;
+  size_t done = 0;
+  const auto say = [&](const std::string& doing, double share) {
+    if (progress) progress(doing, (double(done) + share) / double(pairs));
+  };
+
+  // Pairs of consecutive frames.
+  std::vector<Field> consecutive(steps);
+  Result<std::unique_ptr<SequenceEstimator>> estimator = SequenceEstimator::open(
+      context, grid, options.estimator,
+      [&](PairMotion pair) {
+        consecutive[pair.fixed_frame] = pair.field;
+        ++done;
+        if (on_pair) on_pair(std::move(pair));
+      },
+      [&](size_t fixed, size_t moving, double share) {
+        say("frame " + std::to_string(fixed) + " to " + std::to_string(moving), share);
+      });
+  if (!estimator) return estimator.error();
+  {
+    const std::stop_callback on_stop(stop, [&] { (*estimator)->cancel(); });
+    Status pushed = Nothing{};
+    for (size_t k = 0; k < frames && pushed && !stop.stop_requested(); ++k) {
+      const auto frame = read(k);
+      pushed = frame ? (*estimator)->push(k, *frame) : Status(frame.error());
+    }
+    if (!pushed) (*estimator)->cancel();
+    const Status finished = (*estimator)->finish();
+    if (!pushed && pushed.error().kind != ErrorKind::kCancelled) return pushed.error();
+    if (!finished) return finished.error();
+  }
+  estimator->reset();
+
+  // From the frame nearest the mean to all others: no field has further to go than it must.
+  SequenceMotion motion;
+  motion.reference = frame_nearest_the_mean(std::span(consecutive).first(frames - 1));
+  motion.times_s.assign(times_s.begin(), times_s.end());
+  motion.cycle_s = cyclic ? cycle_of(times_s) : 0.0;
+  const auto reference = read(motion.reference);
+  if (!reference) return reference.error();
+  std::vector<Field> direct(frames);
+  std::vector<Confidence> confidence(frames);
+  for (size_t k = 0; k < frames; ++k) {
+    if (k == motion.reference) continue;
+    const auto moving = read(k);
+    if (!moving) return moving.error();
+    EstimatorOptions of_pair = options.estimator;
+    of_pair.cyclic = false;
+    auto pair = estimate_motion(context, *reference, *moving, of_pair, stop, [&](double share) {
+      say("frame " + std::to_string(motion.reference) + " to " + std::to_string(k), share);
+    });
+    if (!pair) return pair.error();
+    direct[k] = std::move(pair->field);
+    confidence[k] = std::move(pair->confidence);
+    ++done;
+  }
+  const Grid& solved = consecutive.front().grid;
+  direct[motion.reference] = still_field(solved);
+  confidence[motion.reference] = {solved, std::vector<float>(solved.count(), 1.0F)};
+
+  // What neighbours say, too.
+  std::vector<Field> backward;
+  for (const Field& field : consecutive) backward.push_back(inverse_of(field, field.grid).w);
+  for (int sweep = 0; sweep < options.sweeps; ++sweep)
+    direct = with_neighbours(direct, consecutive, backward, confidence);
+  motion.at_frame = std::move(direct);
+  if (!cyclic) return motion;
+
+  // As few harmonics as keep the values steady.
+  std::vector<int> candidates;
+  for (int h = 1; 2 * h + 1 < int(frames); ++h) candidates.push_back(h);
+  std::vector<std::vector<Field>> fields = {motion.at_frame};
+  for (const int h : candidates)
+    fields.push_back(smoothed(motion.at_frame, times_s, motion.cycle_s, h));
+  const auto unsteady = Steadiness(*reference).of(fields, read);
+  if (!unsteady) return unsteady.error();
+  for (size_t c = 0; c < candidates.size(); ++c) {
+    if ((*unsteady)[c + 1] > (1.0 + options.steadiness) * (*unsteady)[0]) continue;
+    motion.coefficients = harmonics_of(motion.at_frame, times_s, motion.cycle_s, candidates[c]);
+    motion.at_frame = std::move(fields[c + 1]);
+    break;
+  }
+  return motion;
+}
+
+}  // namespace palpate

@@ -1,0 +1,541 @@
+#include "integration/app/info/contents.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+
+#include "integration/app/info/values.h"
+#include "integration/app/progress.h"
+#include "integration/app/replay_key.h"
+#include "integration/app/summary.h"
+#include "integration/files/calibration_file.h"
+#include "integration/files/frame_source.h"
+#include "integration/files/json_object.h"
+#include "integration/files/landmarks.h"
+#include "integration/files/raster_file.h"
+#include "integration/files/read_sequence.h"
+#include "integration/files/read_volume.h"
+#include "integration/files/scene_file.h"
+#include "integration/files/sentences.h"
+#include "integration/files/text.h"
+#include "module/haptics/recording.h"
+
+namespace palpate::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Beyond these something is unusual, not wrong.
+constexpr double kAnisotropic = 5.0;  // coarsest spacing / finest
+constexpr double kFine_mm = 0.005;    // untried below
+constexpr double kCoarse_mm = 50.0;   // no scanner's voxel
+constexpr double kUneven = 0.1;       // of the mean step between frames
+constexpr double kAxis = 1e-3;        // radians: an axis is along the patient's
+constexpr std::string_view kRecording = "palpate-ticks";
+
+std::string format_name(files::FileKind kind) {
+  switch (kind) {
+    case files::FileKind::kNrrd:
+      return "NRRD";
+    case files::FileKind::kMeta:
+      return "MetaImage";
+    case files::FileKind::kNifti:
+    case files::FileKind::kPackedNifti:
+      return "NIfTI";
+    case files::FileKind::kDicom:
+      return "DICOM";
+    case files::FileKind::kUnknown:
+      break;
+  }
+  return "unknown";
+}
+
+std::string type_name(files::SampleType type) {
+  using files::SampleType;
+  if (type == SampleType::kFloat) return "32-bit numbers";
+  if (type == SampleType::kDouble) return "64-bit numbers";
+  const bool is_unsigned = type == SampleType::kUint8 || type == SampleType::kUint16 ||
+                           type == SampleType::kUint32 || type == SampleType::kUint64;
+  return fmt::format("{}-bit {}integers", 8 * files::bytes_of(type),
+                     is_unsigned ? "unsigned " : "");
+}
+
+std::string format_text(files::FileKind kind, const files::Raster& raster) {
+  std::string text = format_name(kind) + ", " + type_name(raster.type);
+  if (raster.encoding == files::Encoding::kDeflate || kind == files::FileKind::kPackedNifti)
+    text += ", packed";
+  if (raster.encoding == files::Encoding::kText) text += ", as text";
+  if (raster.slope != 1.0 || raster.intercept != 0.0)
+    text += fmt::format(", value = {:.6g} x sample + {:.6g}", raster.slope, raster.intercept);
+  return text;
+}
+
+// What is suspicious ------------------------------------------------------------------------------
+
+void judge_grid(const Grid& grid, std::vector<std::string>& problems) {
+  const glm::dvec3 s = grid.spacing_mm;
+  const double finest = grid.finest_mm(), coarsest = std::max({s.x, s.y, s.z});
+  if (coarsest > kAnisotropic * finest)
+    problems.push_back(fmt::format(
+        "Voxels are {:.1f} times as long as wide: motion along their long side is found less "
+        "exactly.",
+        coarsest / finest));
+  if (finest < kFine_mm)
+    problems.push_back(fmt::format(
+        "A spacing of {:.3g} mm is finer than what palpate was tried on: is the unit right?",
+        finest));
+  if (coarsest > kCoarse_mm)
+    problems.push_back(fmt::format(
+        "A spacing of {:.3g} mm is coarser than any scanner's: is the unit right?", coarsest));
+  const int thin = std::min({grid.size.x, grid.size.y, grid.size.z});
+  if (thin == 1) problems.push_back("It is a single slice: motion through it can not be seen.");
+}
+
+void judge_times(const std::vector<double>& times, std::vector<std::string>& problems) {
+  if (times.size() < 3) return;
+  const double mean = (times.back() - times.front()) / double(times.size() - 1);
+  double least = times.back() - times.front(), most = 0.0;
+  for (size_t k = 1; k < times.size(); ++k) {
+    least = std::min(least, times[k] - times[k - 1]);
+    most = std::max(most, times[k] - times[k - 1]);
+  }
+  if (most - least > kUneven * mean)
+    problems.push_back(
+        fmt::format("Its frames are {:.4g} to {:.4g} s apart: the times are uneven.", least, most));
+}
+
+std::string of_frame(size_t k, size_t count) {
+  return count > 1 ? fmt::format("Frame {}", k) : std::string("It");
+}
+
+/// Of scalars and vectors.
+void judge_finite(const std::vector<Values>& values, std::vector<std::string>& problems) {
+  for (size_t k = 0; k < values.size(); ++k) {
+    const Values& v = values[k];
+    if (v.not_finite == 0) continue;
+    problems.push_back(fmt::format(
+        "{} holds {} not finite (NaN or Inf), the first at voxel ({}, {}, {}): palpate refuses it "
+        "until they are replaced.",
+        of_frame(k, values.size()),
+        v.not_finite == 1 ? std::string("1 value that is")
+                          : fmt::format("{} values that are", v.not_finite),
+        v.first_not_finite.x, v.first_not_finite.y, v.first_not_finite.z));
+  }
+}
+
+void judge_scalars(const std::vector<Values>& values, std::vector<std::string>& problems) {
+  for (size_t k = 0; k < values.size(); ++k) {
+    const Values& v = values[k];
+    if (v.count > v.not_finite && v.low == v.high)
+      problems.push_back(
+          fmt::format("{} holds the value {:.6g} everywhere: there is nothing to see "
+                      "or feel.",
+                      of_frame(k, values.size()), v.low));
+    else if (k > 0 && v.hash == values[k - 1].hash)
+      problems.push_back(
+          fmt::format("Frames {} and {} are equal: nothing moves between them.", k - 1, k));
+  }
+}
+
+// Images ------------------------------------------------------------------------------------------
+
+/// A mask has 0 and one other value; labels are few whole numbers, 0 among them.
+bool are_labels(const Values& values) {
+  const auto& different = values.different;
+  return values.not_finite == 0 && values.whole && different.size() > 1 &&
+         different.front() == 0.0F;
+}
+
+void describe_labels(const Values& values, Contents& contents) {
+  const bool mask = values.different.size() == 2;
+  contents.kind = mask ? "mask" : "labels";
+  contents.what =
+      mask ? "a mask" : fmt::format("labels ({} different whole numbers)", values.different.size());
+  contents.use =
+      "--mask of 'palpate motion' and 'palpate check', where what is not 0 counts; as a volume, "
+      "too";
+}
+
+/// kind, what and use of scalar frames.
+void describe_scalars(Contents& contents) {
+  if (contents.frames > 1) {
+    contents.kind = "sequence";
+    contents.what = fmt::format("a sequence of {} frames", contents.frames);
+    contents.use =
+        "'palpate motion' finds its motion; 'palpate feel' lets it be felt while it is found";
+  } else if (!contents.values.empty() && are_labels(contents.values.front())) {
+    describe_labels(contents.values.front(), contents);
+  } else {
+    contents.kind = "volume";
+    contents.what = "a volume";
+    contents.use = "a frame for 'palpate motion'; its surface is felt by 'palpate feel'";
+  }
+  contents.memory_bytes = 4.0 * double(contents.grid->count()) * double(contents.frames);
+  judge_scalars(contents.values, contents.problems);
+}
+
+/// Vectors of one file, taken for what may be a field or a flow.
+Status describe_vectors(Contents& contents) {
+  contents.kind = "vectors";
+  contents.what = "vectors: a displacement field or a flow";
+  contents.use =
+      "taken for a displacement field in mm by 'palpate check' and --fields, for a flow by "
+      "'palpate feel'";
+  contents.memory_bytes = 12.0 * double(contents.grid->count());
+  // The values so far are those of components, and of use only to see whether all are finite.
+  if (contents.values.front().not_finite > 0) return Nothing{};
+  auto field = files::read_field(contents.path);
+  if (!field) return field.error();
+  Volume lengths{field->grid, {}};
+  for (const glm::vec3& u : field->u_mm) lengths.values.push_back(glm::length(u));
+  contents.values = {values_of(lengths)};
+  const Values& values = contents.values.front();
+  contents.folds = folds(*field);
+  const glm::dvec3 edges = field->grid.spacing_mm * glm::dvec3(field->grid.size);
+  if (contents.folds->folded > 0)
+    contents.problems.push_back(
+        fmt::format("As a displacement field it folds at {} of {} voxels, which no tissue does.",
+                    contents.folds->folded, contents.folds->voxels));
+  if (values.high > glm::length(edges))
+    contents.problems.push_back(fmt::format(
+        "As a displacement field it moves by up to {:.4g} mm, further than the volume is large: "
+        "is its unit mm?",
+        values.high));
+  if (values.high == 0.0F)
+    contents.problems.push_back("All vectors have the length 0: nothing moves, nothing is felt.");
+  return Nothing{};
+}
+
+Result<Contents> contents_of_image(const fs::path& path, const OnShare& on_share) {
+  const auto kind = files::sniff(path);
+  if (!kind) return kind.error();
+  const auto raster = files::read_raster_header(path);
+  if (!raster) return raster.error();
+  Contents contents;
+  contents.path = path;
+  contents.format = format_text(*kind, *raster);
+  contents.grid = raster->grid;
+  contents.frames = raster->frame_count();
+  contents.components = raster->component_count();
+  if (raster->times_known) contents.times_s = raster->times_s;
+  auto values = values_of(*raster, on_share);
+  if (!values) return values.error();
+  contents.values = std::move(*values);
+  judge_grid(raster->grid, contents.problems);
+  for (const std::string& note : raster->notes) contents.problems.push_back(note);
+  judge_times(contents.times_s, contents.problems);
+  judge_finite(contents.values, contents.problems);
+  if (files::is_colour_picture(*raster)) {
+    contents.kind = "picture";
+    contents.what = "a colour picture";
+    contents.use = "none: convert it to one gray value per voxel";
+  } else if (contents.components == 3) {
+    if (const Status done = describe_vectors(contents); !done) return done.error();
+  } else if (contents.components > 1) {
+    contents.kind = "components";
+    contents.what = fmt::format("{} values per voxel", contents.components);
+    contents.use = "none: export one component as a gray image";
+  } else {
+    describe_scalars(contents);
+  }
+  return contents;
+}
+
+/// A folder of slices or of 3D files, or a DICOM file: what the reader makes of it.
+Result<Contents> contents_of_frames(const fs::path& input, const std::string& format,
+                                    const OnShare& on_share) {
+  auto reader = files::SequenceReader::open({input});
+  if (!reader) return reader.error();
+  Contents contents;
+  contents.path = input;
+  contents.format = format;
+  contents.grid = reader->grid();
+  contents.frames = reader->frame_count();
+  contents.components = 1;
+  if (reader->times_known()) contents.times_s = reader->times_s();
+  for (size_t k = 0; k < reader->frame_count(); ++k) {
+    const auto frame = reader->frame(k);
+    if (!frame) return frame.error();
+    contents.values.push_back(values_of(*frame));
+    on_share(double(k + 1) / double(reader->frame_count()));
+  }
+  judge_grid(*contents.grid, contents.problems);
+  for (const std::string& note : reader->notes()) contents.problems.push_back(note);
+  judge_times(contents.times_s, contents.problems);
+  const auto labels = std::count_if(contents.values.begin(), contents.values.end(), are_labels);
+  if (labels > 0 && labels < std::ssize(contents.values))
+    contents.problems.push_back(fmt::format(
+        "{} of its {} frames hold masks or labels, the others do not: move those into a folder of "
+        "their own.",
+        labels, contents.frames));
+  describe_scalars(contents);
+  return contents;
+}
+
+/// A folder whose files hold vectors, such as palpate motion fills: all of it, field by field.
+Result<Contents> contents_of_fields(const fs::path& folder, const std::vector<fs::path>& fields,
+                                    const OnShare& on_share) {
+  Contents contents;
+  contents.path = folder;
+  contents.kind = "fields";
+  contents.what = fmt::format("a folder with {} fields", fields.size());
+  contents.use = "--fields of 'palpate feel' and 'palpate plan'; each for 'palpate check'";
+  contents.frames = fields.size();
+  contents.components = 3;
+  for (const fs::path& file : fields) {
+    auto one = contents_of_image(file, on_share);
+    if (!one) return one.error();
+    if (!contents.grid) {
+      contents.grid = one->grid;
+      contents.format = one->format;
+      contents.folds = Folds{};
+    } else if (!same_geometry(*one->grid, *contents.grid)) {
+      contents.problems.push_back(fmt::format("'{}' has {}.", file.filename().string(),
+                                              files::difference(*one->grid, *contents.grid)));
+    }
+    for (const std::string& problem : one->problems)
+      contents.problems.push_back(fmt::format("'{}': {}", file.filename().string(), problem));
+    contents.values.push_back(one->values.front());
+    contents.memory_bytes += one->memory_bytes;
+    if (!one->folds) continue;
+    contents.folds->voxels += one->folds->voxels;
+    contents.folds->folded += one->folds->folded;
+    contents.folds->min_det = std::min(contents.folds->min_det, one->folds->min_det);
+  }
+  return contents;
+}
+
+/// Files that are no frames of one sequence: each by itself, and why they do not go together.
+Result<Contents> contents_of_different(const fs::path& folder, const std::vector<fs::path>& images,
+                                       const Error& why, const OnShare& on_share) {
+  Contents contents{.path = folder,
+                    .kind = "folder",
+                    .what = fmt::format("a folder of {} images", images.size()),
+                    .format = fmt::format("{} image files", images.size())};
+  contents.use = "none as a whole: name the files that you mean";
+  contents.problems.push_back(fmt::format("It is no sequence: {}.", why.message));
+  for (const fs::path& image : images) {
+    const std::string name = image.filename().string();
+    const auto one = contents_of_image(image, on_share);
+    if (!one) return one.error();
+    contents.more.emplace_back("Holds",
+                               fmt::format("{}: {}, {}", name, one->what, grid_text(*one->grid)));
+    for (const std::string& problem : one->problems)
+      contents.problems.push_back(fmt::format("'{}': {}", name, problem));
+  }
+  return contents;
+}
+
+Result<Contents> contents_of_folder(const fs::path& folder, const OnShare& on_share) {
+  const std::vector<fs::path> images = files::images_in(folder);
+  if (images.empty()) return contents_of_frames(folder, "DICOM", on_share);
+  std::vector<fs::path> motions;
+  for (const fs::path& image : images)
+    if (image.filename().string().starts_with("motion_")) motions.push_back(image);
+  if (!motions.empty()) return contents_of_fields(folder, motions, on_share);
+  if (files::holds_vectors({folder})) return contents_of_fields(folder, images, on_share);
+  if (images.size() == 1) return contents_of_image(images.front(), on_share);
+  auto frames = contents_of_frames(folder, fmt::format("{} image files", images.size()), on_share);
+  return frames ? frames : contents_of_different(folder, images, frames.error(), on_share);
+}
+
+// Other files -------------------------------------------------------------------------------------
+
+std::string start_of(const fs::path& path) {
+  std::string bytes(4096, '\0');
+  std::ifstream stream(path, std::ios::binary);
+  stream.read(bytes.data(), std::streamsize(bytes.size()));
+  bytes.resize(size_t(stream.gcount()));
+  return bytes;
+}
+
+Result<Contents> contents_of_scene(const fs::path& path) {
+  const auto scene = files::read_scene(path);
+  if (!scene) return scene.error();
+  Contents contents{.path = path, .kind = "scene", .what = "a scene", .format = "JSON"};
+  contents.use = "'palpate feel' lets it be felt; 'palpate plan' says what it needs";
+  for (const VolumeSpec& volume : scene->volumes)
+    contents.more.emplace_back(
+        "Volume",
+        fmt::format("{}: {}", volume.name,
+                    volume.source.empty() ? fmt::format("{} files or folders", volume.files.size())
+                                          : "synthetic data, " + volume.source));
+  for (const ModeSpec& mode : scene->modes)
+    contents.more.emplace_back(
+        "Mode", fmt::format("{}: {} of {}, up to {:.3g} N", mode.name, mode.kind, mode.volume,
+                            std::min(mode.strength.highest(), scene->max_force_n)));
+  return contents;
+}
+
+Result<Contents> contents_of_calibration(const fs::path& path) {
+  const auto stored = files::read_calibration(path);
+  if (!stored) return stored.error();
+  Contents contents{.path = path, .kind = "calibration", .what = "a calibration", .format = "JSON"};
+  contents.use = "--calibration of 'palpate feel', in the room in which it was made";
+  const Calibration& c = stored->calibration;
+  contents.more.emplace_back("Device", stored->device);
+  contents.more.emplace_back("Headset", stored->headset + " through " + stored->runtime);
+  contents.more.emplace_back(
+      "Fit", fmt::format("{} of {} points agree to {:.2g} mm (RMS), in the {} space", c.used, c.all,
+                         1e3 * c.rms_m, stored->space));
+  if (c.rms_m > 0.003)
+    contents.problems.push_back("Its points agree to worse than 3 mm: calibrate again.");
+  return contents;
+}
+
+Result<Contents> contents_of_json(const fs::path& path) {
+  constexpr uintmax_t kMostBytes = 16 << 20;
+  std::error_code error;
+  if (fs::file_size(path, error) > kMostBytes)
+    return files::bad_input(path, "is too large to be a scene or a calibration: check the name");
+  std::ifstream stream(path, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  files::JsonReading reading{path, {}, nullptr};
+  const auto root = files::parse_json(text, reading);
+  if (!root) return *reading.error;
+  if (root->contains("volumes") || root->contains("modes")) return contents_of_scene(path);
+  if (root->contains("stage_from_device")) return contents_of_calibration(path);
+  if (root->contains("program") && root->contains("pairs")) {
+    Contents contents{
+        .path = path, .kind = "summary", .what = "a summary of 'palpate motion'", .format = "JSON"};
+    contents.use = "none: it is for people and programs";
+    return contents;
+  }
+  return files::bad_input(path, "is neither a scene nor a calibration: check the name");
+}
+
+Result<Contents> contents_of_recording(const fs::path& path) {
+  const auto recording = Recording::read(path);
+  if (!recording) return recording.error();
+  Contents contents{
+      .path = path, .kind = "recording", .what = "a recording of the loop", .format = "palpate's"};
+  contents.use = "'palpate feel SCENE --replay' with the scene it was made of";
+  contents.more.emplace_back(
+      "Ticks", fmt::format("{} in {:.4g} s", recording->ticks(),
+                           1e-9 * double(recording->period_ns()) * double(recording->ticks())));
+  if (const auto key = parse_replay_key(path, recording->scene())) {
+    std::vector<std::string> names;
+    for (const VolumeSpec& volume : key->scene.volumes) names.push_back(volume.name);
+    contents.more.emplace_back("Scene", fmt::format("{}", fmt::join(names, ", ")));
+  }
+  if (recording->lost() > 0)
+    contents.problems.push_back(fmt::format(
+        "{} ticks were lost while it was made: a replay gives other bits.", recording->lost()));
+  return contents;
+}
+
+/// How many frames a table follows its points through.
+size_t followed_frames(const fs::path& path) {
+  size_t frames = 0;
+  while (files::read_followed_points(path, int(frames))) ++frames;
+  return frames;
+}
+
+Result<Contents> contents_of_table(const fs::path& path, const std::string& start) {
+  Contents contents{.path = path, .format = "table"};
+  // The names of the columns stand in the first line that is no comment.
+  std::string_view rest = start;
+  std::string_view names;
+  while (!rest.empty() && (names.empty() || names.starts_with('#')))
+    names = files::trimmed(files::take_line(rest));
+  if (names.starts_with("t_s,x_m,")) {
+    contents.kind = "path";
+    contents.what = "a path of the simulated hand";
+    contents.use = "--path of 'palpate feel'";
+    return contents;
+  }
+  if (names.starts_with("t_s,") || names.starts_with("tick,")) {
+    contents.kind = "ticks";
+    contents.what =
+        names.starts_with("tick,") ? "the ticks around a fault" : "ticks that were felt";
+    contents.use = "none: it is for people and programs";
+    return contents;
+  }
+  const size_t frames = followed_frames(path);
+  const auto points =
+      frames > 0 ? files::read_followed_points(path, 0) : files::read_landmarks(path);
+  if (!points) return points.error();
+  const auto& all = points->points_lps_mm;
+  contents.kind = frames > 0 ? "followed points" : "landmarks";
+  contents.what = frames > 0
+                      ? fmt::format("{} points followed through {} frames", all.size(), frames)
+                      : fmt::format("{} landmarks", all.size());
+  contents.use = frames > 0 ? "--points of 'palpate check', with --frames"
+                            : "--landmarks of 'palpate check' and 'palpate chart'";
+  contents.frames = frames;
+  glm::dvec3 low = all.front(), high = all.front();
+  for (const glm::dvec3& point : all) low = glm::min(low, point), high = glm::max(high, point);
+  contents.more.emplace_back(
+      "Place", fmt::format("({:.1f}, {:.1f}, {:.1f}) to ({:.1f}, {:.1f}, {:.1f}) mm, LPS", low.x,
+                           low.y, low.z, high.x, high.y, high.z));
+  return contents;
+}
+
+}  // namespace
+
+Result<Contents> contents_of(const fs::path& path, const OnShare& on_share) {
+  std::error_code error;
+  if (fs::is_directory(path, error)) return contents_of_folder(path, on_share);
+  const auto kind = files::sniff(path);
+  if (!kind) return kind.error();
+  const std::string start = start_of(path);
+  if (start.starts_with(kRecording)) return contents_of_recording(path);
+  if (*kind == files::FileKind::kDicom) return contents_of_frames(path, "DICOM", on_share);
+  if (*kind != files::FileKind::kUnknown) return contents_of_image(path, on_share);
+  const std::string ending = files::lowered(path.extension().string());
+  if (ending == ".json" || files::trimmed(start).starts_with('{')) return contents_of_json(path);
+  if (ending == ".csv" || ending == ".fcsv" || ending == ".txt" || ending == ".tsv")
+    return contents_of_table(path, start);
+  // It is no image: the sentence says which formats are.
+  return contents_of_image(path, on_share);
+}
+
+Together together(const Grid& first, const Grid& other) {
+  Together found;
+  found.same_grid = same_geometry(other, first);
+  if (!found.same_grid) found.difference = files::difference(other, first);
+  // Points spread evenly through the first: fine enough to tell none, a part and all.
+  constexpr int kPoints = 16;
+  int inside = 0;
+  for (int n = 0; n < kPoints * kPoints * kPoints; ++n) {
+    const glm::dvec3 share =
+        (glm::dvec3(n % kPoints, n / kPoints % kPoints, n / (kPoints * kPoints)) + 0.5) /
+        double(kPoints);
+    const glm::dvec3 at =
+        other.index_from_lps(first.lps_from_index(share * glm::dvec3(first.size) - 0.5));
+    const glm::dvec3 last = glm::dvec3(other.size) - 0.5;
+    inside += glm::all(glm::greaterThanEqual(at, glm::dvec3(-0.5))) &&
+              glm::all(glm::lessThanEqual(at, last));
+  }
+  found.overlap = double(inside) / (kPoints * kPoints * kPoints);
+  return found;
+}
+
+std::string axes_letters(const Grid& grid) {
+  constexpr const char* kLetters[3][2] = {{"L", "R"}, {"P", "A"}, {"S", "I"}};
+  std::string text;
+  for (int axis = 0; axis < 3; ++axis) {
+    const glm::dvec3 along = grid.direction[axis];
+    int most = 0;
+    for (int c = 1; c < 3; ++c)
+      if (std::abs(along[c]) > std::abs(along[most])) most = c;
+    text += (axis ? "-" : "") + std::string(kLetters[most][along[most] < 0.0]);
+  }
+  return text;
+}
+
+double oblique_degrees(const Grid& grid) {
+  double most = 0.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const glm::dvec3 along = glm::abs(grid.direction[axis]);
+    const double cosine = std::max({along.x, along.y, along.z});
+    const double angle = std::acos(std::min(1.0, cosine));
+    if (angle > kAxis) most = std::max(most, angle);
+  }
+  return glm::degrees(most);
+}
+
+}  // namespace palpate::app

@@ -1,0 +1,304 @@
+// palpate info: each kind of file that the program reads, from real data where there are some.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <limits>
+
+#include "integration/files/calibration_file.h"
+#include "tests/app/program.h"
+#include "tests/app/scenes.h"
+#include "tests/files/dicom_files.h"
+#include "tests/files/test_images.h"
+
+namespace palpate::app {
+namespace {
+
+namespace fs = std::filesystem;
+using files::TemporaryFolder;
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+const fs::path kShared = PALPATE_SHARED_DATA;
+
+#define NEEDS_SHARED(file)           \
+  if (!fs::exists(kShared / (file))) \
+  GTEST_SKIP() << "There is no " << (kShared / (file)).string() << "."
+
+/// Of one file that can be read.
+nlohmann::json info(const std::string& file) {
+  const Outcome outcome = run({"info", file, "--json"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  return outcome.exit_code == 0 ? outcome.json()["files"][0] : nlohmann::json();
+}
+
+std::vector<std::string> problems(const nlohmann::json& json) {
+  return json["problems"].get<std::vector<std::string>>();
+}
+
+TEST(Info, OfARealSequence) {
+  NEEDS_SHARED("lung/breathing.seq.nrrd");
+  const std::string file = kShared / "lung/breathing.seq.nrrd";
+  const auto json = info(file);
+  EXPECT_EQ(json["kind"], "sequence");
+  EXPECT_EQ(json["frames"], 8);
+  EXPECT_EQ(json["times_s"].back(), 3.5);
+  EXPECT_EQ(json["values"]["not_finite"], 0);
+  EXPECT_EQ(json["grid"]["size"], nlohmann::json({115, 157, 129}));
+  EXPECT_THAT(problems(json), IsEmpty());
+  const Outcome text = run({"info", file});
+  EXPECT_EQ(text.exit_code, 0);
+  EXPECT_THAT(
+      text.out,
+      AllOf(HasSubstr("Is        a sequence of 8 frames"), HasSubstr("0.5 s apart"),
+            HasSubstr("115 x 157 x 129 voxels of 1.366 x 1.366 x 2.5 mm"),
+            HasSubstr("palpate motion"), HasSubstr("all finite"), Not(HasSubstr("Problem"))));
+}
+
+TEST(Info, OfRealVolumesMasksAndLabels) {
+  NEEDS_SHARED("heart_cine/frame_00.mha");
+  const auto frame = info(kShared / "heart_cine/frame_00.mha");
+  EXPECT_EQ(frame["kind"], "volume");
+  EXPECT_GT(frame["oblique_degrees"], 5.0);
+  EXPECT_THAT(problems(frame), Contains(HasSubstr("times as long as wide")));
+  const auto labels = info(kShared / "heart_cine/lv_00.mha");
+  EXPECT_EQ(labels["kind"], "labels");
+  EXPECT_EQ(labels["values"]["different"], nlohmann::json({0.0, 1.0, 2.0}));
+  // The folder has 20 images and 20 labels of them.
+  const auto folder = info(kShared / "heart_cine");
+  EXPECT_THAT(problems(folder), Contains(HasSubstr("20 of its 40 frames hold masks or labels")));
+  const auto mask = info(kShared / "lung/pair_body.mha");
+  EXPECT_EQ(mask["kind"], "mask");
+  EXPECT_THAT(mask["use"], HasSubstr("--mask"));
+}
+
+TEST(Info, OfARealField) {
+  NEEDS_SHARED("lung/pair_truth.mha");
+  const auto field = info(kShared / "lung/pair_truth.mha");
+  EXPECT_EQ(field["kind"], "vectors");
+  EXPECT_EQ(field["components"], 3);
+  EXPECT_EQ(field["folds"]["folded"], 0);
+  // shared/data/README.md: 15.5 mm at most.
+  EXPECT_NEAR(field["values"]["high"].get<double>(), 15.5, 0.1);
+  EXPECT_THAT(field["use"], AllOf(HasSubstr("palpate check"), HasSubstr("palpate feel")));
+}
+
+TEST(Info, OfRealPointsThroughASequence) {
+  NEEDS_SHARED("lung/breathing_points.csv");
+  const auto points = info(kShared / "lung/breathing_points.csv");
+  EXPECT_EQ(points["kind"], "followed points");
+  EXPECT_EQ(points["frames"], 8);
+  EXPECT_THAT(points["what"], HasSubstr("400 points"));
+}
+
+TEST(Info, OfEveryImageOfTheKit) {
+  NEEDS_SHARED("kit/tooth_affine/fixed.mha");
+  size_t pairs = 0;
+  for (const auto& entry : fs::directory_iterator(kShared / "kit")) {
+    const fs::path folder = entry.path();
+    EXPECT_EQ(info(folder / "fixed.mha")["kind"], "volume") << folder;
+    EXPECT_EQ(info(folder / "truth.mha")["kind"], "vectors") << folder;
+    EXPECT_EQ(info(folder / "mask.mha")["kind"], "mask") << folder;
+    // Image, mask and field together are no sequence.
+    const auto all = info(folder);
+    EXPECT_EQ(all["kind"], "folder") << folder;
+    EXPECT_THAT(all["more"].dump(),
+                AllOf(HasSubstr("moving.mha: a volume"), HasSubstr("mask.mha: a mask")));
+    EXPECT_THAT(problems(all), Contains(HasSubstr("It is no sequence")));
+    ++pairs;
+  }
+  EXPECT_EQ(pairs, 12U);
+}
+
+TEST(Info, OfDicomSlicesAndNiftiFiles) {
+  const TemporaryFolder folder;
+  fs::create_directory(folder / "slices");
+  const Grid grid = files::oblique_grid();
+  for (int k = 0; k < grid.size.z; ++k) {
+    files::DicomFile file;
+    file.grid = grid;
+    file.slice = k;
+    file.instance = k + 1;
+    file.slope = 2.0;
+    for (int v = 0; v < grid.size.x * grid.size.y; ++v) file.stored.push_back(100 * k + v);
+    files::write_dicom(folder / ("slices/slice" + std::to_string(k) + ".dcm"), file);
+  }
+  const auto dicom = info(folder / "slices");
+  EXPECT_EQ(dicom["kind"], "volume");
+  EXPECT_EQ(dicom["format"], "DICOM");
+  EXPECT_EQ(dicom["grid"]["size"], nlohmann::json({5, 4, 3}));
+  EXPECT_EQ(dicom["values"]["high"], 2.0 * (200 + 19));
+
+  const auto nifti = info(written(small_heart(1).frames[0], folder / "heart.nii.gz"));
+  EXPECT_EQ(nifti["kind"], "volume");
+  EXPECT_EQ(nifti["format"], "NIfTI, 32-bit numbers, packed");
+  // As dcm2niix writes an axial series.
+  Volume mirrored = small_heart(1).frames[0];
+  mirrored.grid.j_reversed_in_file = true;
+  const auto left = info(written(mirrored, folder / "mirrored.nii.gz"));
+  EXPECT_EQ(left["axes"], "L-A-S");
+  EXPECT_EQ(left["left_handed"], true);
+  EXPECT_THAT(problems(left), IsEmpty());
+  EXPECT_EQ(nifti["axes"], "L-P-S");
+  EXPECT_EQ(nifti["left_handed"], false);
+  const auto field = info(written(heart_truth(heart_grid(32), 0, 1), folder / "u.nii.gz"));
+  EXPECT_EQ(field["kind"], "vectors");
+}
+
+TEST(Info, SaysWhetherSeveralAreOnOneGrid) {
+  NEEDS_SHARED("lung/pair_fixed.mha");
+  const Outcome same =
+      run({"info", kShared / "lung/pair_fixed.mha", kShared / "lung/pair_moving.mha",
+           kShared / "lung/pair_body.mha", "--json"});
+  ASSERT_EQ(same.exit_code, 0) << same.err;
+  EXPECT_THAT(same.err, HasSubstr("all 3 are on the same grid"));
+  for (const auto& grid : same.json()["grids"]) EXPECT_EQ(grid["same_grid"], true);
+
+  const TemporaryFolder folder;
+  const Volume heart = small_heart(1).frames[0];
+  const std::string here = written(heart, folder / "here.mha");
+  const std::string beside = written(shifted(heart, 30.0), folder / "beside.mha");
+  const std::string away = written(shifted(heart, 1000.0), folder / "away.mha");
+  const Outcome apart = run({"info", here, beside, away, "--json"});
+  ASSERT_EQ(apart.exit_code, 0) << apart.err;
+  const auto grids = apart.json()["grids"];
+  ASSERT_EQ(grids.size(), 2U);
+  EXPECT_EQ(grids[0]["same_grid"], false);
+  EXPECT_GT(grids[0]["overlap"], 0.3);
+  EXPECT_LT(grids[0]["overlap"], 0.6);
+  EXPECT_EQ(grids[1]["overlap"], 0.0);
+  EXPECT_THAT(apart.err, AllOf(HasSubstr("an origin of"), HasSubstr("do not overlap in space")));
+}
+
+TEST(Info, OfWhatPalpateItselfWrites) {
+  const TemporaryFolder folder;
+  const Sequence heart = small_heart(3);
+  written(heart, folder / "heart.seq.nrrd");
+  std::ofstream(folder / "scene.json")
+      << R"({"volumes": [{"name": "a", "files": "heart.seq.nrrd"}, {"name": "b", "source": "molecule"}],
+             "modes": [{"name": "wall", "volume": "a", "strength": 2}]})";
+  const auto scene = info(folder / "scene.json");
+  EXPECT_EQ(scene["kind"], "scene");
+  EXPECT_THAT(scene["more"].dump(), AllOf(HasSubstr("molecule"), HasSubstr("wall")));
+
+  files::StoredCalibration stored;
+  stored.calibration.used = 11;
+  stored.calibration.all = 12;
+  stored.calibration.rms_m = 0.0008;
+  stored.device = "simulated device";
+  stored.headset = "made headset";
+  stored.runtime = "made runtime 1.0";
+  ASSERT_TRUE(files::write_calibration(folder / "room.json", stored));
+  const auto calibration = info(folder / "room.json");
+  EXPECT_EQ(calibration["kind"], "calibration");
+  EXPECT_THAT(calibration["more"].dump(), HasSubstr("11 of 12 points agree to 0.8 mm"));
+
+  const Outcome felt =
+      run({"feel", "molecule", "--device", "simulated", "--seconds", "0.5", "--headset", "off",
+           "--watchdog", "1000", "--record", folder / "run.rec", "--csv", folder / "run.csv"});
+  ASSERT_EQ(felt.exit_code, 0) << felt.err;
+  const auto recording = info(folder / "run.rec");
+  EXPECT_EQ(recording["kind"], "recording");
+  EXPECT_THAT(recording["more"].dump(), AllOf(HasSubstr("molecule"), HasSubstr("Ticks")));
+  EXPECT_EQ(info(folder / "run.csv")["kind"], "ticks");
+
+  std::ofstream(folder / "points.csv") << "x,y,z\n1,2,3\n4,5,6\n";
+  EXPECT_EQ(info(folder / "points.csv")["kind"], "landmarks");
+}
+
+TEST(Info, OfAFolderOfFieldsAndOfAFolderOfFrames) {
+  const TemporaryFolder folder;
+  const Sequence heart = small_heart(3);
+  fs::create_directory(folder / "fields");
+  fs::create_directory(folder / "frames");
+  for (int k = 0; k < 3; ++k) {
+    const std::string name = std::to_string(k) + "_to_" + std::to_string((k + 1) % 3) + ".mha";
+    written(heart_truth(heart.frames[0].grid, k, (k + 1) % 3, 3),
+            folder / ("fields/motion_" + name));
+    written(heart.frames[size_t(k)], folder / ("fields/confidence_" + name));
+    written(heart.frames[size_t(k)], folder / ("frames/frame" + std::to_string(k) + ".mha"));
+  }
+  const auto fields = info(folder / "fields");
+  EXPECT_EQ(fields["kind"], "fields");
+  EXPECT_EQ(fields["frames"], 3);
+  EXPECT_EQ(fields["folds"]["folded"], 0);
+  const auto frames = info(folder / "frames");
+  EXPECT_EQ(frames["kind"], "sequence");
+  EXPECT_EQ(frames["frames"], 3);
+}
+
+TEST(Info, NamesWhatIsSuspicious) {
+  const TemporaryFolder folder;
+  const Volume heart = small_heart(1).frames[0];
+  const auto problems_of = [&](const Volume& volume) {
+    return problems(info(written(volume, folder / "suspicious.mha")));
+  };
+  EXPECT_THAT(problems_of(heart), IsEmpty());
+
+  Volume bad = heart;
+  bad.values[bad.grid.offset(3, 4, 5)] = std::numeric_limits<float>::quiet_NaN();
+  bad.values[bad.grid.offset(4, 4, 5)] = std::numeric_limits<float>::infinity();
+  EXPECT_THAT(problems_of(bad), Contains(AllOf(HasSubstr("2 values that are not finite"),
+                                               HasSubstr("voxel (3, 4, 5)"))));
+  Volume constant = heart;
+  std::fill(constant.values.begin(), constant.values.end(), 7.0F);
+  EXPECT_THAT(problems_of(constant), Contains(HasSubstr("the value 7 everywhere")));
+  Volume fine = heart;
+  fine.grid.spacing_mm = glm::dvec3(1e-4);
+  EXPECT_THAT(problems_of(fine), Contains(HasSubstr("is the unit right?")));
+  Volume coarse = heart;
+  coarse.grid.spacing_mm = glm::dvec3(1000.0);
+  EXPECT_THAT(problems_of(coarse), Contains(HasSubstr("is the unit right?")));
+  Volume slice = heart;
+  slice.grid.size.z = 1;
+  slice.values.resize(slice.grid.count());
+  EXPECT_THAT(problems_of(slice), Contains(HasSubstr("single slice")));
+
+  Sequence sequence = small_heart(4);
+  sequence.frames[2] = sequence.frames[1];
+  sequence.times_s = {0.0, 0.1, 0.2, 0.5};
+  sequence.times_known = true;
+  const auto of_sequence = problems(info(written(sequence, folder / "uneven.seq.nrrd")));
+  EXPECT_THAT(of_sequence, Contains(HasSubstr("uneven")));
+  EXPECT_THAT(of_sequence, Contains(HasSubstr("Frames 1 and 2 are equal")));
+
+  Field unknown = still_field(heart.grid);
+  unknown.u_mm[7].y = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_THAT(
+      problems(info(written(unknown, folder / "unknown.mha"))),
+      Contains(AllOf(HasSubstr("1 value that is not finite"), HasSubstr("voxel (7, 0, 0)"))));
+  Field folded = still_field(heart.grid);
+  for (int i = 0; i < heart.grid.size.x; ++i)
+    folded.u_mm[heart.grid.offset(i, 5, 5)].x = i % 2 ? 20.0F : -20.0F;
+  EXPECT_THAT(problems(info(written(folded, folder / "folded.mha"))),
+              Contains(HasSubstr("it folds at")));
+  Field far = still_field(heart.grid);
+  for (glm::vec3& u : far.u_mm) u.x = 1e5F;
+  EXPECT_THAT(problems(info(written(far, folder / "far.mha"))),
+              Contains(HasSubstr("further than the volume is large")));
+}
+
+TEST(Info, SaysWhatItCanOfTheOthersWhenOneFileIsBad) {
+  const TemporaryFolder folder;
+  const std::string heart = written(small_heart(1).frames[0], folder / "heart.mha");
+  files::write_bytes(folder / "noise.bin", "no header at all, but some text");
+  files::write_bytes(folder / "other.json", R"({"colour": 3})");
+  const Outcome outcome = run({"info", folder / "absent.mha", heart, folder / "noise.bin",
+                               folder / "other.json", "--json"});
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.err,
+              AllOf(HasSubstr("absent.mha"), HasSubstr("noise.bin"), HasSubstr("other.json")));
+  const auto all = outcome.json()["files"];
+  ASSERT_EQ(all.size(), 4U);
+  EXPECT_TRUE(all[0].contains("error"));
+  EXPECT_EQ(all[1]["kind"], "volume");
+  EXPECT_TRUE(all[2].contains("error"));
+  EXPECT_THAT(all[3]["error"].get<std::string>(), HasSubstr("neither a scene nor a calibration"));
+}
+
+}  // namespace
+}  // namespace palpate::app

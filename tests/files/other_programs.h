@@ -1,0 +1,20 @@
+#pragma once
+
+#include <cstdlib>
+#include <string>
+
+namespace palpate::files {
+
+/// Runs a command of the system's shell and throws its words away; true if it ended well.
+inline bool succeeds(const std::string& command) {
+  return std::system((command + " > /dev/null 2>&1").c_str()) == 0;
+}
+
+/// A Python that has nibabel, or empty. Debian's own is asked too: another may stand before it.
+inline std::string python_with_nibabel() {
+  for (const char* python : {"python3", "/usr/bin/python3"})
+    if (succeeds(std::string(python) + " -c 'import nibabel'")) return python;
+  return {};
+}
+
+}  // namespace palpate::files

@@ -1,0 +1,230 @@
+// One motion for a whole sequence. Oracles: motions in closed form (translations, harmonics, the
+// phantom's own); fields that follow each other, which it must beat.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "compute/motion/quality.h"
+#include "compute/motion/quality_inverse.h"
+#include "compute/motion/sequence_motion.h"
+#include "compute/volume/phantom.h"
+#include "tests/support/device.h"
+#include "tests/support/random.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kTau = 2.0 * std::numbers::pi;
+
+Grid small_grid() {
+  Grid grid;
+  grid.size = {6, 5, 4};
+  grid.spacing_mm = {2.0, 2.5, 3.0};
+  grid.origin_mm = {-5.0, 3.0, 1.0};
+  return grid;
+}
+
+Field shift(glm::dvec3 by_mm) {
+  Field field = still_field(small_grid());
+  for (glm::vec3& u : field.u_mm) u = glm::vec3(by_mm);
+  return field;
+}
+
+double largest_difference_mm(const Field& a, const Field& b) {
+  double largest = 0.0;
+  for (size_t n = 0; n < a.u_mm.size(); ++n)
+    largest = std::max(largest, double(glm::distance(a.u_mm[n], b.u_mm[n])));
+  return largest;
+}
+
+TEST(Harmonics, AreFoundExactlyAtUnevenTimes) {
+  for (uint32_t seed = 1; seed <= 5; ++seed) {
+    test::Random random(seed);
+    const double cycle_s = random.draw(0.5, 4.0);
+    const int harmonics = 1 + int(seed % 3);
+    std::vector<Field> truth;
+    for (int c = 0; c < 2 * harmonics + 1; ++c) {
+      truth.push_back(still_field(small_grid()));
+      for (glm::vec3& u : truth.back().u_mm) u = glm::vec3(random.vector(3.0));
+    }
+    std::vector<double> times_s;
+    std::vector<Field> frames;
+    for (int k = 0; k < 2 * harmonics + 4; ++k) {
+      times_s.push_back(cycle_s * (k + random.draw(0.1, 0.9)) / (2 * harmonics + 4));
+      Field field = truth[0];
+      for (int h = 1; h <= harmonics; ++h)
+        for (size_t n = 0; n < field.u_mm.size(); ++n)
+          field.u_mm[n] +=
+              float(std::cos(kTau * h * times_s.back() / cycle_s)) * truth[2 * h - 1].u_mm[n] +
+              float(std::sin(kTau * h * times_s.back() / cycle_s)) * truth[2 * h].u_mm[n];
+      frames.push_back(std::move(field));
+    }
+    const auto found = harmonics_of(frames, times_s, cycle_s, harmonics);
+    ASSERT_EQ(found.size(), truth.size());
+    for (size_t c = 0; c < truth.size(); ++c)
+      EXPECT_LT(largest_difference_mm(found[c], truth[c]), 2e-4)
+          << "seed " << seed << " term " << c;
+    SequenceMotion motion;
+    motion.times_s = times_s;
+    motion.cycle_s = cycle_s;
+    motion.coefficients = found;
+    for (size_t k = 0; k < frames.size(); ++k) {
+      EXPECT_LT(largest_difference_mm(motion.at(times_s[k]), frames[k]), 2e-4);
+      EXPECT_LT(largest_difference_mm(motion.at(times_s[k] - 3.0 * cycle_s), frames[k]), 2e-4)
+          << "periodic";
+    }
+  }
+}
+
+TEST(SequenceMotion, WithoutHarmonicsGoesInStraightLinesAndCloses) {
+  SequenceMotion motion;
+  motion.times_s = {0.0, 1.0, 3.0};
+  motion.at_frame = {shift({0, 0, 0}), shift({4, 0, 0}), shift({0, 2, 0})};
+  EXPECT_LT(largest_difference_mm(motion.at(0.25), shift({1, 0, 0})), 1e-6);
+  EXPECT_LT(largest_difference_mm(motion.at(2.0), shift({2, 1, 0})), 1e-6);
+  EXPECT_LT(largest_difference_mm(motion.at(-1.0), shift({0, 0, 0})), 1e-6) << "held before";
+  EXPECT_LT(largest_difference_mm(motion.at(9.0), shift({0, 2, 0})), 1e-6) << "held after";
+  motion.cycle_s = 5.0;
+  EXPECT_LT(largest_difference_mm(motion.at(4.0), shift({0, 1, 0})), 1e-6);
+  EXPECT_LT(largest_difference_mm(motion.at(4.0 + 15.0), shift({0, 1, 0})), 1e-6);
+  EXPECT_LT(largest_difference_mm(motion.at(4.0 - 10.0), shift({0, 1, 0})), 1e-6);
+}
+
+TEST(TheReferenceFrame, IsTheOneNearestToTheMean) {
+  // Places of the material: 0, 1, 9, 4, 3 mm; the sum of distances is least from 3.
+  const std::vector<Field> steps = {shift({1, 0, 0}), shift({8, 0, 0}), shift({-5, 0, 0}),
+                                    shift({-1, 0, 0})};
+  EXPECT_EQ(frame_nearest_the_mean(steps), 4U);
+}
+
+TEST(NeighbourConsensus, LeavesWhatAgreesAndHalvesWhatDoesNot) {
+  const std::vector<double> places = {0.0, 3.0, 5.0, 2.0};
+  std::vector<Field> direct, steps, backward;
+  std::vector<Confidence> sure;
+  for (size_t k = 0; k < 4; ++k) {
+    direct.push_back(shift({places[k], 0, 0}));
+    steps.push_back(shift({places[(k + 1) % 4] - places[k], 0, 0}));
+    backward.push_back(shift({places[k] - places[(k + 1) % 4], 0, 0}));
+    sure.push_back({small_grid(), std::vector<float>(small_grid().count(), 1.0F)});
+  }
+  const auto kept = with_neighbours(direct, steps, backward, sure);
+  for (size_t k = 0; k < 4; ++k) EXPECT_LT(largest_difference_mm(kept[k], direct[k]), 1e-5);
+  // One frame is wrong by 3 mm: it keeps a third of that, its neighbours get a third.
+  direct[1] = shift({places[1] + 3.0, 0, 0});
+  const auto voted = with_neighbours(direct, steps, backward, {});
+  EXPECT_NEAR(voted[1].u_mm[0].x, places[1] + 1.0, 1e-5);
+  EXPECT_NEAR(voted[0].u_mm[0].x, places[0] + 1.0, 1e-5);
+  EXPECT_NEAR(voted[3].u_mm[0].x, places[3], 1e-5);
+  // Where it is said not to be sure it counts for nearly nothing.
+  for (float& c : sure[1].values) c = 0.0F;
+  const auto weighted = with_neighbours(direct, steps, backward, sure);
+  EXPECT_LT(std::abs(weighted[1].u_mm[0].x - places[1]), 0.1);
+  // Not cyclic: the ends have one neighbour.
+  const auto open =
+      with_neighbours(direct, std::span(steps).first(3), std::span(backward).first(3), {});
+  EXPECT_NEAR(open[0].u_mm[0].x, places[0] + 1.5, 1e-5);
+  EXPECT_NEAR(open[3].u_mm[0].x, places[3], 1e-5);
+}
+
+TEST(ConsecutiveFields, AreThoseBetweenThePlacesOfTheFrames) {
+  SequenceMotion motion;
+  motion.times_s = {0.0, 1.0, 2.0};
+  motion.cycle_s = 3.0;
+  motion.at_frame = {shift({1, 0, 0}), shift({3, -1, 0}), shift({0, 0, 2})};
+  EXPECT_LT(largest_difference_mm(consecutive_field(motion, 0), shift({2, -1, 0})), 5e-3);
+  EXPECT_LT(largest_difference_mm(consecutive_field(motion, 2), shift({1, 0, -2})), 5e-3);
+}
+
+/// Mean over all ordered pairs of frames of how far the material on the wall is put wrong, voxels.
+double all_pairs_voxels(const std::vector<Field>& at_frame, int frames, const Grid& grid) {
+  double sum = 0.0;
+  size_t count = 0;
+  for (int a = 0; a < frames; ++a) {
+    const Mask wall = heart_shell(grid, a, frames);
+    const Field inverse = inverse_of(at_frame[size_t(a)], grid).w;
+    for (int b = 0; b < frames; ++b) {
+      if (a == b) continue;
+      for (size_t n = 0; n < grid.count(); n += 7) {
+        if (!wall.values[n]) continue;
+        const int i = int(n % size_t(grid.size.x)),
+                  j = int(n / size_t(grid.size.x) % size_t(grid.size.y)),
+                  k = int(n / (size_t(grid.size.x) * size_t(grid.size.y)));
+        const glm::dvec3 y = grid.lps_from_index({i, j, k});
+        const glm::dvec3 x = y + glm::dvec3(inverse.u_mm[n]);
+        sum +=
+            glm::distance(x + sample_at_lps(at_frame[size_t(b)], x), heart_point(y, a, b, frames));
+        ++count;
+      }
+    }
+  }
+  return sum / double(count) / grid.finest_mm();
+}
+
+using MotionOfASequence = test::DeviceTest;
+
+TEST_F(MotionOfASequence, IsMoreAccurateThanFieldsThatFollowEachOtherAndDoesNotDrift) {
+  constexpr int kFrames = 8;
+  const Grid grid = heart_grid(48);
+  const Sequence heart = heart_phantom(grid, kFrames, 3, 0.05);
+  SequenceMotionOptions options;
+  options.estimator.motion = *motion_preset("balanced");
+  options.estimator.cyclic = true;
+  std::vector<Field> steps(kFrames);
+  double last_share = 0.0;
+  const auto motion = estimate_sequence_motion(
+      context(), grid, heart.times_s, [&](size_t k) -> Result<Volume> { return heart.frames[k]; },
+      options, [&](PairMotion pair) { steps[pair.fixed_frame] = pair.field; },
+      [&](const std::string&, double share) {
+        EXPECT_GE(share, last_share - 1e-9);
+        last_share = share;
+      });
+  ASSERT_TRUE(motion) << motion.error().message;
+  EXPECT_GT(last_share, 0.9);
+  EXPECT_DOUBLE_EQ(motion->cycle_s, 1.0);
+  EXPECT_GE(motion->harmonics(), 1);
+  for (int phase = 0; phase < 24; ++phase) EXPECT_EQ(folds(motion->at(phase / 24.0)).folded, 0U);
+  std::vector<Field> chain = {still_field(steps[0].grid)};
+  for (int k = 0; k + 1 < kFrames; ++k) {
+    Field next = chain.back();
+    for (int z = 0; z < next.grid.size.z; ++z)
+      for (int y = 0; y < next.grid.size.y; ++y)
+        for (int x = 0; x < next.grid.size.x; ++x) {
+          const glm::dvec3 at = next.grid.lps_from_index({x, y, z});
+          glm::vec3& u = next.u_mm[next.grid.offset(x, y, z)];
+          u += glm::vec3(sample_at_lps(steps[size_t(k)], at + glm::dvec3(u)));
+        }
+    chain.push_back(std::move(next));
+  }
+  const double paper = all_pairs_voxels(chain, kFrames, grid);
+  const double ours = all_pairs_voxels(motion->at_frame, kFrames, grid);
+  std::printf("all pairs, voxels: one motion %.3f, fields that follow each other %.3f\n", ours,
+              paper);
+  EXPECT_LT(ours, 0.8 * paper);
+  // The fields made from it close the cycle; those that were found alone do not.
+  std::vector<Field> closed;
+  for (size_t k = 0; k < kFrames; ++k) closed.push_back(consecutive_field(*motion, k));
+  const auto drift = cycle_drift(closed, grid), before = cycle_drift(steps, grid);
+  ASSERT_TRUE(drift && before);
+  EXPECT_LT(drift->voxels.mean, 0.2 * before->voxels.mean);
+}
+
+TEST_F(MotionOfASequence, StopsWhenItIsAskedTo) {
+  const Grid grid = heart_grid(48);
+  const Sequence heart = heart_phantom(grid, 4);
+  std::stop_source stop;
+  SequenceMotionOptions options;
+  options.estimator.motion = *motion_preset("fast");
+  const auto motion = estimate_sequence_motion(
+      context(), grid, heart.times_s, [&](size_t k) -> Result<Volume> { return heart.frames[k]; },
+      options, {},
+      [&](const std::string&, double share) {
+        if (share > 0.6) stop.request_stop();
+      },
+      stop.get_token());
+  ASSERT_FALSE(motion);
+  EXPECT_EQ(motion.error().kind, ErrorKind::kCancelled);
+}
+
+}  // namespace
+}  // namespace palpate
