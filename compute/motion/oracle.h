@@ -151,6 +151,7 @@ Vectors measure(const Vectors& field, const Vectors& seen,
 
 /// How far the field may be trusted, 0 to 1, from its smoothed normal equations.
 ///   SD^2 = r^2 / (N l), l the smallest eigenvalue of A;  match = 1 - r^2 / (2 structure) in [0, 1]
+/// where an axis of one cell is as certain as all others together (nothing moves across a slice).
 ///   confidence = match * min(1, counted) / (1 + SD^2 / half_mm^2)
 /// voxels: N, what the window averages. normalised: false for plain intensities, for which match
 /// is 1. 0 where less than a hundredth of the cell counted.

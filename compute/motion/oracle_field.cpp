@@ -68,8 +68,12 @@ Scalars confidence(const Samples<NormalEquations>& equations, double voxels, dou
   for (size_t i = 0; i < equations.values.size(); ++i) {
     const NormalEquations& e = equations.values[i];
     if (e.counted <= kCountsAtAll) continue;
+    glm::dmat3 a = e.a;
+    const double others = a[0][0] + a[1][1] + a[2][2];
+    for (int axis = 0; axis < 3; ++axis)
+      if (equations.size[axis] == 1) a[axis][axis] = others;
     // Both are means over counted voxels, so that their share cancels.
-    const double variance_mm2 = e.residual / (voxels * std::max(smallest_eigenvalue(e.a), 1e-12));
+    const double variance_mm2 = e.residual / (voxels * std::max(smallest_eigenvalue(a), 1e-12));
     const double unlike = e.structure > 0.0 ? 0.5 * e.residual / e.structure : 1.0;
     const double match = normalised ? std::clamp(1.0 - unlike, 0.0, 1.0) : 1.0;
     result.values[i] =

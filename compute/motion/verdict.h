@@ -43,7 +43,7 @@ struct Limits {
   /// Share of voxels that fold. palpate's own fields have none, so one is worth a look; above a
   /// thousandth whole regions are turned inside out.
   Limit folded_share{0.0, 1e-3};
-  /// SD of log det. Good: 0.01 to 0.28; wrong: 0.24 to 1.1. A factor 1.6 up and down everywhere is
+  /// SD of log det. Good: 0.01 to 0.28; wrong: up to 1.3. A factor 1.6 up and down everywhere is
   /// not how one body moves between two frames.
   Limit sd_log_det{0.5, 1.0};
   /// Share of blocks with structure, of fixed or moving. An empty frame, or one of noise, has none;
@@ -53,10 +53,10 @@ struct Limits {
   /// but a gain of 0.7 to 1.4 beside unchanged noise can hide or show as much as twice.
   Limit texture_ratio{4.0, 10.0};
   /// Mean local correlation after motion correction. Good: 0.86 and more; wrong: up to 0.93 (half
-  /// of the true motion), other bodies up to 0.68.
+  /// of the true motion), two bodies 0.11 to 0.68.
   Limit correlation_least{0.75, 0.6};
   /// Share of the clear blocks that do not match after motion correction (correlation below 0.5).
-  /// Good: up to 0.04; wrong: from 0.00 (half of the true motion), other bodies from 0.20.
+  /// Good: up to 0.04; wrong: from 0.01 (half of the true motion), two bodies from 0.21.
   Limit mismatched{0.08, 0.3};
   /// By how much the field makes the mean local correlation worse than no motion at all. A good
   /// field can not; noise of the mean is about 0.005.
@@ -69,12 +69,12 @@ struct Limits {
   /// wrong: crops lose 0.14, and a shift by a third of the picture is found. But there nothing is
   /// compared.
   Limit leaving{0.25, 0.5};
-  /// Inverse consistency, mean, voxels of each axis. Good: 0.1 to 1.3, most of it the error of the
-  /// quick way back; wrong: from 2.7.
+  /// Inverse consistency, mean, voxels of each axis. Good: up to 1.1, most of it the error of the
+  /// quick way back; wrong: from 2.4.
   Limit inverse_mean_voxels{2.0, 4.0};
-  /// Inverse consistency, 99th percentile, voxels of each axis. Good: up to 4.1, at sliding borders
-  /// and where slices come and go; wrong: from 6.3, nearly always above 15.
-  Limit inverse_p99_voxels{6.0, 15.0};
+  /// Inverse consistency, 99th percentile, voxels of each axis. Good: up to 5.8, where the picture
+  /// ends, at sliding borders and where slices come and go; wrong: from 7.7, mostly above 15.
+  Limit inverse_p99_voxels{7.0, 15.0};
   /// Drift after one cycle, mean, voxels of each axis. 0.3 is what palpate demands of itself, one
   /// is what plain chaining reaches.
   Limit drift_mean_voxels{1.0, 4.0};

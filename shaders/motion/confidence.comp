@@ -4,7 +4,8 @@
 #include "include/bricks.glsl"
 // How far the field may be trusted at a cell, from the normal equations that made it.
 //   SD^2 = r^2 / (N l),  l the smallest eigenvalue of A, N the voxels that the window averages   (Cramer-Rao bound
-//          of the least certain direction: flat regions and edges without corners have a small l)
+//          of the least certain direction: flat regions and edges without corners have a small l; an axis of one cell
+//          is no direction, since nothing moves across a single slice)
 //   match = max(0, 1 - r^2 / (2 q)),  the local correlation that is left: 0 for unrelated images
 //   confidence = match min(1, w) / (1 + SD^2 / SD_half^2),  w the share of the window's voxels that counted
 //
@@ -43,7 +44,12 @@ void main() {
   const vec4 e2 = texelFetch(equations2, cell, 0);
   float confidence = 0.0;
   if (e2.z > 0.01) {
-    const float least = max(smallest_eigenvalue(vec3(e0.w, e1.z, e2.x), vec3(e1.x, e1.y, e1.w)), 1e-12) / e2.z;
+    vec3 diagonal = vec3(e0.w, e1.z, e2.x);
+    // As certain as all others together, so that it is never the least.
+    const float others = diagonal.x + diagonal.y + diagonal.z;
+    for (int axis = 0; axis < 3; ++axis)
+      if (push.cells[axis] == 1) diagonal[axis] = others;
+    const float least = max(smallest_eigenvalue(diagonal, vec3(e1.x, e1.y, e1.w)), 1e-12) / e2.z;
     const float residual = e2.y / e2.z;
     const float match = push.scale.z != 0.0 ? clamp(1.0 - 0.5 * e2.y / max(e2.w, 1e-12), 0.0, 1.0) : 1.0;
     const float variance = residual * push.scale.x / least;

@@ -194,7 +194,7 @@ const Harm kHarms[] = {
      "0.400 (at most 0.25)"},
     {"InverseMean", [](Evidence& e) { e.inverse->own_voxels.mean = 5.0; }, Trust::kFailed,
      "5.000 voxels on average"},
-    {"InverseTail", [](Evidence& e) { e.inverse->own_voxels.p99 = 7.0; }, Trust::kSuspect,
+    {"InverseTail", [](Evidence& e) { e.inverse->own_voxels.p99 = 8.0; }, Trust::kSuspect,
      "99th percentile"},
     {"Drift", [](Evidence& e) { e.drift->own_voxels.mean = 1.5; }, Trust::kSuspect,
      "After one cycle"},

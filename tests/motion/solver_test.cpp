@@ -99,6 +99,9 @@ TEST_F(Solver, FindsTheMotionInASingleSliceOfAnyOrientation) {
         const Result<Distances> error = endpoint_error(motion.field, pair.truth, &seen);
         ASSERT_TRUE(error);
         EXPECT_LT(error->mm.mean, kSliceMean) << name;
+        const auto doubted = low_confidence_share(motion.confidence);
+        ASSERT_TRUE(doubted);
+        EXPECT_LT(*doubted, 0.2) << name;
         for (const glm::vec3 u : motion.field.u_mm)
           ASSERT_LT(std::abs(glm::dot(glm::dvec3(u), grid.direction[across])), kNoMotion) << name;
       }
