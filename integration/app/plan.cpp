@@ -34,7 +34,8 @@ Command add_plan(CLI::App& program) {
   auto choices = std::make_shared<SequenceChoices>();
   CLI::App* app = program.add_subcommand(
       "plan", "Say what a scene needs in each haptic frame, what is left out, and why");
-  app->add_option("input", *inputs, "heart, molecule, a scene file, or a sequence")->required();
+  app->add_option("input", *inputs, "heart, shell, molecule, a scene file, or a sequence")
+      ->required();
   app->add_option("--fields", choices->fields, "Folder with the fields of 'palpate motion'")
       ->check(CLI::ExistingDirectory);
   return {app, [inputs, choices] { return run(*inputs, *choices); }};
