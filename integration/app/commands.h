@@ -23,5 +23,6 @@ Command add_demo(CLI::App& program);
 Command add_feel(CLI::App& program);
 Command add_plan(CLI::App& program);
 Command add_phantom(CLI::App& program);
+Command add_view(CLI::App& program);
 
 }  // namespace palpate::app

@@ -19,9 +19,9 @@ int run(int argc, char** argv) {
   program.require_subcommand(1);
   program.set_version_flag("--version", "palpate " PALPATE_VERSION);
   const std::vector<Command> commands = {
-      add_motion(program),    add_chart(program),   add_check(program),
-      add_devices(program),   add_phantom(program), add_feel(program),
-      add_calibrate(program), add_plan(program),    add_demo(program)};
+      add_motion(program),  add_chart(program), add_check(program), add_devices(program),
+      add_phantom(program), add_feel(program),  add_view(program),  add_calibrate(program),
+      add_plan(program),    add_demo(program)};
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
