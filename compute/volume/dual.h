@@ -60,6 +60,15 @@ inline Dual chained(const Dual& a, double f, double derivative) {
   return {f, derivative * a.slope};
 }
 
+inline double square_root(double v) {
+  return std::sqrt(v);
+}
+/// Needs a value above 0.
+inline Dual square_root(const Dual& v) {
+  const double root = std::sqrt(v.value);
+  return chained(v, root, 0.5 / root);
+}
+
 inline double length(glm::dvec3 p) {
   return glm::length(p);
 }

@@ -6,13 +6,13 @@
 #include <type_traits>
 
 #include "compute/volume/dual.h"
-#include "compute/volume/parallel.h"
+#include "compute/volume/grid_samples.h"
 #include "compute/volume/phantom_texture.h"
 
 namespace palpate {
 namespace {
 
-// The heart, mm. The wall lies where the motion is largest; the reach ends 5 mm inside the 128 mm
+// The shell, mm. The wall lies where the motion is largest; the reach ends 5 mm inside the 128 mm
 // cube.
 constexpr double kReachMm = 59.0;
 constexpr double kAmplitudeMm = 42.0;
@@ -35,20 +35,6 @@ constexpr double kOrgan = 600.0;
 constexpr double kBody = 400.0;
 constexpr double kSlidingRange = 800.0;
 constexpr double kWallBandVoxels = 5.0;
-
-/// Calls set(offset, lps_mm) for every sample, on all cores.
-template <class Set>
-void for_each_sample(const Grid& grid, double cost, const Set& set) {
-  parallel_ranges(grid.size.z, cost * grid.size.x * grid.size.y, [&](int begin, int end) {
-    for (int k = begin; k < end; ++k) {
-      for (int j = 0; j < grid.size.y; ++j) {
-        for (int i = 0; i < grid.size.x; ++i) {
-          set(grid.offset(i, j, k), grid.lps_from_index(glm::dvec3(i, j, k)));
-        }
-      }
-    }
-  });
-}
 
 /// s_k: 0 in frame 0, 1 half a cycle later.
 double beat_phase(int frame, int frames) {
@@ -93,7 +79,7 @@ dual::Dual material_radius(const dual::Dual& radius_mm, double s) {
 
 /// Material point (position in the smallest state) of what is at lps_mm when the phase is s.
 template <class Point>
-Point heart_material(const Point& lps_mm, double s) {
+Point shell_material(const Point& lps_mm, double s) {
   const auto radius_mm = dual::length(lps_mm);
   return lps_mm / (1.0 + s * stretch(material_radius(radius_mm, s)));
 }
@@ -123,8 +109,8 @@ auto material_value(const Point& material_mm, double growth, double edge_mm, uin
   const Number blood = kBlood + 40.0 * texture::tissue(seed + 10, material_mm, 5.0, 9.0);
   const Number wall = kWall + 150.0 * texture::tissue(seed + 20, material_mm, 4.0, 8.0);
   const Number lung = kLung + 80.0 * texture::tissue(seed + 30, material_mm, 5.0, 11.0);
-  const Number heart = blood + (wall - blood) * texture::soft_step(inside, edge_mm);
-  return Number(heart + (lung - heart) * texture::soft_step(outside, edge_mm));
+  const Number filled = blood + (wall - blood) * texture::soft_step(inside, edge_mm);
+  return Number(filled + (lung - filled) * texture::soft_step(outside, edge_mm));
 }
 
 /// Growth at the outer wall stands for the whole wall: it only scales the blur, by 10 % at most
@@ -134,14 +120,14 @@ double wall_growth(double s) {
   return 1.0 + s * kAmplitudeMm / kReachMm * (1.0 - t2) * (1.0 - t2) * (1.0 - 7.0 * t2);
 }
 
-Volume heart_frame(const Grid& grid, double s, uint32_t seed, uint32_t noise_seed,
+Volume shell_frame(const Grid& grid, double s, uint32_t seed, uint32_t noise_seed,
                    double noise_sd) {
   Volume frame{grid, std::vector<float>(grid.count())};
   const double voxel_mm = std::cbrt(grid.spacing_mm.x * grid.spacing_mm.y * grid.spacing_mm.z);
   const double growth = wall_growth(s);
   for_each_sample(grid, 500.0, [&](size_t offset, glm::dvec3 lps_mm) {
     const double value =
-        material_value(heart_material(lps_mm, s), growth, kEdgeVoxels * voxel_mm, seed);
+        material_value(shell_material(lps_mm, s), growth, kEdgeVoxels * voxel_mm, seed);
     const double error = noise_sd * texture::gaussian_like(noise_seed, offset);
     frame.values[offset] = float(value + error);
   });
@@ -204,54 +190,54 @@ Grid heart_grid(int size) {
   return grid;
 }
 
-Sequence heart_phantom(const Grid& grid, int frames, uint32_t seed, double noise) {
+Sequence shell_phantom(const Grid& grid, int frames, uint32_t seed, double noise) {
   assert(frames > 0);
   Sequence sequence;
-  sequence.name = "beating-heart phantom";
+  sequence.name = "beating-shell phantom";
   sequence.times_known = true;
   for (int k = 0; k < frames; ++k) {
     const uint32_t noise_seed = texture::mixed(seed + 1000003U * uint32_t(k + 1));
     sequence.frames.push_back(
-        heart_frame(grid, beat_phase(k, frames), seed, noise_seed, noise * (kWall - kLung)));
+        shell_frame(grid, beat_phase(k, frames), seed, noise_seed, noise * (kWall - kLung)));
     sequence.times_s.push_back(double(k) / frames);
   }
   return sequence;
 }
 
-Sequence heart_phantom(int size, int frames, uint32_t seed, double noise) {
-  return heart_phantom(heart_grid(size), frames, seed, noise);
+Sequence shell_phantom(int size, int frames, uint32_t seed, double noise) {
+  return shell_phantom(heart_grid(size), frames, seed, noise);
 }
 
-double heart_value(glm::dvec3 lps_mm, int frame, int frames, uint32_t seed, double voxel_mm) {
+double shell_value(glm::dvec3 lps_mm, int frame, int frames, uint32_t seed, double voxel_mm) {
   const double s = beat_phase(frame, frames);
-  return material_value(heart_material(lps_mm, s), wall_growth(s), kEdgeVoxels * voxel_mm, seed);
+  return material_value(shell_material(lps_mm, s), wall_growth(s), kEdgeVoxels * voxel_mm, seed);
 }
 
-glm::dvec3 heart_gradient(glm::dvec3 lps_mm, int frame, int frames, uint32_t seed,
+glm::dvec3 shell_gradient(glm::dvec3 lps_mm, int frame, int frames, uint32_t seed,
                           double voxel_mm) {
   const double s = beat_phase(frame, frames);
-  const dual::Point material_mm = heart_material(dual::variable(lps_mm), s);
+  const dual::Point material_mm = shell_material(dual::variable(lps_mm), s);
   return material_value(material_mm, wall_growth(s), kEdgeVoxels * voxel_mm, seed).slope;
 }
 
-glm::dvec3 heart_point(glm::dvec3 lps_mm, int from_frame, int to_frame, int frames) {
-  const glm::dvec3 material_mm = heart_material(lps_mm, beat_phase(from_frame, frames));
+glm::dvec3 shell_point(glm::dvec3 lps_mm, int from_frame, int to_frame, int frames) {
+  const glm::dvec3 material_mm = shell_material(lps_mm, beat_phase(from_frame, frames));
   return material_mm * (1.0 + beat_phase(to_frame, frames) * stretch(glm::length(material_mm)));
 }
 
-Field heart_truth(const Grid& grid, int from_frame, int to_frame, int frames) {
+Field shell_truth(const Grid& grid, int from_frame, int to_frame, int frames) {
   Field truth = still_field(grid);
   for_each_sample(grid, 100.0, [&](size_t offset, glm::dvec3 lps_mm) {
-    truth.u_mm[offset] = glm::vec3(heart_point(lps_mm, from_frame, to_frame, frames) - lps_mm);
+    truth.u_mm[offset] = glm::vec3(shell_point(lps_mm, from_frame, to_frame, frames) - lps_mm);
   });
   return truth;
 }
 
-Mask heart_shell(const Grid& grid, int frame, int frames, uint32_t seed) {
+Mask shell_mask(const Grid& grid, int frame, int frames, uint32_t seed) {
   Mask shell{grid, std::vector<uint8_t>(grid.count())};
   const double s = beat_phase(frame, frames);
   for_each_sample(grid, 150.0, [&](size_t offset, glm::dvec3 lps_mm) {
-    const glm::dvec3 material_mm = heart_material(lps_mm, s);
+    const glm::dvec3 material_mm = shell_material(lps_mm, s);
     const double r = glm::length(material_mm);
     shell.values[offset] = r <= kOuterMm && r >= inner_radius(material_mm, seed);
   });

@@ -42,5 +42,6 @@ Command add_phantom(CLI::App& program);
 Command add_help(CLI::App& program);
 /// In no help: writes the manual pages and completions that are installed.
 Command add_write_manual(CLI::App& program);
+Command add_view(CLI::App& program);
 
 }  // namespace palpate::app

@@ -1,5 +1,8 @@
 #include <fmt/format.h>
 
+#include <functional>
+
+#include "compute/volume/heart_phantom.h"
 #include "compute/volume/phantom.h"
 #include "integration/app/cancel.h"
 #include "integration/app/commands.h"
@@ -20,7 +23,8 @@ struct DemoCommand {
   fs::path output;
   std::string preset = "balanced";
   int size = 128;
-  int frames = 4;
+  std::string phantom = "heart";
+  int frames = 0;  ///< 0: as many as the phantom usually has
   DeviceOptions device;
   bool quiet = false;
 };
@@ -34,21 +38,44 @@ struct Score {
   double seconds = 0.0;
 };
 
-/// Estimates the beating heart and holds it against the truth.
+/// What beats, and its truth: frames of them count cyclically.
+struct Beat {
+  Sequence frames;
+  std::function<Field(const Grid&, int fixed, int moving)> truth;
+  std::function<Mask(const Grid&, int frame)> wall;
+};
+
+Beat beat_of(const DemoCommand& command) {
+  if (command.phantom == "shell") {
+    const int frames = command.frames > 0 ? command.frames : kShellFrames;
+    return {shell_phantom(command.size, frames),
+            [frames](const Grid& grid, int from, int to) {
+              return shell_truth(grid, from, to, frames);
+            },
+            [frames](const Grid& grid, int frame) { return shell_mask(grid, frame, frames); }};
+  }
+  const int frames = command.frames > 0 ? command.frames : kHeartFrames;
+  return {
+      heart_phantom(command.size, frames),
+      [frames](const Grid& grid, int from, int to) { return heart_truth(grid, from, to, frames); },
+      [frames](const Grid& grid, int frame) { return heart_muscle(grid, frame, frames); }};
+}
+
+/// Estimates the beating phantom and holds it against the truth.
 class Demo {
  public:
   Demo(const DemoCommand& command, Console& console, Outputs& outputs)
       : command_(command),
         console_(console),
         outputs_(outputs),
-        heart_(heart_phantom(command.size, command.frames)),
+        beat_(beat_of(command)),
         delivery_(delivery_options(command), outputs, console) {}
 
   Status run(const std::shared_ptr<vulkan::Context>& context, std::stop_token stop) {
     EstimationJob job;
-    job.grid = heart_.frames.front().grid;
-    job.frame_count = heart_.frames.size();
-    job.read_frame = [this](size_t k) -> Result<Volume> { return heart_.frames[k]; };
+    job.grid = beat_.frames.frames.front().grid;
+    job.frame_count = beat_.frames.frames.size();
+    job.read_frame = [this](size_t k) -> Result<Volume> { return beat_.frames.frames[k]; };
     const auto preset = motion_preset(command_.preset);
     if (!preset) {
       return Error{
@@ -86,8 +113,8 @@ class Demo {
     const auto fixed = int(pair.motion.fixed_frame);
     const auto moving = int(pair.motion.moving_frame);
     const Grid& grid = pair.fixed->grid;
-    const Field truth = heart_truth(grid, fixed, moving, command_.frames);
-    const Mask wall = heart_shell(grid, fixed, command_.frames);
+    const Field truth = beat_.truth(grid, fixed, moving);
+    const Mask wall = beat_.wall(grid, fixed);
     const auto error = endpoint_error(pair.motion.field, truth, &wall);
     if (!error) return error.error();
     const Field field = resampled(pair.motion.field, grid);
@@ -113,7 +140,7 @@ class Demo {
     picture.confidence = &pair.motion.confidence;
     picture.mask = &wall;
     const charts::Caption caption{
-        fmt::format("A beating heart, frame {} to {}", pair.motion.fixed_frame,
+        fmt::format("A beating {}, frame {} to {}", command_.phantom, pair.motion.fixed_frame,
                     pair.motion.moving_frame),
         fmt::format("The wall moves by up to {:.1f} mm; palpate misses it by {:.3f} mm on average",
                     score.motion_mm.max, score.error.mm.mean)};
@@ -125,14 +152,14 @@ class Demo {
     const auto path = outputs_.stage("beat.png");
     if (!path) return path.error();
     std::vector<charts::Moment> moments;
-    for (size_t k = 0; k < heart_.frames.size(); ++k) {
-      moments.push_back({&heart_.frames[k], &fields_[k],
-                         fmt::format("frame {} \u2192 {}", k, (k + 1) % heart_.frames.size()),
-                         fmt::format("t = {:.3g} s", heart_.times_s[k])});
+    for (size_t k = 0; k < beat_.frames.frames.size(); ++k) {
+      moments.push_back({&beat_.frames.frames[k], &fields_[k],
+                         fmt::format("frame {} \u2192 {}", k, (k + 1) % beat_.frames.frames.size()),
+                         fmt::format("t = {:.3g} s", beat_.frames.times_s[k])});
     }
     const Status drawn = charts::write_sequence_strip(
         path->string(), moments,
-        {"One beat of the heart",
+        {"One beat of the " + command_.phantom,
          "Each arrow leads from a point to where it is in the next frame"});
     return drawn ? drawn : Status(outputs_.in_place(drawn.error()));
   }
@@ -160,12 +187,13 @@ class Demo {
       motion_mm += score.motion_mm.mean / double(scores_.size());
     }
     summary_ = fmt::format(
-        "\npalpate felt a heart beat.\n\n"
-        "The heart is made: {} frames of {}, so its motion is known exactly.\n"
+        "\npalpate felt a {} beat.\n\n"
+        "The {} is synthetic: {} frames of {}, so its motion is known exactly.\n"
         "palpate saw only the frames, and says where each point goes next:\n\n{}\n"
         "On average the wall moves by {:.2f} mm and palpate is wrong by {:.3f} mm, one part in "
         "{:.0f}.\n",
-        heart_.frames.size(), grid_text(heart_.frames.front().grid), table(), motion_mm, error_mm,
+        command_.phantom, command_.phantom, beat_.frames.frames.size(),
+        grid_text(beat_.frames.frames.front().grid), table(), motion_mm, error_mm,
         error_mm > 0.0 ? motion_mm / error_mm : 0.0);
     if (delivery_.drift()) summary_ += cycle_text(*delivery_.drift()) + "\n";
     summary_ += "\n" + verdict_text(delivery_.verdict()) + "\n\nLook at\n";
@@ -184,7 +212,7 @@ class Demo {
   const DemoCommand& command_;
   Console& console_;
   Outputs& outputs_;
-  Sequence heart_;
+  Beat beat_;
   Delivery delivery_;
   std::vector<Score> scores_;
   std::vector<Field> fields_;  ///< on the solved grid
@@ -198,8 +226,8 @@ int run(const DemoCommand& command) {
   if (!outputs) return fail(console, outputs.error());
   const auto context = open_device(command.device, console);
   if (!context) return fail(console, context.error());
-  console.say(fmt::format("Making    a heart of {0} x {0} x {0} voxels that beats in {1} frames",
-                          command.size, command.frames));
+  console.say(fmt::format("Making    a {1} of {0} x {0} x {0} voxels that beats", command.size,
+                          command.phantom));
   Demo demo(command, console, *outputs);
   if (const Status done = demo.run(*context, cancel.token()); !done)
     return fail(console, done.error());
@@ -222,8 +250,10 @@ Command add_demo(CLI::App& program) {
   app->add_option("--size", command->size, "Voxels along each edge")
       ->check(whole_number_in(32, 512))
       ->capture_default_str();
-  app->add_option("--frames", command->frames, "Frames of the beat")
-      ->check(whole_number_in(3, 9))
+  app->add_option("--frames", command->frames, "Frames of the beat (heart: 8, shell: 4)")
+      ->check(whole_number_in(3, 9));
+  app->add_option("--phantom", command->phantom, "What beats: heart, or shell, a ball of the paper")
+      ->check(one_of({"heart", "shell"}))
       ->capture_default_str();
   add_device_options(*app, command->device);
   app->add_flag("--quiet", command->quiet, "Print errors only");

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <thread>
@@ -172,7 +173,7 @@ std::string DesktopLoop::phase_line() const {
 
 void DesktopLoop::draw(const TickOutput& tick, const std::string& note) {
   const double scale = window_->scale();
-  if (scale != help_scale_) help_ = desktop::draw_help(scale);
+  if (scale != help_scale_) help_ = desktop::draw_help(scale, mouse_ != nullptr);
   std::vector<std::string> lines;
   const std::string trouble = live_->trouble();
   if (!trouble.empty()) lines.push_back("There is no picture: " + trouble);
@@ -180,20 +181,27 @@ void DesktopLoop::draw(const TickOutput& tick, const std::string& note) {
   if (const std::string phase = phase_line(); !phase.empty()) lines.push_back(phase);
   if (!note.empty()) lines.push_back(note);
   if (view_.look != "auto") lines.push_back("look: " + view_.look);
-  if (tick.cause != Cause::kNone) lines.push_back(sentence(tick.cause));
+  if (view_.hand && tick.cause != Cause::kNone) lines.push_back(sentence(tick.cause));
   const std::string text = fmt::format("{}", fmt::join(lines, "\n"));
   if (text != note_text_ || scale != help_scale_)
     note_ = desktop::draw_note(scene_name_, lines, scale);
   note_text_ = text;
   help_scale_ = scale;
 
-  const charts::Raster strip = plot_.draw(kPlotWidth, kPlotHeight, scale);
   const PictureSize size = window_->size_px();
   const int edge = int(kEdge * scale);
-  std::vector<desktop::Overlay> overlays = {
-      {&note_, {edge, edge}},
-      {&strip, {size.width - strip.width - edge, size.height - strip.height - edge}}};
-  if (shows_help_) overlays.push_back({&help_, {edge, size.height - help_.height - edge}});
+  const int plot_width = std::min(kPlotWidth, int((size.width - 2 * edge) / scale));
+  const charts::Raster strip = plot_.draw(std::max(1, plot_width), kPlotHeight, scale);
+  desktop::Corners corners;
+  corners.plot = {size.width - strip.width - edge, size.height - strip.height - edge};
+  std::vector<desktop::Overlay> overlays = {{&note_, {edge, edge}}};
+  if (shows_help_) {
+    const glm::ivec2 plot = view_.hand ? glm::ivec2(strip.width, strip.height) : glm::ivec2(0);
+    corners = desktop::place_corners({size.width, size.height}, {help_.width, help_.height}, plot,
+                                     note_.height + 2 * edge, edge);
+    overlays.push_back({&help_, corners.help});
+  }
+  if (view_.hand && corners.shows_plot) overlays.push_back({&strip, corners.plot});
   static const Picture kNothing;
   window_->show(seen_ ? seen_->picture : kNothing, overlays);
 }

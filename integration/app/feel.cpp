@@ -99,7 +99,7 @@ void add_sequence(CLI::App& app, FeelCommand& command) {
       })
       ->capture_default_str();
   app.add_flag("--estimate", command.estimate,
-               "heart: forget its known motion and estimate it, as a patient's would be");
+               "heart, shell: forget the known motion and estimate it, as a patient's would be");
   app.add_flag("--no-motion", command.no_motion,
                "Feel the frames as they are, without motion between them");
   app.add_flag_callback(
@@ -107,13 +107,7 @@ void add_sequence(CLI::App& app, FeelCommand& command) {
       "The last frame does not lead back to the first");
 }
 
-void add_seeing(CLI::App& app, FeelCommand& command) {
-  app.add_option("--headset", command.headset,
-                 "openxr: in a headset, which is waited for; none: in a window, where the mouse is "
-                 "the hand if no force device is; off: nowhere; auto: the first of these that is "
-                 "there")
-      ->check(one_of({"auto", "openxr", "none", "off"}))
-      ->capture_default_str();
+void add_felt_seeing(CLI::App& app, FeelCommand& command) {
   app.add_option("--on-headset-loss", command.on_headset_loss,
                  "When the picture in the headset goes away: ramp (the force goes down until it is "
                  "back) or go-on")
@@ -123,21 +117,33 @@ void add_seeing(CLI::App& app, FeelCommand& command) {
                  "Where the force device stands in the room, from 'palpate calibrate'")
       ->type_name("FILE")
       ->check(an_existing_file());
-  app.add_flag("--pass-through", command.pass_through,
-               "In the headset, show the room behind the volume, where the headset can");
-  app.add_flag_callback(
-      "--no-mirror", [&command] { command.mirror = false; }, "No window besides the headset");
   app.add_option("--headless", command.headless,
                  "Write stereo pictures and a page of what was seen and felt into this folder; "
                  "needs no display")
       ->type_name("DIR");
+}
+
+}  // namespace
+
+void add_seeing(CLI::App& app, FeelCommand& command) {
+  app.add_option("--headset", command.headset,
+                 "openxr: in a headset, which is waited for; none: in a window (when feeling, the "
+                 "mouse is the hand if no force device is); off: nowhere; auto: the first of these "
+                 "that is there")
+      ->check(one_of({"auto", "openxr", "none", "off"}))
+      ->capture_default_str();
+  app.add_flag("--pass-through", command.pass_through,
+               "In the headset, show the room behind the volume, where the headset can");
+  app.add_flag_callback(
+      "--no-mirror", [&command] { command.mirror = false; }, "No window besides the headset");
   app.add_option("--look", command.view.look,
                  "What the volume looks like; auto: what suits the data")
       ->check(a_look())
       ->capture_default_str();
   app.add_flag("--whole-frames", command.view.whole_frames,
                "Draw the frames as they are, not moved between them (the old way)");
-  app.add_flag("--cut-open", command.view.cut_open, "Cut away what is to the right of the proxy");
+  app.add_flag("--cut-open", command.view.cut_open,
+               "Cut away what lies towards the eye, through what is touched");
   app.add_flag_callback(
       "--no-box", [&command] { command.view.box = false; },
       "No edges and letters around the volume");
@@ -147,14 +153,12 @@ void add_seeing(CLI::App& app, FeelCommand& command) {
       ->capture_default_str();
 }
 
-}  // namespace
-
 Command add_feel(CLI::App& program) {
   auto command = std::make_shared<FeelCommand>();
   CLI::App* app = program.add_subcommand(
-      "feel", "Feel heart, molecule, a scene file (.json) or a sequence, at 1 kHz");
+      "feel", "Feel heart, shell, molecule, a scene file (.json) or a sequence, at 1 kHz");
   app->add_option("input", command->inputs,
-                  "heart, molecule, a scene file, or a sequence as in 'palpate motion'")
+                  "heart, shell, molecule, a scene file, or a sequence as in 'palpate motion'")
       ->type_name("PATH")
       ->required();
   add_device(*app, *command);
@@ -174,6 +178,7 @@ Command add_feel(CLI::App& program) {
                   "~/.local/state/palpate)")
       ->type_name("DIR");
   add_seeing(*app, *command);
+  add_felt_seeing(*app, *command);
   add_gpu_option(*app, command->gpu);
   app->add_flag("--quiet", command->quiet, "Print errors only");
   return {app,

@@ -58,7 +58,7 @@ ServoOptions servo_options(const FeelCommand& command, const HapticsOptions& hap
   ServoOptions options;
   options.loop.watchdog_ns = int64_t(1e9 * haptics.safety.late_s);
   options.real_time.core = command.core;
-  if (command.no_real_time)
+  if (command.no_real_time || !command.hand)
     options.real_time = {
         .priority = 0, .core = command.core, .lock_memory = false, .cores_awake = false};
   return options;
@@ -77,11 +77,11 @@ void announce(const FeelCommand& command, const FeltScene& scene, const OpenedDe
             : fmt::format("{} frames in {:.3g} s{}", frames, volume.times.length_s(),
                           volume.motions.empty()
                               ? command.no_motion
-                                    ? ", felt frame by frame"
+                                    ? ", frame by frame"
                                     : ", still at first: its motion is estimated while you feel it"
                               : ", with its motion")));
   }
-  console.say(fmt::format("Device    {}", opened.why));
+  if (command.hand) console.say(fmt::format("Device    {}", opened.why));
   for (const std::string& note : scene.notes) console.say("Note      " + note);
 }
 
@@ -102,6 +102,7 @@ class FeelRun {
     if (const Status looking = open_eyes(); !looking) return fail(console_, looking.error());
     choice.has_window = seen_.window != nullptr;
     choice.has_headset = seen_.headset != nullptr;
+    if (!command_.hand) choice.device = "none";
     if (const Status met = check_choice(choice); !met) return fail(console_, met.error());
     if (const Status look = check_look(command_.view.look); !look)
       return fail(console_, look.error());
@@ -170,15 +171,16 @@ class FeelRun {
   }
 
   Result<FeltScene> scene_and_device(const ForceDeviceChoice& choice, const OnDoing& doing) {
-    auto scene = load_felt_scene(command_.inputs, command_.sequence, doing);
+    auto scene = command_.hand ? load_felt_scene(command_.inputs, command_.sequence, doing)
+                               : load_seen_scene(command_.inputs, command_.sequence, doing);
     if (!scene) return scene;
     apply_choices(*scene);
-    doing("looking for a surface to touch");
+    if (command_.hand) doing("looking for a surface to touch");
     auto opened = open_force_device(choice, *scene);
     if (!opened) return opened.error();
     opened_ = std::move(*opened);
     // Only now is it known how far the device reaches; a path that touches the data is found anew.
-    if (scene->from_sequence && command_.scale == "fit") {
+    if (command_.hand && scene->from_sequence && command_.scale == "fit") {
       fit_to_reach(*scene, opened_.device->info());
       if (opened_.simulated) {
         auto again = open_force_device(choice, *scene);
@@ -206,6 +208,10 @@ class FeelRun {
     auto seen = open_onlookers(choice);
     if (!seen) return seen.error();
     seen_ = std::move(*seen);
+    if (!command_.hand && !seen_.window && !seen_.headset)
+      return Error{ErrorKind::kNoDevice,
+                   "There is no display and no headset to view it in: --picture FILE.png or "
+                   "--headless FOLDER draws pictures without"};
     return Nothing{};
   }
 
@@ -247,6 +253,7 @@ class FeelRun {
     auto log = TickLog::start(command_.csv);
     if (!log) return log.error();
     log_ = std::move(*log);
+    if (!command_.hand) return Nothing{};
     if (!command_.black_box.empty())
       if (const Status can = files::check_can_write_folder(command_.black_box); !can) return can;
     BlackBoxOptions box;
@@ -265,7 +272,8 @@ class FeelRun {
 
   HapticsOptions options(const FeltScene& scene) const {
     // Neither a simulated hand nor one that feels nothing can be hurt by a late frame.
-    const bool harmless = opened_.simulated || opened_.mouse || opened_.controller;
+    const bool harmless =
+        opened_.simulated || opened_.mouse || opened_.controller || !command_.hand;
     HapticsOptions haptics = haptics_options(command_, scene.spec, harmless);
     if (seen_.headset) {
       haptics.safety.seen_buttons = GatedDevice::kSeen;
@@ -347,7 +355,7 @@ class FeelRun {
       tell_headset();
       std::string line = live_text(tick, palpation_->servo().statistics(), now_s);
       if (!motion.is_done()) line += "  " + motion.text();
-      console_.live(line);
+      if (command_.hand) console_.live(line);
       if (!moves && motion.can_move()) {
         moves = true;
         transport_->allow();
@@ -440,6 +448,7 @@ class FeelRun {
 
   int finish() {
     Status done = log_->finish();
+    if (!command_.hand) return done ? kExitOk : fail(console_, done.error());
     if (recorder_) {
       const Status recorded = recorder_->finish();
       if (done) done = recorded;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -36,10 +37,14 @@ struct FeelCommand {
   bool dead_man = false, no_real_time = false, no_motion = false, estimate = false, quiet = false;
   bool mirror = true;
   bool pass_through = false;
+  bool hand = true;  ///< false: it is only looked at, as by 'palpate view'
 };
 
 /// Feels, or replays, from what is said to its summary; returns the exit code. From the main
 /// thread, before others are started: it takes Ctrl-C and the ways out of a crash into its hands.
 int run_feel(const FeelCommand& command);
+
+/// Where it is seen: options that feeling and viewing share.
+void add_seeing(CLI::App& app, FeelCommand& command);
 
 }  // namespace palpate::app

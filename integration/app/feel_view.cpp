@@ -109,8 +109,8 @@ bool FeelPicture::update(std::shared_ptr<const HapticScene> felt) {
   return changed;
 }
 
-void FeelPicture::bounds(const SceneMoment& moment, glm::dvec3& centre, double& radius_m) const {
-  glm::dvec3 low(1e300), high(-1e300);
+void FeelPicture::box(const SceneMoment& moment, glm::dvec3& low, glm::dvec3& high) const {
+  low = glm::dvec3(1e300), high = glm::dvec3(-1e300);
   // All that is felt: hidden volumes too, so that the hand stays in view.
   for (size_t v = 0; v < felt_->volumes.size(); ++v) {
     const FrameData& frame = *felt_->volumes[v].data->frames.front();
@@ -122,6 +122,11 @@ void FeelPicture::bounds(const SceneMoment& moment, glm::dvec3& centre, double& 
       high = glm::max(high, x);
     }
   }
+}
+
+void FeelPicture::bounds(const SceneMoment& moment, glm::dvec3& centre, double& radius_m) const {
+  glm::dvec3 low, high;
+  box(moment, low, high);
   centre = 0.5 * (low + high);
   radius_m = 0.5 * glm::distance(low, high);
 }
@@ -129,12 +134,7 @@ void FeelPicture::bounds(const SceneMoment& moment, glm::dvec3& centre, double& 
 void FeelPicture::add_things(const SceneMoment& moment, const Eye& eye, double radius_m,
                              ViewScene& scene) {
   const double size = radius_m / 0.1;  // of things, beside a volume of 10 cm radius
-  // The pen comes from the side of the eye, so that its tip is in view.
-  const glm::dvec3 away = glm::normalize(eye.orientation * glm::dvec3(0.45, 0.55, 0.70));
-  add_pen(scene.things, moment.probe_m, away, 0.0022 * size, 0.07 * size, kPen);
-  if (moment.in_contact) add_sphere(scene.things, moment.proxy_m, 0.0026 * size, kProxy);
-  add_arrow(scene.things, moment.proxy_m, moment.force_n, kArrow_m_per_n * size, 0.0012 * size,
-            kArrow);
+  if (choices_.hand) add_hand(moment, eye, size, scene);
   for (size_t v = 0; v < volumes_.size(); ++v) {
     if (!spec(v).seen.tubes.value_or(volumes_[v]->frames.front()->is_vector())) continue;
     const ViewVolume& of = scene.volumes[v];
@@ -149,6 +149,16 @@ void FeelPicture::add_things(const SceneMoment& moment, const Eye& eye, double r
     if (spec(v).source != "molecule")
       add_letters(scene.things, place, frame.low_m(), frame.high_m(), eye, 0.010 * size, kPen);
   }
+}
+
+void FeelPicture::add_hand(const SceneMoment& moment, const Eye& eye, double size,
+                           ViewScene& scene) {
+  // The pen comes from the side of the eye, so that its tip is in view.
+  const glm::dvec3 away = glm::normalize(eye.orientation * glm::dvec3(0.45, 0.55, 0.70));
+  add_pen(scene.things, moment.probe_m, away, 0.0022 * size, 0.07 * size, kPen);
+  if (moment.in_contact) add_sphere(scene.things, moment.proxy_m, 0.0026 * size, kProxy);
+  add_arrow(scene.things, moment.proxy_m, moment.force_n, kArrow_m_per_n * size, 0.0012 * size,
+            kArrow);
 }
 
 ViewScene FeelPicture::at(const SceneMoment& moment, int64_t display_ns, const Eye& eye) {
@@ -170,16 +180,42 @@ ViewScene FeelPicture::at(const SceneMoment& moment, int64_t display_ns, const E
   bounds(moment, centre, radius_m);
   add_things(moment, eye, radius_m, scene);
   if (choices_.cut_open) {
-    const glm::dvec3 normal = eye.orientation * glm::dvec3(-1.0, 0.0, 0.0);
-    scene.clips.push_back({normal, glm::dot(normal, moment.proxy_m)});
+    const glm::dvec3 touched = choices_.hand ? moment.proxy_m : centre;
+    scene.clips.push_back(cut_before(eye, touched, centre, radius_m));
   }
   return scene;
 }
 
-std::array<Eye, 2> eyes_before(glm::dvec3 centre, double radius_m, PictureSize size) {
-  const double distance = 1.02 * radius_m / std::sin(0.5 * kHeightAngle);
-  const glm::dvec3 from = centre + distance * glm::normalize(glm::dvec3(0.42, 0.30, 1.0));
-  const Eye middle = eye_at(from, centre, kHeightAngle, size);
+ClipPlane cut_before(const Eye& eye, glm::dvec3 touched_m, glm::dvec3 centre_m, double radius_m) {
+  // Aside from straight: so that the cut's edge shows how deep it is.
+  constexpr double kAside = 0.6;   // radians
+  constexpr double kFront = 0.45;  // of the radius: a hand before everything still cuts
+  const glm::dvec3 away = eye.orientation * glm::dvec3(-std::sin(kAside), 0.0, -std::cos(kAside));
+  const double towards_eye = glm::dot(centre_m - touched_m, away);
+  const double before_m = std::clamp(towards_eye, 0.0, kFront * radius_m);
+  return {away, glm::dot(away, centre_m) - before_m};
+}
+
+Eye eye_before(glm::dvec3 low_m, glm::dvec3 high_m, PictureSize size) {
+  constexpr double kFilled = 0.93;  // of the picture: letters stand around the box
+  const glm::dvec3 centre = 0.5 * (low_m + high_m), half = 0.5 * (high_m - low_m);
+  const glm::dvec3 direction = glm::normalize(glm::dvec3(0.42, 0.30, 1.0));
+  const Eye unit = eye_at(centre + direction, centre, kHeightAngle, size);
+  // So far away that every corner is within both angles of view.
+  double distance = 1e-6;
+  for (int c = 0; c < 8; ++c) {
+    const glm::dvec3 sign(c & 1 ? 1 : -1, c & 2 ? 1 : -1, c & 4 ? 1 : -1);
+    const glm::dvec3 corner = glm::conjugate(unit.orientation) * (sign * half);
+    const double needed = std::max(std::abs(corner.x) / (kFilled * unit.tan_right),
+                                   std::abs(corner.y) / (kFilled * unit.tan_up));
+    distance = std::max(distance, needed + corner.z);
+  }
+  return eye_at(centre + distance * direction, centre, kHeightAngle, size);
+}
+
+std::array<Eye, 2> eyes_before(glm::dvec3 low_m, glm::dvec3 high_m, PictureSize size) {
+  const Eye middle = eye_before(low_m, high_m, size);
+  const double distance = glm::distance(middle.position_m, 0.5 * (low_m + high_m));
   std::array<Eye, 2> eyes;
   // As far apart as a person's eyes would be that sees half a metre where this head sees its way.
   split_eyes(middle, 0.063 * distance / 0.5, eyes[0], eyes[1]);

@@ -18,7 +18,8 @@ struct ViewChoices {
   std::string look = "auto";  ///< a preset's name, or auto: what suits the data
   bool whole_frames = false;  ///< the old way: frames as they are, not moved
   bool box = true;            ///< edges of the data and letters of the patient's sides
-  bool cut_open = false;      ///< the half towards the eye's right is cut away at the proxy
+  bool cut_open = false;      ///< what lies towards the eye is cut away, through what is touched
+  bool hand = true;           ///< pen, proxy and force are drawn; off: it is only looked at
 };
 
 /// The volumes that are felt, as they are to be seen: built anew when the scene changes (motion
@@ -38,11 +39,14 @@ class FeelPicture {
   /// phase that the hand will feel then, where they are, with pen, proxy and force.
   ViewScene at(const SceneMoment& moment, int64_t display_ns, const Eye& eye);
 
-  /// A ball around all volumes at their places in `moment`, world, m.
+  /// A box around all volumes at their places in `moment`, along the world's axes, m.
+  void box(const SceneMoment& moment, glm::dvec3& low, glm::dvec3& high) const;
+  /// A ball around the same, world, m.
   void bounds(const SceneMoment& moment, glm::dvec3& centre, double& radius_m) const;
 
  private:
   void add_things(const SceneMoment& moment, const Eye& eye, double radius_m, ViewScene& scene);
+  void add_hand(const SceneMoment& moment, const Eye& eye, double size, ViewScene& scene);
   const VolumeSpec& spec(size_t v) const { return felt_->volumes[shown_[v]].spec; }
 
   ViewChoices choices_;
@@ -56,7 +60,14 @@ class FeelPicture {
 /// kBadInput, naming the presets, if there is no look of that name.
 Status check_look(const std::string& name);
 
-/// A head before the volumes, a little to the right and above, that sees all of them; two eyes.
-std::array<Eye, 2> eyes_before(glm::dvec3 centre, double radius_m, PictureSize size);
+/// The cut through what is touched (world, m) that this eye sees the face of: a plane across its
+/// view, turned a little aside. What lies before it is cut away. It stays within the front half of
+/// the ball around all volumes, so that it never takes all away, nor nothing.
+ClipPlane cut_before(const Eye& eye, glm::dvec3 touched_m, glm::dvec3 centre_m, double radius_m);
+
+/// An eye before a box (world, m), a little to the right and above, that just sees all of it.
+Eye eye_before(glm::dvec3 low_m, glm::dvec3 high_m, PictureSize size);
+/// The two eyes of a head there.
+std::array<Eye, 2> eyes_before(glm::dvec3 low_m, glm::dvec3 high_m, PictureSize size);
 
 }  // namespace palpate::app

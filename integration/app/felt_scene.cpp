@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "compute/volume/phantom.h"
+#include "compute/volume/heart_phantom.h"
 #include "integration/app/summary.h"
 #include "integration/files/read_sequence.h"
 #include "integration/files/read_volume.h"
@@ -246,21 +246,23 @@ Result<FeltScene> of_sequence(const std::vector<fs::path>& inputs, const Sequenc
 
 void forget_motion(FeltScene& scene) {
   for (size_t v = 0; v < scene.data.size(); ++v) {
-    if (scene.spec.volumes[v].source != "heart") continue;
+    const std::string source = scene.spec.volumes[v].source;
+    if (source != "heart" && source != "shell") continue;
     MovingVolume volume = *scene.data[v];
     volume.motions.clear();
-    scene.missing.push_back({v, [count = int(volume.frames.size())]() -> Result<Frames> {
-                               auto heart = std::make_shared<Sequence>(
-                                   heart_phantom(heart_grid(128), count, 1, 0.0));
-                               Frames frames;
-                               frames.name = "heart";
-                               frames.grid = heart->frames.front().grid;
-                               frames.count = heart->frames.size();
-                               frames.read = [heart](size_t k) -> Result<Volume> {
-                                 return std::move(heart->frames[k]);
-                               };
-                               return frames;
-                             }});
+    scene.missing.push_back(
+        {v, [source, count = int(volume.frames.size())]() -> Result<Frames> {
+           const Grid grid = heart_grid(128);
+           auto made =
+               std::make_shared<Sequence>(source == "heart" ? heart_phantom(grid, count, 1, 0.0)
+                                                            : shell_phantom(grid, count, 1, 0.0));
+           Frames frames;
+           frames.name = source;
+           frames.grid = made->frames.front().grid;
+           frames.count = made->frames.size();
+           frames.read = [made](size_t k) -> Result<Volume> { return std::move(made->frames[k]); };
+           return frames;
+         }});
     scene.data[v] = std::make_shared<const MovingVolume>(std::move(volume));
   }
 }
@@ -298,6 +300,7 @@ Result<FeltScene> load_felt_scene(const std::vector<fs::path>& inputs,
                                   const SequenceChoices& choices, const OnDoing& doing) {
   const std::string name = inputs.front().string();
   if (inputs.size() == 1 && name == "heart") return of_spec(name, heart_scene(), doing);
+  if (inputs.size() == 1 && name == "shell") return of_spec(name, shell_scene(), doing);
   if (inputs.size() == 1 && name == "molecule") return of_spec(name, molecule_scene(), doing);
   if (inputs.size() == 1 && inputs.front().extension() == ".json") {
     auto spec = files::read_scene(inputs.front());
@@ -305,6 +308,34 @@ Result<FeltScene> load_felt_scene(const std::vector<fs::path>& inputs,
     return of_spec(name, std::move(*spec), doing);
   }
   return of_sequence(inputs, choices, doing);
+}
+
+Result<FeltScene> load_seen_scene(const std::vector<fs::path>& inputs,
+                                  const SequenceChoices& choices, const OnDoing& doing) {
+  const auto vectors = std::count_if(inputs.begin(), inputs.end(), [](const fs::path& input) {
+    return files::holds_vectors({input});
+  });
+  const bool alike = vectors == 0 ? bool(files::SequenceReader::open(inputs))
+                                  : vectors == std::ptrdiff_t(inputs.size());
+  if (inputs.size() == 1 || alike) return load_felt_scene(inputs, choices, doing);
+  FeltScene all;
+  for (const fs::path& input : inputs) {
+    auto one = load_felt_scene({input}, choices, doing);
+    if (!one) return one.error();
+    if (all.data.empty()) {
+      all = std::move(*one);
+      continue;
+    }
+    for (size_t v = 0; v < one->data.size(); ++v) {
+      VolumeSpec volume = one->spec.volumes[v];
+      volume.name += fmt::format(" ({})", all.data.size() + 1);
+      // A file has its middle put at the origin: here the first one's middle is there.
+      if (!volume.files.empty()) volume.transform = all.spec.volumes.front().transform;
+      all.spec.volumes.push_back(std::move(volume));
+      all.data.push_back(one->data[v]);
+    }
+  }
+  return all;
 }
 
 double fit_to_reach(FeltScene& scene, const DeviceInfo& device) {

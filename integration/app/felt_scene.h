@@ -37,7 +37,7 @@ using OnDoing = std::function<void(const std::string&)>;
 
 /// A scene with its data, ready to be assembled. Transforms are those at the start.
 struct FeltScene {
-  std::string name;  ///< "heart", or the file
+  std::string name;  ///< "heart", ..., or the file
   SceneSpec spec;
   std::vector<std::shared_ptr<const MovingVolume>> data;  ///< one per volume, in order
   std::vector<MissingMotion> missing;
@@ -45,10 +45,16 @@ struct FeltScene {
   bool from_sequence = false;      ///< no scene file said where it is: it may be fitted to a device
 };
 
-/// "heart" or "molecule", a scene file (.json), or a sequence: a 4D file, a folder, a list of 3D
-/// files, or a single frame. `doing` (may be empty) hears what is being done, for example "reading
-/// frame 3 of 20". kBadInput in one sentence. Any thread.
+/// "heart", "shell" or "molecule", a scene file (.json), or a sequence: a 4D file, a folder, a list
+/// of 3D files, or a single frame. `doing` (may be empty) hears what is being done, for example
+/// "reading frame 3 of 20". kBadInput in one sentence. Any thread.
 Result<FeltScene> load_felt_scene(const std::vector<std::filesystem::path>& inputs,
+                                  const SequenceChoices& choices, const OnDoing& doing = {});
+
+/// What is only looked at: as load_felt_scene, and several inputs that are no frames of one
+/// sequence (other grids, or scalars and vectors) as volumes of their own, where they are beside
+/// the first one. kBadInput.
+Result<FeltScene> load_seen_scene(const std::vector<std::filesystem::path>& inputs,
                                   const SequenceChoices& choices, const OnDoing& doing = {});
 
 /// Forgets the known motion of made data, so that it has to be found as a patient's would.

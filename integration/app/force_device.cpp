@@ -137,6 +137,16 @@ Result<std::unique_ptr<ForceDevice>> find_falcon(const ForceDeviceChoice& choice
 }
 
 Result<OpenedDevice> open_force_device(const ForceDeviceChoice& choice, const FeltScene& scene) {
+  if (choice.device == "none") {
+    // A probe that nobody moves, out of the way.
+    OpenedDevice opened;
+    desktop::MouseProbeOptions options;
+    options.kind = "none";
+    options.start_m = {0.0, 0.0, kMouseStart * options.workspace_radius_m};
+    opened.device = std::make_unique<desktop::MouseProbe>(options);
+    opened.why = "none: it is only looked at.";
+    return opened;
+  }
   if (choice.device == "simulated") return simulated(choice, scene, "simulated device, as asked.");
   if (choice.device == "mouse") return mouse("mouse, as asked; it gives no force.");
   if (choice.device == "controller")

@@ -14,7 +14,8 @@ namespace palpate::app {
 
 /// Which force device, as the command line says it.
 struct ForceDeviceChoice {
-  std::string device = "auto";            ///< auto, falcon, controller, mouse, simulated
+  std::string device =
+      "auto";  ///< auto, falcon, controller, mouse, simulated; none: it is only looked at
   std::filesystem::path falcon_firmware;  ///< the user's own
   std::string hand = "human";             ///< simulated: human, loose, firm, none
   std::string path = "press";             ///< simulated: a made path or a file

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "integration/app/still_picture.h"
 #include "integration/files/sentences.h"
 
 namespace palpate::app {
@@ -27,15 +28,6 @@ bool moves(const SceneMoment& moment) {
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-charts::Raster raster_of(const Picture& picture) {
-  charts::Raster raster{picture.width, picture.height, {}};
-  raster.pixels.reserve(picture.colours.size());
-  // R in the lowest byte becomes R above G above B, opaque.
-  for (const uint32_t c : picture.colours)
-    raster.pixels.push_back(0xff000000u | (c & 0xffu) << 16 | (c & 0xff00u) | (c >> 16 & 0xffu));
-  return raster;
 }
 
 }  // namespace
@@ -71,13 +63,9 @@ void Gallery::run(std::stop_token stop) {
 
 Status Gallery::look(std::stop_token stop) {
   const auto begin = Clock::now();
-  vulkan::ContextOptions gpu;
-  gpu.device = options_.gpu.device;
-  const auto context = vulkan::Context::open(gpu);
-  if (!context) return context.error();
-  auto renderer = VolumeRenderer::make(*context, {.most = options_.size});
-  if (!renderer) return renderer.error();
-  FeelPicture felt(options_.view);
+  auto opened = StillPicture::open(options_.gpu, options_.view, options_.size, 2);
+  if (!opened) return opened.error();
+  StillPicture& still = **opened;
   SceneMoment moment;
   while (!stop.stop_requested()) {
     const auto start = Clock::now();
@@ -85,33 +73,19 @@ Status Gallery::look(std::stop_token stop) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
       continue;
     }
-    if (felt.update(palpation_.scene()))
-      if (const Status set = (*renderer)->set_volumes(felt.volumes()); !set) return set;
-    glm::dvec3 centre;
-    double radius_m = 0.0;
-    felt.bounds(moment, centre, radius_m);
-    const auto eyes = eyes_before(centre, radius_m, options_.size);
-    // A picture that goes to a file is seen at the moment of its tick.
-    const ViewScene scene = felt.at(moment, moment.now_ns, eyes[0]);
-    if (const Status started = (*renderer)->start(scene, eyes, options_.size); !started)
-      return started;
-    std::array<Picture, 2> pictures;
-    for (int eye = 0; eye < 2; ++eye) {
-      auto picture = (*renderer)->read_back(eye);
-      if (!picture) return picture.error();
-      pictures[size_t(eye)] = std::move(*picture);
-    }
+    auto pictures = still.take(palpation_.scene(), moment);
+    if (!pictures) return pictures.error();
     frame_ms_.push_back(1e3 * seconds_since(start));
     if (first_picture_s_ == 0.0) first_picture_s_ = seconds_since(begin);
-    keep(moment, pictures, scene);
+    keep(moment, *pictures, still.scene());
     std::this_thread::sleep_until(start + (moves(moment) ? kFrame : kStillFrame));
   }
-  return (*renderer)->wait();
+  return Nothing{};
 }
 
 /// One picture per stretch of the cycle: one while touching and moving is better than one of the
 /// still frame, and that better than one in free space; of two alike, one where far more is felt.
-void Gallery::keep(const SceneMoment& moment, const std::array<Picture, 2>& pictures,
+void Gallery::keep(const SceneMoment& moment, const std::vector<charts::Raster>& pictures,
                    const ViewScene& scene) {
   size_t bin = 0;
   double pointer = 0.0;
@@ -132,8 +106,8 @@ void Gallery::keep(const SceneMoment& moment, const std::array<Picture, 2>& pict
   kept.any = true;
   kept.touching = moment.in_contact;
   kept.moving = moving;
-  kept.view.left = raster_of(pictures[0]);
-  kept.view.right = raster_of(pictures[1]);
+  kept.view.left = pictures[0];
+  kept.view.right = pictures[1];
   kept.view.label = fmt::format("frame {:.2f}", pointer);
   kept.force_n = force_n;
   kept.view.sublabel = fmt::format("{:.2f} N", force_n);

@@ -56,7 +56,7 @@ class Gallery {
   };
   void run(std::stop_token stop);
   Status look(std::stop_token stop);
-  void keep(const SceneMoment& moment, const std::array<Picture, 2>& pictures,
+  void keep(const SceneMoment& moment, const std::vector<charts::Raster>& pictures,
             const ViewScene& scene);
 
   Palpation& palpation_;

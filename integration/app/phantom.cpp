@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "compute/volume/heart_phantom.h"
 #include "integration/app/commands.h"
 #include "integration/app/exit_code.h"
 #include "integration/app/option_checks.h"
@@ -23,23 +24,28 @@ struct PhantomCommand {
   fs::path output;
   fs::path truth;
   int size = 128;
-  int frames = 4;
+  int frames = 0;  ///< 0: as many as the phantom usually has
   uint32_t seed = 1;
   double noise = 0.01;
   double shift_voxels = 20.0;
 };
 
 /// Truth fields and masks of where to score, written together.
-Status write_heart_truth(const PhantomCommand& command, const Grid& grid, Outputs& outputs) {
-  for (int k = 0; k < command.frames; ++k) {
-    const int next = (k + 1) % command.frames;
+Status write_beat_truth(const PhantomCommand& command, int frames, const Grid& grid,
+                        Outputs& outputs) {
+  const bool heart = command.kind == "heart";
+  for (int k = 0; k < frames; ++k) {
+    const int next = (k + 1) % frames;
     const auto truth = outputs.stage(fmt::format("truth_{}_to_{}.mha", k, next));
     if (!truth) return truth.error();
-    Status done = files::write_field(heart_truth(grid, k, next, command.frames), *truth);
+    Status done = files::write_field(
+        heart ? heart_truth(grid, k, next, frames) : shell_truth(grid, k, next, frames), *truth);
     if (!done) return outputs.in_place(done.error());
-    const auto shell = outputs.stage(fmt::format("wall_{}.mha", k));
-    if (!shell) return shell.error();
-    done = files::write_mask(heart_shell(grid, k, command.frames, command.seed), *shell);
+    const auto wall = outputs.stage(fmt::format("wall_{}.mha", k));
+    if (!wall) return wall.error();
+    done = files::write_mask(heart ? heart_muscle(grid, k, frames, command.seed)
+                                   : shell_mask(grid, k, frames, command.seed),
+                             *wall);
     if (!done) return outputs.in_place(done.error());
   }
   return outputs.publish();
@@ -68,11 +74,14 @@ Status make(const PhantomCommand& command) {
   auto outputs =
       Outputs::into(command.truth.empty() ? command.output.parent_path() : command.truth);
   if (!outputs) return outputs.error();
-  if (command.kind == "heart") {
-    const Status written = files::write_sequence(
-        heart_phantom(command.size, command.frames, command.seed, command.noise), command.output);
+  if (command.kind != "sliding") {
+    const bool heart = command.kind == "heart";
+    const int frames = command.frames > 0 ? command.frames : heart ? kHeartFrames : kShellFrames;
+    const Sequence beat = heart ? heart_phantom(command.size, frames, command.seed, command.noise)
+                                : shell_phantom(command.size, frames, command.seed, command.noise);
+    const Status written = files::write_sequence(beat, command.output);
     if (!written || command.truth.empty()) return written;
-    return write_heart_truth(command, heart_grid(command.size), *outputs);
+    return write_beat_truth(command, frames, heart_grid(command.size), *outputs);
   }
   if (std::abs(command.shift_voxels) >= command.size / 3.0) {
     return Error{ErrorKind::kBadInput,
@@ -105,8 +114,10 @@ int run(const PhantomCommand& command) {
 Command add_phantom(CLI::App& program) {
   auto command = std::make_shared<PhantomCommand>();
   CLI::App* app = program.add_subcommand("phantom", "Make a sequence whose motion is known");
-  app->add_option("kind", command->kind, "heart: beats; sliding: an organ slides past a still wall")
-      ->check(one_of({"heart", "sliding"}))
+  app->add_option("kind", command->kind,
+                  "heart: beats; shell: a ball that beats, of the paper; sliding: an organ slides "
+                  "past a still wall")
+      ->check(one_of({"heart", "shell", "sliding"}))
       ->capture_default_str();
   app->add_option("-o,--output", command->output, "The sequence, .seq.nrrd")
       ->type_name("FILE")
@@ -116,9 +127,8 @@ Command add_phantom(CLI::App& program) {
   app->add_option("--size", command->size, "Voxels along each edge")
       ->check(whole_number_in(16, 1024))
       ->capture_default_str();
-  app->add_option("--frames", command->frames, "Frames of a heart beat")
-      ->check(whole_number_in(2, 1000))
-      ->capture_default_str();
+  app->add_option("--frames", command->frames, "Frames of a beat (heart: 8, shell: 4)")
+      ->check(whole_number_in(2, 1000));
   app->add_option("--seed", command->seed, "Another seed, another texture and noise")
       ->check(whole_number_in(0, std::numeric_limits<uint32_t>::max()))
       ->capture_default_str();

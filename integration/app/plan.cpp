@@ -35,7 +35,7 @@ Command add_plan(CLI::App& program) {
   auto choices = std::make_shared<SequenceChoices>();
   CLI::App* app = program.add_subcommand(
       "plan", "Say what a scene needs in each haptic frame, what is left out, and why");
-  app->add_option("input", *inputs, "heart, molecule, a scene file, or a sequence")
+  app->add_option("input", *inputs, "heart, shell, molecule, a scene file, or a sequence")
       ->type_name("PATH")
       ->required();
   app->add_option("--fields", choices->fields, "Folder with the fields of 'palpate motion'")

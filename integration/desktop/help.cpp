@@ -17,15 +17,22 @@ constexpr Color kInk{0.93, 0.94, 0.96};
 constexpr Color kQuiet{0.70, 0.74, 0.80};
 constexpr double kRow = 19.0, kEdge = 14.0, kColumn = 112.0;
 
-constexpr std::array<std::pair<const char*, const char*>, 11> kHelp = {{
+using Line = std::pair<const char*, const char*>;
+constexpr std::array<Line, 4> kWithProbe = {{
     {"Mouse", "moves the probe"},
     {"Wheel", "probe in and out"},
     {"Right drag", "turn the view"},
     {"Right + wheel, \u00b1", "closer, further"},
+}};
+constexpr std::array<Line, 2> kWithoutProbe = {{
+    {"Drag", "turn the view"},
+    {"Wheel, \u00b1", "closer, further"},
+}};
+constexpr std::array<Line, 7> kKeys = {{
     {"Space", "play or pause"},
     {"\u2190  \u2192", "back, forward in time"},
     {"C", "cut open"},
-    {"1 \u2026 5", "looks"},
+    {"1 \u2026 8", "looks"},
     {"R / O", "probe / view back"},
     {"H", "hide this help"},
     {"Esc", "end"},
@@ -33,19 +40,37 @@ constexpr std::array<std::pair<const char*, const char*>, 11> kHelp = {{
 
 }  // namespace
 
-charts::Raster draw_help(double scale) {
-  const glm::dvec2 size = scale * glm::dvec2(262.0, 2.0 * kEdge - 5.0 + kRow * kHelp.size());
+charts::Raster draw_help(double scale, bool probe) {
+  std::vector<Line> lines;
+  if (probe)
+    lines.assign(kWithProbe.begin(), kWithProbe.end());
+  else
+    lines.assign(kWithoutProbe.begin(), kWithoutProbe.end());
+  lines.insert(lines.end(), kKeys.begin(), kKeys.end());
+  const glm::dvec2 size =
+      scale * glm::dvec2(262.0, 2.0 * kEdge - 5.0 + kRow * double(lines.size()));
   Canvas canvas(int(size.x), int(size.y));
   canvas.fill_box({0.0, 0.0}, size, kPaper, 0.80, 9.0 * scale);
   const TextStyle key{.size_px = 12.0 * scale, .bold = true, .color = kInk};
   const TextStyle meaning{.size_px = 12.0 * scale, .color = kQuiet};
   double y = kEdge + 10.0;
-  for (const auto& [name, does] : kHelp) {
+  for (const auto& [name, does] : lines) {
     canvas.draw_text(name, scale * glm::dvec2(kEdge, y), key);
     canvas.draw_text(does, scale * glm::dvec2(kEdge + kColumn, y), meaning);
     y += kRow;
   }
   return canvas.raster();
+}
+
+Corners place_corners(glm::ivec2 window, glm::ivec2 help, glm::ivec2 plot, int top, int edge) {
+  Corners corners;
+  corners.plot = window - plot - edge;
+  corners.help = {edge, window.y - help.y - edge};
+  if (corners.help.x + help.x + edge <= corners.plot.x) return corners;
+  const int above = corners.plot.y - edge - help.y;
+  corners.shows_plot = above >= top;
+  if (corners.shows_plot) corners.help.y = above;
+  return corners;
 }
 
 charts::Raster draw_note(const std::string& title, const std::vector<std::string>& lines,

@@ -30,8 +30,8 @@ Error no_window(const std::string& reason) {
 }
 
 std::optional<KeyPress> meaning_of(int key) {
-  if (key >= GLFW_KEY_1 && key <= GLFW_KEY_5) return KeyPress{Key::kLook, key - GLFW_KEY_1};
-  if (key >= GLFW_KEY_KP_1 && key <= GLFW_KEY_KP_5)
+  if (key >= GLFW_KEY_1 && key <= GLFW_KEY_8) return KeyPress{Key::kLook, key - GLFW_KEY_1};
+  if (key >= GLFW_KEY_KP_1 && key <= GLFW_KEY_KP_8)
     return KeyPress{Key::kLook, key - GLFW_KEY_KP_1};
   switch (key) {
     case GLFW_KEY_SPACE:

@@ -33,7 +33,7 @@ enum class Key {
 
 struct KeyPress {
   Key key = Key::kPlay;
-  int number = 0;  ///< kLook: 0 to 4
+  int number = 0;  ///< kLook: 0 to 7
 };
 
 /// What the person did since the last poll, and how things are now.

@@ -27,7 +27,8 @@ constexpr NumberRange kDistances_m{0.0, 10.0};
 
 const std::vector<std::string_view> kKinds = {
     "surface", "follow", "front", "vortex", "gradient-force", "vector-force", "attractor"};
-const std::vector<std::string_view> kSources = {"heart", "heart-exact", "molecule"};
+const std::vector<std::string_view> kSources = {"heart", "heart-exact", "shell", "shell-exact",
+                                                "molecule"};
 
 class SceneReader {
  public:
@@ -186,7 +187,8 @@ class SceneReader {
     if (!o.text("motion", m.motion) || !o.good()) return;
     known.clear();
     for (const MotionSpec& motion : volume->motions) known.push_back(motion.name);
-    if (volume->source.starts_with("heart")) known.push_back("data");
+    if (volume->source.starts_with("heart") || volume->source.starts_with("shell"))
+      known.push_back("data");
     if (known.empty())
       o.refuse("motion", fmt::format("the volume \"{}\" has none: leave it out", m.volume));
     else if (std::find(known.begin(), known.end(), m.motion) == known.end())

@@ -72,10 +72,12 @@ std::string table_html(const Table& table) {
 
 struct PartHtml {
   std::string operator()(const Figure& figure) const {
-    return fmt::format("<figure>\n<h3>{}</h3>\n{}\n<figcaption>{}{}</figcaption>\n</figure>\n",
-                       xml_text(figure.title), figure.svg,
-                       figure.caption.empty() ? "" : xml_text(figure.caption) + " ",
-                       csv_link(figure.data, figure.title));
+    return fmt::format(
+        "<figure>\n<h3>{}</h3>\n<div "
+        "class=\"scroll\">{}</div>\n<figcaption>{}{}</figcaption>\n</figure>\n",
+        xml_text(figure.title), figure.svg,
+        figure.caption.empty() ? "" : xml_text(figure.caption) + " ",
+        csv_link(figure.data, figure.title));
   }
   std::string operator()(const TablePart& part) const {
     const Table& table = part.table;

@@ -2,38 +2,59 @@
 
 namespace palpate::report {
 
-/// The page's style sheet. One column of text, pictures as wide as it; prints on paper as it is.
-inline constexpr const char* kPageStyle = R"(
-:root { color-scheme: light; }
-body { margin: 0 auto; max-width: 58rem; padding: 1.5rem 1.25rem 5rem; background: #fff; color: #222;
+/// The page's style sheet. One column of text, pictures as wide as it, or to be scrolled sideways
+/// where they would get too small to be read; prints on paper as it is. Dark where the system is:
+/// the figures' colours (style.h) are told by their attributes, as gnuplot and palpate write them.
+inline constexpr const char* kPageStyle = R"css(
+:root { color-scheme: light dark; --paper: #fff; --veil: #ffffffee; --ink: #222; --quiet: #555; --line: #ddd;
+  --link: #0060a0; --plate: #f5f6f8; --good: #f1f8f5; --bad: #fdf3ec; }
+@media (prefers-color-scheme: dark) {
+  :root { --paper: #14171c; --veil: #14171cee; --ink: #e8eaed; --quiet: #a9afb8; --line: #383e47;
+    --link: #7cbcf0; --plate: #1e232a; --good: #16261f; --bad: #2c1d13; }
+  svg :is([fill="#FFFFFF"], [fill="#ffffff"], [fill="rgb(255,255,255)"]) { fill: #14171c; }
+  svg :is([stroke="#FFFFFF"], [stroke="#ffffff"], [stroke="rgb(255, 255, 255)"]) { stroke: #14171c; }
+  svg :is([color="#FFFFFF"], [color="#ffffff"], [color="rgb(255, 255, 255)"]) { color: #14171c; }
+  svg :is([fill="#222222"], [fill="rgb(34,34,34)"], [fill="rgb( 34,  34,  34)"], [fill="black"]) { fill: #e8eaed; }
+  svg :is([stroke="#222222"], [stroke="rgb( 34,  34,  34)"], [stroke="black"]) { stroke: #e8eaed; }
+  svg :is([color="#222222"], [color="rgb( 34,  34,  34)"], [color="black"]) { color: #e8eaed; }
+  svg :is([fill="#666666"], [fill="rgb(102,102,102)"]) { fill: #a9afb8; }
+  svg :is([stroke="#666666"], [stroke="rgb(102, 102, 102)"]) { stroke: #a9afb8; }
+  svg :is([stroke="#E8E8E8"], [stroke="rgb(232, 232, 232)"]) { stroke: #2b3038; }
+  svg :is([fill="#D9D9D9"], [fill="rgb(217, 217, 217)"], [fill="rgb(217,217,217)"]) { fill: #474d57; }
+  svg [color="rgb(  0, 114, 178)"] { color: #4aa8e0; } svg [stroke="rgb(  0, 114, 178)"] { stroke: #4aa8e0; }
+  svg [color="rgb( 85,  85,  85)"] { color: #aeb3bb; } svg [stroke="rgb( 85,  85,  85)"] { stroke: #aeb3bb; }
+  svg [color="rgb(136,  34,  85)"] { color: #d9709f; } svg [stroke="rgb(136,  34,  85)"] { stroke: #d9709f; }
+}
+body { margin: 0 auto; max-width: 58rem; padding: 1.5rem 1.25rem 5rem; background: var(--paper); color: var(--ink);
   font: 16px/1.5 Inter, system-ui, "Segoe UI", Helvetica, Arial, sans-serif; }
 h1 { font-size: 1.9rem; line-height: 1.2; margin: .5rem 0 .75rem; letter-spacing: -.01em; }
-h2 { font-size: 1.35rem; margin: 3.25rem 0 .75rem; padding-top: 1rem; border-top: 2px solid #222; }
+h2 { font-size: 1.35rem; margin: 3.25rem 0 .75rem; padding-top: 1rem; border-top: 2px solid var(--ink); }
 h3 { font-size: 1.02rem; margin: 2rem 0 .5rem; }
+h1, h2, h3, p { overflow-wrap: anywhere; }
 p { margin: .6rem 0; max-width: 46rem; }
-a { color: #0060a0; }
-dl { display: grid; grid-template-columns: repeat(auto-fill, minmax(16rem, 1fr)); gap: .5rem 1.5rem;
-  margin: 1.25rem 0; padding: .9rem 1.1rem; background: #f5f6f8; border-radius: 6px; font-size: .88rem; }
-dt { color: #666; } dd { margin: 0; font-weight: 500; overflow-wrap: anywhere; }
+a { color: var(--link); }
+dl { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(16rem, 100%), 1fr)); gap: .5rem 1.5rem;
+  margin: 1.25rem 0; padding: .9rem 1.1rem; background: var(--plate); border-radius: 6px; font-size: .88rem; }
+dt { color: var(--quiet); } dd { margin: 0; font-weight: 500; overflow-wrap: anywhere; }
 nav { position: sticky; top: 0; display: flex; flex-wrap: wrap; gap: .25rem 1.25rem; padding: .6rem 0;
-  background: #ffffffee; border-bottom: 1px solid #ddd; font-size: .92rem; }
+  background: var(--veil); border-bottom: 1px solid var(--line); font-size: .92rem; z-index: 1; }
 nav a { text-decoration: none; }
 section { scroll-margin-top: 2.5rem; }
-.answer { border-left: 4px solid #009E73; background: #f1f8f5; padding: .5rem 1.1rem; margin: 1rem 0 1.5rem;
+.answer { border-left: 4px solid #009E73; background: var(--good); padding: .5rem 1.1rem; margin: 1rem 0 1.5rem;
   border-radius: 0 6px 6px 0; font-size: 1.04rem; }
-.grave { border-left: 4px solid #D55E00; background: #fdf3ec; padding: .6rem 1.1rem; border-radius: 0 6px 6px 0; }
-.note, figcaption { color: #555; font-size: .88rem; }
+.grave { border-left: 4px solid #D55E00; background: var(--bad); padding: .6rem 1.1rem; border-radius: 0 6px 6px 0; }
+.note, figcaption { color: var(--quiet); font-size: .88rem; }
 figure { margin: 1.5rem 0 2rem; } figure h3 { margin-bottom: .25rem; }
-figure svg { display: block; width: 100%; height: auto; }
+figure svg { display: block; width: 100%; min-width: 46rem; height: auto; }
 figcaption { max-width: 46rem; margin-top: .25rem; }
 .csv { white-space: nowrap; }
 .scroll { overflow-x: auto; }
 table { border-collapse: collapse; font-size: .86rem; font-variant-numeric: tabular-nums; }
-th, td { padding: .28rem .75rem .28rem 0; text-align: left; border-bottom: 1px solid #e6e6e6; vertical-align: top; }
-th { border-bottom: 1.5px solid #888; font-weight: 600; vertical-align: bottom; }
+th, td { padding: .28rem .75rem .28rem 0; text-align: left; border-bottom: 1px solid var(--line); vertical-align: top; }
+th { border-bottom: 1.5px solid var(--quiet); font-weight: 600; vertical-align: bottom; }
 th.n, td.n { text-align: right; padding-left: .5rem; white-space: nowrap; }
 details { margin: 1rem 0; } summary { cursor: pointer; font-weight: 600; font-size: 1.02rem; }
-@media print { nav { position: static; } figure, tr { break-inside: avoid; } }
-)";
+@media print { nav { position: static; } figure, tr { break-inside: avoid; } figure svg { min-width: 0; } }
+)css";
 
 }  // namespace palpate::report

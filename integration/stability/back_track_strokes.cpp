@@ -22,7 +22,7 @@ std::shared_ptr<const MovingVolume> running_shell(double q, glm::dvec3 axis_lps)
   auto volume = std::make_shared<MovingVolume>(*still);
   const glm::dvec3 east = glm::normalize(glm::cross(axis_lps, glm::dvec3(0.3, 0.5, -0.8)));
   const glm::dvec3 north = glm::cross(axis_lps, east);
-  Field field = heart_truth(grid, kFoldedStep, kFoldedStep + 1, kFrames);
+  Field field = shell_truth(grid, kFoldedStep, kFoldedStep + 1, kFrames);
   for (int k = 0; k < grid.size.z; ++k)
     for (int j = 0; j < grid.size.y; ++j)
       for (int i = 0; i < grid.size.x; ++i) {

@@ -126,11 +126,11 @@ MotionPair heart_pair(int size, int left_out, int frame, uint32_t seed) {
       for (int y = 0; y < grid.size.y; ++y)
         for (int x = 0; x < grid.size.x; ++x)
           volume.values[grid.offset(x, y, z)] = float(
-              heart_value(grid.lps_from_index({x, y, z}), k, kHeartFrames, 1, grid.finest_mm()));
+              shell_value(grid.lps_from_index({x, y, z}), k, kHeartFrames, 1, grid.finest_mm()));
     return volume;
   };
-  MotionPair pair{at(frame), at(next), heart_truth(grid, frame, next, kHeartFrames),
-                  heart_shell(grid, frame, kHeartFrames)};
+  MotionPair pair{at(frame), at(next), shell_truth(grid, frame, next, kHeartFrames),
+                  shell_mask(grid, frame, kHeartFrames)};
   add_noise(pair, 0.01 * 900.0, seed);
   return pair;
 }

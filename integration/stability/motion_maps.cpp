@@ -43,7 +43,7 @@ Making alone(Making making) {
 /// middle in the smallest state) has moved by half of the wall there is; kHeartFrames: never.
 double left_out_to_half_the_wall(double frame) {
   const Grid grid = heart_grid(64);
-  const Mask wall = heart_shell(grid, 0, kHeartFrames);
+  const Mask wall = shell_mask(grid, 0, kHeartFrames);
   double first = 1e9, last = 0.0;
   for (int i = 32; i < 64; ++i)
     if (wall.values[grid.offset(i, 32, 32)]) {
@@ -55,7 +55,7 @@ double left_out_to_half_the_wall(double frame) {
   // Between frames the phantom's motion goes as a cosine.
   const auto place = [&](double k) {
     const double s = 0.5 * (1.0 - std::cos(2.0 * std::numbers::pi * k / kHeartFrames));
-    return s * (heart_point({last, 0.0, 0.0}, 0, kHeartFrames / 2, kHeartFrames).x - last);
+    return s * (shell_point({last, 0.0, 0.0}, 0, kHeartFrames / 2, kHeartFrames).x - last);
   };
   for (double n = 0.0; n < kHeartFrames; n += 0.02)
     if (std::abs(place(frame + 1.0 + n) - place(frame)) >= 0.5 * thickness) return n;

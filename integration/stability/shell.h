@@ -18,7 +18,7 @@ constexpr double kOuterMm = 25.0;
 
 /// The sphere's radius in frame k of n, mm.
 inline double shell_radius_mm(int k, int n) {
-  return heart_point({kOuterMm, 0.0, 0.0}, 0, k, n).x;
+  return shell_point({kOuterMm, 0.0, 0.0}, 0, k, n).x;
 }
 
 inline Volume shell_frame(const Grid& grid, int k, int n) {
@@ -85,7 +85,7 @@ inline std::shared_ptr<const MovingVolume> shell(int n, double frames_per_second
       volume->frames.push_back(
           std::make_shared<Ball>(1e-3 * shell_radius_mm(k, n), 1.06e-3 * spacing_mm));
     volume->times.times_s.push_back(k / frames_per_second);
-    if (n > 1) motion.steps.push_back(MotionMap::of(heart_truth(grid, k, (k + 1) % n, n)));
+    if (n > 1) motion.steps.push_back(MotionMap::of(shell_truth(grid, k, (k + 1) % n, n)));
   }
   if (n > 1) {
     volume->times.cycle_s = n / frames_per_second;

@@ -74,7 +74,7 @@ std::shared_ptr<const MovingVolume> sphere(int frames, double data_mm, double fi
   const Grid grid = stability::shell_grid(field_mm);
   for (int k = 0; k < frames; ++k)
     volume->motions.front().steps[size_t(k)] =
-        MotionMap::of(heart_truth(grid, k, (k + 1) % frames, frames));
+        MotionMap::of(shell_truth(grid, k, (k + 1) % frames, frames));
   return volume;
 }
 
@@ -223,7 +223,7 @@ struct TurnPlaces {
 };
 
 TurnPlaces turn_places(int count) {
-  static const auto map = MotionMap::of(heart_truth(heart_grid(128), 0, 1));
+  static const auto map = MotionMap::of(shell_truth(heart_grid(128), 0, 1));
   TurnPlaces places{map, {}};
   Draws draws(7);
   for (int n = 0; n < count; ++n)

@@ -18,7 +18,7 @@ constexpr int kFrames = 4;
 
 std::shared_ptr<const MovingVolume> made_heart() {
   VolumeSpec spec;
-  spec.name = spec.source = "heart";
+  spec.name = spec.source = "shell";
   spec.frames_per_second = kFramesPerSecond;
   auto volume = build(spec);
   if (!volume) throw Mismatch(volume.error().message);
@@ -52,7 +52,7 @@ Transform turned(int volume, double time_s) {
 
 SceneSpec hearts_spec(int volumes, int modes_of_each, Moves moves, PosePath path,
                       BackTracking method) {
-  const SceneSpec one = heart_scene();
+  const SceneSpec one = shell_scene();
   SceneSpec spec = one;
   spec.volumes.clear();
   spec.modes.clear();

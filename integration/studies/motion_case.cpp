@@ -58,15 +58,15 @@ std::string grid_text(const Grid& grid) {
 }
 
 MotionCase heart_case(int size) {
-  Sequence heart = heart_phantom(size);
+  Sequence heart = shell_phantom(size);
   const Grid grid = heart.frames[0].grid;
   MotionCase result;
   result.id = "heart";
   result.name = "Beating heart (made), " + grid_text(grid);
   result.fixed = std::move(heart.frames[0]);
   result.moving = std::move(heart.frames[1]);
-  result.truth = heart_truth(grid, 0, 1);
-  result.mask = heart_shell(grid, 0);
+  result.truth = shell_truth(grid, 0, 1);
+  result.mask = shell_mask(grid, 0);
   return result;
 }
 

@@ -146,7 +146,7 @@ SceneMeasures measure_scene(const StudyRun& run) {
     }
   }
   // A brick is 32 voxels wide on the finest level: smaller volumes would hold too few to leave out.
-  const Sequence heart = heart_phantom(run.quick ? 128 : 192);
+  const Sequence heart = shell_phantom(run.quick ? 128 : 192);
   const Volume &fixed = heart.frames[0], &moving = heart.frames[1];
   const std::vector<double> shares =
       run.quick ? std::vector<double>{1.0, 0.3, 0.1, 0.01}

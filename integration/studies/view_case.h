@@ -20,7 +20,7 @@ inline constexpr double kEnoughDb = 40.0;
 
 /// The heart phantom at 256^3, half a millimetre a voxel.
 inline Volume view_data(int size = 256) {
-  return heart_phantom(heart_grid(size), 4, 1, 0.0).frames[1];
+  return shell_phantom(heart_grid(size), 4, 1, 0.0).frames[1];
 }
 
 /// Sparse: only the edge of the wall, a shell two or three voxels thick. Dense: everything has some

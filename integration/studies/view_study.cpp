@@ -24,14 +24,14 @@ const char* const kMoving = "palpate, moving";
 const char* const kSmaller = "palpate, fewer pixels";
 
 std::shared_ptr<const MovingVolume> beating(int size) {
-  Sequence frames = heart_phantom(heart_grid(size), 4, 1, 0.0);
+  Sequence frames = shell_phantom(heart_grid(size), 4, 1, 0.0);
   MovingVolume volume;
   volume.name = "heart";
   volume.times.times_s = {0.0, 0.25};
   for (const size_t k : {1, 2})
     volume.frames.push_back(sampled_scalar(std::move(frames.frames[k])));
   volume.motions.push_back(
-      {"data", {MotionMap::of(heart_truth(coarsened(heart_grid(size), glm::ivec3(2)), 1, 2, 4))}});
+      {"data", {MotionMap::of(shell_truth(coarsened(heart_grid(size), glm::ivec3(2)), 1, 2, 4))}});
   return std::make_shared<const MovingVolume>(std::move(volume));
 }
 

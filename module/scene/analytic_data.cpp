@@ -5,27 +5,40 @@
 #include <limits>
 #include <numbers>
 
+#include "compute/volume/heart_phantom.h"
 #include "compute/volume/phantom.h"
 #include "module/scene/transform.h"
 
 namespace palpate {
 namespace {
 
-constexpr double kHeartHalfWidthM = 0.064;
+constexpr double kPhantomHalfWidthM = 0.064;
 
-class AnalyticHeart final : public FrameData {
+/// A phantom of compute/volume by its formulas.
+class AnalyticPhantom final : public FrameData {
  public:
-  AnalyticHeart(int frame, int frames, uint32_t seed, double voxel_mm)
-      : frame_(frame), frames_(frames), seed_(seed), voxel_mm_(voxel_mm) {}
+  using Value = double (*)(glm::dvec3 lps_mm, int frame, int frames, uint32_t seed,
+                           double voxel_mm);
+  using Gradient = glm::dvec3 (*)(glm::dvec3 lps_mm, int frame, int frames, uint32_t seed,
+                                  double voxel_mm);
+  AnalyticPhantom(Value value, Gradient gradient, int frame, int frames, uint32_t seed,
+                  double voxel_mm)
+      : value_(value),
+        gradient_(gradient),
+        frame_(frame),
+        frames_(frames),
+        seed_(seed),
+        voxel_mm_(voxel_mm) {
+    assert(frames > 0 && voxel_mm > 0.0);
+  }
 
   bool is_vector() const noexcept override { return false; }
   double scalar(glm::dvec3 x_m) const noexcept override {
-    return heart_value(lps_from_volume(x_m), frame_, frames_, seed_, voxel_mm_);
+    return value_(lps_from_volume(x_m), frame_, frames_, seed_, voxel_mm_);
   }
   glm::dvec3 scalar_gradient(glm::dvec3 x_m) const noexcept override {
     // Axes turn as those of points do; the unit goes the other way: per mm to per m.
-    const glm::dvec3 per_mm =
-        heart_gradient(lps_from_volume(x_m), frame_, frames_, seed_, voxel_mm_);
+    const glm::dvec3 per_mm = gradient_(lps_from_volume(x_m), frame_, frames_, seed_, voxel_mm_);
     return 1e6 * volume_from_lps(per_mm);
   }
   glm::dvec3 vector(glm::dvec3 x_m) const noexcept override { return scalar_gradient(x_m); }
@@ -40,10 +53,12 @@ class AnalyticHeart final : public FrameData {
     return jacobian;
   }
   double detail_m() const noexcept override { return 1e-3 * voxel_mm_; }
-  glm::dvec3 low_m() const noexcept override { return glm::dvec3(-kHeartHalfWidthM); }
-  glm::dvec3 high_m() const noexcept override { return glm::dvec3(kHeartHalfWidthM); }
+  glm::dvec3 low_m() const noexcept override { return glm::dvec3(-kPhantomHalfWidthM); }
+  glm::dvec3 high_m() const noexcept override { return glm::dvec3(kPhantomHalfWidthM); }
 
  private:
+  Value value_;
+  Gradient gradient_;
   int frame_, frames_;
   uint32_t seed_;
   double voxel_mm_;
@@ -107,10 +122,16 @@ constexpr double kVoltAngstrom = 14.39964;
 
 }  // namespace
 
+std::shared_ptr<const FrameData> analytic_shell(int frame, int frames, uint32_t seed,
+                                                double voxel_mm) {
+  return std::make_shared<AnalyticPhantom>(shell_value, shell_gradient, frame, frames, seed,
+                                           voxel_mm);
+}
+
 std::shared_ptr<const FrameData> analytic_heart(int frame, int frames, uint32_t seed,
                                                 double voxel_mm) {
-  assert(frames > 0 && voxel_mm > 0.0);
-  return std::make_shared<AnalyticHeart>(frame, frames, seed, voxel_mm);
+  return std::make_shared<AnalyticPhantom>(heart_value, heart_gradient, frame, frames, seed,
+                                           voxel_mm);
 }
 
 std::shared_ptr<const FrameData> point_charges(std::vector<PointCharge> charges, double margin_m) {

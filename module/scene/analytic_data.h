@@ -4,15 +4,20 @@
 #include <memory>
 #include <vector>
 
+#include "compute/volume/heart_phantom.h"
+#include "compute/volume/phantom.h"
 #include "module/scene/frame_data.h"
 
 namespace palpate {
 
-/// One frame of the beating heart of compute/volume/phantom.h, as the formula says it: no samples,
+/// One frame of the beating heart or shell of compute/volume, as the formula says it: no samples,
 /// no noise, exact gradients. Its Jacobian is a central difference of the gradient over half of
-/// voxel_mm. voxel_mm: how soft edges are. It goes on as lung outside its box, 128 mm wide.
-std::shared_ptr<const FrameData> analytic_heart(int frame, int frames = 4, uint32_t seed = 1,
-                                                double voxel_mm = 1.0);
+/// voxel_mm. voxel_mm: how soft edges are. It goes on as the formula does outside its box, 128 mm
+/// wide.
+std::shared_ptr<const FrameData> analytic_heart(int frame, int frames = kHeartFrames,
+                                                uint32_t seed = 1, double voxel_mm = 1.0);
+std::shared_ptr<const FrameData> analytic_shell(int frame, int frames = kShellFrames,
+                                                uint32_t seed = 1, double voxel_mm = 1.0);
 
 /// A charge that is spread out so that its potential stays finite.
 struct PointCharge {

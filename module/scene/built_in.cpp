@@ -1,24 +1,43 @@
 #include "module/scene/built_in.h"
 
+#include <utility>
+
 namespace palpate {
 
-SceneSpec heart_scene() {
+namespace {
+
+/// Made data of this name with a surface.
+SceneSpec surface_scene(const char* name, double frames_per_second, TransferFunction strength) {
   VolumeSpec volume;
-  volume.name = "heart";
-  volume.source = "heart";
-  volume.frames_per_second = 2.0;
+  volume.name = volume.source = name;
+  volume.frames_per_second = frames_per_second;
   ModeSpec wall;
   wall.name = "wall";
   wall.kind = "surface";
   wall.volume = volume.name;
-  // Lung is 100, blood 350, wall 1000: what is above 625 holds. The window is narrow beside these
-  // steps, so that the strength rises within the edge and not within the texture of either side.
-  wall.strength = *TransferFunction::window(625.0, 150.0, 5.0);
+  wall.strength = std::move(strength);
   wall.friction = TransferFunction::constant(0.2);
   SceneSpec scene;
   scene.volumes = {volume};
   scene.modes = {wall};
   return scene;
+}
+
+}  // namespace
+
+SceneSpec heart_scene() {
+  // Blood with its texture ends at 245, muscle begins at 485.
+  SceneSpec scene = surface_scene("heart", 4.0, *TransferFunction::window(350.0, 100.0, 5.0));
+  // The middle of the device is before the ventricles, so that the hand comes upon a wall
+  // that moves.
+  scene.world_from_device.translation_m = {-0.009, -0.006, 0.0};
+  return scene;
+}
+
+SceneSpec shell_scene() {
+  // Lung is 100, blood 350, wall 1000: what is above 625 holds. The window is narrow beside these
+  // steps, so that the strength rises within the edge and not within the texture of either side.
+  return surface_scene("shell", 2.0, *TransferFunction::window(625.0, 150.0, 5.0));
 }
 
 SceneSpec molecule_scene() {

@@ -58,13 +58,14 @@ Look windowed(Look look, double level, double width);
 double level_of(const Look& look);
 double width_of(const Look& look);
 
-/// "CT bone", "CT heart", "CT lung", "MR", "phantom", "molecule" and
-/// "flow"; kBadInput for another name.
+/// "CT bone", "CT heart", "CT lung", "MR", "phantom" (the beating shell), "molecule", "flow" and
+/// "heart" (the heart phantom); kBadInput for another name.
 Result<Look> preset_look(std::string_view name);
 /// In the order in which they are offered.
 std::vector<std::string> preset_names();
-/// The preset that suits data of this range: CT in HU reaches below -300, the phantom from 0 to
-/// about 1000 is told by its name, all else is taken for MR and its window set to the range.
+/// The preset that suits data of this range: CT in HU reaches below -300, the phantoms (the
+/// shell up to about 1100, the heart up to about 1350) are told by name and range, all else is
+/// taken for MR and its window set to the range.
 Look fitting_look(std::string_view volume_name, double lowest, double highest);
 
 /// sRGB to linear light and back, 0 to 1.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "compute/volume/heart_phantom.h"
 #include "compute/volume/parallel.h"
 #include "compute/volume/phantom.h"
 #include "module/scene/analytic_data.h"
@@ -12,8 +13,7 @@
 namespace palpate {
 namespace {
 
-constexpr int kHeartFrames = 4;
-constexpr int kHeartSamples = 128;  // of 1 mm
+constexpr int kSamples = 128;  // of 1 mm
 
 Error refused(const VolumeSpec& spec, const std::string& what) {
   return {ErrorKind::kBadInput, "The volume \"" + spec.name + "\" can not be used: " + what};
@@ -135,25 +135,38 @@ Result<MovingVolume> checked(MovingVolume volume) {
   return volume;
 }
 
-MovingVolume heart(const VolumeSpec& spec, bool exact) {
-  const Grid grid = heart_grid(kHeartSamples);
+/// A phantom: how many frames it has, a frame by its formula, all of them sampled without noise,
+/// and its true motion on a grid.
+struct Phantom {
+  int frames;
+  std::shared_ptr<const FrameData> (*exact)(int frame, int frames, uint32_t seed, double voxel_mm);
+  Sequence (*sampled)(const Grid& grid, int frames, uint32_t seed, double noise);
+  Field (*truth)(const Grid& grid, int from_frame, int to_frame, int frames);
+  /// Of the motion, mm: trilinear in between it is to be right to a hundredth of a millimetre.
+  double motion_mm;
+};
+constexpr Phantom kShell{kShellFrames, analytic_shell, shell_phantom, shell_truth, 1.0};
+constexpr Phantom kHeart{kHeartFrames, analytic_heart, heart_phantom, heart_truth, 2.0};
+
+MovingVolume made(const VolumeSpec& spec, const Phantom& phantom, bool exact) {
   Sequence sequence;
   MovingVolume volume;
   volume.name = spec.name;
   if (exact) {
-    for (int k = 0; k < kHeartFrames; ++k) {
-      volume.frames.push_back(analytic_heart(k, kHeartFrames));
-      sequence.times_s.push_back(double(k) / kHeartFrames);
+    for (int k = 0; k < phantom.frames; ++k) {
+      volume.frames.push_back(phantom.exact(k, phantom.frames, 1, 1.0));
+      sequence.times_s.push_back(double(k) / phantom.frames);
     }
   } else {
-    sequence = heart_phantom(grid, kHeartFrames, 1, 0.0);
+    sequence = phantom.sampled(heart_grid(kSamples), phantom.frames, 1, 0.0);
     for (Volume& frame : sequence.frames) volume.frames.push_back(sampled_scalar(std::move(frame)));
   }
   volume.times = times_of(spec, sequence, volume.frames.size());
+  const Grid grid = heart_grid(int(kSamples / phantom.motion_mm));
   Motion motion{"data", {}};
   for (int k = 0; k < volume.times.steps(); ++k)
     motion.steps.push_back(
-        MotionMap::of(heart_truth(grid, k, (k + 1) % kHeartFrames, kHeartFrames)));
+        MotionMap::of(phantom.truth(grid, k, (k + 1) % phantom.frames, phantom.frames)));
   volume.motions.push_back(std::move(motion));
   return volume;
 }
@@ -184,7 +197,9 @@ Result<MovingVolume> build(const VolumeSpec& spec) {
   if (!std::isfinite(spec.frames_per_second))
     return refused(spec, "its frames per second are not a number.");
   if (spec.source == "heart" || spec.source == "heart-exact")
-    return checked(heart(spec, spec.source == "heart-exact"));
+    return checked(made(spec, kHeart, spec.source == "heart-exact"));
+  if (spec.source == "shell" || spec.source == "shell-exact")
+    return checked(made(spec, kShell, spec.source == "shell-exact"));
   if (spec.source == "molecule") {
     MovingVolume volume;
     volume.name = spec.name;
@@ -193,7 +208,8 @@ Result<MovingVolume> build(const VolumeSpec& spec) {
     return checked(std::move(volume));
   }
   return refused(spec, "there is no made data called \"" + spec.source +
-                           "\"; there are heart, heart-exact and molecule.");
+                           "\"; there are heart, heart-exact, shell, shell-exact "
+                           "and molecule.");
 }
 
 Transform start_transform(const VolumeSpec& spec, const MovingVolume& volume) {

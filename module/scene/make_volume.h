@@ -32,9 +32,10 @@ struct VolumeData {
 /// number. Lays out fields and bounds them, on all cores: not for the servo thread.
 Result<MovingVolume> build(const VolumeSpec& spec, VolumeData data);
 
-/// The volume of spec.source: "heart", the beating shell sampled at 1 mm without noise, four frames
-/// in one second, with its true motion; "heart-exact", the same with frames as formulas;
-/// "molecule", dichloroethane, which does not move. kBadInput for another name.
+/// The volume of spec.source: "heart", the beating heart sampled at 1 mm without noise, eight
+/// frames in one second, with its true motion; "shell", the beating shell likewise in four frames;
+/// "heart-exact" and "shell-exact", the same with frames as formulas; "molecule", dichloroethane,
+/// which does not move. kBadInput for another name.
 Result<MovingVolume> build(const VolumeSpec& spec);
 
 /// world_from_volume at the start: the spec's transform, or, if it asks for files to be centred,

@@ -96,7 +96,7 @@ struct SeenSpec {
 
 struct VolumeSpec {
   std::string name;
-  std::string source;                        ///< "heart", "molecule", or empty: files
+  std::string source;                        ///< "heart", "shell", "molecule", or empty: files
   std::vector<std::filesystem::path> files;  ///< frames, as palpate motion takes them
   std::vector<MotionSpec> motions;
   Transform transform;  ///< world_from_volume at the start

@@ -84,7 +84,7 @@ TEST(MotionCommand, SaysWhichFrameOfASequenceHasAnotherSize) {
   const Sequence heart = small_heart(3);
   const auto first = written(heart.frames[0], folder / "a.mha");
   const auto second = written(heart.frames[1], folder / "b.mha");
-  const auto third = written(heart_phantom(40, 3).frames[2], folder / "c.mha");
+  const auto third = written(shell_phantom(40, 3).frames[2], folder / "c.mha");
   expect_refused(run({"motion", first, second, third, "-o", folder / "out"}), {"c.mha", "frame 2"});
 }
 
@@ -104,7 +104,7 @@ TEST(MotionCommand, RefusesAnOutputThatCanNotBeWrittenBeforeItReadsAnything) {
 TEST(MotionCommand, RefusesAMaskOnAnotherGridAndAnEmptyOne) {
   const TemporaryFolder folder;
   const std::string heart = written(small_heart(2), folder / "heart.seq.nrrd");
-  const std::string other = written(heart_phantom(40, 2).frames[0], folder / "other.mha");
+  const std::string other = written(shell_phantom(40, 2).frames[0], folder / "other.mha");
   expect_refused(run({"motion", heart, "-o", folder / "out", "--mask", other}),
                  {"other.mha", "40 x 40 x 40"});
   Volume nothing = small_heart(2).frames[0];

@@ -113,7 +113,7 @@ TEST(CheckCommand, TrustsTheTruthAndNotStillness) {
   const Grid& grid = heart.frames[0].grid;
   const auto fixed = written(heart.frames[0], folder / "fixed.mha");
   const auto moving = written(heart.frames[1], folder / "moving.mha");
-  const auto truth = written(heart_truth(grid, 0, 1), folder / "truth.mha");
+  const auto truth = written(shell_truth(grid, 0, 1), folder / "truth.mha");
   const auto still = written(still_field(grid), folder / "still.mha");
   const Outcome good = run({"check", truth, "--fixed", fixed, "--moving", moving, "--opencv"});
   EXPECT_EQ(good.exit_code, 0) << good.out;

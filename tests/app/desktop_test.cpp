@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "tests/app/program.h"
+#include "tests/app/scenes.h"
 #include "tests/app/ticks.h"
 #include "tests/desktop/virtual_display.h"
 
@@ -101,7 +102,7 @@ TEST(Desktop, KeysGoThroughTimeAndBringViewAndProbeBack) {
   const files::TemporaryFolder folder;
   const auto csv = folder / "ticks.csv";
   Program program(
-      {"feel", "heart", "--headset", "none", "--device", "mouse", "--csv", csv.string()});
+      {"feel", "shell", "--headset", "none", "--device", "mouse", "--csv", csv.string()});
   ASSERT_TRUE(wait_until([&] { return share_of_flesh(display->screenshot()) > 0.1; }))
       << "no heart is to be seen";
   // Space holds it; four steps of a fortieth forward, two back.
@@ -147,6 +148,66 @@ TEST(Desktop, KeysGoThroughTimeAndBringViewAndProbeBack) {
   const double shallowest = *std::min_element(depths.begin(), depths.end());
   EXPECT_GT(deepest - shallowest, 0.01) << "the wheel moved the probe";
   EXPECT_GT(std::abs(depths.back() - depths[depths.size() - 2]), 0.01) << "R moved it back";
+}
+
+/// Mean difference of two pictures of a box of the screen, of 255.
+double apart_in(const Screenshot& a, const Screenshot& b, int left, int top, int right,
+                int bottom) {
+  double sum = 0.0;
+  int count = 0;
+  for (int y = top; y < bottom; ++y)
+    for (int x = left; x < right; ++x)
+      for (const int shift : {0, 8, 16}) {
+        sum += std::abs(int(a.at(x, y) >> shift & 255) - int(b.at(x, y) >> shift & 255));
+        ++count;
+      }
+  return sum / count;
+}
+
+TEST(Desktop, HelpLeavesTheForcePlotFreeInANarrowWindow) {
+  NEEDS_DEVICE();
+  std::string why_not;
+  const auto display = VirtualDisplay::start(1280, 800, why_not);
+  if (!display) GTEST_SKIP() << why_not;
+  const files::TemporaryFolder folder;
+  // One frame: nothing moves but the mouse.
+  const std::string still = written(shell_phantom(24, 1).frames[0], folder / "still.mha");
+  Program program(
+      {"feel", still, "--headset", "none", "--device", "mouse", "--black-box", folder / "."});
+  ASSERT_TRUE(wait_until([&] { return program.said().find(" Hz ") != std::string::npos; }));
+  ASSERT_TRUE(display->act("search --sync --name palpate windowsize 480 740 sleep 2"));
+  // The lower right corner, where the plot stands, with the help and without it.
+  ASSERT_TRUE(display->act("mousemove 200 300 key h sleep 3"));
+  const Screenshot without = display->screenshot();
+  ASSERT_TRUE(display->act("key h sleep 3"));
+  const Screenshot with = display->screenshot();
+  // In it a force of zero is a line that does not change.
+  EXPECT_LT(apart_in(with, without, 140, 570, 460, 720), 3.0) << "the help covers the plot";
+  EXPECT_GT(apart_in(with, without, 20, 330, 270, 550), 8.0) << "the help stands above it";
+  ASSERT_TRUE(display->act("key Escape"));
+  EXPECT_EQ(program.wait().exit_code, 0);
+}
+
+TEST(Desktop, ViewsAVolumeWithoutHandAndPlot) {
+  NEEDS_DEVICE();
+  std::string why_not;
+  const auto display = VirtualDisplay::start(1280, 800, why_not);
+  if (!display) GTEST_SKIP() << why_not;
+  Program program({"view", "shell", "--headset", "none"});
+  ASSERT_TRUE(wait_until([&] { return share_of_flesh(display->screenshot()) > 0.1; }))
+      << "no volume is to be seen";
+  ASSERT_TRUE(display->act("mousemove 560 380 sleep 1"));
+  const Screenshot shot = display->screenshot();
+  // The plot's plate has white letters; here is only the dark background.
+  int bright = 0;
+  for (int y = 590; y < 745; ++y)
+    for (int x = 780; x < 1105; ++x) bright += int(shot.at(x, y) >> 8 & 255) > 120;
+  EXPECT_LT(bright, 200) << "a force plot is drawn";
+  ASSERT_TRUE(display->act("key Escape"));
+  const Outcome outcome = program.wait();
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("Seen      in a window, as asked."));
+  EXPECT_THAT(outcome.out, ::testing::Not(HasSubstr("Felt")));
 }
 
 TEST(Desktop, SaysThatThereIsNoDisplay) {

@@ -34,7 +34,7 @@ TEST(Feel, PressesTheBeatingHeartAndDrawsWhatItFelt) {
   const Outcome result = run(feel("heart", {"--csv", folder / "ticks.csv", "--picture",
                                             folder / "felt.png", "--black-box", folder / "."}));
   ASSERT_EQ(result.exit_code, 0) << result.out << result.err;
-  EXPECT_THAT(result.out, AllOf(HasSubstr("4 frames in 2 s, with its motion"),
+  EXPECT_THAT(result.out, AllOf(HasSubstr("8 frames in 2 s, with its motion"),
                                 HasSubstr("follows the path 'press'"), HasSubstr("Felt")));
   EXPECT_TRUE(std::filesystem::exists(folder / "felt.png"));
   const Table ticks(folder / "ticks.csv");
@@ -58,7 +58,7 @@ TEST(Feel, PressesTheBeatingHeartAndDrawsWhatItFelt) {
 TEST(Feel, ReportsTheServosPeriodsAloneBesideThoseOfTheRun) {
   const TemporaryFolder folder;
   const Outcome result =
-      run(feel("heart", {"--servo-report", "--seconds", "0.5", "--black-box", folder / "."}));
+      run(feel("shell", {"--servo-report", "--seconds", "0.5", "--black-box", folder / "."}));
   ASSERT_EQ(result.exit_code, 0) << result.out << result.err;
   int alone = 0, joined = 0;
   const size_t at = result.out.find("Servo     alone:");
@@ -187,7 +187,7 @@ TEST(Feel, SaysInOneSentenceWhatIsWrong) {
 TEST(Plan, NamesWhatIsNeededAndWhatIsLeftOut) {
   const Outcome heart = run({"plan", "heart"});
   EXPECT_EQ(heart.exit_code, 0) << heart.err;
-  EXPECT_THAT(heart.out, AllOf(HasSubstr("4 of 4 steps known"), HasSubstr("felt by    wall"),
+  EXPECT_THAT(heart.out, AllOf(HasSubstr("8 of 8 steps known"), HasSubstr("felt by    wall"),
                                HasSubstr("pose: its transform does not change")));
   const Outcome molecule = run({"plan", "molecule"});
   EXPECT_THAT(molecule.out, AllOf(HasSubstr("turning, at the tick's own time"),

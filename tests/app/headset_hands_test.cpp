@@ -241,7 +241,7 @@ TEST_F(HandsInAHeadset, AHandPausesScrubsBackAndForthAndPlaysTheHeart) {
   };
   std::vector<std::string> more = at_rest({0.0, 0.0, 0.07});
   more.insert(more.end(), {"--csv", folder / "ticks.csv"});
-  start("heart", more, "64 48", 15.0);
+  start("shell", more, "64 48", 15.0);
   hand(1, {0.3, 1.3, -0.3});
   tap(kRight + "a/click");
   frames_pass(8);

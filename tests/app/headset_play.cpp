@@ -10,7 +10,7 @@ using files::TemporaryFolder;
 
 std::string still_heart(const TemporaryFolder& folder) {
   const std::string file = folder / "still.json";
-  std::ofstream(file) << R"({"volumes": [{"name": "heart", "source": "heart", "rate": 0}],
+  std::ofstream(file) << R"({"volumes": [{"name": "heart", "source": "shell", "rate": 0}],
     "modes": [{"name": "wall", "kind": "surface", "volume": "heart",
                "strength": {"window": {"level": 625, "width": 150, "full": 5}}}]})";
   return file;

@@ -18,7 +18,7 @@ namespace palpate::app {
 inline constexpr const char* kSelect = "input /user/hand/right/input/select/click ";
 inline constexpr const char* kMenu = "input /user/hand/left/input/menu/click ";
 
-/// The beating heart of `palpate feel heart`, held still: a scene file.
+/// The beating shell of `palpate feel shell`, held still: a scene file.
 std::string still_heart(const files::TemporaryFolder& folder);
 /// The command line of `palpate feel`.
 std::vector<std::string> feel(const std::string& what, const std::vector<std::string>& more);

@@ -133,7 +133,7 @@ TEST_F(InAHeadset, AControllerFeelsWithVibrationAndPausesTheHeart) {
   // The scene stands 0.45 m before the eyes and 0.15 m below them.
   headset.say("hand 1 0.12 1.45 -0.45");
   // Nothing is said of headset or device: both are chosen for what is there.
-  Program program(feel("heart", {"--csv", folder / "ticks.csv"}));
+  Program program(feel("shell", {"--csv", folder / "ticks.csv"}));
   ASSERT_TRUE(says(program, "  free")) << program.said();
   headset.say(kMenu + std::string("1"));
   EXPECT_EQ(headset.ask()["haptics"], "0") << "nothing is touched yet";
@@ -241,7 +241,7 @@ TEST_F(InAHeadset, IsSeenInAWindowAndInPicturesAtTheSameTime) {
   const auto display = test::VirtualDisplay::start(1280, 800, why_not);
   if (!display) GTEST_SKIP() << why_not;
   const auto path = path_file(folder, {{0.0, {0.0, 0.0, 0.07}}, {600.0, {0.0, 0.0, 0.07}}});
-  Program program(feel("heart", {"--headset", "openxr", "--headless", folder / "pictures",
+  Program program(feel("shell", {"--headset", "openxr", "--headless", folder / "pictures",
                                  "--picture-size", "96", "--device", "simulated", "--path", path}));
   ASSERT_TRUE(says(program, "A window shows it to others.")) << program.said();
   // Flesh in the middle of the window.
@@ -260,7 +260,7 @@ TEST_F(InAHeadset, IsSeenInAWindowAndInPicturesAtTheSameTime) {
 TEST_F(InAHeadset, IsWaitedForWhileItIsOff) {
   MadeHeadset headset;
   headset.say("headset off");
-  Program program(feel("heart", {"--headset", "openxr", "--device", "simulated"}));
+  Program program(feel("shell", {"--headset", "openxr", "--device", "simulated"}));
   ASSERT_TRUE(says(program, "in a headset, as asked, once it is there")) << program.said();
   ASSERT_TRUE(says(program, "unseen")) << program.said();
   headset.say("headset on");
@@ -308,7 +308,7 @@ TEST_F(InAHeadset, PassThroughAddsNothingWhereNothingIs) {
 
 TEST(WithoutAHeadset, SaysThatThereIsNoRuntime) {
   setenv("XR_RUNTIME_JSON", "/nowhere/at/all.json", 1);
-  const Outcome outcome = run({"feel", "heart", "--headset", "openxr"});
+  const Outcome outcome = run({"feel", "shell", "--headset", "openxr"});
   unsetenv("XR_RUNTIME_JSON");
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_THAT(outcome.err, HasSubstr("There is no OpenXR runtime: start one"));
@@ -319,7 +319,7 @@ TEST(WithoutAHeadset, AutoSaysWhyNobodySeesIt) {
   unsetenv("DISPLAY");
   unsetenv("WAYLAND_DISPLAY");
   setenv("XR_RUNTIME_JSON", "/nowhere/at/all.json", 1);
-  const Outcome outcome = run({"feel", "heart", "--device", "simulated", "--seconds", "0.5"});
+  const Outcome outcome = run({"feel", "shell", "--device", "simulated", "--seconds", "0.5"});
   unsetenv("XR_RUNTIME_JSON");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("by nobody, as there is no display and no headset"));
@@ -341,16 +341,16 @@ TEST(WithoutAHeadset, SaysWhichCallFailedOnlyWhenAsked) {
 }
 
 TEST(WithoutAHeadset, RefusesAControllerAndACalibrationThatIsNone) {
-  const Outcome controller = run({"feel", "heart", "--headset", "off", "--device", "controller"});
+  const Outcome controller = run({"feel", "shell", "--headset", "off", "--device", "controller"});
   EXPECT_EQ(controller.exit_code, 2);
   EXPECT_THAT(controller.err, HasSubstr("--headset openxr"));
   const TemporaryFolder folder;
   std::ofstream(folder / "none.json") << "{}";
   const Outcome calibration =
-      run({"feel", "heart", "--headset", "off", "--calibration", folder / "none.json"});
+      run({"feel", "shell", "--headset", "off", "--calibration", folder / "none.json"});
   EXPECT_EQ(calibration.exit_code, 2);
   EXPECT_THAT(calibration.err, HasSubstr("none.json"));
-  const Outcome loss = run({"feel", "heart", "--on-headset-loss", "pray"});
+  const Outcome loss = run({"feel", "shell", "--on-headset-loss", "pray"});
   EXPECT_EQ(loss.exit_code, 2);
 }
 

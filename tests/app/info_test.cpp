@@ -145,7 +145,7 @@ TEST(Info, OfDicomSlicesAndNiftiFiles) {
   EXPECT_THAT(problems(left), IsEmpty());
   EXPECT_EQ(nifti["axes"], "L-P-S");
   EXPECT_EQ(nifti["left_handed"], false);
-  const auto field = info(written(heart_truth(heart_grid(32), 0, 1), folder / "u.nii.gz"));
+  const auto field = info(written(shell_truth(heart_grid(32), 0, 1), folder / "u.nii.gz"));
   EXPECT_EQ(field["kind"], "vectors");
 }
 
@@ -217,7 +217,7 @@ TEST(Info, OfAFolderOfFieldsAndOfAFolderOfFrames) {
   fs::create_directory(folder / "frames");
   for (int k = 0; k < 3; ++k) {
     const std::string name = std::to_string(k) + "_to_" + std::to_string((k + 1) % 3) + ".mha";
-    written(heart_truth(heart.frames[0].grid, k, (k + 1) % 3, 3),
+    written(shell_truth(heart.frames[0].grid, k, (k + 1) % 3, 3),
             folder / ("fields/motion_" + name));
     written(heart.frames[size_t(k)], folder / ("fields/confidence_" + name));
     written(heart.frames[size_t(k)], folder / ("frames/frame" + std::to_string(k) + ".mha"));

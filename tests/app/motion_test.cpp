@@ -33,8 +33,8 @@ Field field_in(const std::filesystem::path& path) {
 
 double error_on_the_wall(const Field& field, int fixed, int moving, int frames = 4) {
   const Grid grid = heart_grid(kHeartSize);
-  const Mask wall = heart_shell(grid, fixed, frames);
-  const auto error = endpoint_error(field, heart_truth(grid, fixed, moving, frames), &wall);
+  const Mask wall = shell_mask(grid, fixed, frames);
+  const auto error = endpoint_error(field, shell_truth(grid, fixed, moving, frames), &wall);
   EXPECT_TRUE(error);
   return error ? error->voxels.mean : 1e9;
 }
@@ -210,7 +210,7 @@ TEST(MotionOfAPair, ResamplesAMovingVolumeOnAnotherGrid) {
   NEEDS_DEVICE();
   const TemporaryFolder folder;
   const std::string fixed = written(small_heart().frames[0], folder / "fixed.mha");
-  const std::string moving = written(heart_phantom(64, 4).frames[1], folder / "moving.mha");
+  const std::string moving = written(shell_phantom(64, 4).frames[1], folder / "moving.mha");
   const Outcome result = run({"motion", fixed, moving, "-o", folder / "u.mha"});
   EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
   EXPECT_LT(error_on_the_wall(field_in(folder / "u.mha"), 0, 1), kSmallHeartVoxels);
@@ -282,7 +282,7 @@ TEST(MotionOfASequence, SaysTheSameNumbersAsCheck) {
 TEST(MotionOfASequence, PadsFrameNumbersAndReplacesOldResults) {
   NEEDS_DEVICE();
   const TemporaryFolder folder;
-  const std::string heart = written(heart_phantom(24, 11), folder / "heart.seq.nrrd");
+  const std::string heart = written(shell_phantom(24, 11), folder / "heart.seq.nrrd");
   std::filesystem::create_directory(folder / "out");
   files::write_bytes(folder / "out/motion_00_to_01.nrrd", "old");
   const Outcome result = run({"motion", heart, "-o", folder / "out", "--preset", "fast", "--format",
@@ -297,7 +297,7 @@ TEST(MotionOfASequence, PadsFrameNumbersAndReplacesOldResults) {
 TEST(MotionOfASequence, StopsAtCtrlCWithoutATrace) {
   NEEDS_DEVICE();
   const TemporaryFolder folder;
-  const std::string heart = written(heart_phantom(96, 6), folder / "heart.seq.nrrd");
+  const std::string heart = written(shell_phantom(96, 6), folder / "heart.seq.nrrd");
   Program program({"motion", heart, "-o", folder / "out", "--preset", "best"});
   ASSERT_TRUE(program.wait_for("Memory"));
   program.signal(SIGINT);
@@ -310,7 +310,7 @@ TEST(MotionOfASequence, StopsAtCtrlCWithoutATrace) {
 TEST(MotionOfASequence, StopsAtCtrlCWhileFieldsAreAlreadyWaiting) {
   NEEDS_DEVICE();
   const TemporaryFolder folder;
-  const std::string heart = written(heart_phantom(64, 12), folder / "heart.seq.nrrd");
+  const std::string heart = written(shell_phantom(64, 12), folder / "heart.seq.nrrd");
   Program program({"motion", heart, "-o", folder / "out"});
   ASSERT_TRUE(program.wait_for("Frame 1 to 2"));
   program.signal(SIGTERM);
@@ -376,20 +376,24 @@ TEST(Verdict, DistrustsASequenceWithAForeignFrame) {
 TEST(Demo, MakesEstimatesComparesAndDraws) {
   NEEDS_DEVICE();
   const TemporaryFolder folder;
-  const Outcome result = run({"demo", "-o", folder / "demo", "--size", "48"});
-  EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
-  EXPECT_THAT(result.out, HasSubstr("beat.png"));
-  for (const char* name : {"summary.txt", "beat.png", "motion_0_to_1.mha", "motion_3_to_0.png"})
-    EXPECT_TRUE(std::filesystem::exists(folder / "demo" / name)) << name;
-  // What the log says of a pair, the table says, too.
-  const size_t table = result.out.find("palpate felt a heart beat");
-  ASSERT_NE(table, std::string::npos);
-  const std::string log = result.out.substr(0, table), summary = result.out.substr(table);
-  const std::regex pair("Frame [0-9] to [0-9]   ([0-9.]+ s)|there and back ([0-9.]+ voxel):");
-  size_t pairs = 0;
-  for (std::sregex_iterator at(log.begin(), log.end(), pair), end; at != end; ++at, ++pairs)
-    EXPECT_THAT(summary, HasSubstr((*at)[1].matched ? (*at)[1].str() : (*at)[2].str()));
-  EXPECT_EQ(pairs, 8U);
+  for (const auto& [phantom, last, count] : {std::tuple("heart", "motion_7_to_0.png", 16U),
+                                             std::tuple("shell", "motion_3_to_0.png", 8U)}) {
+    const std::string out = folder / phantom;
+    const Outcome result = run({"demo", "-o", out, "--phantom", phantom, "--size", "48"});
+    EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
+    EXPECT_THAT(result.out, HasSubstr("beat.png"));
+    for (const char* name : {"summary.txt", "beat.png", "motion_0_to_1.mha", last})
+      EXPECT_TRUE(std::filesystem::exists(std::filesystem::path(out) / name)) << name;
+    // What the log says of a pair, the table says, too.
+    const size_t table = result.out.find("palpate felt a ");
+    ASSERT_NE(table, std::string::npos);
+    const std::string log = result.out.substr(0, table), summary = result.out.substr(table);
+    const std::regex pair("Frame [0-9] to [0-9]   ([0-9.]+ s)|there and back ([0-9.]+ voxel):");
+    size_t pairs = 0;
+    for (std::sregex_iterator at(log.begin(), log.end(), pair), end; at != end; ++at, ++pairs)
+      EXPECT_THAT(summary, HasSubstr((*at)[1].matched ? (*at)[1].str() : (*at)[2].str()));
+    EXPECT_EQ(pairs, count);
+  }
 }
 
 }  // namespace

@@ -108,6 +108,11 @@ std::map<std::string, std::vector<std::vector<std::string>>> rows(const InputFol
   all["feel --picture"] = feel("--picture", false);
   all["feel --headless"] = feel("--headless", true);
   all["feel --black-box"] = feel("--black-box", true);
+  all["view --picture"] = {{"view", seq, "--picture", seq},
+                           {"view", scene, "--picture", seq},
+                           {"view", a, b, "--picture", b}};
+  all["view --headless"] = {{"view", frames, "--headless", frames},
+                            {"view", seq, "--fields", frames, "--headless", frames}};
   all["chart --out"] = {{"chart", a, b, "--truth", seq, "--out", b},
                         {"chart", a, b, "--truth", seq, "--out", seq}};
   all["chart --csv"] = {{"chart", a, b, "--truth", seq, "--data", frames, "--csv", frames}};

@@ -15,7 +15,7 @@ using testing::HasSubstr;
 
 ReplayKey made_key() {
   ReplayKey key;
-  key.scene = heart_scene();
+  key.scene = shell_scene();
   key.device.max_force_n = 9.0;
   key.device.max_stiffness_n_per_m = 1234.5;
   key.device.workspace_centre_m = {0.01, -0.02, 0.125};
@@ -47,7 +47,7 @@ TEST(ReplayKey, IsReadBackAsItWasWritten) {
   EXPECT_TRUE(read->safety.dead_man);
   EXPECT_EQ(read->safety.dead_man_buttons, 0xfffffffe);
   EXPECT_EQ(read->safety.seen_buttons, 0x80000000);
-  EXPECT_EQ(read->scene.volumes.size(), heart_scene().volumes.size());
+  EXPECT_EQ(read->scene.volumes.size(), shell_scene().volumes.size());
 }
 
 TEST(ReplayKey, OfTheTimeBeforeHeadsetsIsReadAsOfARunThatNobodyHadToSee) {

@@ -15,7 +15,7 @@ namespace palpate::app {
 inline constexpr int kHeartSize = 48;
 
 inline Sequence small_heart(int frames = 4) {
-  return heart_phantom(kHeartSize, frames);
+  return shell_phantom(kHeartSize, frames);
 }
 
 inline std::string written(const Volume& volume, const std::filesystem::path& path) {

@@ -44,10 +44,10 @@ std::string short_name(const Contender& contender) {
 }
 
 void add_heart(AccuracyBench& bench, Table& table) {
-  const Sequence heart = heart_phantom();
+  const Sequence heart = shell_phantom();
   const Grid& grid = heart.frames[0].grid;
-  const peers::KnownPair pair{heart.frames[0], heart.frames[1], heart_truth(grid, 0, 1),
-                              heart_shell(grid, 0)};
+  const peers::KnownPair pair{heart.frames[0], heart.frames[1], shell_truth(grid, 0, 1),
+                              shell_mask(grid, 0)};
   for (auto& contender : contenders_on(bench, pair)) {
     const Outcome outcome = contender->run(pair.fixed, pair.moving);
     const Spread error = error_in(outcome.field, pair.truth, pair.body);
@@ -98,7 +98,7 @@ Table made_table(AccuracyBench& bench) {
 Table rate_table(AccuracyBench& bench) {
   constexpr int kSize = 128, kIterations = 25, kItkIterations = 12;
   constexpr double kSigma = 1.0;
-  const Sequence heart = heart_phantom(kSize);
+  const Sequence heart = shell_phantom(kSize);
   MotionOptions options = *motion_preset("classic");
   options.coarse_levels = 1;
   options.levels = {{kIterations, 1}};

@@ -157,7 +157,7 @@ std::shared_ptr<const MovingVolume> folding_shell(Random& random, glm::dvec3 axi
   const glm::dvec3 east = glm::normalize(glm::cross(axis, glm::dvec3(0.3, 0.5, -0.8)));
   const glm::dvec3 north = glm::cross(axis, east);
   const double much = random.draw(0.2, 0.4);
-  Field field = heart_truth(grid, kStep, kStep + 1, kFrames);
+  Field field = shell_truth(grid, kStep, kStep + 1, kFrames);
   for (int k = 0; k < grid.size.z; ++k)
     for (int j = 0; j < grid.size.y; ++j)
       for (int i = 0; i < grid.size.x; ++i) {

@@ -58,10 +58,10 @@ double peak_per_voxel(const Bench& bench, const Grid& grid) {
 }
 
 void add_heart(const Bench& bench, Table& table) {
-  const Sequence heart = heart_phantom(bench.quick ? 64 : 128);
+  const Sequence heart = shell_phantom(bench.quick ? 64 : 128);
   const Grid& grid = heart.frames[0].grid;
-  const Field truth = heart_truth(grid, 0, 1);
-  const Mask shell = heart_shell(grid, 0);
+  const Field truth = shell_truth(grid, 0, 1);
+  const Mask shell = shell_mask(grid, 0);
   for (const std::string_view preset : kMotionPresets) {
     bench.context->reset_memory_peak();
     WarmPair pair(bench.context, grid, *motion_preset(preset));
@@ -149,10 +149,10 @@ Table resting_table(const Bench& bench) {
                    {"error_mean_voxels", "error"},
                    {"solve_s", "solve s"},
                    {"saved_share", "time saved"}};
-  const Sequence heart = heart_phantom(bench.quick ? 64 : 128);
+  const Sequence heart = shell_phantom(bench.quick ? 64 : 128);
   const Grid& grid = heart.frames[0].grid;
-  const Field truth = heart_truth(grid, 0, 1);
-  const Mask shell = heart_shell(grid, 0);
+  const Field truth = shell_truth(grid, 0, 1);
+  const Mask shell = shell_mask(grid, 0);
   for (const char* preset : {"fast", "balanced", "best"}) {
     double all_s = 0.0;
     for (const bool rest : {false, true}) {
@@ -182,14 +182,14 @@ Table classic_table(const Bench& bench) {
                    {"error_mean_voxels", "error"},
                    {"iteration_s", "s per iteration"},
                    {"voxel_iterations_per_s", "voxel-iterations/s"}};
-  const Sequence heart = heart_phantom(bench.quick ? 64 : 128);
+  const Sequence heart = shell_phantom(bench.quick ? 64 : 128);
   const Grid& grid = heart.frames[0].grid;
   MotionOptions options = *motion_preset("classic");
   options.coarse_levels = 1;
   options.levels = {{kIterations, 1}};
   WarmPair pair(bench.context, grid, options);
   const PairRun run = timed(bench, pair, heart.frames[0], heart.frames[1]);
-  const Score error = score(run.field, heart_truth(grid, 0, 1), heart_shell(grid, 0), "classic");
+  const Score error = score(run.field, shell_truth(grid, 0, 1), shell_mask(grid, 0), "classic");
   const double each_s = run.report.levels.at(0).seconds / kIterations;
   table.rows.push_back({words(size_text(grid)), number(kIterations, 0),
                         number(error.mean_voxels, 3), number(each_s, 5),

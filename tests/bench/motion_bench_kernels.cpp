@@ -123,7 +123,7 @@ std::vector<Cell> step_row(const Total& t, double whole_s, double copy_bytes_per
 Table kernel_table(const Bench& bench, const std::string& preset) {
   if (!bench.context->limits().timestampComputeAndGraphics)
     throw Mismatch("This device has no time stamps for compute work: choose another (--gpu).");
-  const Sequence heart = heart_phantom(bench.quick ? 64 : 128);
+  const Sequence heart = shell_phantom(bench.quick ? 64 : 128);
   const Volume &fixed = heart.frames[0], &moving = heart.frames[1];
   WarmPair pair(bench.context, fixed.grid, *motion_preset(preset));
   demand_same_as_public(bench.context, pair.run(fixed, moving), fixed, moving, pair.plan().options);

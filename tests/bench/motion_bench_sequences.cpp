@@ -64,8 +64,8 @@ std::vector<Cell> cycle_row(const Bench& bench, const Sequence& heart, const std
   const double middle = median(whole);
   const CycleRun& run =
       *std::find_if(runs.begin(), runs.end(), [&](const auto& r) { return r.whole_s == middle; });
-  const Score error = score(run.motions[0].field, heart_truth(grid, 0, 1, frames),
-                            heart_shell(grid, 0, frames), "cycle, " + preset);
+  const Score error = score(run.motions[0].field, shell_truth(grid, 0, 1, frames),
+                            shell_mask(grid, 0, frames), "cycle, " + preset);
   double solve_s = 0.0;
   for (const PairMotion& motion : run.motions) solve_s += motion.report.seconds;
   return {words(fmt::format("{} frames, cyclic", frames)),
@@ -93,8 +93,8 @@ std::vector<Cell> pair_row(const Bench& bench, const Sequence& heart, const std:
     if (k > 0) runs.push_back(std::move(run));  // the first one compiles
   }
   const PairRun run = median_run(std::move(runs));
-  const Score error = score(run.field, heart_truth(grid, 0, 1, frames),
-                            heart_shell(grid, 0, frames), "pair, " + preset);
+  const Score error = score(run.field, shell_truth(grid, 0, 1, frames), shell_mask(grid, 0, frames),
+                            "pair, " + preset);
   const int slabs = pair.plan().slabs;
   return {words(slabs > 1 ? fmt::format("pair, warm, {} slabs", slabs) : "pair, warm"),
           words(size_text(grid)),
@@ -128,7 +128,7 @@ Table sequence_table(const Bench& bench) {
       "Every run is a new estimator, so compiling kernels is in `whole` (drivers keep them on "
       "disk).";
   table.columns = kColumns;
-  const Sequence heart = heart_phantom(bench.quick ? 64 : 128);
+  const Sequence heart = shell_phantom(bench.quick ? 64 : 128);
   for (const char* preset : {"fast", "balanced", "best"})
     table.rows.push_back(cycle_row(bench, heart, preset));
   return table;
@@ -160,7 +160,7 @@ Table large_table(const Bench& bench) {
     table.rows.push_back(row);
   }
   if (fitting.empty()) return table;
-  const Sequence heart = heart_phantom(grid, 10);
+  const Sequence heart = shell_phantom(grid, 10);
   for (const std::string& preset : fitting) table.rows.push_back(pair_row(bench, heart, preset));
   for (const std::string& preset : fitting) table.rows.push_back(cycle_row(bench, heart, preset));
   return table;

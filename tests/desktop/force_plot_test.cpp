@@ -78,6 +78,36 @@ TEST(ForcePlot, IsDrawnLargerOnADenseDisplay) {
   EXPECT_EQ(draw_help(2.0).width, 2 * draw_help(1.0).width);
 }
 
+TEST(Corners, HelpAndPlotNeverCoverEachOther) {
+  const glm::ivec2 help(262, 232), plot(330, 160);
+  constexpr int kEdge = 14, kTop = 100;
+  int beside = 0, above = 0, hidden = 0;
+  for (int width = 360; width <= 1200; width += 20)
+    for (int height = 200; height <= 900; height += 20) {
+      const Corners at = place_corners({width, height}, help, plot, kTop, kEdge);
+      EXPECT_EQ(at.help.x, kEdge);
+      EXPECT_LE(at.help.y + help.y + kEdge, height);
+      const bool apart = at.help.x + help.x <= at.plot.x || at.help.y + help.y <= at.plot.y;
+      EXPECT_TRUE(apart || !at.shows_plot) << width << " x " << height;
+      if (!at.shows_plot) {
+        ++hidden;
+        EXPECT_LT(height, kTop + help.y + plot.y + 2 * kEdge) << "there is room for both";
+        continue;
+      }
+      ++(at.help.x + help.x <= at.plot.x ? beside : above);
+      if (at.help.x + help.x > at.plot.x) {
+        EXPECT_GE(at.help.y, kTop);
+      }
+    }
+  EXPECT_GT(beside, 0);
+  EXPECT_GT(above, 0);
+  EXPECT_GT(hidden, 0);
+}
+
+TEST(Help, SaysNothingOfAProbeWhereThereIsNone) {
+  EXPECT_LT(draw_help(1.0, false).height, draw_help(1.0, true).height);
+}
+
 TEST(Overlay, IsSeeThroughOutsideItsPlate) {
   for (const charts::Raster& raster :
        {ForcePlot().draw(320, 150, 1.0), draw_help(1.0), draw_note("heart", {"a line"}, 1.0)}) {

@@ -268,7 +268,7 @@ TEST(SceneFile, ComesBackAsItWasWritten) {
     EXPECT_TRUE(back) << back.error().message;
     return back ? *back : SceneSpec{};
   };
-  expect_same(read_back(heart_scene()), heart_scene());
+  expect_same(read_back(shell_scene()), shell_scene());
   expect_same(read_back(molecule_scene()), molecule_scene());
   const auto everything = parse_scene(folder / "scene.json", kEverything);
   ASSERT_TRUE(everything);
@@ -277,7 +277,7 @@ TEST(SceneFile, ComesBackAsItWasWritten) {
 
 TEST(SceneFile, WritesPathsRelativeToItself) {
   const TemporaryFolder folder;
-  SceneSpec scene = heart_scene();
+  SceneSpec scene = shell_scene();
   scene.volumes[0].source.clear();
   scene.volumes[0].files = {folder / "data/ct.nrrd"};
   ASSERT_TRUE(write_scene(scene, folder / "scene.json"));
@@ -522,7 +522,7 @@ TEST(SceneFile, IsReadFromDiskAndMissesItsFiles) {
 }
 
 TEST(SceneFile, TellsWhenItCanNotBeWritten) {
-  const Status status = write_scene(heart_scene(), "/no-such-folder/scene.json");
+  const Status status = write_scene(shell_scene(), "/no-such-folder/scene.json");
   ASSERT_FALSE(status);
   EXPECT_EQ(status.error().kind, ErrorKind::kBadOutput);
 }

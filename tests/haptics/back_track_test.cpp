@@ -253,7 +253,7 @@ TEST(BackTrack, FollowsTheBeatingHeartToItsTruth) {
   const Grid grid = heart_grid(64);
   Histogram steps;
   for (int frame = 0; frame < 4; ++frame) {
-    const auto map = MotionMap::of(heart_truth(grid, frame, (frame + 1) % 4));
+    const auto map = MotionMap::of(shell_truth(grid, frame, (frame + 1) % 4));
     EXPECT_GT(map->worst_determinant(), 0.0F);
     Random random{uint32_t(frame)};
     for (int draw = 0; draw < 5000; ++draw) {

@@ -43,7 +43,7 @@ std::shared_ptr<const MovingVolume> thin_shell(double frames_per_second) {
   for (int k = 0; k < kFrames; ++k) {
     volume->frames.push_back(sampled_scalar(thin_frame(grid, shell_radius_mm(k, kFrames))));
     volume->times.times_s.push_back(k / frames_per_second);
-    motion.steps.push_back(MotionMap::of(heart_truth(grid, k, (k + 1) % kFrames, kFrames)));
+    motion.steps.push_back(MotionMap::of(shell_truth(grid, k, (k + 1) % kFrames, kFrames)));
   }
   volume->times.cycle_s = kFrames / frames_per_second;
   volume->motions.push_back(motion);

@@ -18,7 +18,7 @@ using Pairs = std::vector<std::pair<size_t, size_t>>;
 class Estimator : public SolverTest {
  protected:
   static const Sequence& beat() {
-    static const Sequence heart = heart_phantom(32);
+    static const Sequence heart = shell_phantom(32);
     return heart;
   }
 
@@ -104,7 +104,7 @@ TEST_F(Estimator, RefusesFramesOutOfOrderOrOnAnotherGridAndGoesOn) {
   ASSERT_FALSE(again);
   EXPECT_EQ(again.error().kind, ErrorKind::kBadInput);
   EXPECT_THAT(again.error().message, testing::HasSubstr("rising order"));
-  const Status other = estimator->push(2, heart_phantom(24).frames[0]);
+  const Status other = estimator->push(2, shell_phantom(24).frames[0]);
   ASSERT_FALSE(other);
   EXPECT_THAT(other.error().message, testing::HasSubstr("24 x 24 x 24"));
   ASSERT_TRUE(estimator->push(2, beat().frames[1]));
@@ -224,7 +224,7 @@ TEST_F(Estimator, RefusesOptionsItCanNotUse) {
   EstimatorOptions none;
   EXPECT_FALSE(SequenceEstimator::open(context(), beat().frames[0].grid, none, {}));
   EstimatorOptions masked = preset("fast");
-  masked.mask = heart_shell(heart_grid(24), 0);
+  masked.mask = shell_mask(heart_grid(24), 0);
   const auto opened = SequenceEstimator::open(context(), beat().frames[0].grid, masked, {});
   ASSERT_FALSE(opened);
   EXPECT_THAT(opened.error().message, testing::HasSubstr("mask"));

@@ -111,7 +111,7 @@ TEST(InverseConsistency, OfExactlyOppositeShiftsIsZeroAndOtherwiseTheGap) {
 
 TEST(InverseConsistency, OfTheHeartsTwoDirectionsIsInterpolationOnly) {
   const Grid grid = heart_grid(64);
-  const auto error = inverse_consistency(heart_truth(grid, 0, 1), heart_truth(grid, 1, 0), grid);
+  const auto error = inverse_consistency(shell_truth(grid, 0, 1), shell_truth(grid, 1, 0), grid);
   ASSERT_TRUE(error);
   // Linear interpolation errs by h^2/8 |u''|; here h = 2 mm and |u''| up to about 0.05 / mm.
   EXPECT_LT(error->mm.max, 0.05);
@@ -151,7 +151,7 @@ TEST(FinestMm, IsNotTheThicknessOfASingleSlice) {
 TEST(CycleDrift, OfTheHeartsCycleIsInterpolationOnly) {
   const Grid grid = heart_grid(64);
   std::vector<Field> fields;
-  for (int k = 0; k < 4; ++k) fields.push_back(heart_truth(grid, k, k + 1));
+  for (int k = 0; k < 4; ++k) fields.push_back(shell_truth(grid, k, k + 1));
   const auto drift = cycle_drift(fields, grid);
   ASSERT_TRUE(drift);
   EXPECT_LT(drift->mm.max, 0.2);  // four times the interpolation error of one field, see above

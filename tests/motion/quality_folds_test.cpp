@@ -134,7 +134,7 @@ TEST(Folds, SdOfLogDetIsThatOfTwoHalvesOfDifferentGrowth) {
 }
 
 TEST(Folds, OfTheHeartAreNone) {
-  const Folds found = folds(heart_truth(heart_grid(64), 0, 2));
+  const Folds found = folds(shell_truth(heart_grid(64), 0, 2));
   EXPECT_EQ(found.folded, 0u);
   EXPECT_GT(found.min_det,
             0.4);  // the phantom's header promises 0.5; one-sided differences add a little

@@ -46,9 +46,9 @@ TEST(InverseOf, ALinearMapIsTheInverseMatrixEvenWhereTheFixedPointDiverges) {
 
 TEST(InverseOf, TheHeartsBeatIsTheBeatBack) {
   const Grid grid = heart_grid(64);
-  const Inverse inverse = inverse_of(heart_truth(grid, 0, 2), grid);
+  const Inverse inverse = inverse_of(shell_truth(grid, 0, 2), grid);
   EXPECT_EQ(inverse.unconverged, 0u);
-  const auto error = endpoint_error(inverse.w, heart_truth(grid, 2, 0));
+  const auto error = endpoint_error(inverse.w, shell_truth(grid, 2, 0));
   ASSERT_TRUE(error);
   // Linear interpolation of u at 2 mm: h^2/8 |u''| with |u''| up to about 0.1 / mm for the whole
   // stroke.
@@ -56,7 +56,7 @@ TEST(InverseOf, TheHeartsBeatIsTheBeatBack) {
 }
 
 TEST(InverseOf, ItsOwnFieldIsConsistentOnAnotherGrid) {
-  const Field u = heart_truth(coarsened(heart_grid(64), {2, 2, 2}), 0, 1);
+  const Field u = shell_truth(coarsened(heart_grid(64), {2, 2, 2}), 0, 1);
   Grid onto = heart_grid(48);
   onto.direction = test::some_rotation(5);
   onto.origin_mm = onto.direction * onto.origin_mm;

@@ -30,7 +30,7 @@ TEST(NoiseSd, OfPureNoiseIsItsSd) {
 }
 
 TEST(NoiseSd, SeesThroughSmoothStructure) {
-  const Volume frame = heart_phantom(64, 1, 4, 0.02).frames[0];
+  const Volume frame = shell_phantom(64, 1, 4, 0.02).frames[0];
   EXPECT_NEAR(noise_sd(frame), 18.0, 1.8);
 }
 

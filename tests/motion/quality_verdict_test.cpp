@@ -24,11 +24,11 @@ class VerdictOnTheHeart : public ::testing::Test {
  protected:
   static constexpr int kSize = 64;
   const Grid grid_ = heart_grid(kSize);
-  const Sequence beat_ = heart_phantom(kSize);
+  const Sequence beat_ = shell_phantom(kSize);
   const Volume& fixed_ = beat_.frames[0];
   const Volume& moving_ = beat_.frames[1];
-  const Field u_ = heart_truth(grid_, 0, 1);
-  const Field w_ = heart_truth(grid_, 1, 0);
+  const Field u_ = shell_truth(grid_, 0, 1);
+  const Field w_ = shell_truth(grid_, 1, 0);
 
   static Verdict verdict(const Volume& fixed, const Volume& moving, const Field& u,
                          const Field* w = nullptr) {
@@ -97,7 +97,7 @@ TEST_F(VerdictOnTheHeart, AnotherSubjectFails) {
   // The other subject's heart lies 20 mm aside and has its own texture.
   Grid aside = grid_;
   aside.origin_mm.y += 20.0;
-  Volume other = heart_phantom(aside, 4, 99).frames[1];
+  Volume other = shell_phantom(aside, 4, 99).frames[1];
   other.grid = grid_;
   const Verdict found = verdict(fixed_, other, u_, &w_);
   EXPECT_EQ(found.trust, Trust::kFailed) << told(found);

@@ -141,7 +141,7 @@ double all_pairs_voxels(const std::vector<Field>& at_frame, int frames, const Gr
   double sum = 0.0;
   size_t count = 0;
   for (int a = 0; a < frames; ++a) {
-    const Mask wall = heart_shell(grid, a, frames);
+    const Mask wall = shell_mask(grid, a, frames);
     const Field inverse = inverse_of(at_frame[size_t(a)], grid).w;
     for (int b = 0; b < frames; ++b) {
       if (a == b) continue;
@@ -153,7 +153,7 @@ double all_pairs_voxels(const std::vector<Field>& at_frame, int frames, const Gr
         const glm::dvec3 y = grid.lps_from_index({i, j, k});
         const glm::dvec3 x = y + glm::dvec3(inverse.u_mm[n]);
         sum +=
-            glm::distance(x + sample_at_lps(at_frame[size_t(b)], x), heart_point(y, a, b, frames));
+            glm::distance(x + sample_at_lps(at_frame[size_t(b)], x), shell_point(y, a, b, frames));
         ++count;
       }
     }
@@ -166,7 +166,7 @@ using MotionOfASequence = test::DeviceTest;
 TEST_F(MotionOfASequence, IsMoreAccurateThanFieldsThatFollowEachOtherAndDoesNotDrift) {
   constexpr int kFrames = 8;
   const Grid grid = heart_grid(48);
-  const Sequence heart = heart_phantom(grid, kFrames, 3, 0.05);
+  const Sequence heart = shell_phantom(grid, kFrames, 3, 0.05);
   SequenceMotionOptions options;
   options.estimator.motion = *motion_preset("balanced");
   options.estimator.cyclic = true;
@@ -211,7 +211,7 @@ TEST_F(MotionOfASequence, IsMoreAccurateThanFieldsThatFollowEachOtherAndDoesNotD
 
 TEST_F(MotionOfASequence, StopsWhenItIsAskedTo) {
   const Grid grid = heart_grid(48);
-  const Sequence heart = heart_phantom(grid, 4);
+  const Sequence heart = shell_phantom(grid, 4);
   std::stop_source stop;
   SequenceMotionOptions options;
   options.estimator.motion = *motion_preset("fast");

@@ -110,15 +110,15 @@ TEST_F(Solver, FindsTheMotionInASingleSliceOfAnyOrientation) {
 }
 
 TEST_F(Solver, FindsTheBeatOfTheHeartPhantom) {
-  const Sequence heart = heart_phantom(64);
+  const Sequence heart = shell_phantom(64);
   for (int k = 0; k < 2; ++k) {
     SCOPED_TRACE(k);
     const PairMotion motion =
         motion_of(heart.frames[size_t(k)], heart.frames[size_t(k) + 1], preset("balanced"));
     const Grid& grid = heart.frames[0].grid;
-    const Mask shell = heart_shell(grid, k);
+    const Mask shell = shell_mask(grid, k);
     const Result<Distances> error =
-        endpoint_error(motion.field, heart_truth(grid, k, k + 1), &shell);
+        endpoint_error(motion.field, shell_truth(grid, k, k + 1), &shell);
     ASSERT_TRUE(error);
     EXPECT_LT(error->voxels.mean, kCoarseHeartMean);
     RecordProperty("mean_voxel", std::to_string(error->voxels.mean));

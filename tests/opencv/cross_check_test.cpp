@@ -127,9 +127,9 @@ TEST(CrossCheck, DoesNotMindAGainChange) {
 }
 
 TEST(CrossCheck, TheBeatingHeartAgreesWhereItCanBeCompared) {
-  const Sequence beat = heart_phantom(64);
+  const Sequence beat = shell_phantom(64);
   const Grid grid = heart_grid(64);
-  const auto check = cross_check(beat.frames[0], beat.frames[1], heart_truth(grid, 0, 1));
+  const auto check = cross_check(beat.frames[0], beat.frames[1], shell_truth(grid, 0, 1));
   EXPECT_EQ(check->agreement, Agreement::kAgree) << check->summary;
   EXPECT_GT(check->share_compared, 0.005);
 }

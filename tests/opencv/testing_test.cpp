@@ -24,7 +24,7 @@ std::string explained(const FieldMatcher& matcher, const Field& field) {
 }
 
 TEST(HasNoFolds, MatchesTheHeartAndNotAMirror) {
-  EXPECT_THAT(heart_truth(heart_grid(32), 0, 1), HasNoFolds());
+  EXPECT_THAT(shell_truth(heart_grid(32), 0, 1), HasNoFolds());
   const Field mirror =
       field_of(cube_grid(8), [](glm::dvec3 p) { return glm::dvec3(-2.0 * p.x, 0, 0); });
   EXPECT_THAT(mirror, Not(HasNoFolds()));
@@ -63,8 +63,8 @@ TEST(IsWithin, NeverMatchesWhatCanNotBeCompared) {
 TEST(IsUndoneBy, MatchesTheBeatBack) {
   const Grid grid = heart_grid(32);
   // Interpolation at 4 mm: a few hundredths of a voxel, see InverseConsistency.
-  EXPECT_THAT(heart_truth(grid, 0, 1), IsUndoneBy(heart_truth(grid, 1, 0), 0.05));
-  EXPECT_THAT(heart_truth(grid, 0, 1), Not(IsUndoneBy(still_field(grid), 0.05)));
+  EXPECT_THAT(shell_truth(grid, 0, 1), IsUndoneBy(shell_truth(grid, 1, 0), 0.05));
+  EXPECT_THAT(shell_truth(grid, 0, 1), Not(IsUndoneBy(still_field(grid), 0.05)));
 }
 
 TEST(AgreesWithOpticalFlow, MatchesTheTrueShiftAndExplainsAWrongOne) {

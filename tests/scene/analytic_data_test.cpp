@@ -19,11 +19,11 @@ glm::dvec3 unit(int axis) {
   return v;
 }
 
-TEST(AnalyticHeart, IsWhatThePhantomSamples) {
+TEST(AnalyticShell, IsWhatThePhantomSamples) {
   const Grid grid = heart_grid(32);
-  const Sequence sampled = heart_phantom(grid, 4, 5, 0.0);
+  const Sequence sampled = shell_phantom(grid, 4, 5, 0.0);
   for (int frame = 0; frame < 4; ++frame) {
-    const auto data = analytic_heart(frame, 4, 5, 4.0);
+    const auto data = analytic_shell(frame, 4, 5, 4.0);
     Random random{uint32_t(frame)};
     for (int draw = 0; draw < 500; ++draw) {
       const glm::ivec3 at(test::some_index(grid, random));
@@ -35,9 +35,9 @@ TEST(AnalyticHeart, IsWhatThePhantomSamples) {
   }
 }
 
-TEST(AnalyticHeart, HasTheGradientOfItsValue) {
+TEST(AnalyticShell, HasTheGradientOfItsValue) {
   Random random(2);
-  const auto data = analytic_heart(1);
+  const auto data = analytic_shell(1);
   for (int draw = 0; draw < 2000; ++draw) {
     const glm::dvec3 x = random.vector(0.06);
     const glm::dvec3 gradient = data->scalar_gradient(x);
@@ -52,11 +52,21 @@ TEST(AnalyticHeart, HasTheGradientOfItsValue) {
   }
 }
 
-TEST(AnalyticHeart, HasNoSlopeThatIsNotANumberAtItsCentre) {
-  const auto data = analytic_heart(2);
+TEST(AnalyticShell, HasNoSlopeThatIsNotANumberAtItsCentre) {
+  const auto data = analytic_shell(2);
   EXPECT_TRUE(std::isfinite(data->scalar(glm::dvec3(0.0))));
   const glm::dvec3 gradient = data->scalar_gradient(glm::dvec3(0.0));
   EXPECT_TRUE(std::isfinite(gradient.x + gradient.y + gradient.z));
+}
+
+TEST(AnalyticHeart, IsWhatThePhantomSays) {
+  Random random(6);
+  const auto data = analytic_heart(2, 8, 5, 1.0);
+  for (int draw = 0; draw < 500; ++draw) {
+    const glm::dvec3 x = random.vector(0.06), lps = lps_from_volume(x);
+    EXPECT_EQ(data->scalar(x), heart_value(lps, 2, 8, 5, 1.0));
+    EXPECT_EQ(data->scalar_gradient(x), 1e6 * volume_from_lps(heart_gradient(lps, 2, 8, 5, 1.0)));
+  }
 }
 
 TEST(PointCharges, FollowCoulombFarAwayAndStayFiniteNearby) {

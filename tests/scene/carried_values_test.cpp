@@ -12,7 +12,7 @@ namespace {
 TEST(CarriedValues, AreThoseOfTheMaterialInEveryFrame) {
   constexpr int kFrames = 4;
   const Grid grid = heart_grid(64);
-  const Sequence heart = heart_phantom(grid, kFrames, 1, 0.0);
+  const Sequence heart = shell_phantom(grid, kFrames, 1, 0.0);
   MovingVolume own;
   own.name = "heart";
   own.times = {heart.times_s, 1.0};
@@ -22,7 +22,7 @@ TEST(CarriedValues, AreThoseOfTheMaterialInEveryFrame) {
   motion.times_s = heart.times_s;
   motion.cycle_s = 1.0;
   // The material's places are told from frame 1: the reference frame itself has moved there.
-  for (int k = 0; k < kFrames; ++k) motion.at_frame.push_back(heart_truth(grid, 1, k, kFrames));
+  for (int k = 0; k < kFrames; ++k) motion.at_frame.push_back(shell_truth(grid, 1, k, kFrames));
   const MovingVolume carried = with_carried_values(own, motion, grid);
   EXPECT_TRUE(check(carried));
   ASSERT_EQ(carried.frames.size(), size_t(kFrames));
@@ -45,7 +45,7 @@ TEST(CarriedValues, AreThoseOfTheMaterialInEveryFrame) {
     EXPECT_LT(sum, 0.02 * before) << "frame " << k;
   }
   for (int k = 0; k < kFrames; ++k) {
-    const Field truth = heart_truth(grid, k, (k + 1) % kFrames, kFrames);
+    const Field truth = shell_truth(grid, k, (k + 1) % kFrames, kFrames);
     double worst_mm = 0.0;
     for (int z = 8; z < 56; z += 3)
       for (int y = 8; y < 56; y += 3)

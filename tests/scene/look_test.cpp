@@ -57,7 +57,9 @@ TEST(Look, EveryPresetCanBeDrawnAndHasItsName) {
 }
 
 TEST(Look, DataGetALookThatFits) {
-  EXPECT_EQ(fitting_look("heart", 0.0, 1050.0).name, "phantom");
+  EXPECT_EQ(fitting_look("shell", 0.0, 1050.0).name, "phantom");
+  EXPECT_EQ(fitting_look("heart.seq", 0.0, 1050.0).name, "phantom");
+  EXPECT_EQ(fitting_look("heart", 0.0, 1320.0).name, "heart");
   EXPECT_EQ(fitting_look("chest", -1024.0, 1800.0).name, "CT bone");
   EXPECT_EQ(fitting_look("4D", -1024.0, 300.0).name, "CT lung");
   const Look mr = fitting_look("knee", 0.0, 4000.0);

@@ -281,7 +281,7 @@ devices::ScriptedPath wandering(double seconds, uint32_t seed) {
 class Fields {
  public:
   explicit Fields(const Options& options) : context_(options.context) {
-    heart_ = heart_phantom(kSize, kFrames, 1, 0.01);
+    heart_ = shell_phantom(kSize, kFrames, 1, 0.01);
     auto volume = std::make_shared<MovingVolume>();
     volume->name = "heart";
     for (int k = 0; k < kFrames; ++k) {
@@ -296,7 +296,7 @@ class Fields {
   /// The motion of a step, estimated or true.
   std::shared_ptr<const MotionMap> find(int step) const {
     if (!context_)
-      return MotionMap::of(heart_truth(heart_grid(kSize), step, (step + 1) % kFrames, kFrames));
+      return MotionMap::of(shell_truth(heart_grid(kSize), step, (step + 1) % kFrames, kFrames));
     EstimatorOptions options;
     options.motion = motion_preset("fast").value();
     const auto motion = estimate_motion(context_, heart_.frames[size_t(step)],
@@ -353,7 +353,7 @@ class Owner {
  private:
   bool offer(int volumes) {
     volumes_ = volumes;
-    SceneSpec spec = heart_scene();
+    SceneSpec spec = shell_scene();
     const VolumeSpec volume = spec.volumes.front();
     const ModeSpec mode = spec.modes.front();
     spec.volumes.clear();

@@ -95,7 +95,7 @@ TEST(MotionStudy, ScoresAPeerAgainstTheTruthAndItsWayBack) {
   const MotionCase heart = heart_case(32);
   const Grid& grid = heart.fixed.grid;
   std::vector<std::unique_ptr<PairMethod>> methods;
-  methods.push_back(std::make_unique<Fake>(*heart.truth, heart_truth(grid, 1, 0)));
+  methods.push_back(std::make_unique<Fake>(*heart.truth, shell_truth(grid, 1, 0)));
   methods.push_back(std::make_unique<Fake>(still_field(grid), still_field(grid)));
   methods.push_back(std::make_unique<Broken>());
   const MotionMeasures all = measure_motion({}, heart, std::move(methods));

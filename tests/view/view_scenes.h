@@ -35,7 +35,7 @@ inline std::shared_ptr<const MovingVolume> still_volume(
 
 /// The built-in beating heart.
 inline std::shared_ptr<const MovingVolume> beating_heart() {
-  static const auto heart = std::make_shared<const MovingVolume>(*build(heart_scene().volumes[0]));
+  static const auto heart = std::make_shared<const MovingVolume>(*build(shell_scene().volumes[0]));
   return heart;
 }
 

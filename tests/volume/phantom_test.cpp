@@ -26,68 +26,68 @@ size_t voxels(const Mask& mask) {
       std::count_if(mask.values.begin(), mask.values.end(), [](uint8_t v) { return v != 0; }));
 }
 
-TEST(HeartPoint, ThereAndBackIsTheIdentity) {
+TEST(ShellPoint, ThereAndBackIsTheIdentity) {
   for (int to = 0; to < 4; ++to) {
     for (double r = 0.0; r < 80.0; r += 3.7) {
       const glm::dvec3 start = r * glm::normalize(glm::dvec3(1.0, -2.0, 0.5));
-      const glm::dvec3 back = heart_point(heart_point(start, 1, to), to, 1);
+      const glm::dvec3 back = shell_point(shell_point(start, 1, to), to, 1);
       ASSERT_LT(glm::length(back - start), 1e-9) << "frame " << to << ", radius " << r;
     }
   }
 }
 
-TEST(HeartPoint, FollowsTheWrittenLawFromTheSmallestState) {
+TEST(ShellPoint, FollowsTheWrittenLawFromTheSmallestState) {
   // 20 mm: t = 20/59, b = 42 t (1 - t^2)^3; half a cycle later s = 1, a quarter later s = 1/2.
   const double t = 20.0 / 59.0;
   const double b = 42.0 * t * std::pow(1.0 - t * t, 3.0);
-  EXPECT_NEAR(heart_point({0.0, 20.0, 0.0}, 0, 2).y, 20.0 + b, 1e-9);
-  EXPECT_NEAR(heart_point({0.0, 0.0, -20.0}, 0, 1).z, -20.0 - 0.5 * b, 1e-9);
+  EXPECT_NEAR(shell_point({0.0, 20.0, 0.0}, 0, 2).y, 20.0 + b, 1e-9);
+  EXPECT_NEAR(shell_point({0.0, 0.0, -20.0}, 0, 1).z, -20.0 - 0.5 * b, 1e-9);
   EXPECT_NEAR(b, 9.8, 0.2);  // the header promises 10 mm at most
 }
 
-TEST(HeartPoint, NeverFoldsAndIsStillFarAway) {
+TEST(ShellPoint, NeverFoldsAndIsStillFarAway) {
   for (int from = 0; from < 4; ++from) {
     double before = 0.0;
     for (double r = 0.25; r < 70.0; r += 0.25) {
-      const double after = heart_point({r, 0.0, 0.0}, from, from + 1).x;
+      const double after = shell_point({r, 0.0, 0.0}, from, from + 1).x;
       // The header's bound on b' keeps neighbours apart by at least 0.53 of their distance in each
       // state.
       ASSERT_GT(after - before, 0.5 * 0.25) << "frame " << from << ", radius " << r;
       before = after;
     }
-    EXPECT_EQ(heart_point({0.0, 60.0, 0.0}, from, from + 1), glm::dvec3(0.0, 60.0, 0.0));
+    EXPECT_EQ(shell_point({0.0, 60.0, 0.0}, from, from + 1), glm::dvec3(0.0, 60.0, 0.0));
   }
 }
 
-TEST(HeartTruth, ClosesTheCycle) {
+TEST(ShellTruth, ClosesTheCycle) {
   glm::dvec3 p(11.0, 7.0, -9.0);
   const glm::dvec3 start = p;
-  for (int k = 0; k < 4; ++k) p = heart_point(p, k, k + 1);
+  for (int k = 0; k < 4; ++k) p = shell_point(p, k, k + 1);
   EXPECT_LT(glm::length(p - start), 1e-8);
 }
 
-TEST(HeartTruth, HoldsOnAnObliqueGrid) {
+TEST(ShellTruth, HoldsOnAnObliqueGrid) {
   const Grid grid = test::oblique_grid();
-  const Field truth = heart_truth(grid, 0, 1);
+  const Field truth = shell_truth(grid, 0, 1);
   const glm::dvec3 p = grid.lps_from_index({3.0, 4.0, 5.0});
   // Float rounding of a displacement of a few mm.
-  EXPECT_LT(glm::length(glm::dvec3(truth.at(3, 4, 5)) - (heart_point(p, 0, 1) - p)), 1e-6);
+  EXPECT_LT(glm::length(glm::dvec3(truth.at(3, 4, 5)) - (shell_point(p, 0, 1) - p)), 1e-6);
 }
 
-TEST(HeartPhantom, IsSmallIntermediateLargeIntermediate) {
+TEST(ShellPhantom, IsSmallIntermediateLargeIntermediate) {
   const Grid grid = heart_grid(48);
   size_t size[4];
-  for (int k = 0; k < 4; ++k) size[k] = voxels(heart_shell(grid, k));
+  for (int k = 0; k < 4; ++k) size[k] = voxels(shell_mask(grid, k));
   EXPECT_LT(size[0], size[1]);
   EXPECT_LT(size[1], size[2]);
   EXPECT_EQ(size[1], size[3]);
 }
 
-TEST(HeartPhantom, WarpedByTheTruthShowsTheFixedFrame) {
+TEST(ShellPhantom, WarpedByTheTruthShowsTheFixedFrame) {
   const Grid grid = heart_grid(64);
-  const Sequence beat = heart_phantom(64, 4, 5, 0.0);
-  const Mask shell = heart_shell(grid, 0, 4, 5);
-  const Field truth = heart_truth(grid, 0, 1);
+  const Sequence beat = shell_phantom(64, 4, 5, 0.0);
+  const Mask shell = shell_mask(grid, 0, 4, 5);
+  const Field truth = shell_truth(grid, 0, 1);
   double still = 0.0;
   double warped = 0.0;
   for (int k = 0; k < 64; ++k)
@@ -104,17 +104,17 @@ TEST(HeartPhantom, WarpedByTheTruthShowsTheFixedFrame) {
   EXPECT_LT(warped, 0.2 * still);
 }
 
-TEST(HeartPhantom, WallIsBrighterThanBloodAndLung) {
+TEST(ShellPhantom, WallIsBrighterThanBloodAndLung) {
   const Grid grid = heart_grid(48);
-  const Sequence beat = heart_phantom(48);
-  EXPECT_GT(mean_inside(beat.frames[2], heart_shell(grid, 2)), 800.0);
+  const Sequence beat = shell_phantom(48);
+  EXPECT_GT(mean_inside(beat.frames[2], shell_mask(grid, 2)), 800.0);
   EXPECT_NEAR(double(beat.frames[2].at(24, 24, 24)), 350.0, 80.0);  // texture 40, noise 9
   EXPECT_NEAR(double(beat.frames[2].at(1, 1, 1)), 100.0, 120.0);    // texture 80, noise 9
 }
 
-TEST(HeartPhantom, NoiseHasTheAskedSdAndTheSeedDecides) {
-  const Sequence clean = heart_phantom(32, 2, 8, 0.0);
-  const Sequence noisy = heart_phantom(32, 2, 8, 0.02);
+TEST(ShellPhantom, NoiseHasTheAskedSdAndTheSeedDecides) {
+  const Sequence clean = shell_phantom(32, 2, 8, 0.0);
+  const Sequence noisy = shell_phantom(32, 2, 8, 0.02);
   double sum = 0.0;
   double squares = 0.0;
   const size_t count = clean.frames[0].values.size();
@@ -126,8 +126,8 @@ TEST(HeartPhantom, NoiseHasTheAskedSdAndTheSeedDecides) {
   // 32,768 draws: the SD of the mean is 18 / 181 = 0.1 and of the SD 0.07; five of these.
   EXPECT_NEAR(sum / double(count), 0.0, 0.5);
   EXPECT_NEAR(std::sqrt(squares / double(count)), 18.0, 0.35);
-  EXPECT_EQ(noisy.frames[1].values, heart_phantom(32, 2, 8, 0.02).frames[1].values);
-  EXPECT_NE(noisy.frames[0].values, heart_phantom(32, 2, 9, 0.02).frames[0].values);
+  EXPECT_EQ(noisy.frames[1].values, shell_phantom(32, 2, 8, 0.02).frames[1].values);
+  EXPECT_NE(noisy.frames[0].values, shell_phantom(32, 2, 9, 0.02).frames[0].values);
 }
 
 TEST(SlidingPhantom, MovesTheOrganAndLeavesTheWall) {

@@ -242,7 +242,7 @@ TEST_F(Monado, LetsPalpateFeelTheHeartUnmodifiedAlsoAfterItsServiceWasKilled) {
              << 4.0 * k + 2.0 << ",0,0,0\n"
              << 4.0 * k + 3.5 << ",0,0,0\n";
   }
-  const auto run = palpate({"feel", "heart", "--headset", "openxr", "--device", "simulated",
+  const auto run = palpate({"feel", "shell", "--headset", "openxr", "--device", "simulated",
                             "--path", path, "--watchdog", "1000", "--black-box", runtime_folder_});
   ASSERT_TRUE(run->says("in the headset: Monado: Simulated HMD", 60s)) << run->said();
   ASSERT_TRUE(run->says("touching", 90s)) << run->said();
@@ -293,7 +293,7 @@ TEST_F(Monado, ShowsTheHeartToBothEyesInItsWindow) {
   compositor_ = {"XRT_COMPOSITOR_FORCE_XCB=1", std::string("DISPLAY=") + std::getenv("DISPLAY")};
   start_service();
   const auto run =
-      palpate({"feel", "heart", "--headset", "openxr", "--no-mirror", "--device", "simulated",
+      palpate({"feel", "shell", "--headset", "openxr", "--no-mirror", "--device", "simulated",
                "--seconds", "600", "--watchdog", "1000", "--black-box", runtime_folder_});
   ASSERT_TRUE(run->says("in the headset: Monado: Simulated HMD", 60s)) << run->said();
   // Its window of 640 x 360 has an eye on either side.

@@ -19,7 +19,7 @@ std::shared_ptr<const MovingVolume> small_heart() {
   VolumeSpec spec;
   spec.name = "heart";
   VolumeData data;
-  data.frames = heart_phantom(32, 2);
+  data.frames = shell_phantom(32, 2);
   auto built = build(spec, std::move(data));
   return built ? std::make_shared<const MovingVolume>(std::move(*built)) : nullptr;
 }

@@ -1,0 +1,149 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "integration/app/cancel.h"
+#include "integration/app/commands.h"
+#include "integration/app/exit_code.h"
+#include "integration/app/feel_run.h"
+#include "integration/app/option_checks.h"
+#include "integration/app/outputs.h"
+#include "integration/app/still_picture.h"
+#include "integration/charts/felt_page.h"
+#include "integration/files/number_range.h"
+
+namespace palpate::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// All volumes at frame `at` of the sequence (counted from 0, phases in between).
+SceneMoment moment_at(const FeltScene& scene, double at) {
+  SceneMoment moment;
+  moment.volume_count = std::min(int(scene.data.size()), SceneMoment::kMostVolumes);
+  for (int v = 0; v < moment.volume_count; ++v) {
+    const FrameTimes& times = scene.data[size_t(v)]->times;
+    VolumeMoment& volume = moment.volumes[size_t(v)];
+    volume.world_from_volume = scene.spec.volumes[size_t(v)].transform;
+    // A sequence that is shorter stays at its last frame.
+    const double last = double(times.times_s.size()) - 1.0;
+    const size_t before = size_t(std::clamp(at, 0.0, last));
+    const double next_s = before + 1 < times.times_s.size() ? times.times_s[before + 1]
+                          : times.cycle_s > 0.0             ? times.cycle_s
+                                                            : times.times_s[before];
+    const double share = at < last + 1.0 ? at - double(before) : 0.0;
+    volume.time_s = times.times_s[before] + share * (next_s - times.times_s[before]);
+  }
+  return moment;
+}
+
+size_t frames_of(const FeltScene& scene) {
+  size_t most = 1;
+  for (const auto& volume : scene.data) most = std::max(most, volume->frames.size());
+  return most;
+}
+
+Status write_one_eye(const fs::path& path, const charts::Raster& raster) {
+  charts::Canvas canvas(raster.width, raster.height, charts::Color{});
+  canvas.draw_raster(raster, {0.0, 0.0}, 0.0);
+  return canvas.save(path.string());
+}
+
+/// Writes what was asked for without any display: one picture, or every frame for two eyes.
+Status draw(const FeelCommand& command, double frame, Console& console, std::stop_token stop) {
+  auto scene = load_seen_scene(command.inputs, command.sequence);
+  if (!scene) return scene.error();
+  if (frame >= double(frames_of(*scene)))
+    return Error{ErrorKind::kBadInput, fmt::format("There is no frame {}: the frames are 0 to {}",
+                                                   frame, frames_of(*scene) - 1)};
+  const auto assembled = assemble(scene->spec, scene->data);
+  if (!assembled) return assembled.error();
+  const PictureSize size{command.picture_size, command.picture_size};
+  if (!command.picture.empty()) {
+    auto still = StillPicture::open(command.gpu, command.view, size, 1);
+    if (!still) return still.error();
+    const auto eyes = (*still)->take(*assembled, moment_at(*scene, frame));
+    if (!eyes) return eyes.error();
+    if (const Status written = write_one_eye(command.picture, eyes->front()); !written)
+      return written;
+    console.say(fmt::format("Wrote     {}", command.picture.string()));
+  }
+  if (command.headless.empty()) return Nothing{};
+  auto outputs = Outputs::into(command.headless);
+  if (!outputs) return outputs.error();
+  auto still = StillPicture::open(command.gpu, command.view, size, 2);
+  if (!still) return still.error();
+  const size_t frames = frames_of(*scene);
+  for (size_t k = 0; k < frames; ++k) {
+    if (stop.stop_requested()) return Error{ErrorKind::kCancelled, "Stopped: nothing was written"};
+    console.progress(double(k) / double(frames), "drawing");
+    auto eyes = (*still)->take(*assembled, moment_at(*scene, double(k)));
+    if (!eyes) return eyes.error();
+    const auto path = outputs->stage(fmt::format("frame_{}.png", k));
+    if (!path) return path.error();
+    const Status written =
+        charts::write_stereo_view(path->string(), {(*eyes)[0], (*eyes)[1], {}, {}});
+    if (!written) return outputs->in_place(written.error());
+  }
+  console.end_progress();
+  if (const Status done = outputs->publish(); !done) return done;
+  console.say(fmt::format("Wrote     {}: {} for two eyes", command.headless.string(),
+                          frames == 1 ? "a picture" : fmt::format("{} pictures", frames)));
+  return Nothing{};
+}
+
+int run(FeelCommand command, double frame) {
+  command.hand = command.view.hand = false;
+  command.no_motion = true;
+  if (command.picture.empty() && command.headless.empty()) return run_feel(command);
+  Console console(command.quiet, false);
+  const CancelOnSignal cancel;
+  if (const Status look = check_look(command.view.look); !look) return fail(console, look.error());
+  const Status drawn = draw(command, frame, console, cancel.token());
+  return drawn ? kExitOk : fail(console, drawn.error());
+}
+
+}  // namespace
+
+Command add_view(CLI::App& program) {
+  auto command = std::make_shared<FeelCommand>();
+  auto frame = std::make_shared<double>(0.0);
+  command->picture_size = 768;
+  CLI::App* app = program.add_subcommand(
+      "view", "Look at volumes, sequences or fields, without forces: window, headset or pictures");
+  app->add_option("input", command->inputs,
+                  "heart, shell, molecule, a scene file, a sequence as in 'palpate motion', a "
+                  "field, or several volumes of one space")
+      ->type_name("PATH")
+      ->required();
+  app->add_option("--picture", command->picture, "Write a picture (PNG); needs no display")
+      ->type_name("FILE");
+  app->add_option("--frame", *frame, "Which frame --picture shows, from 0 on; 1.5: in between")
+      ->check(number_in({0.0, 1e6}))
+      ->capture_default_str();
+  app->add_option("--headless", command->headless,
+                  "Write every frame as a picture for two eyes into this folder; needs no display")
+      ->type_name("DIR");
+  add_seeing(*app, *command);
+  app->add_option("--seconds", command->seconds, "Window or headset: end after so long")
+      ->check(number_in({0.1, 1e6}));
+  app->add_option("--fps", command->sequence.frames_per_second,
+                  "Frames per second, instead of the file's times")
+      ->check(number_in(files::kFrameRates));
+  app->add_option("--fields", command->sequence.fields,
+                  "Folder with the fields of 'palpate motion': they move the picture")
+      ->type_name("DIR")
+      ->check(an_existing_folder());
+  app->add_flag_callback(
+      "--not-cyclic", [command] { command->sequence.cyclic = false; },
+      "The last frame does not lead back to the first");
+  add_gpu_option(*app, command->gpu);
+  app->add_flag("--quiet", command->quiet, "Print errors only");
+  return {app,
+          [command, frame] { return run(*command, *frame); },
+          {"input", "--fields"},
+          {"--picture", "--headless"},
+          {}};
+}
+
+}  // namespace palpate::app

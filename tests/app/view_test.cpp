@@ -1,0 +1,182 @@
+// The program as a person runs it to look, and where a cut is put.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+
+#include "integration/app/feel_view.h"
+#include "tests/app/program.h"
+#include "tests/app/scenes.h"
+#include "tests/charts/picture_file.h"
+
+namespace palpate::app {
+namespace {
+
+namespace fs = std::filesystem;
+using charts::read_png;
+using charts::ReadPicture;
+using files::TemporaryFolder;
+using ::testing::HasSubstr;
+
+/// Share of the pixels that are more red than the blue-grey background and the things are.
+double red_share(const ReadPicture& picture) {
+  double red = 0.0;
+  for (int y = 0; y < picture.height; ++y)
+    for (int x = 0; x < picture.width; ++x) {
+      const glm::ivec3 c = picture.rgb(x, y);
+      red += c.r > c.b + 25;
+    }
+  return red / std::max(1, picture.width * picture.height);
+}
+
+/// Share of the pixels in which two pictures differ by more than noise.
+double changed_share(const ReadPicture& a, const ReadPicture& b) {
+  if (a.width != b.width || a.height != b.height || a.width == 0) return 1.0;
+  double changed = 0.0;
+  for (int y = 0; y < a.height; ++y)
+    for (int x = 0; x < a.width; ++x) {
+      const glm::ivec3 d = glm::abs(a.rgb(x, y) - b.rgb(x, y));
+      changed += d.r + d.g + d.b > 30;
+    }
+  return changed / (a.width * a.height);
+}
+
+ReadPicture picture_of(std::vector<std::string> what, const TemporaryFolder& folder,
+                       const std::string& name) {
+  std::vector<std::string> arguments = {"view"};
+  arguments.insert(arguments.end(), what.begin(), what.end());
+  for (const std::string& more : {std::string("--picture"), std::string(folder / name),
+                                  std::string("--picture-size"), std::string("192")})
+    arguments.push_back(more);
+  const Outcome outcome = run(arguments);
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  return read_png(folder / name);
+}
+
+TEST(CutBefore, GoesThroughWhatIsTouchedAndNeverTakesTheMiddle) {
+  constexpr double kRadius = 0.1;
+  const glm::dvec3 centre(0.02, -0.01, 0.03);
+  for (const glm::dvec3 from :
+       {glm::dvec3(0.2, 0.1, 0.5), glm::dvec3(-0.5, 0.0, 0.1), glm::dvec3(0.1, 0.5, -0.2)}) {
+    const Eye eye = eye_at(centre + from, centre, 0.5, {100, 100});
+    const glm::dvec3 towards = glm::normalize(from);
+    for (const double before : {-0.2, -0.03, 0.0, 0.02, 0.04, 0.3}) {
+      const glm::dvec3 touched = centre + before * towards + glm::dvec3(0.004, 0.002, -0.003);
+      const ClipPlane cut = cut_before(eye, touched, centre, kRadius);
+      EXPECT_NEAR(glm::length(cut.normal), 1.0, 1e-12);
+      // Its face is seen: at less than 45 degrees.
+      EXPECT_LT(glm::dot(cut.normal, towards), -std::sqrt(0.5));
+      EXPECT_GE(glm::dot(cut.normal, centre), cut.offset_m - 1e-12) << "the middle is kept";
+      const glm::dvec3 front = centre + 0.9 * kRadius * towards;
+      EXPECT_LT(glm::dot(cut.normal, front), cut.offset_m) << "something is taken away";
+      if (before >= 0.02 && before <= 0.04) {
+        EXPECT_NEAR(glm::dot(cut.normal, touched), cut.offset_m, 1e-12);
+      }
+    }
+  }
+}
+
+TEST(EyeBefore, SeesAllOfABoxAndNotMuchMore) {
+  for (const glm::dvec3 half :
+       {glm::dvec3(0.064), glm::dvec3(0.08, 0.02, 0.05), glm::dvec3(0.01, 0.1, 0.01)}) {
+    const glm::dvec3 centre(0.1, 0.2, -0.3);
+    const Eye eye = eye_before(centre - half, centre + half, {300, 300});
+    double furthest = 0.0;
+    for (int c = 0; c < 8; ++c) {
+      const glm::dvec3 sign(c & 1 ? 1 : -1, c & 2 ? 1 : -1, c & 4 ? 1 : -1);
+      const glm::dvec3 seen =
+          glm::conjugate(eye.orientation) * (centre + sign * half - eye.position_m);
+      furthest = std::max({furthest, std::abs(seen.x / seen.z) / eye.tan_right,
+                           std::abs(seen.y / seen.z) / eye.tan_up});
+    }
+    EXPECT_LT(furthest, 1.0);
+    EXPECT_GT(furthest, 0.9);
+  }
+}
+
+TEST(View, DrawsTheHeartAndItsInside) {
+  NEEDS_DEVICE();
+  const TemporaryFolder folder;
+  const ReadPicture whole = picture_of({"heart"}, folder, "whole.png");
+  ASSERT_EQ(whole.width, 192);
+  EXPECT_GT(red_share(whole), 0.12);
+  const ReadPicture open = picture_of({"heart", "--cut-open"}, folder, "open.png");
+  EXPECT_GT(red_share(open), 0.06) << "a cut that leaves nothing";
+  EXPECT_GT(changed_share(whole, open), 0.05) << "a cut that is not seen";
+  const ReadPicture systole = picture_of({"heart", "--frame", "3"}, folder, "systole.png");
+  EXPECT_GT(changed_share(whole, systole), 0.02);
+  const ReadPicture bare = picture_of({"heart", "--no-box"}, folder, "bare.png");
+  EXPECT_GT(changed_share(whole, bare), 0.01);
+}
+
+TEST(View, CutsTheBreathingChestOpen) {
+  NEEDS_DEVICE();
+  const fs::path lung = fs::path(PALPATE_SHARED_DATA) / "lung" / "breathing.seq.nrrd";
+  if (!fs::exists(lung)) GTEST_SKIP() << lung << " is missing";
+  const TemporaryFolder folder;
+  const ReadPicture whole = picture_of({lung}, folder, "whole.png");
+  const ReadPicture open = picture_of({lung, "--cut-open"}, folder, "open.png");
+  EXPECT_GT(red_share(open), 0.05) << "the box is empty";
+  EXPECT_GT(changed_share(whole, open), 0.03) << "a cut that is not seen";
+}
+
+TEST(View, WritesEveryFrameOfASequenceForTwoEyes) {
+  NEEDS_DEVICE();
+  const TemporaryFolder folder;
+  const std::string shell = written(small_heart(3), folder / "beat.seq.nrrd");
+  const Outcome outcome =
+      run({"view", shell, "--headless", folder / "pictures", "--picture-size", "128"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  for (int k = 0; k < 3; ++k) {
+    const ReadPicture picture = read_png(folder / ("pictures/frame_" + std::to_string(k) + ".png"));
+    EXPECT_EQ(picture.width, 256) << k;
+    EXPECT_EQ(picture.height, 128) << k;
+  }
+  EXPECT_FALSE(fs::exists(folder / "pictures/frame_3.png"));
+}
+
+TEST(View, ShowsAFieldAndVolumesOfOtherGridsTogether) {
+  NEEDS_DEVICE();
+  const TemporaryFolder folder;
+  const Grid grid = heart_grid(24);
+  Field flow = still_field(grid);
+  for (glm::vec3& v : flow.u_mm) v = {0.0F, 0.0F, 10.0F};
+  const std::string field = written(flow, folder / "u.mha");
+  const ReadPicture alone = picture_of({field, "--no-box"}, folder, "field.png");
+  double coloured = 0.0;
+  for (int y = 0; y < alone.height; ++y)
+    for (int x = 0; x < alone.width; ++x) coloured += alone.colored(x, y);
+  EXPECT_GT(coloured, 200.0) << "no stream tubes";
+  const std::string a = written(shell_phantom(32, 1).frames[0], folder / "a.mha");
+  const std::string b = written(shell_phantom(24, 1).frames[0], folder / "b.nii.gz");
+  const ReadPicture one = picture_of({a}, folder, "one.png");
+  const ReadPicture both = picture_of({a, field}, folder, "both.png");
+  EXPECT_GT(changed_share(one, both), 0.01) << "the field is not shown beside the volume";
+  picture_of({a, b}, folder, "grids.png");
+}
+
+TEST(View, SaysInOneSentenceWhatIsWrong) {
+  unsetenv("DISPLAY");
+  unsetenv("WAYLAND_DISPLAY");
+  const TemporaryFolder folder;
+  const std::string a = written(shell_phantom(16, 1).frames[0], folder / "a.mha");
+  const std::pair<std::vector<std::string>, std::string> cases[] = {
+      {{"view", a, "--headset", "off"}, "--picture FILE.png"},
+      {{"view", "nothing.mha", "--picture", folder / "x.png"}, "'nothing.mha' does not exist"},
+      {{"view", a, "nothing.mha", "--picture", folder / "x.png"}, "'nothing.mha' does not exist"},
+      {{"view", a, "--picture", folder / "x.png", "--frame", "1"}, "There is no frame 1"},
+      {{"view", a, "--picture", folder / "x.png", "--look", "odd"}, "There is no look 'odd'"},
+      {{"view", a, "--picture", "/nowhere/x.png"}, "/nowhere/x.png"},
+  };
+  for (const auto& [arguments, sentence] : cases) {
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.exit_code, 2) << outcome.out;
+    EXPECT_THAT(outcome.err, HasSubstr(sentence));
+  }
+  EXPECT_FALSE(fs::exists(folder / "x.png"));
+}
+
+}  // namespace
+}  // namespace palpate::app
