@@ -177,7 +177,8 @@ TEST_F(ChartCommand, RefusesWishesThatAreNoneOrContradict) {
     expect_refused(with({"--error", text}), {"can not be understood", "0.5mm"});
   EXPECT_EQ(with({"--within", "2s", "--error", "1mm"}).exit_code, 2);
   EXPECT_EQ(with({"--within", "2s", "--preset", "fast"}).exit_code, 2);
-  EXPECT_THAT(with({"--within", "2s", "--preset", "fast"}).err, HasSubstr("excludes"));
+  EXPECT_THAT(with({"--within", "2s", "--preset", "fast"}).err,
+              HasSubstr("can not be used together with --within"));
   EXPECT_EQ(with({"--error", "1mm", "--levels", "2"}).exit_code, 2);
 }
 
