@@ -8,8 +8,8 @@
 #include <chrono>
 
 #include "compute/motion/sequence_motion.h"
+#include "integration/app/carried_values.h"
 #include "integration/app/frames.h"
-#include "module/scene/carried_values.h"
 
 namespace palpate::app {
 namespace {

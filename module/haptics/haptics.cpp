@@ -14,6 +14,7 @@ constexpr double kBridge_n_per_s = 15.0;  // of what a new scene changes at once
 // What the scene changes at once reaches the hand no faster: 0.03 N per ms. A wall of 500 N/m may
 // move with 60 mm/s before it is felt late.
 constexpr double kSudden_n_per_s = 30.0;
+constexpr double kBend = 0.5;     // of the hand's depth by the radius of the wall's bend
 constexpr double kSaid_n = 0.05;  // less than this on its way to the hand is not worth a word
 constexpr double kLongest_s =
     0.010;  // a later frame is taken as this long: time lost is not made up for in one jump
@@ -36,11 +37,10 @@ glm::dvec3 towards_zero(glm::dvec3 v, double by) {
 /// By how much a change of the force is more than a step of the hand relative to the material
 /// explains. On a flat wall the force changes by k P step, where P projects on what the wall holds:
 /// it lies in the ball that has 0 and k step as ends of a diameter. On a bent wall it leaves that
-/// ball by at most depth / radius of the bend, for which the ball is enlarged.
-glm::dvec3 unexplained(glm::dvec3 change, glm::dvec3 step, double stiffness) {
-  constexpr double kBend = 0.5;
+/// ball by at most depth / radius of the bend, for which the ball is enlarged by a share of itself.
+glm::dvec3 unexplained(glm::dvec3 change, glm::dvec3 step, double stiffness, double bend) {
   const glm::dvec3 centre = 0.5 * stiffness * step;
-  return towards_zero(change - centre, (1.0 + kBend) * glm::length(centre));
+  return towards_zero(change - centre, (1.0 + bend) * glm::length(centre));
 }
 
 }  // namespace
@@ -205,7 +205,9 @@ glm::dvec3 Haptics::force_n(glm::dvec3 probe, const TickInput& input) noexcept {
   // left it goes as fast as it may.
   const glm::dvec3 step = probe - last_probe_;
   const bool paid = !options_.meter_energy || tank_.pay(glm::dot(bridge_n_, step));
-  const double bridge_n_per_s = is_sudden_ || !paid ? kSudden_n_per_s : kBridge_n_per_s;
+  const double bridge_n_per_s = !paid        ? kFade_n_per_s
+                                : is_sudden_ ? kSudden_n_per_s
+                                             : kBridge_n_per_s;
   bridge_n_ = towards_zero(bridge_n_, bridge_n_per_s * dt_s);
   // The end of a surface, a hole in it, a border of the data, a fold of the field, values that are
   // not finite: whatever the scene changes at once, the hand is led there, not thrown. What the
@@ -213,14 +215,19 @@ glm::dvec3 Haptics::force_n(glm::dvec3 probe, const TickInput& input) noexcept {
   // hand does.
   const double k = run_->stiffness_n_per_m;
   const glm::dvec3 change = spring + bridge_n_ - last_wanted_;
-  glm::dvec3 sudden = unexplained(change, -step, k);
+  glm::dvec3 sudden = unexplained(change, -step, k, rough ? 0.0 : kBend);
   for (const CarrierRun& run : run_->carriers) {
-    const glm::dvec3 left = unexplained(change, run.carried_m - step, k);
+    const glm::dvec3 left = unexplained(change, run.carried_m - step, k, kBend);
     if (!rough && glm::length(left) < glm::length(sudden)) sudden = left;
+    // Of a surface that slips past for want of energy the proxy takes a part of the way.
+    if (tank_.slipped()) sudden = towards_zero(sudden, k * glm::length(run.carried_m));
   }
   const glm::dvec3 late = towards_zero(sudden, (rough ? kFade_n_per_s : kSudden_n_per_s) * dt_s);
   bridge_n_ -= late;
   is_sudden_ = late != glm::dvec3(0.0) || (is_sudden_ && bridge_n_ != glm::dvec3(0.0));
+  // Before the next tick, for it can not be taken back: a hand may go twice as far in it.
+  const double next_j = 2.0 * glm::dot(bridge_n_, step);
+  if (options_.meter_energy && next_j > tank_.level_j()) bridge_n_ *= tank_.level_j() / next_j;
   limited_ = rough && late != glm::dvec3(0.0);
   return spring + bridge_n_;
 }

@@ -63,7 +63,8 @@ TEST(CommandLine, NamesTheOptionThatWasMeant) {
 
 TEST(CommandLine, NamesTheCommandThatHasTheOption) {
   EXPECT_THAT(refusal({"motion", "a.mha", "b.mha", "-o", "u.mha", "--headset", "auto"}),
-              HasSubstr("'palpate motion' has no option '--headset': 'palpate feel' has it."));
+              HasSubstr("'palpate motion' has no option '--headset': 'palpate feel' and 'palpate "
+                        "view' have it."));
   EXPECT_THAT(refusal({"feel", "heart", "--truth", "t.mha"}), HasSubstr("'palpate check'"));
   EXPECT_THAT(refusal({"--csv", "x.csv"}), HasSubstr("'palpate feel'"));
   EXPECT_THAT(refusal({"--csv", "x.csv", "feel", "heart"}), HasSubstr("'palpate feel'"));
@@ -75,7 +76,8 @@ TEST(CommandLine, SaysWhichWordIsTooMany) {
 }
 
 TEST(CommandLine, SaysWhatIsMissingAndWhatThatIs) {
-  EXPECT_THAT(refusal({"feel"}), HasSubstr("'palpate feel' needs input: heart, molecule, a scene"));
+  EXPECT_THAT(refusal({"feel"}),
+              HasSubstr("'palpate feel' needs input: heart, shell, molecule, a scene"));
   EXPECT_THAT(refusal({"motion", "a.mha", "b.mha"}),
               HasSubstr("'palpate motion' needs --output: Pair: the field"));
   EXPECT_THAT(refusal({"motion", "a.mha", "b.mha", "-o"}),

@@ -1,11 +1,11 @@
-#include "module/scene/carried_values.h"
+#include "integration/app/carried_values.h"
 
 #include "compute/motion/quality_inverse.h"
 #include "compute/volume/parallel.h"
 #include "module/scene/motion_map.h"
 #include "module/scene/transform.h"
 
-namespace palpate {
+namespace palpate::app {
 namespace {
 
 // Of the finest voxel edge: far below what the spline tells apart.
@@ -45,4 +45,4 @@ MovingVolume with_carried_values(const MovingVolume& own, const SequenceMotion& 
   return carried;
 }
 
-}  // namespace palpate
+}  // namespace palpate::app

@@ -1,12 +1,12 @@
 // One frame's values carried by one motion. Oracle: the phantom, whose frames are made of material
 // that moves in a known way, so that carried frames and made frames are the same.
-#include "module/scene/carried_values.h"
+#include "integration/app/carried_values.h"
 
 #include <gtest/gtest.h>
 
 #include "compute/volume/phantom.h"
 
-namespace palpate {
+namespace palpate::app {
 namespace {
 
 TEST(CarriedValues, AreThoseOfTheMaterialInEveryFrame) {
@@ -61,4 +61,4 @@ TEST(CarriedValues, AreThoseOfTheMaterialInEveryFrame) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::app

@@ -5,7 +5,7 @@
 #include "compute/motion/sequence_motion.h"
 #include "module/scene/moving_volume.h"
 
-namespace palpate {
+namespace palpate::app {
 
 /// The sequence as the material of one frame that moves: every frame k holds the reference frame's
 /// values where the motion takes them,
@@ -18,4 +18,4 @@ namespace palpate {
 MovingVolume with_carried_values(const MovingVolume& own, const SequenceMotion& motion,
                                  const Grid& grid);
 
-}  // namespace palpate
+}  // namespace palpate::app
