@@ -167,7 +167,7 @@ TEST(View, SaysInOneSentenceWhatIsWrong) {
       {{"view", "nothing.mha", "--picture", folder / "x.png"}, "'nothing.mha' does not exist"},
       {{"view", a, "nothing.mha", "--picture", folder / "x.png"}, "'nothing.mha' does not exist"},
       {{"view", a, "--picture", folder / "x.png", "--frame", "1"}, "There is no frame 1"},
-      {{"view", a, "--picture", folder / "x.png", "--look", "odd"}, "There is no look 'odd'"},
+      {{"view", a, "--picture", folder / "x.png", "--look", "odd"}, "'odd' is not known"},
       {{"view", a, "--picture", "/nowhere/x.png"}, "/nowhere/x.png"},
   };
   for (const auto& [arguments, sentence] : cases) {
