@@ -76,22 +76,23 @@ std::vector<Shown> shown_commands() {
   std::vector<Shown> found;
   std::istringstream lines(files::read_bytes(kReadme));
   std::string line;
-  bool inside = false, plain = false, goes_on = false, prompts = false;
+  bool inside = false, plain = false, goes_on = false, prompts = false, has_command = false;
   while (std::getline(lines, line)) {
     if (line.starts_with("```")) {
       inside = !inside;
       plain = inside && trimmed(line) == "```";
-      goes_on = prompts = false;
+      goes_on = prompts = has_command = false;
       continue;
     }
     if (!plain) continue;
     const bool prompt = line.starts_with("$ ");
     const bool bare = !prompts && (line.starts_with("build/") || line.starts_with("./"));
     if (!prompt && !bare && !goes_on) {
-      if (!found.empty()) found.back().output.push_back(line);
+      if (has_command) found.back().output.push_back(line);
       continue;
     }
     prompts |= prompt;
+    has_command = true;
     std::string part = line.substr(prompt ? 2 : 0, line.find(" #") - (prompt ? 2 : 0));
     part = trimmed(part);
     const bool more = part.ends_with("\\");
