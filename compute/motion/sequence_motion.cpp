@@ -87,7 +87,9 @@ class Steadiness {
   explicit Steadiness(const Volume& reference) {
     const Grid& grid = reference.grid;
     std::vector<std::pair<float, size_t>> edges;
-    for (int k = 1; k + 1 < grid.size.z || (k < grid.size.z && grid.size.z < 3); ++k)
+    // The outermost slices are left out where there are others.
+    const int rim = grid.size.z < 3 ? 0 : 1;
+    for (int k = rim; k < grid.size.z - rim; ++k)
       for (int j = 1; j + 1 < grid.size.y; ++j)
         for (int i = 1; i + 1 < grid.size.x; ++i) {
           const float x = reference.at(i + 1, j, k) - reference.at(i - 1, j, k);
@@ -109,6 +111,8 @@ class Steadiness {
       points_mm_.push_back(grid.lps_from_index({i, j, k}));
     }
   }
+
+  bool has_points() const { return !points_mm_.empty(); }
 
   /// Root mean square over points and frames; frames are read once each, for all candidates.
   Result<std::vector<double>> of(const std::vector<std::vector<Field>>& candidates,
@@ -338,7 +342,9 @@ Result<SequenceMotion> estimate_sequence_motion(const std::shared_ptr<vulkan::Co
   std::vector<std::vector<Field>> fields = {motion.at_frame};
   for (const int h : candidates)
     fields.push_back(smoothed(motion.at_frame, times_s, motion.cycle_s, h));
-  const auto unsteady = Steadiness(*reference).of(fields, read);
+  const Steadiness steadiness(*reference);
+  if (!steadiness.has_points()) return motion;
+  const auto unsteady = steadiness.of(fields, read);
   if (!unsteady) return unsteady.error();
   for (size_t c = 0; c < candidates.size(); ++c) {
     if ((*unsteady)[c + 1] > (1.0 + options.steadiness) * (*unsteady)[0]) continue;

@@ -10,6 +10,7 @@
 #include "compute/motion/sequence_motion.h"
 #include "integration/app/carried_values.h"
 #include "integration/app/frames.h"
+#include "integration/files/raster.h"
 
 namespace palpate::app {
 namespace {
@@ -105,8 +106,12 @@ Status LiveMotion::estimate(const Job& job, std::stop_token stop) {
   options.motion = *preset;
   options.cyclic = job.cyclic;
   start_ns_ = steady_ns();
-  return job.whole ? whole(job, *frames, *context, options, stop)
-                   : step_by_step(job, *frames, *context, options, stop);
+  // The frames, and as many again with carried values.
+  const double bytes = 2.0 * double(frames->count) * double(frames->grid.count()) * sizeof(float);
+  const Status fits = files::check_fits_memory("One motion for the whole sequence", bytes);
+  if (job.whole && fits) return whole(job, *frames, *context, options, stop);
+  const Status done = step_by_step(job, *frames, *context, options, stop);
+  return done && job.whole && !stop.stop_requested() ? fits : done;
 }
 
 Status LiveMotion::take_pair(const Job& job, const PairMotion& pair) {

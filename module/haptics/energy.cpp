@@ -80,6 +80,7 @@ bool EnergyTank::pay(double joule) noexcept {
   }
   put_in_.add(joule);
   const bool enough = joule <= level_j_;
+  if (!enough) debt_j_ += joule - level_j_;
   level_j_ = std::max(0.0, level_j_ - joule);
   return enough;
 }

@@ -224,6 +224,8 @@ glm::dvec3 Haptics::force_n(glm::dvec3 probe, const TickInput& input) noexcept {
   }
   const glm::dvec3 late = towards_zero(sudden, (rough ? kFade_n_per_s : kSudden_n_per_s) * dt_s);
   bridge_n_ -= late;
+  // A force that is not finite is the guards' to stop; it must not stay in here.
+  if (!finite(bridge_n_)) bridge_n_ = glm::dvec3(0.0);
   is_sudden_ = late != glm::dvec3(0.0) || (is_sudden_ && bridge_n_ != glm::dvec3(0.0));
   // Before the next tick, for it can not be taken back: a hand may go twice as far in it.
   const double next_j = 2.0 * glm::dot(bridge_n_, step);
