@@ -7,10 +7,10 @@
 #include <algorithm>
 #include <chrono>
 
-#include "compute/motion/sequence_motion.h"
-#include "integration/app/carried_values.h"
+#include "compute/motion/estimate_sequence.h"
 #include "integration/app/frames.h"
 #include "integration/files/raster.h"
+#include "module/scene/make_volume.h"
 
 namespace palpate::app {
 namespace {
@@ -106,8 +106,8 @@ Status LiveMotion::estimate(const Job& job, std::stop_token stop) {
   options.motion = *preset;
   options.cyclic = job.cyclic;
   start_ns_ = steady_ns();
-  // The frames, and as many again with carried values.
-  const double bytes = 2.0 * double(frames->count) * double(frames->grid.count()) * sizeof(float);
+  // Each frame is asked for more than once: all are kept.
+  const double bytes = double(frames->count) * double(frames->grid.count()) * sizeof(float);
   const Status fits = files::check_fits_memory("One motion for the whole sequence", bytes);
   if (job.whole && fits) return whole(job, *frames, *context, options, stop);
   const Status done = step_by_step(job, *frames, *context, options, stop);
@@ -172,8 +172,9 @@ Status LiveMotion::whole(const Job& job, Frames& frames,
   if (stop.stop_requested()) return Nothing{};
   if (!taken) return taken;
   if (!motion) return motion.error();
-  return on_whole_(job.missing.volume, std::make_shared<const MovingVolume>(
-                                           with_carried_values(*job.volume, *motion, frames.grid)));
+  auto volume = carried(*job.volume, *motion);
+  if (!volume) return volume.error();
+  return on_whole_(job.missing.volume, std::make_shared<const MovingVolume>(std::move(*volume)));
 }
 
 }  // namespace palpate::app

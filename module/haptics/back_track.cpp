@@ -18,13 +18,6 @@ bool finite(glm::dvec3 v) {
   return std::isfinite(v.x + v.y + v.z);
 }
 
-/// I + g J.
-glm::dmat3 stretched(const MotionSample& at, double phase) {
-  glm::dmat3 m = phase * at.jacobian;
-  for (int a = 0; a < 3; ++a) m[a][a] += 1.0;
-  return m;
-}
-
 /// One point of the search: the field there and what is missing.
 struct Trial {
   glm::dvec3 x;
@@ -33,14 +26,55 @@ struct Trial {
   MotionSample at;
 };
 
+/// One step of a volume's motion, at a share of it: g (u(x) + closing).
+class StepMotion {
+ public:
+  StepMotion(const MotionMap& map, double phase, glm::dvec3 closing)
+      : map_(map), phase_(phase), closing_(closing) {}
+  MotionSample sample(glm::dvec3 x) const noexcept { return map_.sample(x); }
+  glm::dvec3 way(const MotionSample& at) const noexcept { return phase_ * (at.u_m + closing_); }
+  /// I + g J.
+  glm::dmat3 stretched(const MotionSample& at) const noexcept {
+    return glm::dmat3(1.0) + phase_ * at.jacobian;
+  }
+  bool never_folds() const noexcept { return map_.worst_determinant() > 0.0F; }
+  bool surely_unfolded(glm::dvec3 x) const noexcept {
+    return map_.certificate(x).determinant > 0.0F;
+  }
+  double cell_m() const noexcept { return map_.cell_m(); }
+
+ private:
+  const MotionMap& map_;
+  double phase_;
+  glm::dvec3 closing_;
+};
+
+/// One motion for all times, at one of them: u(X, t).
+class TimedMotion {
+ public:
+  TimedMotion(const SequenceMap& map, const TimeWeights& time) : map_(map), time_(time) {}
+  MotionSample sample(glm::dvec3 x) const noexcept { return map_.sample(x, time_); }
+  glm::dvec3 way(const MotionSample& at) const noexcept { return at.u_m; }
+  glm::dmat3 stretched(const MotionSample& at) const noexcept {
+    return glm::dmat3(1.0) + at.jacobian;
+  }
+  bool never_folds() const noexcept { return map_.worst_determinant() > 0.0F; }
+  bool surely_unfolded(glm::dvec3) const noexcept { return false; }
+  double cell_m() const noexcept { return map_.cell_m(); }
+
+ private:
+  const SequenceMap& map_;
+  const TimeWeights& time_;
+};
+
+template <class Motion>
 class Search {
  public:
-  Search(const MotionMap& map, double phase, glm::dvec3 target, glm::dvec3 closing)
-      : map_(map), phase_(phase), target_(target), closing_(closing) {}
+  Search(const Motion& motion, glm::dvec3 target) : motion_(motion), target_(target) {}
 
   Trial look(glm::dvec3 x) const noexcept {
-    Trial t{x, glm::dvec3(0.0), 0.0, map_.sample(x)};
-    t.miss = x + phase_ * (t.at.u_m + closing_) - target_;
+    Trial t{x, glm::dvec3(0.0), 0.0, motion_.sample(x)};
+    t.miss = x + motion_.way(t.at) - target_;
     t.residual = std::sqrt(glm::dot(t.miss, t.miss));
     return t;
   }
@@ -48,7 +82,7 @@ class Search {
   /// Newton's step (I + g J) d = -miss by Cramer's rule. Where the map is folded or all but flat
   /// it would lead to another branch: then the fixed point's step, which only follows the miss.
   glm::dvec3 step(const Trial& t) const noexcept {
-    const glm::dmat3 m = stretched(t.at, phase_);
+    const glm::dmat3 m = motion_.stretched(t.at);
     const glm::dvec3 yz = glm::cross(m[1], m[2]);
     const double det = glm::dot(m[0], yz);
     if (!(det > kFlat)) return -t.miss;
@@ -56,38 +90,39 @@ class Search {
     return glm::dvec3(glm::dot(yz, t.miss), glm::dot(zx, t.miss), glm::dot(xy, t.miss)) / -det;
   }
 
-  /// No fold on the straight way from a to b, at the phase: the branch of the motion that was
+  /// No fold on the straight way from a to b, at this time: the branch of the motion that was
   /// followed so far has not been left.
   bool unfolded(glm::dvec3 a, glm::dvec3 b, const MotionSample& at_b) const noexcept {
-    if (!(glm::determinant(stretched(at_b, phase_)) > 0.0)) return false;
-    if (map_.worst_determinant() > 0.0F) return true;
-    const double looks = std::ceil(glm::length(b - a) / (kLookCells * map_.cell_m()));
+    if (!(glm::determinant(motion_.stretched(at_b)) > 0.0)) return false;
+    if (motion_.never_folds()) return true;
+    const double looks = std::ceil(glm::length(b - a) / (kLookCells * motion_.cell_m()));
     if (!(looks <= kMostLooks)) return false;
     for (int k = 0; k < int(looks); ++k) {
       const glm::dvec3 x = a + (double(k) / looks) * (b - a);
-      if (map_.certificate(x).determinant > 0.0F) continue;
-      if (!(glm::determinant(stretched(map_.sample(x), phase_)) > 0.0)) return false;
+      if (motion_.surely_unfolded(x)) continue;
+      if (!(glm::determinant(motion_.stretched(motion_.sample(x))) > 0.0)) return false;
     }
     return true;
   }
 
+  double enough() const noexcept { return kToleranceCells * motion_.cell_m(); }
+
   BackTrack result(const Trial& best, glm::dvec3 start, int steps) const noexcept {
-    const bool close = best.residual <= kToleranceCells * map_.cell_m();
+    const bool close = best.residual <= enough();
     return {best.x, best.residual, steps, close && unfolded(start, best.x, best.at), best.at};
   }
 
  private:
   static constexpr double kFlat = 1e-6;
-  const MotionMap& map_;
-  double phase_;
-  glm::dvec3 target_, closing_;
+  const Motion& motion_;
+  glm::dvec3 target_;
 };
 
-BackTrack newton(const MotionMap& map, const Search& search, glm::dvec3 start) noexcept {
-  const double enough = kToleranceCells * map.cell_m();
+template <class Motion>
+BackTrack newton(const Search<Motion>& search, glm::dvec3 start) noexcept {
   Trial best = search.look(start);
   int steps = 0;
-  while (best.residual > enough && steps < kNewtonSteps) {
+  while (best.residual > search.enough() && steps < kNewtonSteps) {
     const glm::dvec3 step = search.step(best);
     Trial next = search.look(best.x + step);
     ++steps;
@@ -101,11 +136,11 @@ BackTrack newton(const MotionMap& map, const Search& search, glm::dvec3 start) n
   return search.result(best, start, steps);
 }
 
-BackTrack picard(const MotionMap& map, const Search& search, glm::dvec3 start) noexcept {
-  const double enough = kToleranceCells * map.cell_m();
+template <class Motion>
+BackTrack picard(const Search<Motion>& search, glm::dvec3 start) noexcept {
   Trial last = search.look(start), best = last;
   int steps = 0;
-  while (best.residual > enough && steps < kPicardSteps) {
+  while (best.residual > search.enough() && steps < kPicardSteps) {
     last = search.look(last.x - last.miss);
     ++steps;
     if (last.residual < best.residual) best = last;
@@ -113,19 +148,37 @@ BackTrack picard(const MotionMap& map, const Search& search, glm::dvec3 start) n
   return search.result(best, start, steps);
 }
 
+/// Not found, and nothing read at a place that is no number.
+BackTrack nowhere(glm::dvec3 start) noexcept {
+  BackTrack none;
+  none.x_m = finite(start) ? start : glm::dvec3(0.0);
+  none.residual_m = std::numeric_limits<double>::infinity();
+  return none;
+}
+
 }  // namespace
 
 BackTrack back_track(const MotionMap& map, double phase, glm::dvec3 target, glm::dvec3 start,
                      glm::dvec3 closing, BackTracking method) noexcept {
   if (!finite(target) || !finite(start) || !finite(closing) || !std::isfinite(phase)) {
-    BackTrack none;
-    none.x_m = finite(start) ? start : glm::dvec3(0.0);
-    none.residual_m = std::numeric_limits<double>::infinity();
+    BackTrack none = nowhere(start);
     none.at = map.sample(none.x_m);
     return none;
   }
-  const Search search(map, phase, target, closing);
-  return method == BackTracking::kNewton ? newton(map, search, start) : picard(map, search, start);
+  const StepMotion motion(map, phase, closing);
+  const Search search(motion, target);
+  return method == BackTracking::kNewton ? newton(search, start) : picard(search, start);
+}
+
+BackTrack back_track(const SequenceMap& map, const TimeWeights& time, glm::dvec3 target,
+                     glm::dvec3 start) noexcept {
+  if (!finite(target) || !finite(start)) {
+    BackTrack none = nowhere(start);
+    none.at = map.sample(none.x_m, time);
+    return none;
+  }
+  const TimedMotion motion(map, time);
+  return newton(Search(motion, target), start);
 }
 
 }  // namespace palpate

@@ -4,6 +4,7 @@
 
 #include "module/scene/motion_map.h"
 #include "module/scene/scene.h"
+#include "module/scene/sequence_map.h"
 
 namespace palpate {
 
@@ -24,12 +25,17 @@ struct BackTrack {
 ///
 /// ok if the residual is below 1e-6 cells, det(I + g du/dx) > 0 at x, and no fold was met on the
 /// straight way from `start` to x (looked for every 32nd of a cell, only in fields that have
-/// folds; a way of more than 8 cells counts as folded): a point behind a fold belongs to another part of the material, however well it fits.
-/// Where it is not ok, x_m is the best seen: the caller holds. Never NaN: with an argument that is
-/// not finite it is not ok, x_m is the start (or the origin) and the residual infinite. Real-time
-/// safe.
+/// folds; a way of more than 8 cells counts as folded): a point behind a fold belongs to another
+/// part of the material, however well it fits. Where it is not ok, x_m is the best seen: the caller
+/// holds. Never NaN: with an argument that is not finite it is not ok, x_m is the start (or the
+/// origin) and the residual infinite. Real-time safe.
 BackTrack back_track(const MotionMap& map, double phase, glm::dvec3 target, glm::dvec3 start,
                      glm::dvec3 closing = glm::dvec3(0.0),
                      BackTracking method = BackTracking::kNewton) noexcept;
+
+/// The same for one motion of a whole sequence: where in the reference frame the material is that
+/// stands at `target` at a time, X + u(X, t) = target, by Newton's method.
+BackTrack back_track(const SequenceMap& map, const TimeWeights& time, glm::dvec3 target,
+                     glm::dvec3 start) noexcept;
 
 }  // namespace palpate

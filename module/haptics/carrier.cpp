@@ -35,6 +35,16 @@ double worth(double confidence) {
   return t * t * (3.0 - 2.0 * t);
 }
 
+/// What a mode reads of a frame: its values, or the distance to a segment.
+const FrameData& source_of(const HapticMode& mode, const MovingVolume& data, int frame) {
+  if (mode.segment < 0) return *data.frames[size_t(frame)];
+  return *data.segments[size_t(mode.segment)].distance_mm[size_t(frame)];
+}
+
+double squared(const glm::dmat3& m) {
+  return glm::dot(m[0], m[0]) + glm::dot(m[1], m[1]) + glm::dot(m[2], m[2]);
+}
+
 /// Gives the planes that were placed from `first` on their levels: those that stand at the proxy
 /// (`at`, world) across the data's gradient. `derivative` is that of the map from the data frame to
 /// the world.
@@ -57,7 +67,8 @@ void tell_levels(const LocalData& data, const ModeSpec& mode, const glm::dmat3& 
 /// Data that do not move. The volume's pose may: then the point rides with it.
 class StillCarrier final : public Carrier {
  public:
-  StillCarrier(const VolumeRun& volume, const FrameData& frame) : volume_(volume), frame_(frame) {}
+  explicit StillCarrier(const VolumeRun& volume)
+      : volume_(volume), data_(*volume.plan->data), frame_(*data_.frames.front()) {}
 
   void carry() noexcept override {
     at_ = volume_.world(material_);
@@ -70,7 +81,7 @@ class StillCarrier final : public Carrier {
   }
   void place(const HapticMode& mode, glm::dvec3 probe, double dt_s, double weight, double cap_n,
              Placed& out) noexcept override {
-    const StillReader data(frame_, mode.spec, material_, read_);
+    const StillReader data(source_of(mode, data_, 0), mode.spec, material_, read_);
     const auto forward = [this](glm::dvec3 x) { return volume_.world(x); };
     WorldSink sink(out.set, volume_.linear, material_, at_, weight, cap_n, forward);
     const int first = out.set.count();
@@ -82,6 +93,7 @@ class StillCarrier final : public Carrier {
  private:
   void set_stride(double detail_m) { stride_m_ = kStridePerVoxel * detail_m; }
   const VolumeRun& volume_;
+  const MovingVolume& data_;
   const FrameData& frame_;
   LastRead read_;
 };
@@ -152,10 +164,10 @@ class FlowingCarrier final : public Carrier {
     };
     WorldSink sink(out.set, derivative, material_, at_, weight, cap_n, to_world);
     const glm::dvec3 probe_here = mode.mode->wants_probe() ? taken_back(probe) : material_;
-    const FrameData& frame = *data_.frames[frame_];
+    const FrameData& frame = source_of(mode, data_, frame_);
     const int first = out.set.count();
     if (blend_ && phase > 0.0) {
-      const FrameData& next = *data_.frames[next_of(frame_)];
+      const FrameData& next = source_of(mode, data_, next_of(frame_));
       const BlendedReader data(frame, next, mode.spec, material_,
                                material_ + motion_.u_m + closing_, motion_.jacobian, phase, read_,
                                read_next_);
@@ -184,9 +196,7 @@ class FlowingCarrier final : public Carrier {
 
   void look_for_roughness(const MotionMap* map) noexcept {
     if (!map || map->worst_contraction() < 1.0F) return;
-    double squared = 0.0;
-    for (int a = 0; a < 3; ++a) squared += glm::dot(motion_.jacobian[a], motion_.jacobian[a]);
-    report_.rough |= squared >= kRough * kRough;
+    report_.rough |= squared(motion_.jacobian) >= kRough * kRough;
   }
 
   /// How the material is stretched where the point is: from the data frame to now. In a fold it has
@@ -250,6 +260,87 @@ class FlowingCarrier final : public Carrier {
   LastRead read_, read_next_;
 };
 
+/// One frame's values carried by one motion for all times: the material point is a place of that
+/// frame, and time only says where it is now. There are no borders between frames.
+class MaterialCarrier final : public Carrier {
+ public:
+  explicit MaterialCarrier(const VolumeRun& volume)
+      : volume_(volume), data_(*volume.plan->data), map_(*data_.whole) {
+    stride_m_ = kStridePerVoxel * data_.frames.front()->detail_m() * volume.least_scale;
+  }
+
+  void carry() noexcept override {
+    time_ = map_.basis().at(volume_.pointer.frame, volume_.pointer.phase);
+    motion_ = map_.sample(material_, time_);
+    at_ = volume_.world(material_ + motion_.u_m);
+    look_for_roughness();
+    stride_m_ = kStridePerVoxel * data_.frames.front()->detail_m() * volume_.least_scale;
+  }
+
+  bool go_to(glm::dvec3 world) noexcept override {
+    const glm::dvec3 target = volume_.volume(world);
+    const BackTrack found =
+        back_track(map_, time_, target, material_ + (target - volume_.volume(at_)));
+    report_.residual_m = std::max(report_.residual_m, found.ok ? found.residual_m : 0.0);
+    report_.steps = std::max(report_.steps, found.steps);
+    if (!found.ok) {
+      report_.held = true;
+      return false;
+    }
+    material_ = found.x_m;
+    motion_ = found.at;
+    at_ = world;
+    look_for_roughness();
+    return true;
+  }
+
+  void place(const HapticMode& mode, glm::dvec3 probe, double dt_s, double weight, double cap_n,
+             Placed& out) noexcept override {
+    report_.confidence = motion_.confidence;
+    weight *= worth(motion_.confidence);
+    if (!(weight > 0.0)) return;
+    const glm::dmat3 derivative = volume_.linear * stretch();
+    const auto to_world = [this](glm::dvec3 x) {
+      return volume_.world(x + map_.displacement(x, time_));
+    };
+    WorldSink sink(out.set, derivative, material_, at_, weight, cap_n, to_world);
+    const glm::dvec3 probe_here = mode.mode->wants_probe() ? taken_back(probe) : material_;
+    const StillReader data(source_of(mode, data_, 0), mode.spec, material_, read_);
+    const int first = out.set.count();
+    mode.mode->place({data, material_, probe_here, dt_s}, sink);
+    tell_levels(data, mode.spec, derivative, at_, first, out);
+    report_.unsound |= !data.sound();
+  }
+
+ private:
+  void look_for_roughness() noexcept {
+    if (map_.worst_contraction() < 1.0F) return;
+    report_.rough |= squared(motion_.jacobian) >= kRough * kRough;
+  }
+
+  /// How the material is stretched where the point is; in a fold the last one that had a sense.
+  const glm::dmat3& stretch() noexcept {
+    const glm::dmat3 now = glm::dmat3(1.0) + motion_.jacobian;
+    if (glm::determinant(now) > kFlattest) stretch_ = now;
+    return stretch_;
+  }
+
+  /// Where the hand is in the reference frame; the proxy's place if that can not be found.
+  glm::dvec3 taken_back(glm::dvec3 probe) const noexcept {
+    const glm::dvec3 target = volume_.volume(probe);
+    const BackTrack found =
+        back_track(map_, time_, target, material_ + (target - volume_.volume(at_)));
+    return found.ok ? found.x_m : material_;
+  }
+
+  const VolumeRun& volume_;
+  const MovingVolume& data_;
+  const SequenceMap& map_;
+  TimeWeights time_;
+  glm::dmat3 stretch_{1.0};
+  LastRead read_;
+};
+
 }  // namespace
 
 VolumeRun::VolumeRun(const HapticVolume& volume)
@@ -272,7 +363,9 @@ std::unique_ptr<Carrier> make_carrier(const CarrierPlan& plan, const VolumeRun& 
   const MovingVolume& data = *volume.plan->data;
   std::unique_ptr<Carrier> carrier;
   if (data.is_still())
-    carrier = std::make_unique<StillCarrier>(volume, *data.frames.front());
+    carrier = std::make_unique<StillCarrier>(volume);
+  else if (data.whole)
+    carrier = std::make_unique<MaterialCarrier>(volume);
   else
     carrier = std::make_unique<FlowingCarrier>(volume, plan.motion);
   return carrier;

@@ -24,7 +24,8 @@ double turned(double from, double to, double unit_n, double felt_n, double dt_s,
 
 /// Whether a surface is still where it was, in data and in space.
 bool unmoved(const VolumeRun& a, const VolumeRun& b) {
-  return a.plan->data->frames == b.plan->data->frames && a.transform == b.transform;
+  const MovingVolume &data = *a.plan->data, &other = *b.plan->data;
+  return data.frames == other.frames && data.whole == other.whole && a.transform == b.transform;
 }
 
 }  // namespace

@@ -28,6 +28,19 @@ Result<const Motion*> motion_of(const ModeSpec& mode, const MovingVolume& data) 
              "\", which volume \"" + mode.volume + "\" does not have.");
 }
 
+/// The index of the segment a mode reads; -1: the values.
+Result<int> segment_of(const ModeSpec& mode, const MovingVolume& data) {
+  if (mode.segment.empty()) return -1;
+  std::string known;
+  for (size_t s = 0; s < data.segments.size(); ++s) {
+    if (data.segments[s].name == mode.segment) return int(s);
+    known += (s ? ", " : "") + data.segments[s].name;
+  }
+  return bad("Mode \"" + mode.name + "\" reads the segment \"" + mode.segment +
+             "\", which volume \"" + mode.volume + "\" does not have; it has " +
+             (known.empty() ? "none." : known + "."));
+}
+
 /// What of a scene's numbers can not be felt, apart from its data.
 Status check_numbers(const SceneSpec& spec) {
   if (!(spec.stiffness_n_per_m > 0.0) || !std::isfinite(spec.stiffness_n_per_m))
@@ -84,7 +97,10 @@ Result<std::shared_ptr<const HapticScene>> assemble(
     if (!motion) return motion.error();
     auto made = kinds.make(mode);
     if (!made) return made.error();
-    scene->modes.push_back({ModeKinds::completed(mode), *made, carrier_of(*scene, v, *motion)});
+    const auto segment = segment_of(mode, *scene->volumes[v].data);
+    if (!segment) return segment.error();
+    scene->modes.push_back(
+        {ModeKinds::completed(mode), *made, carrier_of(*scene, v, *motion), *segment});
   }
   return std::shared_ptr<const HapticScene>(scene);
 }

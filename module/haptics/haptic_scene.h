@@ -28,7 +28,8 @@ struct HapticVolume {
 struct HapticMode {
   ModeSpec spec;
   std::shared_ptr<const Mode> mode;
-  int carrier = 0;  ///< index: the volume and motion that carry it
+  int carrier = 0;   ///< index: the volume and motion that carry it
+  int segment = -1;  ///< index of the volume's segment that it reads; -1: the values
 };
 
 /// One way in which a volume's data move: modes of one volume that name the same motion share it,

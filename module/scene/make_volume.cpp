@@ -212,6 +212,22 @@ Result<MovingVolume> build(const VolumeSpec& spec) {
                            "and molecule.");
 }
 
+Result<MovingVolume> carried(const MovingVolume& own, const SequenceMotion& motion) {
+  if (motion.reference >= own.frames.size())
+    return Error{ErrorKind::kBadInput,
+                 "The volume \"" + own.name + "\" can not be used: its motion is told from frame " +
+                     std::to_string(motion.reference) + ", which it does not have."};
+  MovingVolume volume;
+  volume.name = own.name;
+  volume.times = own.times;
+  volume.frames = {own.frames[motion.reference]};
+  volume.whole = SequenceMap::of(motion);
+  for (const Segment& segment : own.segments)
+    volume.segments.push_back(
+        {segment.name, segment.colour, {segment.distance_mm[motion.reference]}});
+  return checked(std::move(volume));
+}
+
 Transform start_transform(const VolumeSpec& spec, const MovingVolume& volume) {
   Transform transform = spec.transform;
   if (spec.centred && spec.source.empty() && !volume.frames.empty()) {

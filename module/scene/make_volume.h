@@ -38,6 +38,11 @@ Result<MovingVolume> build(const VolumeSpec& spec, VolumeData data);
 /// which does not move. kBadInput for another name.
 Result<MovingVolume> build(const VolumeSpec& spec);
 
+/// The same volume with one motion for all its times, felt and seen as its reference frame's
+/// values carried by it. kBadInput if the motion is not that of the volume's frames. Uses all
+/// cores.
+Result<MovingVolume> carried(const MovingVolume& own, const SequenceMotion& motion);
+
 /// world_from_volume at the start: the spec's transform, or, if it asks for files to be centred,
 /// one that puts the middle of the first frame at the transform's translation.
 Transform start_transform(const VolumeSpec& spec, const MovingVolume& volume);

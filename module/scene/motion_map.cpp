@@ -7,32 +7,15 @@
 
 #include "compute/volume/parallel.h"
 #include "compute/volume/volume.h"
+#include "module/scene/cell_read.h"
 #include "module/scene/certificate.h"
 #include "module/scene/lanes.h"
 
 namespace palpate {
 namespace {
 
-using lanes::Quad;
-
 // No data move by a kilometre; beyond that float squares would overflow in the certificates.
 constexpr float kAbsurdM = 1e3F;
-
-/// The corners of one cell of the field and where in it a point lies.
-struct CellRead {
-  const glm::vec4* low;
-  size_t to_x, to_y, to_z;
-  AxisPlace x, y, z;
-
-  CellRead(const std::vector<glm::vec4>& samples, glm::ivec3 size, glm::dvec3 index) noexcept
-      : x(index.x, size.x), y(index.y, size.y), z(index.z, size.z) {
-    const size_t row = size_t(size.x), slice = row * size_t(size.y);
-    low = samples.data() + size_t(x.low) + row * size_t(y.low) + slice * size_t(z.low);
-    to_x = size_t(x.step);
-    to_y = row * size_t(y.step);
-    to_z = slice * size_t(z.step);
-  }
-};
 
 /// u in volume space (m) and confidence per sample. What can not be used is marked by a negative
 /// confidence.
@@ -152,46 +135,13 @@ std::shared_ptr<const MotionMap> MotionMap::of(const Field& field, const Confide
 }
 
 MotionSample MotionMap::sample(glm::dvec3 x_m) const noexcept {
-  const CellRead at(samples_, place_.size, place_.index(x_m));
-  const double wx = at.x.weight, wy = at.y.weight, wz = at.z.weight;
-  // Differences first, then blends: one pass gives value and exact derivative, and u keeps the
-  // precision of its differences.
-  const auto row = [&](size_t offset, Quad& along_x) {
-    const Quad low = lanes::load(at.low[offset]);
-    along_x = lanes::load(at.low[offset + at.to_x]) - low;
-    return lanes::moved(low, wx, along_x);
-  };
-  Quad dx00, dx10, dx01, dx11;
-  const Quad v00 = row(0, dx00), v10 = row(at.to_y, dx10);
-  const Quad v01 = row(at.to_z, dx01), v11 = row(at.to_y + at.to_z, dx11);
-  const Quad dy0 = v10 - v00, dy1 = v11 - v01;
-  const Quad v0 = lanes::moved(v00, wy, dy0), v1 = lanes::moved(v01, wy, dy1);
-  const Quad dx0 = lanes::moved(dx00, wy, dx10 - dx00), dx1 = lanes::moved(dx01, wy, dx11 - dx01);
-  const Quad dz = v1 - v0;
-  const Quad u = lanes::moved(v0, wz, dz);
-  const Quad per_x = at.x.inside * lanes::moved(dx0, wz, dx1 - dx0);
-  const Quad per_y = at.y.inside * lanes::moved(dy0, wz, dy1 - dy0);
-  const Quad per_z = at.z.inside * dz;
-
-  const auto column = [&](glm::dvec3 index_per_m) {
-    return lanes::xyz(index_per_m.x * per_x + index_per_m.y * per_y + index_per_m.z * per_z);
-  };
-  const glm::dmat3& a = place_.index_from_volume;
-  return {lanes::xyz(u), glm::dmat3(column(a[0]), column(a[1]), column(a[2])), u.zw[1]};
+  const auto corner = [this](size_t offset) { return lanes::load(samples_[offset]); };
+  return CellRead(place_, x_m).value_and_jacobian(place_, corner);
 }
 
 glm::dvec3 MotionMap::displacement(glm::dvec3 x_m) const noexcept {
-  const CellRead at(samples_, place_.size, place_.index(x_m));
-  const auto row = [&](size_t offset) {
-    const Quad low = lanes::load(at.low[offset]);
-    return lanes::moved(low, at.x.weight, lanes::load(at.low[offset + at.to_x]) - low);
-  };
-  const auto plane = [&](size_t offset) {
-    const Quad low = row(offset);
-    return lanes::moved(low, at.y.weight, row(offset + at.to_y) - low);
-  };
-  const Quad low = plane(0);
-  return lanes::xyz(lanes::moved(low, at.z.weight, plane(at.to_z) - low));
+  const auto corner = [this](size_t offset) { return lanes::load(samples_[offset]); };
+  return lanes::xyz(CellRead(place_, x_m).value(corner));
 }
 
 CellCertificate MotionMap::certificate(glm::dvec3 x_m) const noexcept {

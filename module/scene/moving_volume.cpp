@@ -29,7 +29,18 @@ std::string wrong_times(const FrameTimes& times) {
 Status check(const MovingVolume& volume) {
   const size_t frames = volume.frames.size();
   if (frames == 0) return refused(volume, "it has no frames.");
-  if (volume.times.times_s.size() != frames)
+  if (volume.whole) {
+    const TimeBasis& basis = volume.whole->basis();
+    if (frames != 1 || !volume.motions.empty())
+      return refused(volume,
+                     "one motion tells all its times, so it has one frame and no other motion.");
+    if (basis.times_s.size() != volume.times.times_s.size() ||
+        (basis.cycle_s > 0.0) != volume.times.cyclic())
+      return refused(volume, "its motion is that of " + std::to_string(basis.times_s.size()) +
+                                 " frames" + (basis.cycle_s > 0.0 ? " in a cycle" : "") +
+                                 ", but it has " + std::to_string(volume.times.times_s.size()) +
+                                 (volume.times.cyclic() ? " in a cycle." : "."));
+  } else if (volume.times.times_s.size() != frames)
     return refused(volume, "it has " + std::to_string(frames) + " frames but " +
                                std::to_string(volume.times.times_s.size()) + " times.");
   if (const std::string wrong = wrong_times(volume.times); !wrong.empty())
@@ -40,6 +51,11 @@ Status check(const MovingVolume& volume) {
       return refused(volume, "frame " + std::to_string(k) +
                                  " differs from the first one in holding vectors or scalars.");
   }
+  for (const Segment& segment : volume.segments)
+    if (segment.distance_mm.size() != frames)
+      return refused(volume, "its segment \"" + segment.name + "\" has " +
+                                 std::to_string(segment.distance_mm.size()) + " distances for " +
+                                 std::to_string(frames) + " frames.");
   for (size_t m = 0; m < volume.motions.size(); ++m) {
     const Motion& motion = volume.motions[m];
     if (motion.steps.size() != size_t(volume.times.steps()))

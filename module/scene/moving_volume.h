@@ -8,6 +8,7 @@
 #include "module/scene/frame_data.h"
 #include "module/scene/motion_map.h"
 #include "module/scene/playback.h"
+#include "module/scene/sequence_map.h"
 
 namespace palpate {
 
@@ -19,15 +20,30 @@ struct Motion {
       steps;  ///< times.steps() of them; null where not known (yet): still
 };
 
+/// A part of a volume that somebody marked out (a ventricle, a wall), with a surface that is closed
+/// and smooth where the values' own is not.
+struct Segment {
+  std::string name;
+  glm::vec3 colour{1.0F};  ///< red, green, blue, 0 to 1
+  /// Signed distance to its surface, mm, above 0 inside; smooth. One for each of the volume's
+  /// frames.
+  std::vector<std::shared_ptr<const FrameData>> distance_mm;
+};
+
 /// A volume as hand and eye take it: frames, when they are, and how they move. Immutable once made;
 /// handed between threads by pointer. Making another that shares frames and fields is cheap: that
 /// is how fields arrive while the loop runs.
 struct MovingVolume {
   std::string name;
   FrameTimes times;
-  std::vector<std::shared_ptr<const FrameData>> frames;  ///< one per time
+  std::vector<std::shared_ptr<const FrameData>> frames;  ///< one per time; one alone with `whole`
   std::vector<Motion> motions;                           ///< empty: the data do not move
-  bool is_still() const { return frames.size() < 2; }
+  /// One motion for all times. Then there is one frame, the motion's reference: its values are the
+  /// material's, and what is at y at time t is the frame's value at X with X + u(X, t) = y. There
+  /// are no other motions.
+  std::shared_ptr<const SequenceMap> whole;
+  std::vector<Segment> segments;
+  bool is_still() const { return frames.size() < 2 && !whole; }
 };
 
 /// Checks that frames, times and fields belong together: kBadInput with a sentence naming what does

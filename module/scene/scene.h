@@ -31,6 +31,8 @@ struct ModeSpec {
   std::string kind = "surface";  ///< surface, follow, front, vortex, gradient-force, vector-force,
                                  ///< attractor, or a user's own
   std::string volume;            ///< name of the volume it reads
+  std::string segment;           ///< reads this segment's signed distance (mm, above 0 inside)
+                                 ///< instead of the volume's values; empty: the values
   std::string motion;            ///< name of the motion that carries it; empty: the volume's first
   ScalarProperty scalar = ScalarProperty::kValue;
   VectorProperty vector = VectorProperty::kVector;

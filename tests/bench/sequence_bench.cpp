@@ -9,9 +9,9 @@
 #include <filesystem>
 #include <optional>
 
+#include "compute/motion/estimate_sequence.h"
 #include "compute/motion/quality.h"
 #include "compute/motion/quality_inverse.h"
-#include "compute/motion/sequence_motion.h"
 #include "compute/vulkan/context.h"
 #include "integration/files/landmarks.h"
 #include "integration/files/read_sequence.h"
@@ -166,20 +166,21 @@ Follow follow_of(const std::vector<Field>& at_frame, const std::vector<Field>& i
 void tell(const Data& data, const std::string& model, const SequenceMotion& motion) {
   std::vector<Field> inverse;
   size_t unconverged = 0;
-  for (const Field& field : motion.at_frame) {
+  std::vector<Field> at_frame;
+  for (size_t k = 0; k < motion.frames(); ++k) at_frame.push_back(motion.at_frame(k));
+  for (const Field& field : at_frame) {
     Inverse found = inverse_of(field, field.grid);
     unconverged += found.unconverged;
     inverse.push_back(std::move(found.w));
   }
-  const Follow follow = follow_of(motion.at_frame, inverse);
+  const Follow follow = follow_of(at_frame, inverse);
   double least_det = 1.0;
   size_t folded = 0;
   const double end_s =
-      motion.cycle_s > 0.0 ? motion.times_s[0] + motion.cycle_s : motion.times_s.back();
+      motion.basis.cycle_s > 0.0 ? motion.basis.cycle_s : motion.basis.times_s.back();
   constexpr int kPhases = 64;
   for (int p = 0; p < kPhases; ++p) {
-    const double t = motion.times_s[0] + (end_s - motion.times_s[0]) * p / kPhases;
-    const Folds found = folds(motion.at(t));
+    const Folds found = folds(motion.at(end_s * p / kPhases));
     folded += found.folded;
     least_det = std::min(least_det, found.min_det);
   }
@@ -193,7 +194,7 @@ void tell(const Data& data, const std::string& model, const SequenceMotion& moti
   fmt::print(
       "{:<11} {:<24} {}; folded samples at {} phases {}, least det {:.2f}; not inverted {}; "
       "harmonics {}\n",
-      data.name, model, score, kPhases, folded, least_det, unconverged, motion.harmonics());
+      data.name, model, score, kPhases, folded, least_det, unconverged, motion.basis.harmonics);
   std::fflush(stdout);
 }
 
@@ -216,10 +217,11 @@ void measure(const std::shared_ptr<vulkan::Context>& context, Data& data,
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   // The paper's: one after the other, from frame 0.
   SequenceMotion chain = *motion;
-  chain.coefficients.clear();
-  chain.at_frame = {still_field(consecutive[0].grid)};
+  chain.reference = 0;
+  chain.basis.harmonics = 0;
+  chain.terms = {still_field(consecutive[0].grid)};
   for (size_t k = 0; k + 1 < data.times_s.size(); ++k)
-    chain.at_frame.push_back(composed(chain.at_frame[k], consecutive[k]));
+    chain.terms.push_back(composed(chain.terms[k], consecutive[k]));
   tell(data, "consecutive", chain);
   const auto drift = cycle_drift(consecutive, data.reader.grid());
   if (drift)

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "compute/motion/estimate_sequence.h"
 #include "compute/motion/quality.h"
 #include "compute/motion/quality_inverse.h"
-#include "compute/motion/sequence_motion.h"
 #include "compute/volume/phantom.h"
 #include "tests/support/device.h"
 #include "tests/support/random.h"
@@ -51,7 +51,7 @@ TEST(Harmonics, AreFoundExactlyAtUnevenTimes) {
     std::vector<double> times_s;
     std::vector<Field> frames;
     for (int k = 0; k < 2 * harmonics + 4; ++k) {
-      times_s.push_back(cycle_s * (k + random.draw(0.1, 0.9)) / (2 * harmonics + 4));
+      times_s.push_back(k == 0 ? 0.0 : cycle_s * (k + random.draw(0.1, 0.9)) / (2 * harmonics + 4));
       Field field = truth[0];
       for (int h = 1; h <= harmonics; ++h)
         for (size_t n = 0; n < field.u_mm.size(); ++n)
@@ -60,15 +60,14 @@ TEST(Harmonics, AreFoundExactlyAtUnevenTimes) {
               float(std::sin(kTau * h * times_s.back() / cycle_s)) * truth[2 * h].u_mm[n];
       frames.push_back(std::move(field));
     }
-    const auto found = harmonics_of(frames, times_s, cycle_s, harmonics);
+    SequenceMotion motion;
+    motion.basis = {times_s, cycle_s, harmonics};
+    motion.terms = harmonics_of(frames, motion.basis);
+    const std::vector<Field>& found = motion.terms;
     ASSERT_EQ(found.size(), truth.size());
     for (size_t c = 0; c < truth.size(); ++c)
       EXPECT_LT(largest_difference_mm(found[c], truth[c]), 2e-4)
           << "seed " << seed << " term " << c;
-    SequenceMotion motion;
-    motion.times_s = times_s;
-    motion.cycle_s = cycle_s;
-    motion.coefficients = found;
     for (size_t k = 0; k < frames.size(); ++k) {
       EXPECT_LT(largest_difference_mm(motion.at(times_s[k]), frames[k]), 2e-4);
       EXPECT_LT(largest_difference_mm(motion.at(times_s[k] - 3.0 * cycle_s), frames[k]), 2e-4)
@@ -79,13 +78,13 @@ TEST(Harmonics, AreFoundExactlyAtUnevenTimes) {
 
 TEST(SequenceMotion, WithoutHarmonicsGoesInStraightLinesAndCloses) {
   SequenceMotion motion;
-  motion.times_s = {0.0, 1.0, 3.0};
-  motion.at_frame = {shift({0, 0, 0}), shift({4, 0, 0}), shift({0, 2, 0})};
+  motion.basis.times_s = {0.0, 1.0, 3.0};
+  motion.terms = {shift({0, 0, 0}), shift({4, 0, 0}), shift({0, 2, 0})};
   EXPECT_LT(largest_difference_mm(motion.at(0.25), shift({1, 0, 0})), 1e-6);
   EXPECT_LT(largest_difference_mm(motion.at(2.0), shift({2, 1, 0})), 1e-6);
   EXPECT_LT(largest_difference_mm(motion.at(-1.0), shift({0, 0, 0})), 1e-6) << "held before";
   EXPECT_LT(largest_difference_mm(motion.at(9.0), shift({0, 2, 0})), 1e-6) << "held after";
-  motion.cycle_s = 5.0;
+  motion.basis.cycle_s = 5.0;
   EXPECT_LT(largest_difference_mm(motion.at(4.0), shift({0, 1, 0})), 1e-6);
   EXPECT_LT(largest_difference_mm(motion.at(4.0 + 15.0), shift({0, 1, 0})), 1e-6);
   EXPECT_LT(largest_difference_mm(motion.at(4.0 - 10.0), shift({0, 1, 0})), 1e-6);
@@ -127,11 +126,28 @@ TEST(NeighbourConsensus, LeavesWhatAgreesAndHalvesWhatDoesNot) {
   EXPECT_NEAR(open[3].u_mm[0].x, places[3], 1e-5);
 }
 
+TEST(SequenceMotion, ToldFromItsReferenceStandsStillThereAndLeavesPlacesAsTheyWere) {
+  SequenceMotion motion;
+  motion.reference = 1;
+  motion.basis = {{0.0, 1.0, 2.0}, 3.0, 0};
+  motion.terms = {shift({1, 0, 0}), shift({3, -1, 0}), shift({0, 0, 2})};
+  const SequenceMotion told = told_from_reference(motion);
+  EXPECT_LT(largest_difference_mm(told.at_frame(1), shift({0, 0, 0})), 5e-3);
+  EXPECT_LT(largest_difference_mm(told.at_frame(0), shift({-2, 1, 0})), 5e-3);
+  EXPECT_LT(largest_difference_mm(consecutive_field(told, 2), consecutive_field(motion, 2)), 1e-2);
+  motion.basis.harmonics = 1;
+  const SequenceMotion smooth = told_from_reference(motion);
+  EXPECT_LT(largest_difference_mm(smooth.at_frame(1), shift({0, 0, 0})), 5e-3);
+  for (int k = 0; k < 3; ++k)
+    EXPECT_LT(largest_difference_mm(consecutive_field(smooth, size_t(k)),
+                                    consecutive_field(motion, size_t(k))),
+              1e-2);
+}
+
 TEST(ConsecutiveFields, AreThoseBetweenThePlacesOfTheFrames) {
   SequenceMotion motion;
-  motion.times_s = {0.0, 1.0, 2.0};
-  motion.cycle_s = 3.0;
-  motion.at_frame = {shift({1, 0, 0}), shift({3, -1, 0}), shift({0, 0, 2})};
+  motion.basis = {{0.0, 1.0, 2.0}, 3.0, 0};
+  motion.terms = {shift({1, 0, 0}), shift({3, -1, 0}), shift({0, 0, 2})};
   EXPECT_LT(largest_difference_mm(consecutive_field(motion, 0), shift({2, -1, 0})), 5e-3);
   EXPECT_LT(largest_difference_mm(consecutive_field(motion, 2), shift({1, 0, -2})), 5e-3);
 }
@@ -181,8 +197,8 @@ TEST_F(MotionOfASequence, IsMoreAccurateThanFieldsThatFollowEachOtherAndDoesNotD
       });
   ASSERT_TRUE(motion) << motion.error().message;
   EXPECT_GT(last_share, 0.9);
-  EXPECT_DOUBLE_EQ(motion->cycle_s, 1.0);
-  EXPECT_GE(motion->harmonics(), 1);
+  EXPECT_DOUBLE_EQ(motion->basis.cycle_s, 1.0);
+  EXPECT_GE(motion->basis.harmonics, 1);
   for (int phase = 0; phase < 24; ++phase) EXPECT_EQ(folds(motion->at(phase / 24.0)).folded, 0U);
   std::vector<Field> chain = {still_field(steps[0].grid)};
   for (int k = 0; k + 1 < kFrames; ++k) {
@@ -197,7 +213,9 @@ TEST_F(MotionOfASequence, IsMoreAccurateThanFieldsThatFollowEachOtherAndDoesNotD
     chain.push_back(std::move(next));
   }
   const double paper = all_pairs_voxels(chain, kFrames, grid);
-  const double ours = all_pairs_voxels(motion->at_frame, kFrames, grid);
+  std::vector<Field> at_frame;
+  for (size_t k = 0; k < kFrames; ++k) at_frame.push_back(motion->at_frame(k));
+  const double ours = all_pairs_voxels(at_frame, kFrames, grid);
   std::printf("all pairs, voxels: one motion %.3f, fields that follow each other %.3f\n", ours,
               paper);
   EXPECT_LT(ours, 0.8 * paper);
@@ -242,9 +260,8 @@ TEST_F(MotionOfASequence, OfSingleSlicesKeepsItsHigherHarmonics) {
     int count = 0;
     for (double y = 12.0; y < 52.0; y += 4.0)
       for (double x = 12.0; x < 52.0; x += 4.0, ++count)
-        sum += std::abs(sample_at_lps(motion->at_frame[k], {x, y, 0.0}).x -
-                        sample_at_lps(motion->at_frame[motion->reference], {x, y, 0.0}).x -
-                        (shifts_mm[k] - from_mm));
+        sum +=
+            std::abs(sample_at_lps(motion->at_frame(k), {x, y, 0.0}).x - (shifts_mm[k] - from_mm));
     EXPECT_LT(sum / count, 0.3) << "frame " << k;
   }
 }

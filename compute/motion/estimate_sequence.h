@@ -9,31 +9,10 @@
 #include "compute/motion/estimator.h"
 #include "compute/volume/field.h"
 #include "compute/volume/result.h"
+#include "compute/volume/sequence_motion.h"
 #include "compute/volume/volume.h"
 
 namespace palpate {
-
-/// One motion for a whole sequence: the material point X (LPS mm, a place near the reference
-/// frame's) is at X + u(X, t) at time t. All frames are told from one place, so nothing adds up
-/// over a cycle: its drift is zero by construction, where fields that follow each other drift.
-///
-/// Cyclic data have u as harmonics of the cycle,
-///   u(X, t) = c_0(X) + sum_h [a_h(X) cos(2 pi h t / T) + b_h(X) sin(2 pi h t / T)],
-/// smooth in time and periodic. Without harmonics u is known at the frames and goes in straight
-/// lines between them. u at the reference frame's time is small but not zero: what the frames say
-/// of each other decides where it is, not one of them alone.
-struct SequenceMotion {
-  size_t reference = 0;         ///< the frame nearest to the mean of all
-  std::vector<double> times_s;  ///< one per frame, rising
-  double cycle_s = 0.0;         ///< T; 0: not cyclic
-  std::vector<Field> at_frame;  ///< u(., t_k), mm, LPS, on the grid that the pairs were solved on
-  /// c_0, a_1, b_1, a_2, b_2, ... on the same grid; empty: no harmonics.
-  std::vector<Field> coefficients;
-
-  int harmonics() const { return coefficients.empty() ? 0 : int(coefficients.size() - 1) / 2; }
-  /// u(., t), any t for cyclic data, else held outside the frames' times. Allocates; any thread.
-  Field at(double time_s) const;
-};
 
 /// The cycle's length that frame times leave open: the last frame leads back to the first after the
 /// mean step. Needs two times or more.
@@ -56,10 +35,14 @@ std::vector<Field> with_neighbours(std::span<const Field> direct,
                                    std::span<const Field> backward,
                                    std::span<const Confidence> confidence);
 
-/// The least-squares fit of a cycle's harmonics to fields at the given times: c_0, a_1, b_1, ....
-/// Needs 2 * harmonics + 1 <= frames at different times of the cycle.
-std::vector<Field> harmonics_of(std::span<const Field> at_frame, std::span<const double> times_s,
-                                double cycle_s, int harmonics);
+/// The least-squares fit of a cycle's harmonics to fields at the times of `basis`: its terms. Needs
+/// 2 * harmonics + 1 <= frames at different times of the cycle, and harmonics of 1 or more.
+std::vector<Field> harmonics_of(std::span<const Field> at_frame, const TimeBasis& basis);
+
+/// The same motion told from its reference frame: places X become phi_ref(X), so that u(., t_ref)
+/// is zero and the reference frame's own values are the material's. `motion` may be told from
+/// anywhere near, as it is after sweeps of neighbour consensus.
+SequenceMotion told_from_reference(const SequenceMotion& motion);
 
 /// The field from frame k to the next as the sequence's motion says it: phi_{k+1}(phi_k^-1(y)) - y
 /// on the same grid. k is the last frame only for cyclic data. Uses all cores.

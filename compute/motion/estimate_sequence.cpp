@@ -1,8 +1,7 @@
-#include "compute/motion/sequence_motion.h"
+#include "compute/motion/estimate_sequence.h"
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 #include <string>
 
@@ -29,16 +28,6 @@ void for_each_sample(const Grid& grid, double cost, const Work& work) {
   });
 }
 
-/// [1, cos(w t), sin(w t), cos(2 w t), ...] at a time of the cycle.
-std::vector<double> basis_at(double time_s, double cycle_s, size_t count) {
-  std::vector<double> basis(count, 1.0);
-  for (size_t c = 1; c < count; ++c) {
-    const double angle = 2.0 * std::numbers::pi * double((c + 1) / 2) * time_s / cycle_s;
-    basis[c] = c % 2 == 1 ? std::cos(angle) : std::sin(angle);
-  }
-  return basis;
-}
-
 /// Solves A x = b for symmetric positive definite A (n x n, row by row) and many right-hand sides
 /// at once: b holds n rows. Gauss-Jordan with pivots: n is below a few dozen.
 void solve_in_place(std::vector<double> a, std::vector<double>& b, size_t n, size_t columns) {
@@ -60,22 +49,11 @@ void solve_in_place(std::vector<double> a, std::vector<double>& b, size_t n, siz
     for (size_t c = 0; c < columns; ++c) b[r * columns + c] /= a[r * n + r];
 }
 
-/// sum_n weights[n] fields[n].
-Field combined(std::span<const Field> fields, std::span<const double> weights) {
-  Field sum = still_field(fields.front().grid);
-  for (size_t n = 0; n < fields.size(); ++n)
-    for (size_t s = 0; s < sum.u_mm.size(); ++s)
-      sum.u_mm[s] += float(weights[n]) * fields[n].u_mm[s];
-  return sum;
-}
-
-/// Fields at the frames of a motion that has `harmonics` (0: as they are).
-std::vector<Field> smoothed(std::span<const Field> at_frame, std::span<const double> times_s,
-                            double cycle_s, int harmonics) {
-  const std::vector<Field> coefficients = harmonics_of(at_frame, times_s, cycle_s, harmonics);
+/// Fields at the frames of the motion that `basis` tells.
+std::vector<Field> smoothed(std::span<const Field> at_frame, const TimeBasis& basis) {
+  const std::vector<Field> terms = harmonics_of(at_frame, basis);
   std::vector<Field> result;
-  for (const double time_s : times_s)
-    result.push_back(combined(coefficients, basis_at(time_s, cycle_s, coefficients.size())));
+  for (const double time_s : basis.times_s) result.push_back(combined(terms, basis.at(time_s)));
   return result;
 }
 
@@ -148,27 +126,32 @@ class Steadiness {
   std::vector<glm::dvec3> points_mm_;
 };
 
-}  // namespace
-
-Field SequenceMotion::at(double time_s) const {
-  if (!coefficients.empty())
-    return combined(coefficients, basis_at(time_s, cycle_s, coefficients.size()));
-  // Straight lines between the frames; a cycle's last one leads to the first.
-  const size_t frames = times_s.size();
-  double t = time_s;
-  if (cycle_s > 0.0)
-    t = times_s[0] + std::fmod(std::fmod(t - times_s[0], cycle_s) + cycle_s, cycle_s);
-  const auto after = std::upper_bound(times_s.begin(), times_s.end(), t);
-  if (after == times_s.begin()) return at_frame.front();
-  const size_t k = size_t(after - times_s.begin()) - 1;
-  const bool is_last = k + 1 == frames;
-  if (is_last && cycle_s <= 0.0) return at_frame.back();
-  const double end_s = is_last ? times_s[0] + cycle_s : times_s[k + 1];
-  const double share = (t - times_s[k]) / (end_s - times_s[k]);
-  const Field both[] = {at_frame[k], at_frame[(k + 1) % frames]};
-  const double weights[] = {1.0 - share, share};
-  return combined(both, weights);
+/// Brings a cyclic motion that is known at its frames to as few harmonics as keep the values at
+/// material points steady; leaves it as it is where none do.
+Status choose_harmonics(SequenceMotion& motion, const Volume& reference, const FrameReader& read,
+                        double steadiness) {
+  std::vector<TimeBasis> bases = {motion.basis};
+  std::vector<std::vector<Field>> fields = {motion.terms};
+  const int most = std::min(TimeBasis::kMostHarmonics, (int(motion.frames()) - 2) / 2);
+  for (int h = 1; h <= most; ++h) {
+    bases.push_back(motion.basis);
+    bases.back().harmonics = h;
+    fields.push_back(smoothed(motion.terms, bases.back()));
+  }
+  const Steadiness of_values(reference);
+  if (!of_values.has_points()) return Nothing{};
+  const auto unsteady = of_values.of(fields, read);
+  if (!unsteady) return unsteady.error();
+  for (size_t c = 1; c < bases.size(); ++c) {
+    if ((*unsteady)[c] > (1.0 + steadiness) * (*unsteady)[0]) continue;
+    motion.terms = harmonics_of(fields[0], bases[c]);
+    motion.basis = bases[c];
+    return Nothing{};
+  }
+  return Nothing{};
 }
+
+}  // namespace
 
 double cycle_of(std::span<const double> times_s) {
   const double frames = double(times_s.size());
@@ -228,28 +211,48 @@ std::vector<Field> with_neighbours(std::span<const Field> direct,
   return result;
 }
 
-std::vector<Field> harmonics_of(std::span<const Field> at_frame, std::span<const double> times_s,
-                                double cycle_s, int harmonics) {
-  const size_t frames = at_frame.size(), terms = size_t(2 * harmonics + 1);
+std::vector<Field> harmonics_of(std::span<const Field> at_frame, const TimeBasis& basis) {
+  const size_t frames = at_frame.size(), terms = basis.terms();
   // Normal equations (B^T B) C = B^T U; the same matrix for all samples, so C = M U with M once.
   std::vector<double> square(terms * terms, 0.0), fit(terms * frames);
   for (size_t k = 0; k < frames; ++k) {
-    const std::vector<double> basis = basis_at(times_s[k], cycle_s, terms);
+    const TimeWeights weights = basis.at(basis.times_s[k]);
     for (size_t r = 0; r < terms; ++r) {
-      fit[r * frames + k] = basis[r];
-      for (size_t c = 0; c < terms; ++c) square[r * terms + c] += basis[r] * basis[c];
+      fit[r * frames + k] = weights.weight[r];
+      for (size_t c = 0; c < terms; ++c)
+        square[r * terms + c] += double(weights.weight[r]) * double(weights.weight[c]);
     }
   }
   solve_in_place(std::move(square), fit, terms, frames);
-  std::vector<Field> coefficients;
-  for (size_t r = 0; r < terms; ++r)
-    coefficients.push_back(combined(at_frame, std::span(fit).subspan(r * frames, frames)));
-  return coefficients;
+  std::vector<Field> result;
+  for (size_t r = 0; r < terms; ++r) {
+    Field term = still_field(at_frame.front().grid);
+    for (size_t k = 0; k < frames; ++k)
+      for (size_t n = 0; n < term.u_mm.size(); ++n)
+        term.u_mm[n] += float(fit[r * frames + k]) * at_frame[k].u_mm[n];
+    result.push_back(std::move(term));
+  }
+  return result;
+}
+
+SequenceMotion told_from_reference(const SequenceMotion& motion) {
+  const Grid& grid = motion.terms.front().grid;
+  const Field back = inverse_of(motion.at_frame(motion.reference), grid).w;
+  SequenceMotion told = motion;
+  const double cost = 50.0 * double(motion.terms.size());
+  for_each_sample(grid, cost, [&](size_t n, glm::dvec3 x) {
+    const glm::dvec3 way(back.u_mm[n]);
+    for (size_t m = 0; m < motion.terms.size(); ++m) {
+      const bool has_way = m == 0 || motion.basis.harmonics == 0;
+      told.terms[m].u_mm[n] =
+          glm::vec3(sample_at_lps(motion.terms[m], x + way) + (has_way ? way : glm::dvec3(0.0)));
+    }
+  });
+  return told;
 }
 
 Field consecutive_field(const SequenceMotion& motion, size_t k) {
-  const Field& here = motion.at_frame[k];
-  const Field& next = motion.at_frame[(k + 1) % motion.at_frame.size()];
+  const Field here = motion.at_frame(k), next = motion.at_frame((k + 1) % motion.frames());
   Field result = inverse_of(here, here.grid).w;
   for_each_sample(result.grid, 100.0, [&](size_t n, glm::dvec3 y) {
     const glm::dvec3 x = y + glm::dvec3(result.u_mm[n]);
@@ -304,8 +307,8 @@ Result<SequenceMotion> estimate_sequence_motion(const std::shared_ptr<vulkan::Co
   // From the frame nearest the mean to all others: no field has further to go than it must.
   SequenceMotion motion;
   motion.reference = frame_nearest_the_mean(std::span(consecutive).first(frames - 1));
-  motion.times_s.assign(times_s.begin(), times_s.end());
-  motion.cycle_s = cyclic ? cycle_of(times_s) : 0.0;
+  for (const double time_s : times_s) motion.basis.times_s.push_back(time_s - times_s.front());
+  motion.basis.cycle_s = cyclic ? cycle_of(times_s) : 0.0;
   const auto reference = read(motion.reference);
   if (!reference) return reference.error();
   std::vector<Field> direct(frames);
@@ -333,26 +336,12 @@ Result<SequenceMotion> estimate_sequence_motion(const std::shared_ptr<vulkan::Co
   for (const Field& field : consecutive) backward.push_back(inverse_of(field, field.grid).w);
   for (int sweep = 0; sweep < options.sweeps; ++sweep)
     direct = with_neighbours(direct, consecutive, backward, confidence);
-  motion.at_frame = std::move(direct);
-  if (!cyclic) return motion;
-
-  // As few harmonics as keep the values steady.
-  std::vector<int> candidates;
-  for (int h = 1; 2 * h + 1 < int(frames); ++h) candidates.push_back(h);
-  std::vector<std::vector<Field>> fields = {motion.at_frame};
-  for (const int h : candidates)
-    fields.push_back(smoothed(motion.at_frame, times_s, motion.cycle_s, h));
-  const Steadiness steadiness(*reference);
-  if (!steadiness.has_points()) return motion;
-  const auto unsteady = steadiness.of(fields, read);
-  if (!unsteady) return unsteady.error();
-  for (size_t c = 0; c < candidates.size(); ++c) {
-    if ((*unsteady)[c + 1] > (1.0 + options.steadiness) * (*unsteady)[0]) continue;
-    motion.coefficients = harmonics_of(motion.at_frame, times_s, motion.cycle_s, candidates[c]);
-    motion.at_frame = std::move(fields[c + 1]);
-    break;
+  motion.terms = std::move(direct);
+  if (cyclic) {
+    const Status chosen = choose_harmonics(motion, *reference, read, options.steadiness);
+    if (!chosen) return chosen.error();
   }
-  return motion;
+  return told_from_reference(motion);
 }
 
 }  // namespace palpate

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "compute/volume/field.h"
+
+namespace palpate {
+
+/// Which terms of a SequenceMotion count at one time, and how much: u = sum_n weight[n] term[n].
+struct TimeWeights {
+  static constexpr int kMost = 41;  ///< c_0 and 20 harmonics
+  int count = 0;
+  std::array<int, kMost> term{};
+  std::array<float, kMost> weight{};
+};
+
+/// How the terms of a SequenceMotion depend on time. Reads are real-time safe, any thread.
+struct TimeBasis {
+  std::vector<double> times_s;  ///< one per frame, rising, the first 0
+  double cycle_s = 0.0;         ///< T, above the last time; 0: not cyclic
+  /// H: terms are c_0, a_1, b_1, ... a_H, b_H of the cycle (cyclic only, at most kMostHarmonics).
+  /// 0: one term per frame, and straight lines between the frames.
+  int harmonics = 0;
+  static constexpr int kMostHarmonics = (TimeWeights::kMost - 1) / 2;
+
+  size_t terms() const { return harmonics > 0 ? size_t(2 * harmonics + 1) : times_s.size(); }
+  /// At a time of the sequence: beyond its ends it wraps (cyclic) or stays at them.
+  TimeWeights at(double time_s) const noexcept;
+  /// At the share `phase` of the way from a frame to the next one.
+  TimeWeights at(int frame, double phase) const noexcept;
+};
+
+/// One motion for a whole sequence: the material that is at X (LPS mm) in the reference frame is at
+/// X + u(X, t) at time t. All frames are told from one place, so nothing adds up over a cycle: its
+/// drift is zero by construction, where fields that follow each other drift. u is zero at the
+/// reference frame's time but for rounding and what harmonics leave there.
+///
+/// Cyclic data have u as harmonics of the cycle,
+///   u(X, t) = c_0(X) + sum_h [a_h(X) cos(2 pi h t / T) + b_h(X) sin(2 pi h t / T)],
+/// smooth in time and periodic. Without harmonics u is known at the frames and goes in straight
+/// lines between them.
+struct SequenceMotion {
+  size_t reference = 0;  ///< the frame that tells all others; the one nearest to the mean
+  TimeBasis basis;
+  std::vector<Field> terms;  ///< basis.terms() of them, mm, LPS, on one grid
+
+  size_t frames() const { return basis.times_s.size(); }
+  /// u(., t). Allocates; any thread.
+  Field at(double time_s) const;
+  /// u at frame k.
+  Field at_frame(size_t k) const { return at(basis.times_s[k]); }
+};
+
+/// sum_n weights[n] fields[n]; at least one field, all on one grid.
+Field combined(const std::vector<Field>& fields, const TimeWeights& weights);
+
+}  // namespace palpate

@@ -1,0 +1,165 @@
+// One motion for a whole sequence as the hand reads it. Oracles: the fields it was made of, and the
+// phantom, whose frames are made of material that moves in a known way.
+#include "module/scene/sequence_map.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "compute/volume/phantom.h"
+#include "module/scene/make_volume.h"
+#include "tests/support/random.h"
+
+namespace palpate {
+namespace {
+
+Grid oblique_grid() {
+  Grid grid;
+  grid.size = {7, 6, 5};
+  grid.spacing_mm = {2.0, 2.5, 3.0};
+  grid.origin_mm = {-5.0, 3.0, 1.0};
+  grid.direction = glm::dmat3(0.8, 0.6, 0.0, -0.6, 0.8, 0.0, 0.0, 0.0, 1.0);
+  return grid;
+}
+
+SequenceMotion random_motion(uint32_t seed, int harmonics) {
+  test::Random random(seed);
+  SequenceMotion motion;
+  motion.reference = 1;
+  motion.basis = {{0.0, 0.2, 0.5, 0.6, 0.9}, 1.1, harmonics};
+  for (size_t n = 0; n < motion.basis.terms(); ++n) {
+    motion.terms.push_back(still_field(oblique_grid()));
+    for (glm::vec3& u : motion.terms.back().u_mm) u = glm::vec3(random.vector(0.4));
+  }
+  return motion;
+}
+
+TEST(SequenceMap, IsTheMotionAtAnyTimeWithItsDerivative) {
+  for (const int harmonics : {0, 1, 2}) {
+    const SequenceMotion motion = random_motion(uint32_t(7 + harmonics), harmonics);
+    const auto map = SequenceMap::of(motion);
+    test::Random random(3);
+    for (const double time_s : {0.0, 0.13, 0.5, 0.77, 1.05, 7.3}) {
+      const Field field = motion.at(time_s);
+      const TimeWeights time = map->basis().at(time_s);
+      for (int trial = 0; trial < 50; ++trial) {
+        const glm::dvec3 lps_mm = field.grid.lps_from_index(
+            glm::dvec3(random.draw(0.1, 5.9), random.draw(0.1, 4.9), random.draw(0.1, 3.9)));
+        const glm::dvec3 x = volume_from_lps(lps_mm);
+        const MotionSample sample = map->sample(x, time);
+        EXPECT_LT(glm::distance(sample.u_m, volume_from_lps(sample_at_lps(field, lps_mm))), 1e-9);
+        EXPECT_LT(glm::distance(sample.u_m, map->displacement(x, time)), 1e-12);
+        EXPECT_EQ(sample.confidence, 1.0);
+        // Central differences within the cell: the field is trilinear there.
+        const double h = 1e-7;
+        for (int a = 0; a < 3; ++a) {
+          glm::dvec3 aside(0.0);
+          aside[a] = h;
+          const glm::dvec3 slope =
+              (map->displacement(x + aside, time) - map->displacement(x - aside, time)) / (2.0 * h);
+          const glm::dvec3 low = map->place().index(x - aside),
+                           high = map->place().index(x + aside);
+          if (glm::floor(low) == glm::floor(high)) {
+            EXPECT_LT(glm::distance(slope, sample.jacobian[a]), 1e-6);
+          }
+        }
+      }
+    }
+    EXPECT_EQ(map->bytes(), oblique_grid().count() * (3 * motion.terms.size() + 1) * 4);
+  }
+}
+
+TEST(SequenceMap, TimesBetweenFramesAndFramePointersAgree) {
+  for (const int harmonics : {0, 2}) {
+    const TimeBasis basis{{0.0, 0.2, 0.5, 0.6, 0.9}, 1.1, harmonics};
+    const FrameTimes times{basis.times_s, basis.cycle_s};
+    for (double t = 0.0; t < 1.1; t += 0.037) {
+      const FramePointer pointer = pointer_at(times, t);
+      const TimeWeights a = basis.at(t), b = basis.at(pointer.frame, pointer.phase);
+      ASSERT_EQ(a.count, b.count);
+      for (int n = 0; n < a.count; ++n) {
+        EXPECT_EQ(a.term[size_t(n)], b.term[size_t(n)]);
+        EXPECT_NEAR(a.weight[size_t(n)], b.weight[size_t(n)], 1e-6);
+      }
+    }
+  }
+}
+
+TEST(SequenceMap, HoldsStillWhereAVectorIsNoNumber) {
+  SequenceMotion motion = random_motion(5, 1);
+  const size_t broken = oblique_grid().offset(3, 3, 2);
+  motion.terms[2].u_mm[broken].y = std::numeric_limits<float>::quiet_NaN();
+  const auto map = SequenceMap::of(motion);
+  const MotionSample sample =
+      map->sample(volume_from_lps(oblique_grid().lps_from_index({3, 3, 2})), map->basis().at(0.3));
+  EXPECT_LT(sample.confidence, 1e-9);
+  EXPECT_LT(glm::length(sample.u_m), 1e-9);
+  EXPECT_GT(map->folded_cells(), 0U);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(std::isfinite(map->sample(glm::dvec3(nan), map->basis().at(nan)).u_m.x));
+}
+
+TEST(CarriedVolume, HoldsOneFrameAndIsTheMaterialInAll) {
+  constexpr int kFrames = 4;
+  const Grid grid = heart_grid(64);
+  const Sequence heart = shell_phantom(grid, kFrames, 1, 0.0);
+  MovingVolume own;
+  own.name = "heart";
+  own.times = {heart.times_s, 1.0};
+  for (const Volume& frame : heart.frames) own.frames.push_back(sampled_scalar(frame));
+  SequenceMotion motion;
+  motion.reference = 2;
+  motion.basis = {heart.times_s, 1.0, 0};
+  for (int k = 0; k < kFrames; ++k) motion.terms.push_back(shell_truth(grid, 2, k, kFrames));
+  const auto volume = carried(own, motion);
+  ASSERT_TRUE(volume) << volume.error().message;
+  EXPECT_FALSE(volume->is_still());
+  ASSERT_EQ(volume->frames.size(), 1U);
+  EXPECT_EQ(volume->frames[0], own.frames[2]);
+  EXPECT_GT(volume->whole->worst_determinant(), 0.0F);
+  for (int k = 0; k < kFrames; ++k) {
+    double sum = 0.0, before = 0.0;
+    const TimeWeights time = volume->whole->basis().at(k, 0.0);
+    for (int z = 4; z < 60; z += 2)
+      for (int y = 4; y < 60; y += 2)
+        for (int x = 4; x < 60; x += 2) {
+          const glm::dvec3 material = volume_from_lps(grid.lps_from_index({x, y, z}));
+          const glm::dvec3 now = material + volume->whole->displacement(material, time);
+          const double value = volume->frames[0]->scalar(material);
+          const double difference = value - own.frames[size_t(k)]->scalar(now);
+          const double still = value - own.frames[size_t(k)]->scalar(material);
+          sum += difference * difference;
+          before += still * still;
+        }
+    // Edges of 1.5 samples, stretched by the motion, are what is left.
+    if (k == 2) continue;
+    EXPECT_LT(sum, 0.02 * before) << "frame " << k;
+  }
+}
+
+TEST(CarriedVolume, RefusesTheMotionOfAnotherSequence) {
+  MovingVolume own;
+  own.name = "heart";
+  own.times = {{0.0, 0.25, 0.5, 0.75}, 1.0};
+  const Grid grid = heart_grid(16);
+  const Sequence heart = shell_phantom(grid, 4, 1, 0.0);
+  for (const Volume& frame : heart.frames) own.frames.push_back(sampled_scalar(frame));
+  SequenceMotion motion;
+  motion.basis = {{0.0, 0.5, 1.0}, 1.5, 0};
+  motion.terms.assign(3, still_field(grid));
+  auto refused = carried(own, motion);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("3 frames in a cycle"), std::string::npos)
+      << refused.error().message;
+  motion.basis = {own.times.times_s, 0.0, 0};
+  motion.terms.assign(4, still_field(grid));
+  EXPECT_FALSE(carried(own, motion)) << "it is no cycle";
+  motion.basis.cycle_s = 1.0;
+  EXPECT_TRUE(carried(own, motion));
+  motion.reference = 9;
+  EXPECT_FALSE(carried(own, motion));
+}
+
+}  // namespace
+}  // namespace palpate
