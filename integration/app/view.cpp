@@ -39,7 +39,7 @@ SceneMoment moment_at(const FeltScene& scene, double at) {
 
 size_t frames_of(const FeltScene& scene) {
   size_t most = 1;
-  for (const auto& volume : scene.data) most = std::max(most, volume->frames.size());
+  for (const auto& volume : scene.data) most = std::max(most, volume->times.times_s.size());
   return most;
 }
 
