@@ -51,9 +51,11 @@ using FrameReader = std::function<Result<Volume>(size_t k)>;
 struct SequenceMotionOptions {
   EstimatorOptions estimator;  ///< for every pair; `cyclic` of the sequence is here
   int sweeps = 2;              ///< of neighbour consensus
-  /// Harmonics: as many as keep the values at material points as steady as none do, within this
-  /// share of their SD.
-  double steadiness = 0.01;
+  /// Harmonics: the fewest that keep the values at material points as steady as none do, within
+  /// this share, and tell left-out frames as well as the best number does, within that one. Both
+  /// from docs/decisions/motion-engine.md, "One motion for a sequence".
+  double steadiness = 0.02;
+  double left_out = 0.15;
 };
 
 /// What was met on the way, beside the motion itself.

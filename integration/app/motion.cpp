@@ -283,15 +283,8 @@ Result<Found> find_pairs(const MotionCommand& command, const std::string& preset
 }
 
 std::string sequence_text(const SequenceMotion& motion, double seconds) {
-  std::string text = fmt::format("Motion    one for all {} frames, told from frame {}, ",
-                                 motion.frames(), motion.reference);
-  if (motion.basis.harmonics > 0)
-    text += fmt::format("{} harmonics of a cycle of {:.4g} s", motion.basis.harmonics,
-                        motion.basis.cycle_s);
-  else
-    text += motion.basis.cycle_s > 0.0 ? "straight between the frames of a cycle"
-                                       : "straight between the frames";
-  return text + fmt::format(", {:.1f} s", seconds);
+  return fmt::format("Motion    one for all {} frames, told from frame {}, {}, {:.1f} s",
+                     motion.frames(), motion.reference, time_text(motion.basis), seconds);
 }
 
 /// One motion for all frames, then what follows from it.
