@@ -396,10 +396,11 @@ TEST(OneMotion, IsWrittenInAllItsFormsAndRead) {
   const int reference = summary["sequence"]["reference_frame"];
   for (int k = 0; k < kFrames; ++k) {
     const std::string next = std::to_string((k + 1) % kFrames), here = std::to_string(k);
-    if (k != reference)
+    if (k != reference) {
       EXPECT_LT(error_on_the_wall(field_in(out + "/reference_to_" + here + ".mha"), reference, k,
                                   kFrames),
                 kSmallHeartVoxels);
+    }
     EXPECT_LT(error_on_the_wall(field_in(out + "/motion_" + here + "_to_" + next + ".mha"), k,
                                 (k + 1) % kFrames, kFrames),
               kSmallHeartVoxels);
