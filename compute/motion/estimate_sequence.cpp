@@ -345,8 +345,12 @@ SequenceMotion told_from_reference(const SequenceMotion& motion) {
 }
 
 Field consecutive_field(const SequenceMotion& motion, size_t k) {
+  return consecutive_field(motion, k, motion.terms.front().grid);
+}
+
+Field consecutive_field(const SequenceMotion& motion, size_t k, const Grid& onto) {
   const Field here = motion.at_frame(k), next = motion.at_frame((k + 1) % motion.frames());
-  Field result = inverse_of(here, here.grid).w;
+  Field result = inverse_of(here, onto).w;
   for_each_sample(result.grid, 100.0, [&](size_t n, glm::dvec3 y) {
     const glm::dvec3 x = y + glm::dvec3(result.u_mm[n]);
     result.u_mm[n] = glm::vec3(x + sample_at_lps(next, x) - y);

@@ -44,6 +44,8 @@ SequenceMotion told_from_reference(const SequenceMotion& motion);
 /// The field from frame k to the next as the sequence's motion says it: phi_{k+1}(phi_k^-1(y)) - y
 /// on the same grid. k is the last frame only for cyclic data. Uses all cores.
 Field consecutive_field(const SequenceMotion& motion, size_t k);
+/// The same at the samples of another grid: exact there, where the motion's own grid is coarse.
+Field consecutive_field(const SequenceMotion& motion, size_t k, const Grid& onto);
 
 /// Frames as they are asked for, in any order and more than once. Called from one thread.
 using FrameReader = std::function<Result<Volume>(size_t k)>;

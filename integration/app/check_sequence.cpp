@@ -174,10 +174,12 @@ Result<std::optional<Verdict>> checked(const SequenceCheck& command, Console& co
       [&](const SequenceEvidence& so_far, size_t k) { console.say(frame_text(so_far, k)); });
   if (!evidence) return evidence.error();
   // Of fields that follow each other the drift is their own.
-  if (evidence->drift && !told->steps.empty()) {
+  if (!told->steps.empty() && motion.basis.cycle_s > 0.0) {
     const auto drift = cycle_drift(told->steps, image, mask ? &*mask : nullptr);
     if (!drift) return drift.error();
     evidence->drift = *drift;
+  } else if (motion.basis.cycle_s > 0.0) {
+    evidence->drift = drift_of(motion, image, mask ? &*mask : nullptr);
   }
   if (evidence->drift) console.say(cycle_text({*evidence->drift, {}}));
   out["motion"] = {{"file", command.inputs.front().string()},

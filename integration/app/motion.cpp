@@ -332,14 +332,15 @@ Result<Found> find_whole(const MotionCommand& command, const std::string& preset
   if (!written) return written.error();
   frames.notes.insert(frames.notes.end(), report.notes.begin(), report.notes.end());
   found.summary = summary_of(command, preset, frames, *context);
-  found.summary["sequence"] = *written;
+  found.summary["sequence"] = written->files;
   found.summary["sequence"]["seconds"] = took.count();
   if (command.no_verdict) return found;
-  const auto evidence = examined(
+  auto evidence = examined(
       *motion, *kept, report.confidence, output.mask,
       [&](const SequenceEvidence& so_far, size_t k) { console.say(frame_text(so_far, k)); });
   if (!evidence) return evidence.error();
   if (stop.stop_requested()) return stopped;
+  evidence->drift = written->drift;
   found.verdict = judged(*evidence);
   found.summary["evidence"] = json_of(*evidence);
   if (evidence->drift) console.say(cycle_text({*evidence->drift, {}}));

@@ -266,7 +266,7 @@ TEST(VerdictOnASequence, IsThatOfItsWorstFrameWhichIsNamedFirst) {
   EXPECT_THAT(found.reasons[0], StartsWith("Frame 3: "));
   EXPECT_THAT(found.reasons[1], StartsWith("Frame 0: "));
   evidence.frames.assign(4, good_frame());
-  evidence.frames[2].between.folded = 1;
+  evidence.frames[2].between = Folds{100'000, 1, -0.1, 0.05, 0};
   found = judged(evidence);
   EXPECT_EQ(found.trust, Trust::kSuspect);
   EXPECT_THAT(found.reasons, Contains(StartsWith("After frame 2: ")));
