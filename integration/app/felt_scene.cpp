@@ -13,6 +13,7 @@
 #include "integration/files/read_volume.h"
 #include "integration/files/scene_file.h"
 #include "integration/files/sentences.h"
+#include "integration/files/sequence_motion_file.h"
 #include "module/scene/built_in.h"
 #include "module/scene/make_volume.h"
 
@@ -46,6 +47,62 @@ Result<std::vector<fs::path>> files_of(const std::vector<fs::path>& paths, const
   return files;
 }
 
+/// What the surface to feel is found from: a copy of the first frame (lengths of vectors), and the
+/// range of the values in all of them.
+struct Samples {
+  Volume first;
+  float low = std::numeric_limits<float>::infinity();
+  float high = -std::numeric_limits<float>::infinity();
+
+  void add(const Volume& frame) {
+    if (frame.values.empty()) return;
+    const auto [least, most] = std::minmax_element(frame.values.begin(), frame.values.end());
+    low = std::min(low, *least);
+    high = std::max(high, *most);
+    if (first.values.empty()) first = frame;
+  }
+};
+
+/// The one motion for all times that a path names: the file itself, or that of a folder which
+/// palpate motion filled. Empty if there is none.
+fs::path whole_motion_of(const VolumeSpec& spec) {
+  for (const MotionSpec& motion : spec.motions)
+    for (const fs::path& path : motion.fields) {
+      std::error_code error;
+      const fs::path file =
+          fs::is_directory(path, error) ? path / files::kSequenceMotionName : path;
+      if (files::holds_sequence_motion(file)) return file;
+    }
+  return {};
+}
+
+/// Only the reference frame is read and kept: the motion carries it to all times.
+Status read_whole(const fs::path& file, const VolumeSpec& spec, VolumeData& data, Samples& samples,
+                  const OnDoing& doing, std::vector<std::string>& notes) {
+  if (spec.motions.size() > 1 || spec.motions.front().fields.size() > 1)
+    return files::bad_input(file,
+                            "is one motion for all of a volume and all times: name no other beside "
+                            "it");
+  auto motion = files::read_sequence_motion(file);
+  if (!motion) return motion.error();
+  auto reader = files::SequenceReader::open(spec.files);
+  if (!reader) return reader.error();
+  if (reader->frame_count() != motion->frames())
+    return files::bad_input(file,
+                            "is the motion of {} frames, but '{}' holds {}: name the motion "
+                            "of this sequence",
+                            motion->frames(), reader->name(), reader->frame_count());
+  notes.insert(notes.end(), reader->notes().begin(), reader->notes().end());
+  if (doing)
+    doing(fmt::format("reading frame {} of {}", motion->reference + 1, reader->frame_count()));
+  auto frame = reader->frame(motion->reference);
+  if (!frame) return frame.error();
+  samples.add(*frame);
+  data.frames.frames.push_back(std::move(*frame));
+  data.whole = std::move(*motion);
+  return Nothing{};
+}
+
 Result<MotionData> read_motion(const MotionSpec& spec) {
   MotionData motion;
   const auto fields = files_of(spec.fields, "motion_");
@@ -64,22 +121,6 @@ Result<MotionData> read_motion(const MotionSpec& spec) {
   }
   return motion;
 }
-
-/// What the surface to feel is found from: a copy of the first frame (lengths of vectors), and the
-/// range of the values in all of them.
-struct Samples {
-  Volume first;
-  float low = std::numeric_limits<float>::infinity();
-  float high = -std::numeric_limits<float>::infinity();
-
-  void add(const Volume& frame) {
-    if (frame.values.empty()) return;
-    const auto [least, most] = std::minmax_element(frame.values.begin(), frame.values.end());
-    low = std::min(low, *least);
-    high = std::max(high, *most);
-    if (first.values.empty()) first = frame;
-  }
-};
 
 /// All frames of files, a single one included.
 Result<Sequence> read_frames(const std::vector<fs::path>& inputs, Samples& samples,
@@ -122,13 +163,22 @@ Result<MovingVolume> read_volume_of(const VolumeSpec& spec, Samples& samples, co
                               "holds only vectors of length 0: there is nothing to feel");
     data.vectors = std::move(*vectors);
   } else {
-    auto frames = read_frames(spec.files, samples, doing, notes);
-    if (!frames) return frames.error();
+    if (const fs::path whole = whole_motion_of(spec); !whole.empty()) {
+      const Status read = read_whole(whole, spec, data, samples, doing, notes);
+      if (!read) return read.error();
+    } else {
+      auto frames = read_frames(spec.files, samples, doing, notes);
+      if (!frames) return frames.error();
+      data.frames = std::move(*frames);
+    }
     if (!(samples.high > samples.low))
       return files::bad_input(spec.files.front(),
                               "holds the value {} everywhere: there is nothing to feel",
                               samples.low);
-    data.frames = std::move(*frames);
+  }
+  if (data.whole) {
+    if (doing) doing("preparing " + spec.name);
+    return build(spec, std::move(data));
   }
   for (const MotionSpec& motion : spec.motions) {
     auto read = read_motion(motion);
@@ -146,7 +196,8 @@ void add(FeltScene& scene, size_t v, MovingVolume volume) {
   spec.centred = false;
   // Motion is found in scalars only; a flow whose motion nobody gave changes where it stands.
   const bool vectors = volume.frames.front()->is_vector();
-  if (!volume.is_still() && volume.motions.empty() && spec.source.empty() && !vectors)
+  if (!volume.is_still() && volume.motions.empty() && !volume.whole && spec.source.empty() &&
+      !vectors)
     scene.missing.push_back({v, [files = spec.files] { return open_sequence(files); }});
   scene.data.push_back(std::make_shared<const MovingVolume>(std::move(volume)));
 }

@@ -22,7 +22,7 @@ struct SequenceChoices {
   double strength_n = 4.0;
   double friction = 0.2;
   double frames_per_second = 0.0;  ///< 0: as the file says
-  std::filesystem::path fields;    ///< folder with fields of palpate motion; empty: none
+  std::filesystem::path fields;    ///< of palpate motion: its folder, or its one file; empty: none
   bool cyclic = true;
 };
 

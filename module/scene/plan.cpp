@@ -108,7 +108,7 @@ VolumeNeeds needs_of(const SceneSpec& scene, const VolumeSpec& spec, const Movin
     if (mode.volume != spec.name) continue;
     needs.modes.push_back(mode.name);
     for (size_t m = 0; m < needs.motions.size(); ++m)
-      if (mode.motion.empty() ? m == 0 : mode.motion == needs.motions[m].name)
+      if (data.whole || mode.motion.empty() ? m == 0 : mode.motion == needs.motions[m].name)
         needs.motions[m].modes.push_back(mode.name);
   }
   if (needs.modes.empty()) {
