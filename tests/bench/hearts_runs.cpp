@@ -62,10 +62,10 @@ class Reference {
   explicit Reference(const SequenceMap* map) : map_(map) {}
   glm::dvec3 of(glm::dvec3 x, FramePointer at) {
     if (!map_) return x;
-    const TimeWeights time = map_->basis().at(at.frame, at.phase);
+    SequenceMoment moment(*map_, map_->basis().at(at.frame, at.phase));
     const glm::dvec3 start = known_ ? last_ + (x - last_x_) : x;
-    BackTrack found = back_track(*map_, time, x, start);
-    if (!found.ok) found = back_track(*map_, time, x, x);
+    BackTrack found = back_track(moment, x, start);
+    if (!found.ok) found = back_track(moment, x, x);
     if (found.ok) {
       last_ = found.x_m;
       last_x_ = x;
