@@ -60,14 +60,6 @@ Result<FeltScene> load_seen_scene(const std::vector<std::filesystem::path>& inpu
 /// Forgets the known motion of made data, so that it has to be found as a patient's would.
 void forget_motion(FeltScene& scene);
 
-/// The value that parts a frame best into two groups (Otsu 1979), and how soft the edge between
-/// them is taken: a quarter of the distance of their means. For data with one value only, that.
-struct Surface {
-  double level = 0.0;
-  double width = 0.0;
-};
-Surface surface_between_groups(const Volume& frame);
-
 /// Shrinks a sequence's volume so that its longest edge fits the device's reach; a smaller one
 /// stays as it is. Returns the scale.
 double fit_to_reach(FeltScene& scene, const DeviceInfo& device);

@@ -44,8 +44,7 @@ MotionNeeds needs_of(const SequenceMap& whole) {
   needs.steps = needs.known = int(whole.basis().times_s.size());
   needs.moving_share = whole.moving_share();
   needs.largest_u_m = whole.largest_u_m();
-  needs.worst_contraction = whole.worst_contraction();
-  needs.folded_cells = whole.folded_cells();
+  needs.folded_cells = whole.folded_samples();
   needs.bytes = whole.bytes();
   return needs;
 }

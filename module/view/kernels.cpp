@@ -7,6 +7,7 @@
 #include "spirv/view/distance.h"
 #include "spirv/view/list.h"
 #include "spirv/view/mark.h"
+#include "spirv/view/motion_at.h"
 #include "spirv/view/prefilter.h"
 #include "spirv/view/ranges.h"
 #include "spirv/view/raycast.h"
@@ -61,14 +62,17 @@ const vulkan::Kernel& Kernels::get(const uint32_t (&spirv)[N], const char* bindi
 const vulkan::Kernel& Kernels::prefilter() {
   return get(k_view_prefilter, "si", sizeof(PrefilterPush));
 }
+const vulkan::Kernel& Kernels::motion_at() {
+  return get(k_view_motion_at, "uti", sizeof(MotionAtPush));
+}
 const vulkan::Kernel& Kernels::track() {
   return get(k_view_track, "ssibb", sizeof(TrackPush));
 }
 const vulkan::Kernel& Kernels::ranges() {
   return get(k_view_ranges, "sssb", sizeof(RangesPush));
 }
-const vulkan::Kernel& Kernels::mark() {
-  return get(k_view_mark, "bbb", sizeof(MarkPush));
+const vulkan::Kernel& Kernels::mark(bool carried) {
+  return get(k_view_mark, "bbbs", sizeof(MarkPush), {carried ? 1U : 0U});
 }
 const vulkan::Kernel& Kernels::list() {
   return get(k_view_list, "bbbb", sizeof(BricksPush));

@@ -16,9 +16,11 @@ class Kernels {
   explicit Kernels(std::shared_ptr<vulkan::Context> context);
 
   const vulkan::Kernel& prefilter();
+  const vulkan::Kernel& motion_at();
   const vulkan::Kernel& track();
   const vulkan::Kernel& ranges();
-  const vulkan::Kernel& mark();
+  /// carried: by one motion for all times.
+  const vulkan::Kernel& mark(bool carried);
   const vulkan::Kernel& list();
   /// moves: nodes are looked at; blends: the next frame is.
   const vulkan::Kernel& brick(bool moves, bool blends);

@@ -18,6 +18,14 @@ struct ResidentField {
   glm::dvec3 offset{0.0};
 };
 
+/// One motion for a whole sequence on the device: its terms one after the other, each a field of u
+/// in voxels of the frame.
+struct ResidentTerms {
+  vulkan::Buffer terms;
+  vulkan::TexelView texels;
+  ResidentField place;  ///< without an image: that of a time is made by who draws it
+};
+
 /// The way from a frame to the next one: how it moves, and bounds of what each part of 4 x 4 x 4
 /// cells shows on it (PartRange), by which bricks are left out.
 struct ResidentStep {
@@ -41,6 +49,8 @@ struct ResidentVolume {
   std::shared_ptr<const ResidentFrames> frames;
   /// By motion, then by frame; the first motion's stand for data without motions, which have one.
   std::vector<std::vector<std::shared_ptr<const ResidentStep>>> steps;
+  /// Null where there is no motion for the whole sequence.
+  std::shared_ptr<const ResidentTerms> whole;
 };
 
 /// Uploads frames; those not sampled (formulas, vectors) are sampled as their detail asks, at most
@@ -54,6 +64,11 @@ std::shared_ptr<const ResidentField> upload_field(const std::shared_ptr<vulkan::
                                                   const ResidentFrames& frames,
                                                   const MovingVolume& volume, size_t motion,
                                                   size_t step);
+
+/// Uploads the motion of a whole sequence. Throws Failure.
+std::shared_ptr<const ResidentTerms> upload_terms(const std::shared_ptr<vulkan::Context>& context,
+                                                  const ResidentFrames& frames,
+                                                  const SequenceMap& map);
 
 /// Bounds the way from `frame` to `next`. Throws Failure.
 std::shared_ptr<const ResidentStep> bound_step(const std::shared_ptr<vulkan::Context>& context,

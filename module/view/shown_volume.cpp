@@ -14,6 +14,8 @@ namespace {
 // of a few hundred voxels.
 constexpr float kCloseVoxels = 1e-3F;
 
+static_assert(kMostTerms == TimeWeights::kMost);
+
 glm::ivec3 blocks_of(glm::ivec3 size, int edge) {
   return (size + edge - 1) / edge;
 }
@@ -31,6 +33,17 @@ glm::ivec3 rows(glm::ivec3 size) {
 Moment moment_of(const ViewVolume& volume, const ResidentVolume& resident) {
   const MovingVolume& source = *resident.source;
   Moment moment;
+  if (source.whole && !volume.whole_frames) {
+    const int last = int(source.times.times_s.size()) - 1;
+    moment.frame = moment.next = 0;
+    moment.phase = 1.0;
+    moment.step = resident.steps[0][0].get();
+    moment.moves = true;
+    moment.whole = resident.whole.get();
+    moment.whole_frame = std::clamp(volume.pointer.frame, 0, last);
+    moment.whole_phase = std::clamp(volume.pointer.phase, 0.0, 1.0);
+    return moment;
+  }
   moment.frame = std::clamp(volume.pointer.frame, 0, int(source.frames.size()) - 1);
   moment.next = next_frame(source, moment.frame);
   moment.phase = volume.whole_frames ? 0.0 : std::clamp(volume.pointer.phase, 0.0, 1.0);
@@ -89,6 +102,7 @@ void ShownVolume::record(vulkan::Recorder& recorder, const Moment& moment, bool 
   }
   fresh_ = false;
   if (moment == shown_ && !look_changed) return;
+  if (moment.whole) record_motion(recorder, moment);
   record_list(recorder, moment, thin_per_mm < 0.0, tables, skip);
   if (moment.moves) record_nodes(recorder, moment);
   record_bricks(recorder, moment, thin_per_mm, tables, skip);
@@ -108,26 +122,51 @@ void ShownVolume::record_list(vulkan::Recorder& recorder, const Moment& moment, 
   push.table = entries();
   push.phase = glm::vec4(moment.moves ? moment.phase : 0.0, moment.blend ? moment.phase : 0.0,
                          moment.moves ? 1.0 : 0.0, 0.0);
-  recorder.dispatch(kernels_.mark(), {moment.step->parts, tables.next_entries, marks_}, push,
-                    rows(parts));
+  if (moment.whole) {
+    push.field_size = glm::ivec4(moment.whole->place.size, 0);
+    set_rows(moment.whole->place, push.field_from);
+  }
+  // Something has to be bound where there is no such motion; it is not read.
+  const vulkan::Image& field = moment.whole ? motion_ : nodes_;
+  recorder.dispatch(kernels_.mark(moment.whole != nullptr),
+                    {moment.step->parts, tables.next_entries, marks_, {field, kernels_.nearest()}},
+                    push, rows(parts));
   recorder.dispatch(kernels_.list(), {marks_, near_, list_, skip},
                     BricksPush{glm::ivec4(bricks_, first_skip_word_)}, rows(bricks_));
 }
 
+void ShownVolume::record_motion(vulkan::Recorder& recorder, const Moment& moment) {
+  const glm::ivec3 size = moment.whole->place.size;
+  if (!weights_ || motion_.size() != size) {
+    motion_ = vulkan::Image(context_, size, VK_FORMAT_R32G32B32A32_SFLOAT);
+    weights_ = vulkan::Buffer(context_, sizeof(glm::vec4) * kMostTerms,
+                              vulkan::Buffer::Kind::kHostVisible);
+    recorder.prepare(motion_);
+  }
+  const TimeWeights time =
+      resident_->source->whole->basis().at(moment.whole_frame, moment.whole_phase);
+  const std::span<glm::vec4> weights = weights_.as<glm::vec4>();
+  for (size_t n = 0; n < size_t(time.count); ++n)
+    weights[n] = glm::vec4(time.weight[n], time.term[n], 0.0F, 0.0F);
+  recorder.dispatch(kernels_.motion_at(), {weights_, moment.whole->texels, motion_},
+                    MotionAtPush{glm::ivec4(size, time.count)}, rows(size));
+}
+
 void ShownVolume::record_nodes(vulkan::Recorder& recorder, const Moment& moment) {
-  const ResidentField& field = *moment.step->field;
+  const ResidentField& field = moment.whole ? moment.whole->place : *moment.step->field;
+  const vulkan::Image& image = moment.whole ? motion_ : field.image;
   TrackPush push{};
   // What was found in the same step is a good start, and what is held where nothing is found.
-  const bool warm = shown_.moves && shown_.step == moment.step;
+  const bool warm = shown_.moves && (shown_.step == moment.step || (shown_.whole && moment.whole));
   push.nodes = glm::ivec4(node_count_, warm ? 1 : 0);
   push.field_size = glm::ivec4(field.size, 0);
   set_rows(field, push.field_from);
-  push.phase = glm::vec4(moment.phase, kCloseVoxels, 0.0F, 0.0F);
+  push.phase = glm::vec4(moment.phase, kCloseVoxels, moment.whole ? 1.0F : 0.0F, 0.0F);
   push.bricks = glm::ivec4(bricks_, 0);
   recorder.fill(held_, 0);
   recorder.dispatch(
       kernels_.track(),
-      {{field.image, kernels_.nearest()}, {nodes_, kernels_.nearest()}, nodes_, held_, near_}, push,
+      {{image, kernels_.nearest()}, {nodes_, kernels_.nearest()}, nodes_, held_, near_}, push,
       rows(node_count_));
 }
 

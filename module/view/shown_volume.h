@@ -8,13 +8,17 @@
 
 namespace palpate::view {
 
-/// What decides the values of the picture of a volume: two frames and how they are put together.
+/// What decides the values of the picture of a volume: two frames and how they are put together;
+/// or, where one motion carries one frame at all times, the time.
 struct Moment {
   int frame = -1, next = -1;
   double phase = 0.0;
   const ResidentStep* step = nullptr;
-  bool moves = false;  ///< by the step's field
+  bool moves = false;  ///< by the step's field, or by the motion of the whole sequence
   bool blend = false;
+  const ResidentTerms* whole = nullptr;
+  int whole_frame = 0;       ///< with `whole`: the time is this frame's,
+  double whole_phase = 0.0;  ///< and this share of the way to the next one
   bool operator==(const Moment&) const = default;
 };
 
@@ -58,6 +62,7 @@ class ShownVolume {
   glm::vec4 entries() const;
   void record_list(vulkan::Recorder& recorder, const Moment& moment, bool everything,
                    const LookTables& tables, const vulkan::Buffer& skip);
+  void record_motion(vulkan::Recorder& recorder, const Moment& moment);
   void record_nodes(vulkan::Recorder& recorder, const Moment& moment);
   void record_bricks(vulkan::Recorder& recorder, const Moment& moment, double thin_per_mm,
                      const LookTables& tables, const vulkan::Buffer& skip);
@@ -68,6 +73,8 @@ class ShownVolume {
   int slot_, first_skip_word_;
   glm::ivec3 size_, bricks_, node_count_;
   vulkan::Image surface_, nodes_;
+  vulkan::Image motion_;    ///< with `whole`: u at the time that is shown
+  vulkan::Buffer weights_;  ///< with `whole`: of its terms
   vulkan::Buffer marks_, near_, list_, list_start_, distance_[2], held_;
   Moment shown_;
   bool fresh_ = true;

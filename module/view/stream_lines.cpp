@@ -9,8 +9,10 @@ void StreamLines::add(Things& things, const MovingVolume& volume,
     frames_ = volume.frames;
     laid_.assign(frames_.size(), {});
   }
-  const FrameData& frame = *frames_[size_t(pointer.frame)];
-  Things& laid = laid_[size_t(pointer.frame)];
+  // Of a volume with one motion for all times there is one frame, and the motion carries it.
+  const size_t of = volume.whole ? 0 : size_t(pointer.frame);
+  const FrameData& frame = *frames_[of];
+  Things& laid = laid_[of];
   if (laid.empty()) {
     TubeOptions options;
     options.seeds_per_axis = seeds_per_axis_;
@@ -21,7 +23,11 @@ void StreamLines::add(Things& things, const MovingVolume& volume,
   if (!whole_frames && !volume.motions.empty() &&
       size_t(pointer.frame) < volume.motions[0].steps.size())
     motion = volume.motions[0].steps[size_t(pointer.frame)].get();
+  const bool carried = volume.whole && !whole_frames;
+  const TimeWeights time =
+      carried ? volume.whole->basis().at(pointer.frame, pointer.phase) : TimeWeights{};
   const auto seen_at = [&](glm::dvec3 x) {
+    if (carried) x += volume.whole->displacement(x, time);
     if (motion) x += pointer.phase * motion->displacement(x);
     return world_from_volume.world_from_volume(x);
   };

@@ -110,6 +110,10 @@ void VolumeRenderer::upload(std::span<const std::shared_ptr<const MovingVolume>>
       if (known->frames->sources == volume->frames) before = known.get();
     resident->frames = before ? before->frames : view::upload_frames(context_, *kernels_, *volume);
     upload_steps(*resident, before);
+    if (volume->whole)
+      resident->whole = before && before->source->whole == volume->whole
+                            ? before->whole
+                            : view::upload_terms(context_, *resident->frames, *volume->whole);
     residents.push_back(std::move(resident));
   }
   const bool same_frames =

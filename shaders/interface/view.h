@@ -34,6 +34,7 @@ PALPATE_CONSTANT int kPart = 4;        // cells along the edge of a part whose b
 PALPATE_CONSTANT int kMostLevels = 12; // powers of two of entries of which the most is kept
 PALPATE_CONSTANT int kPrefilterRun = 8; // voxels that an invocation smooths
 PALPATE_CONSTANT int kStride = 4;      // steps at once where a volume is thin
+PALPATE_CONSTANT int kMostTerms = 41;  // of a motion for a whole sequence: TimeWeights::kMost
 // The first skip word of a brick holds how many bricks away the nearest one is that is occupied (bits
 // 0 to 7), not solid (8 to 15) and not thin (16 to 23), 0 if it is so itself; while it is made, flags.
 #ifdef __cplusplus
@@ -99,11 +100,17 @@ struct PrefilterPush {
 };
 PALPATE_SIZE(PrefilterPush, 32);
 
+struct MotionAtPush {
+  ivec4 size;  // samples of the field; w: how many terms count
+};
+PALPATE_SIZE(MotionAtPush, 16);
+
 struct TrackPush {
   ivec4 nodes;          // along each axis; w: 1 = start from the nodes of the last phase
   ivec4 field_size;     // samples of the field
   vec4 field_from[3];   // rows: index of the field = row . (voxel, 1)
-  vec4 phase;           // x: g; y: how close is close enough, voxels
+  vec4 phase;           // x: g; y: how close is close enough, voxels; z: 1 = where nothing is found,
+                        // look again from x - g u(x)
   ivec4 bricks;
 };
 PALPATE_SIZE(TrackPush, 112);
@@ -128,8 +135,10 @@ struct MarkPush {
   ivec4 bricks;
   vec4 table;  // x, y: entry = x * value + y; z: first entry of the table; w: last one
   vec4 phase;  // x: of the motion; y: weight of the next frame; z: 1 = nodes are looked at
+  ivec4 field_size;    // samples of the field, if it is looked at
+  vec4 field_from[3];  // rows: index of the field = row . (voxel, 1)
 };
-PALPATE_SIZE(MarkPush, 64);
+PALPATE_SIZE(MarkPush, 128);
 
 struct BrickPush {
   ivec4 size;

@@ -5,10 +5,15 @@
 // the frame whose values between least and greatest have extinction marks the bricks that its box,
 // moved by g times the bounds of u, touches.
 //
+// The bounds of u are those of the part's way to the next frame, or, of a volume that one motion
+// carries at all times (kCarried), of the field at this time: as tight as they can be, and cheap, as
+// only parts that show are looked at. What lies beyond the border moves as the border does.
+//
 // binding  direction  format      shape            unit
 // 0        in         PartRange   parts (z, y, x)  see ranges.comp
 // 1        in         uint        kTable per look  the next entry from here on with extinction
 // 2        out        uint        bricks (z, y, x) 1 = marked; cleared before
+// 3        in         rgba32f     field (z, y, x)  u in voxels of the volume (if kCarried)
 //
 // One invocation: one part. Precision: fp32; boxes and values are widened by more than it rounds.
 // Race: bricks are only ever set. CPU oracle: none; skipping is tested whole.
@@ -16,12 +21,36 @@ layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) readonly buffer Parts { PartRange parts[]; };
 layout(set = 0, binding = 1) readonly buffer Next { uint next_entry[]; };
 layout(set = 0, binding = 2) buffer Marks { uint marks[]; };
+layout(set = 0, binding = 3) uniform sampler3D field;
 layout(push_constant) uniform Push { MarkPush push; };
+layout(constant_id = 0) const int kCarried = 0;
 
 // Nodes between which y - x is linear are this far from the truth at most, voxels, and values by
 // as much of their range: the picture shows what it computes, not the bound.
 const float kAside = 0.1;
 const float kOver = 0.02;
+
+// A trilinear u lies between those of its cell's corners: the corners of all cells that the part
+// touches bound it.
+void bound_u(vec3 start, out vec3 least_u, out vec3 most_u) {
+  vec3 middle, half_size;
+  for (int row = 0; row < 3; ++row) {
+    middle[row] = dot(push.field_from[row], vec4(start + 0.5 * float(kPart), 1.0));
+    half_size[row] = dot(abs(push.field_from[row].xyz), vec3(0.5 * float(kPart)));
+  }
+  const ivec3 top = push.field_size.xyz - 1;
+  const ivec3 first = clamp(ivec3(floor(middle - half_size)), ivec3(0), top);
+  const ivec3 last = clamp(ivec3(ceil(middle + half_size)), ivec3(0), top);
+  least_u = vec3(1e30);
+  most_u = vec3(-1e30);
+  for (int z = first.z; z <= last.z; ++z)
+    for (int y = first.y; y <= last.y; ++y)
+      for (int x = first.x; x <= last.x; ++x) {
+        const vec3 u = texelFetch(field, ivec3(x, y, z), 0).xyz;
+        least_u = min(least_u, u);
+        most_u = max(most_u, u);
+      }
+}
 
 void main() {
   const ivec3 part = ivec3(gl_GlobalInvocationID);
@@ -36,8 +65,14 @@ void main() {
   bool shows = next_entry[uint(push.table.z) + from] <= to;
   while (shows) {
     const vec3 start = float(kPart) * vec3(part);
-    const vec3 box_low = start + push.phase.x * parts[place].least_u.xyz - kAside * push.phase.z;
-    const vec3 box_high = start + float(kPart) + push.phase.x * parts[place].most_u.xyz + kAside * push.phase.z;
+    vec3 least_u = parts[place].least_u.xyz, most_u = parts[place].most_u.xyz;
+    if (kCarried != 0) bound_u(start, least_u, most_u);
+    vec3 box_low = start + push.phase.x * least_u - kAside * push.phase.z;
+    vec3 box_high = start + float(kPart) + push.phase.x * most_u + kAside * push.phase.z;
+    if (kCarried != 0) {
+      box_low = mix(box_low, vec3(0.0), equal(part, ivec3(0)));
+      box_high = mix(box_high, vec3(kBrick * push.bricks.xyz), equal(part, push.parts.xyz - 1));
+    }
     const ivec3 first = clamp(ivec3(floor(box_low / float(kBrick))), ivec3(0), push.bricks.xyz - 1);
     const ivec3 last = clamp(ivec3(ceil(box_high / float(kBrick))) - 1, ivec3(0), push.bricks.xyz - 1);
     for (int z = first.z; z <= last.z; ++z)

@@ -12,6 +12,10 @@
 // 3        in out     uint      1                nodes that are held
 // 4        in         uint      bricks (z, y, x) 0 = nobody looks at the nodes of this brick
 //
+// The motion of a whole sequence is tracked with g = 1: its field is made for the time. There a node
+// may come to be needed long after it was last tracked, so where nothing is found, it is looked for
+// once more from x - g u(x).
+//
 // Where no solution is found within kSteps, or the map is folded there (det(I + g du/dx) <= 0), the
 // node keeps what it had: the picture holds there, as the hand does.
 //
@@ -64,13 +68,12 @@ vec3 field_index(vec3 voxel) {
   return vec3(dot(push.field_from[0], v), dot(push.field_from[1], v), dot(push.field_from[2], v));
 }
 
-void track(ivec3 node) {
+// True if y + g u(y) = x was solved from y on, without a fold there; y is the best that was seen.
+bool solve(vec3 x, inout vec3 y) {
   const float g = push.phase.x;
-  const vec3 x = float(kNode) * vec3(node);
-  const vec4 before = push.nodes.w != 0 ? texelFetch(last, node, 0) : vec4(0.0);
   const mat3 turn = transpose(mat3(push.field_from[0].xyz, push.field_from[1].xyz, push.field_from[2].xyz));
 
-  vec3 best = x + before.xyz, step = vec3(0.0), at = best;
+  vec3 best = y, step = vec3(0.0), at = y;
   float best_miss = 3.0e38;
   bool unfolded = false;
   // One look per round; a look that is no better than the best one halves the step that led there.
@@ -93,9 +96,21 @@ void track(ivec3 node) {
     }
     at = best + step;
   }
-  const bool found = best_miss <= push.phase.y && unfolded;
+  y = best;
+  return best_miss <= push.phase.y && unfolded;
+}
+
+void track(ivec3 node) {
+  const vec3 x = float(kNode) * vec3(node);
+  const vec4 before = push.nodes.w != 0 ? texelFetch(last, node, 0) : vec4(0.0);
+  vec3 y = x + before.xyz;
+  bool found = solve(x, y);
+  for (bool again = !found && push.phase.z != 0.0; again; again = false) {
+    y = x - push.phase.x * read(field_index(x)).u;
+    found = solve(x, y);
+  }
   if (!found) atomicAdd(held[0], 1u);
-  imageStore(nodes, node, found ? vec4(best - x, 1.0) : vec4(before.xyz, 0.0));
+  imageStore(nodes, node, found ? vec4(y - x, 1.0) : vec4(before.xyz, 0.0));
 }
 
 void main() {

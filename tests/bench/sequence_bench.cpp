@@ -216,7 +216,8 @@ void tell_turning(const Data& data, const SequenceMotion& motion) {
         glm::dvec3(share(random), share(random), share(random)) * glm::dvec3(grid.size - 1);
     const glm::dvec3 target = volume_from_lps(grid.lps_from_index(index));
     const double t = end_s * share(random);
-    const BackTrack first = back_track(*map, motion.basis.at(t), target, target);
+    SequenceMoment moment(*map, motion.basis.at(t));
+    const BackTrack first = back_track(moment, target, target);
     steps += size_t(first.steps);
     cold += !first.ok;
     if (!first.ok) {
@@ -225,14 +226,15 @@ void tell_turning(const Data& data, const SequenceMotion& motion) {
       far += !close;
       continue;
     }
-    warm += !back_track(*map, motion.basis.at(t + 0.001), target, first.x_m).ok;
+    moment.set(motion.basis.at(t + 0.001));
+    warm += !back_track(moment, target, first.x_m).ok;
   }
   fmt::print(
       "{:<11} {:<24} of {} places not found: cold {} ({} beyond a fold, {} not met), warm {}; "
       "{:.2f} "
-      "steps cold; bounds: det {:.2f}, contraction {:.2f}, {} cells may fold\n",
+      "steps cold; least det {:.2f}\n",
       data.name, "turning around", kTargets, cold, folded, far, warm, double(steps) / kTargets,
-      map->worst_determinant(), map->worst_contraction(), map->folded_cells());
+      map->least_determinant());
 }
 
 void measure(const std::shared_ptr<vulkan::Context>& context, Data& data,

@@ -14,6 +14,7 @@
 
 #include "bench_commit.h"
 #include "integration/studies/view_case.h"
+#include "module/scene/make_volume.h"
 #include "module/view/volume_renderer.h"
 #include "tests/bench/tools.h"
 
@@ -37,12 +38,20 @@ std::shared_ptr<const MovingVolume> view_volume(int size) {
   return std::make_shared<const MovingVolume>(std::move(volume));
 }
 
+/// The same with one motion for both times, which carries the first frame's values.
+std::shared_ptr<const MovingVolume> carried_volume(const MovingVolume& own, int size) {
+  const Grid grid = coarsened(heart_grid(size), glm::ivec3(2));
+  SequenceMotion motion;
+  motion.basis = {own.times.times_s, 0.0, 0};
+  motion.terms = {still_field(grid), shell_truth(grid, 1, 2, 4)};
+  return std::make_shared<const MovingVolume>(*carried(own, motion));
+}
+
 /// One way of drawing, and what came of it.
 struct Shot {
   Look look;
   double samples_per_voxel = 1.0;
   std::vector<Eye> eyes;
-  bool moving = false;  ///< every picture at another phase
   bool counts = false;
 };
 struct Outcome {
@@ -70,7 +79,6 @@ class Bench {
     std::vector<double> times;
     // The first one compiles kernels and makes the bricks, the second one meets warm memory.
     for (int run = -2; run < runs; ++run) {
-      if (shot.moving) scene.volumes[0].pointer.phase = 0.3 + 0.01 * (run + 2);
       const double start = seconds();
       expect(renderer.start(scene, shot.eyes, kViewSize));
       expect(renderer.wait());
@@ -91,12 +99,35 @@ class Bench {
 
   Outcome timed(const Shot& shot) const { return draw(shot, runs_); }
 
+  /// Medians of pictures at another phase than the one before, and of the same picture again: in
+  /// turn, so that other load meets both.
+  std::pair<double, double> moving_and_still(const std::shared_ptr<const MovingVolume>& volume,
+                                             const Look& look, const std::vector<Eye>& eyes) const {
+    auto made = VolumeRenderer::make(context_, {kViewSize, 2});
+    VolumeRenderer& renderer = **made;
+    expect(renderer.set_volumes(std::vector{volume}));
+    ViewScene scene;
+    scene.volumes = {{volume, {}, {}, look}};
+    std::vector<double> moving, still;
+    for (int run = -1; run < runs_; ++run) {
+      scene.volumes[0].pointer.phase = 0.3 + 0.01 * (run + 1);
+      for (std::vector<double>* times : {&moving, &still}) {
+        const double start = seconds();
+        expect(renderer.start(scene, eyes, kViewSize));
+        expect(renderer.wait());
+        if (run >= 0) times->push_back(seconds() - start);
+      }
+    }
+    std::sort(moving.begin(), moving.end());
+    std::sort(still.begin(), still.end());
+    return {moving[moving.size() / 2], still[still.size() / 2]};
+  }
+
   /// The coarsest rate that is good enough, 0 if none is, and how good it is.
   std::pair<double, double> rate_for(const Look& look, const std::vector<Eye>& eyes) const {
-    const std::vector<unsigned char> reference = draw({look, 8.0, eyes, false, false}, 0).pixels;
+    const std::vector<unsigned char> reference = draw({look, 8.0, eyes, false}, 0).pixels;
     for (const double rate : kRates) {
-      const double quality_db =
-          psnr_db(draw({look, rate, eyes, false, false}, 0).pixels, reference);
+      const double quality_db = psnr_db(draw({look, rate, eyes, false}, 0).pixels, reference);
       if (quality_db >= kEnoughDb) return {rate, quality_db};
     }
     return {0.0, 0.0};
@@ -155,7 +186,7 @@ Table against_peer(const Bench& bench, const std::string& program) {
   for (const bool dense : {false, true}) {
     const Look look = view_look(dense);
     const auto [rate, quality_db] = bench.rate_for(look, eyes);
-    const double time_s = bench.timed({look, rate, eyes, false, false}).seconds;
+    const double time_s = bench.timed({look, rate, eyes, false}).seconds;
     std::vector<Cell> row{words(look.name), number(rate, 2), number(quality_db, 1),
                           number(1e3 * time_s, 1)};
     if (const auto found = peer.find(look.name); found != peer.end()) {
@@ -173,11 +204,13 @@ Table against_peer(const Bench& bench, const std::string& program) {
   return table;
 }
 
-Table costs(const Bench& bench) {
+Table costs(const Bench& bench, const std::shared_ptr<const MovingVolume>& volume,
+            const std::shared_ptr<const MovingVolume>& carried) {
   Table table{"What a picture costs",
               "2 x 512^2 pixels of 256^3 voxels, one sample per voxel. Needed are samples with "
               "extinction where more than 1 % of the light is left. Moving: every picture at "
-              "another phase. Inside: the eyes in the middle of the heart.",
+              "another phase, beside the same picture again. Carried: one frame's values, by one "
+              "motion for all times. Inside: the eyes in the middle of the heart.",
               {{"look", "look"},
                {"taken_per_needed", "samples taken/needed"},
                {"mono_ms", "mono ms"},
@@ -185,6 +218,9 @@ Table costs(const Bench& bench) {
                {"stereo_per_mono", "stereo/mono"},
                {"moving_ms", "moving ms"},
                {"moving_per_still", "moving/still"},
+               {"carried_still_ms", "carried still ms"},
+               {"carried_moving_ms", "carried moving ms"},
+               {"carried_moving_per_still", "carried moving/still"},
                {"inside_ms", "inside ms"},
                {"inside_per_far", "inside/far"}},
               {}};
@@ -194,32 +230,38 @@ Table costs(const Bench& bench) {
   std::vector<Look> looks{view_look(false), view_look(true), *preset_look("phantom")};
   looks.back().name = "opaque wall";
   for (const Look& look : looks) {
-    const ViewStatistics counted = bench.draw({look, 1.0, eyes, false, true}, 0).statistics;
-    const double mono = bench.timed({look, 1.0, {eyes[0]}, false, false}).seconds;
-    const double stereo = bench.timed({look, 1.0, eyes, false, false}).seconds;
-    const double moving = bench.timed({look, 1.0, eyes, true, false}).seconds;
-    const double close = bench.timed({look, 1.0, within, false, false}).seconds;
+    const ViewStatistics counted = bench.draw({look, 1.0, eyes, true}, 0).statistics;
+    const double mono = bench.timed({look, 1.0, {eyes[0]}, false}).seconds;
+    const double stereo = bench.timed({look, 1.0, eyes, false}).seconds;
+    const auto [moving, still] = bench.moving_and_still(volume, look, eyes);
+    const auto [carried_moving, carried_still] = bench.moving_and_still(carried, look, eyes);
+    const double close = bench.timed({look, 1.0, within, false}).seconds;
     table.rows.push_back({words(look.name),
                           number(double(counted.samples_taken) / double(counted.samples_needed), 2),
                           number(1e3 * mono, 1), number(1e3 * stereo, 1), number(stereo / mono, 2),
-                          number(1e3 * moving, 1), number(moving / stereo, 2),
-                          number(1e3 * close, 1), number(close / stereo, 2)});
+                          number(1e3 * moving, 1), number(moving / still, 2),
+                          number(1e3 * carried_still, 1), number(1e3 * carried_moving, 1),
+                          number(carried_moving / carried_still, 2), number(1e3 * close, 1),
+                          number(close / stereo, 2)});
   }
   table.note += load.sentence();
   return table;
 }
 
-int run(const std::string& device, int runs, int size, const std::string& program) {
+int run(const std::string& device, int runs, int size, bool with_peer, const std::string& program) {
   vulkan::ContextOptions options;
   options.device = device;
   auto context = vulkan::Context::open(options);
   if (!context) throw std::runtime_error(context.error().message);
   fmt::print("{}, {}, commit {}\n\n", (*context)->info().name, (*context)->info().driver,
              kBenchCommit);
-  const Bench bench(*context, view_volume(size), runs);
-  fmt::print("{}\n", plain_text(against_peer(bench, program)));
-  std::fflush(stdout);
-  fmt::print("{}\n", plain_text(costs(bench)));
+  const auto volume = view_volume(size);
+  const Bench bench(*context, volume, runs);
+  if (with_peer) {
+    fmt::print("{}\n", plain_text(against_peer(bench, program)));
+    std::fflush(stdout);
+  }
+  fmt::print("{}\n", plain_text(costs(bench, volume, carried_volume(*volume, size))));
   return 0;
 }
 
@@ -229,15 +271,17 @@ int run(const std::string& device, int runs, int size, const std::string& progra
 int main(int argc, char** argv) {
   std::string device;
   int runs = 5, size = 256;
+  bool with_peer = true;
   CLI::App app("What pictures of volumes cost");
   app.add_option("--gpu,--device", device, "Number or part of the name of the Vulkan device");
   app.add_option("--runs", runs, "Timed runs, of which the median counts")
       ->check(CLI::Range(1, 1000));
   app.add_option("--size", size, "Voxels along each axis (VTK draws 256)")
       ->check(CLI::Range(32, 1024));
+  app.add_flag("--peer,!--no-peer", with_peer, "Beside VTK, too");
   CLI11_PARSE(app, argc, argv);
   try {
-    return palpate::bench::run(device, runs, size, argv[0]);
+    return palpate::bench::run(device, runs, size, with_peer, argv[0]);
   } catch (const std::exception& error) {
     fmt::print(stderr, "view_bench: {}\n", error.what());
     return 1;

@@ -96,19 +96,20 @@ std::shared_ptr<const MovingVolume> carried_shell(double frames_per_second, size
 }
 
 TEST(OneMotionForAllTimes, GivesTheExactForceAtEveryRateForwardsAndBackwards) {
-  // From the largest state: the motion from smaller ones is so steep that the trilinear field's
-  // derivative tilts the wall, by 0.05 N at the depths of this test.
-  const auto data = carried_shell(1.0, 2);
-  for (const double rate : {0.1, 1.0, 7.0, 30.0, 100.0, -0.1, -1.0, -30.0, -100.0}) {
-    SceneSpec spec = shell_spec(50.0, 0.0, kStiffness);
-    spec.volumes[0].rate = rate;
-    Pressing hand(spec, data);
-    hand.go(3000);
-    std::printf("%.1f frames/s: worst error %.4f N, worst step beyond hand and wall %.4f N\n", rate,
-                hand.worst_n, hand.worst_step_n);
-    EXPECT_LE(hand.worst_n, kMethod_n) << rate << " frames per second";
-    EXPECT_GT(hand.touched, 500);
-    EXPECT_FALSE(hand.held);
+  for (const size_t reference : {size_t(0), size_t(1), size_t(2)}) {
+    const auto data = carried_shell(1.0, reference);
+    for (const double rate : {0.1, 1.0, 7.0, 30.0, -1.0, -100.0}) {
+      SceneSpec spec = shell_spec(50.0, 0.0, kStiffness);
+      spec.volumes[0].rate = rate;
+      Pressing hand(spec, data);
+      hand.go(3000);
+      std::printf("%.1f frames/s: worst error %.4f N, worst step beyond hand and wall %.4f N\n",
+                  rate, hand.worst_n, hand.worst_step_n);
+      EXPECT_LE(hand.worst_n, 0.2 * kMethod_n)
+          << rate << " frames per second, from frame " << reference;
+      EXPECT_GT(hand.touched, 500);
+      EXPECT_FALSE(hand.held);
+    }
   }
 }
 

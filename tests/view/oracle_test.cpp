@@ -48,6 +48,15 @@ TEST_F(OracleTest, OfTheHeartCutOpenTurnedAndEnlarged) {
   EXPECT_GT(alike_db(scene, eye_, "cut"), kAlike_db);
 }
 
+TEST_F(OracleTest, OfTheHeartCarriedByOneMotion) {
+  ViewScene scene;
+  const auto heart = carried_heart(true);
+  for (const FramePointer at : {FramePointer{1, 0.0}, FramePointer{3, 0.6}}) {
+    scene.volumes = {{heart, {}, at, *preset_look("phantom")}};
+    EXPECT_GT(alike_db(scene, eye_, "carried_" + std::to_string(at.frame)), kAlike_db);
+  }
+}
+
 TEST_F(OracleTest, FromInsideTheHeart) {
   ViewScene scene;
   scene.volumes = {{beating_heart(), {}, {1, 0.5}, *preset_look("phantom")}};

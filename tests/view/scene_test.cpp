@@ -1,5 +1,6 @@
 // What lies before what, and which side is which.
 #include "tests/view/picture_file.h"
+#include "tests/view/slow_rays.h"
 #include "tests/view/view_scenes.h"
 
 namespace palpate::test {
@@ -231,6 +232,33 @@ TEST_F(SceneTest, WholeFramesStandStillUntilTheNextOne) {
   const Picture whole = draw_one(*view, scene);
   EXPECT_EQ(start.colours, whole.colours);
   EXPECT_NE(start.colours, moved.colours);
+}
+
+TEST_F(SceneTest, ACarriedVolumeTakesThePlaceOfItsFrames) {
+  // The same renderer, first with frames of their own values, then with one that is carried: at the
+  // carried frame's own time nothing changes but what two readings smooth; at other times it moves,
+  // and from a frame's end to the next one's start nothing jumps.
+  const auto own = beating_heart(), carried = carried_heart(false);
+  auto view = renderer({kSize, 1});
+  set(*view, {own});
+  ViewScene scene;
+  scene.volumes = {{own, {}, {1, 0.0}, *preset_look("phantom")}};
+  const Picture before = draw_one(*view, scene);
+  set(*view, {carried});
+  const auto at = [&](int frame, double phase) {
+    scene.volumes = {{carried, {}, {frame, phase}, *preset_look("phantom")}};
+    return draw_one(*view, scene);
+  };
+  const Picture after = at(1, 0.0);
+  EXPECT_GT(psnr_db(before, after), 40.0);
+  EXPECT_LT(psnr_db(before, at(0, 0.0)), 30.0);
+  for (int frame = 0; frame < 4; ++frame)
+    EXPECT_GT(psnr_db(at(frame, 0.9999), at((frame + 1) % 4, 0.0)), 48.0) << frame;
+  // Back at its own time it is as it was, whatever was shown in between.
+  EXPECT_GT(psnr_db(after, at(1, 0.0)), 60.0);
+  scene.volumes[0].whole_frames = true;
+  scene.volumes[0].pointer = {3, 0.5};
+  EXPECT_GT(psnr_db(after, draw_one(*view, scene)), 40.0);
 }
 
 TEST_F(SceneTest, RefusesWhatCanNotBeDrawnInASentence) {

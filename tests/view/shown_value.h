@@ -6,9 +6,13 @@
 namespace palpate::test {
 
 /// What the hand reads at a place x (volume space, m) when the sequence stands at `at`:
-/// back-tracked by module/haptics, blended by equation (24). The oracle of the picture. Not closed
-/// over a cycle.
+/// back-tracked by module/haptics, blended by equation (24), or carried by one motion for all
+/// times. The oracle of the picture. Not closed over a cycle.
 inline double felt_value(const MovingVolume& volume, FramePointer at, glm::dvec3 x) {
+  if (volume.whole) {
+    SequenceMoment moment(*volume.whole, volume.whole->basis().at(at.frame, at.phase));
+    return volume.frames[0]->scalar(back_track(moment, x, x - moment.displacement(x)).x_m);
+  }
   const int frames = int(volume.frames.size());
   const FrameData& frame = *volume.frames[size_t(at.frame)];
   const FrameData& next = *volume.frames[size_t((at.frame + 1) % frames)];

@@ -66,6 +66,63 @@ TEST_F(SkipTest, ChangesNoPixelByMoreThanOneStep) {
   }
 }
 
+TEST_F(SkipTest, OfACarriedHeartChangesNoPixelByMoreThanOneStepAtAnyTime) {
+  const auto heart = carried_heart(true);
+  RendererOptions all{kSize, 1};
+  all.skip_empty = false;
+  auto everywhere = renderer(all), skipping = renderer({kSize, 1});
+  set(*everywhere, {heart});
+  set(*skipping, {heart});
+  // Times far apart follow each other.
+  for (const FramePointer at : {FramePointer{0, 0.5}, {2, 0.9}, {1, 0.0}, {3, 0.99}})
+    for (const Look& look : {shell_look(), fog_look(), step_look(625.0)}) {
+      ViewScene scene;
+      scene.volumes = {{heart, {}, at, look}};
+      const Eye eye = eye_at({0.1, 0.08, 0.2}, {0.0, 0.002, 0.001}, 0.6, kSize);
+      const Picture one = draw(*everywhere, scene, {eye}, kSize)[0];
+      const Picture other = draw(*skipping, scene, {eye}, kSize)[0];
+      EXPECT_LE(difference(one, other), 1)
+          << look.name << " frame " << at.frame << " phase " << at.phase;
+    }
+}
+
+/// A block that moves, with one motion for all times; its border values reach in from outside.
+std::shared_ptr<const MovingVolume> shifted_block() {
+  constexpr int kEdge = 96;
+  MovingVolume own =
+      *still_volume(kEdge, 1.0, [](glm::dvec3 x) { return x.x > 30.0 ? 1.0 : 0.2 + 0.001 * x.y; });
+  own.times = {{0.0, 0.5}, 1.0};
+  own.frames.push_back(own.frames[0]);
+  SequenceMotion motion;
+  motion.basis = {own.times.times_s, own.times.cycle_s, 0};
+  Grid grid;
+  grid.size = glm::ivec3(12);
+  grid.spacing_mm = glm::dvec3(8.0);
+  grid.origin_mm = glm::dvec3(-44.0);
+  motion.terms = {still_field(grid), still_field(grid)};
+  for (glm::vec3& u : motion.terms[1].u_mm) u = glm::vec3(-30.0F, 0.0F, 0.0F);
+  return std::make_shared<const MovingVolume>(*carried(own, motion));
+}
+
+TEST_F(SkipTest, SeesTheBorderThatMotionPullsIn) {
+  // What lies beyond the border is the border's value: nothing of it is left out where the border
+  // moves inwards by 30 voxels.
+  const auto block = shifted_block();
+  RendererOptions all{kSize, 1};
+  all.skip_empty = false;
+  auto everywhere = renderer(all), skipping = renderer({kSize, 1});
+  set(*everywhere, {block});
+  set(*skipping, {block});
+  ViewScene scene;
+  scene.volumes = {{block, {}, {1, 0.0}, step_look(0.7)}};
+  const Eye eye = eye_at({0.1, 0.08, 0.2}, {0, 0, 0}, 0.6, kSize);
+  const Picture one = draw(*everywhere, scene, {eye}, kSize)[0];
+  const Picture other = draw(*skipping, scene, {eye}, kSize)[0];
+  EXPECT_LE(difference(one, other), 1);
+  scene.volumes[0].pointer = {0, 0.0};
+  EXPECT_GT(difference(one, draw(*everywhere, scene, {eye}, kSize)[0]), 100);
+}
+
 TEST_F(SkipTest, ReadsNothingThatWasNotMade) {
   // Here the least value is the most opaque: places that were never written would show.
   MovingVolume made;

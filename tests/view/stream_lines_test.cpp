@@ -1,6 +1,7 @@
 // Stream tubes of data that move: carried as the material is.
 #include <gtest/gtest.h>
 
+#include "module/scene/make_volume.h"
 #include "module/view/stream_lines.h"
 
 namespace palpate::test {
@@ -47,6 +48,23 @@ TEST(StreamLines, AreCarriedByTheMotionOfTheMaterial) {
     EXPECT_LT(std::abs(start[k].to.y - start[k].from.y), 1e-12) << "streams run along L";
     EXPECT_EQ(start[k].from_radius_m, 0.0005);
   }
+}
+
+TEST(StreamLines, AreCarriedByOneMotionForAllTimes) {
+  const MovingVolume own = stream_that_rises();
+  const Grid grid = cube(12, 2.0);
+  SequenceMotion motion;
+  motion.reference = 1;
+  motion.basis = {own.times.times_s, 0.0, 0};
+  const Field down{grid, std::vector<glm::vec3>(grid.count(), glm::vec3(0.0F, 0.0F, -4.0F))};
+  motion.terms = {down, still_field(grid)};
+  const auto volume = carried(own, motion);
+  ASSERT_TRUE(volume);
+  const Things start = laid(*volume, {0, 0.0}, false), end = laid(*volume, {1, 0.0}, false);
+  ASSERT_GT(start.size(), 20U);
+  ASSERT_EQ(start.size(), end.size());
+  for (size_t k = 0; k < start.size(); ++k)
+    EXPECT_LT(glm::distance(end[k].from, start[k].from + glm::dvec3(0.0, 0.004, 0.0)), 1e-9);
 }
 
 TEST(StreamLines, StayWhereWholeFramesAreShownOrNothingIsKnownOfTheirMotion) {

@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 
+#include "compute/volume/phantom.h"
 #include "module/scene/built_in.h"
 #include "module/scene/make_volume.h"
 #include "module/view/volume_renderer.h"
@@ -37,6 +38,41 @@ inline std::shared_ptr<const MovingVolume> still_volume(
 inline std::shared_ptr<const MovingVolume> beating_heart() {
   static const auto heart = std::make_shared<const MovingVolume>(*build(shell_scene().volumes[0]));
   return heart;
+}
+
+/// The motion of the shell over its frames, told from frame `reference`: straight lines between
+/// them, or (harmonics) their best first harmonic, which is another motion than the shell's own.
+inline SequenceMotion shell_motion(const Grid& grid, const FrameTimes& times, size_t reference,
+                                   bool harmonics) {
+  const auto frames = int(times.times_s.size());
+  SequenceMotion motion;
+  motion.reference = reference;
+  motion.basis = {times.times_s, times.cycle_s, harmonics ? 1 : 0};
+  std::vector<Field> at;
+  for (int k = 0; k < frames; ++k) at.push_back(shell_truth(grid, int(reference), k, frames));
+  if (!harmonics) {
+    motion.terms = std::move(at);
+    return motion;
+  }
+  for (int n = 0; n < 3; ++n) {
+    TimeWeights weights;
+    weights.count = frames;
+    for (int k = 0; k < frames; ++k) {
+      const double angle = 2.0 * std::acos(-1.0) * k / frames;
+      weights.term[size_t(k)] = k;
+      weights.weight[size_t(k)] =
+          float((n == 0 ? 1.0 : 2.0 * (n == 1 ? std::cos(angle) : std::sin(angle))) / frames);
+    }
+    motion.terms.push_back(combined(at, weights));
+  }
+  return motion;
+}
+
+/// The same with one motion for all times, which carries frame 1's values.
+inline std::shared_ptr<const MovingVolume> carried_heart(bool harmonics) {
+  const MovingVolume& own = *beating_heart();
+  return std::make_shared<const MovingVolume>(
+      *carried(own, shell_motion(heart_grid(64), own.times, 1, harmonics)));
 }
 
 /// Extinction that is proportional to the value: `per_mm` at 1, exact to 1e-4 between 0 and 1.
