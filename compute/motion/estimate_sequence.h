@@ -56,7 +56,7 @@ struct SequenceMotionOptions {
   /// Harmonics: the fewest that keep the values at material points as steady as none do, within
   /// this share, and tell left-out frames as well as the best number does, within that one. Both
   /// from docs/decisions/motion-engine.md, "One motion for a sequence".
-  double steadiness = 0.02;
+  double steadiness = 0.01;
   double left_out = 0.15;
 };
 
