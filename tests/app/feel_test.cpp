@@ -110,17 +110,21 @@ TEST(Feel, UsesTheFieldsThatMotionHasWritten) {
   NEEDS_DEVICE();
   const TemporaryFolder folder;
   const std::string heart = written(small_heart(), folder / "heart.seq.nrrd");
-  ASSERT_EQ(run({"motion", heart, "-o", folder / "fields", "--cyclic", "--confidence", "--preset",
-                 "fast", "--no-verdict", "--quiet"})
-                .exit_code,
-            0);
-  const Outcome planned = run({"plan", heart, "--fields", folder / "fields"});
-  EXPECT_EQ(planned.exit_code, 0) << planned.err;
-  EXPECT_THAT(planned.out, AllOf(HasSubstr("4 of 4 steps known"), HasSubstr("back-tracking by")));
-  const Outcome result = run(
-      feel(heart, {"--fields", folder / "fields", "--seconds", "1", "--black-box", folder / "."}));
-  EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
-  EXPECT_THAT(result.out, HasSubstr("4 frames in 1 s, with its motion"));
+  for (const auto& [model, plan, felt] :
+       {std::tuple("pairwise", "4 of 4 steps known", "with its motion"),
+        std::tuple("sequence", "one for all times", "with one motion for all of them")}) {
+    ASSERT_EQ(run({"motion", heart, "-o", folder / model, "--cyclic", "--confidence", "--preset",
+                   "fast", "--no-verdict", "--quiet", "--model", model})
+                  .exit_code,
+              0);
+    const Outcome planned = run({"plan", heart, "--fields", folder / model});
+    EXPECT_EQ(planned.exit_code, 0) << planned.err;
+    EXPECT_THAT(planned.out, AllOf(HasSubstr(plan), HasSubstr("back-tracking by")));
+    const Outcome result = run(
+        feel(heart, {"--fields", folder / model, "--seconds", "1", "--black-box", folder / "."}));
+    EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
+    EXPECT_THAT(result.out, HasSubstr(std::string("4 frames in 1 s, ") + felt));
+  }
 }
 
 TEST(Feel, EndsByARampWithItsSummaryOnCtrlC) {
