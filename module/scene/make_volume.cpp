@@ -242,10 +242,12 @@ Result<MovingVolume> build(const VolumeSpec& spec) {
 }
 
 Result<MovingVolume> carried(const MovingVolume& own, const SequenceMotion& motion) {
-  if (motion.reference >= own.frames.size())
+  if (motion.frames() != own.frames.size() || motion.reference >= own.frames.size())
     return Error{ErrorKind::kBadInput,
-                 "The volume \"" + own.name + "\" can not be used: its motion is told from frame " +
-                     std::to_string(motion.reference) + ", which it does not have."};
+                 "The volume \"" + own.name + "\" can not be used: its motion is that of " +
+                     std::to_string(motion.frames()) + " frames, told from frame " +
+                     std::to_string(motion.reference) + ", but it has " +
+                     std::to_string(own.frames.size()) + " frames."};
   MovingVolume volume;
   volume.name = own.name;
   volume.times = {motion.basis.times_s, motion.basis.cycle_s};
