@@ -4,6 +4,7 @@
 
 #include "integration/app/commands.h"
 #include "integration/app/exit_code.h"
+#include "integration/app/feel_run.h"
 #include "integration/app/felt_scene.h"
 #include "integration/app/option_checks.h"
 #include "integration/app/progress.h"
@@ -41,7 +42,12 @@ Command add_plan(CLI::App& program) {
   app->add_option("--fields", choices->fields, "Folder with the fields of 'palpate motion'")
       ->type_name("DIR")
       ->check(an_existing_folder());
-  return {app, [inputs, choices] { return run(*inputs, *choices); }, {"input", "--fields"}, {}, {}};
+  add_segments(*app, *choices);
+  return {app,
+          [inputs, choices] { return run(*inputs, *choices); },
+          {"input", "--fields", "--segments"},
+          {},
+          {}};
 }
 
 }  // namespace palpate::app

@@ -39,7 +39,7 @@ SceneMoment moment_at(const FeltScene& scene, double at) {
 
 size_t frames_of(const FeltScene& scene) {
   size_t most = 1;
-  for (const auto& volume : scene.data) most = std::max(most, volume->frames.size());
+  for (const auto& volume : scene.data) most = std::max(most, volume->times.times_s.size());
   return most;
 }
 
@@ -134,6 +134,7 @@ Command add_view(CLI::App& program) {
                   "Folder with the fields of 'palpate motion': they move the picture")
       ->type_name("DIR")
       ->check(an_existing_folder());
+  add_segments(*app, command->sequence);
   app->add_flag_callback(
       "--not-cyclic", [command] { command->sequence.cyclic = false; },
       "The last frame does not lead back to the first");
@@ -141,7 +142,7 @@ Command add_view(CLI::App& program) {
   app->add_flag("--quiet", command->quiet, "Print errors only");
   return {app,
           [command, frame] { return run(*command, *frame); },
-          {"input", "--fields"},
+          {"input", "--fields", "--segments"},
           {"--picture", "--headless"},
           {}};
 }

@@ -303,6 +303,7 @@ Result<Raster> parse_nrrd_header(const std::filesystem::path& file, std::string_
   if (const Status done = find_encoding(*header, raster); !done) return done.error();
   if (const Status done = find_data(*header, raster); !done) return done.error();
   if (header->field("datafile").empty()) raster.file_skip += text.size();
+  raster.keys = header->keys;
   return raster;
 }
 
