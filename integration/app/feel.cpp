@@ -127,6 +127,10 @@ void add_felt_seeing(CLI::App& app, FeelCommand& command) {
 }  // namespace
 
 void add_segments(CLI::App& app, SequenceChoices& choices) {
+  app.add_option("--folder", choices.folder,
+                 "Folder in which the files that a scene file names are; else beside it")
+      ->type_name("DIR")
+      ->check(an_existing_folder());
   app.add_option("--segments", choices.segments,
                  "Segmentation: a .seg.nrrd of 3D Slicer or a label map, one or one per frame. Its "
                  "parts are the walls; the values only with --level")
@@ -199,8 +203,8 @@ Command add_feel(CLI::App& program) {
   app->add_flag("--quiet", command->quiet, "Print errors only");
   return {app,
           [command] { return run_feel(*command); },
-          {"input", "--fields", "--segments", "--replay", "--calibration", "--falcon-firmware",
-           "--path"},
+          {"input", "--fields", "--folder", "--segments", "--replay", "--calibration",
+           "--falcon-firmware", "--path"},
           {"--csv", "--picture", "--record", "--headless", "--black-box"},
           {}};
 }

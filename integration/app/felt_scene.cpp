@@ -390,7 +390,7 @@ Result<FeltScene> load_felt_scene(const std::vector<fs::path>& inputs,
   if (inputs.size() == 1 && name == "shell") return of_spec(name, shell_scene(), doing);
   if (inputs.size() == 1 && name == "molecule") return of_spec(name, molecule_scene(), doing);
   if (inputs.size() == 1 && inputs.front().extension() == ".json") {
-    auto spec = files::read_scene(inputs.front());
+    auto spec = files::read_scene(inputs.front(), {}, choices.folder);
     if (!spec) return spec.error();
     return of_spec(name, std::move(*spec), doing);
   }

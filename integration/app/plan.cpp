@@ -45,7 +45,7 @@ Command add_plan(CLI::App& program) {
   add_segments(*app, *choices);
   return {app,
           [inputs, choices] { return run(*inputs, *choices); },
-          {"input", "--fields", "--segments"},
+          {"input", "--fields", "--folder", "--segments"},
           {},
           {}};
 }

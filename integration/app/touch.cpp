@@ -1,6 +1,8 @@
 #include "integration/app/touch.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <vector>
 
 #include "module/scene/segment_modes.h"
@@ -13,6 +15,7 @@ constexpr double kRoom_m = 0.003;      // least way in free space before the sur
 constexpr double kFarthest_m = 0.030;  // a surface farther away than this is not looked for
 constexpr double kGrid_m = 0.004;      // of places to start from, inside
 constexpr double kCoarse_m = 0.001;
+constexpr double kSquarely = 0.8;  // cosine between the way of a press and a wall's normal
 
 /// A place that no data reach.
 constexpr double kOutside = -1.0;
@@ -59,6 +62,24 @@ class Surfaces {
                                 : surface.strength(value) / surface.strength.highest());
     }
     return hold;
+  }
+
+  /// How squarely a surface is met at a place on the way against `out`, 0 to 1: the cosine between
+  /// it and the way out of the nearest segment. 1 for surfaces of values, whose noise says little.
+  double met_squarely(glm::dvec3 device_m, glm::dvec3 out) const {
+    const glm::dvec3 world = world_from_device_.world_from_volume(device_m);
+    double cosine = 1.0, nearest_mm = std::numeric_limits<double>::infinity();
+    for (const Surface& surface : all_) {
+      if (surface.read == surface.frame) continue;
+      const ScalarSample here =
+          surface.read->scalar_and_gradient(surface.volume->transform.volume_from_world(world));
+      const glm::dvec3 inward =
+          surface.volume->transform.rotation * (here.gradient / surface.volume->transform.scale);
+      if (std::abs(here.value) >= nearest_mm || !(glm::length(inward) > 0.0)) continue;
+      nearest_mm = std::abs(here.value);
+      cosine = -glm::dot(glm::normalize(inward), world_from_device_.rotation * out);
+    }
+    return cosine;
   }
 
  private:
@@ -157,8 +178,11 @@ std::optional<devices::PathPlace> from_inside(const Surfaces& surfaces, const De
 
 std::optional<devices::PathPlace> place_to_touch(const FeltScene& scene, const DeviceInfo& device) {
   const Surfaces surfaces(scene);
-  for (const glm::dvec3 out : directions())
-    if (const auto place = from_outside(surfaces, device, out)) return place;
+  // A wall that is met at a slant is slid along, not pressed: first those that are not.
+  for (const double squarely : {kSquarely, -1.0})
+    for (const glm::dvec3 out : directions())
+      if (const auto place = from_outside(surfaces, device, out))
+        if (surfaces.met_squarely(place->surface_m, out) >= squarely) return place;
   return from_inside(surfaces, device);
 }
 

@@ -142,7 +142,7 @@ Command add_view(CLI::App& program) {
   app->add_flag("--quiet", command->quiet, "Print errors only");
   return {app,
           [command, frame] { return run(*command, *frame); },
-          {"input", "--fields", "--segments"},
+          {"input", "--fields", "--folder", "--segments"},
           {"--picture", "--headless"},
           {}};
 }

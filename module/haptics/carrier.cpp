@@ -313,8 +313,10 @@ class MaterialCarrier final : public Carrier {
   }
 
  private:
+  /// Told from one frame, a motion is large and steep, and still has an inverse wherever it does
+  /// not fold.
   void look_for_roughness() noexcept {
-    if (map_.worst_contraction() < 1.0F) return;
+    if (map_.worst_determinant() > 0.0F) return;
     report_.rough |= squared(motion_.jacobian) >= kRough * kRough;
   }
 

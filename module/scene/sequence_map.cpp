@@ -77,6 +77,7 @@ std::shared_ptr<const SequenceMap> SequenceMap::of(const SequenceMotion& motion,
       map->worst_determinant_ = std::min(map->worst_determinant_, now->worst_determinant());
       map->folded_cells_ = std::max(map->folded_cells_, now->folded_cells());
       map->largest_u_m_ = std::max(map->largest_u_m_, now->largest_u_m());
+      map->moving_share_ = std::max(map->moving_share_, now->moving_share());
     }
   return map;
 }

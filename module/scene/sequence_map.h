@@ -33,6 +33,8 @@ class SequenceMap {
   float worst_determinant() const { return worst_determinant_; }
   size_t folded_cells() const { return folded_cells_; }  ///< most at one of these times
   double largest_u_m() const { return largest_u_m_; }
+  /// Share of the samples that move by more than a hundredth of a cell at one of these times.
+  double moving_share() const { return moving_share_; }
   size_t bytes() const { return samples_.size() * sizeof(float); }
   /// Edge of a cell along its shortest axis, m.
   double cell_m() const { return cell_m_; }
@@ -49,7 +51,7 @@ class SequenceMap {
   std::vector<float> samples_;
   float worst_contraction_ = 0, worst_determinant_ = 1;
   size_t folded_cells_ = 0;
-  double largest_u_m_ = 0, cell_m_ = 0;
+  double largest_u_m_ = 0, cell_m_ = 0, moving_share_ = 0;
 };
 
 }  // namespace palpate
