@@ -64,22 +64,22 @@ class Surfaces {
     return hold;
   }
 
-  /// How squarely a surface is met at a place on the way against `out`, 0 to 1: the cosine between
-  /// it and the way out of the nearest segment. 1 for surfaces of values, whose noise says little.
-  double met_squarely(glm::dvec3 device_m, glm::dvec3 out) const {
+  /// The way out of the nearest segment's wall at a place of the device. None without segments:
+  /// noise tilts the gradient of values.
+  std::optional<glm::dvec3> way_out(glm::dvec3 device_m) const {
     const glm::dvec3 world = world_from_device_.world_from_volume(device_m);
-    double cosine = 1.0, nearest_mm = std::numeric_limits<double>::infinity();
+    std::optional<glm::dvec3> out;
+    double nearest_mm = std::numeric_limits<double>::infinity();
     for (const Surface& surface : all_) {
       if (surface.read == surface.frame) continue;
-      const ScalarSample here =
-          surface.read->scalar_and_gradient(surface.volume->transform.volume_from_world(world));
-      const glm::dvec3 inward =
-          surface.volume->transform.rotation * (here.gradient / surface.volume->transform.scale);
+      const Transform& place = surface.volume->transform;
+      const ScalarSample here = surface.read->scalar_and_gradient(place.volume_from_world(world));
+      const glm::dvec3 inward = place.rotation * (here.gradient / place.scale);
       if (std::abs(here.value) >= nearest_mm || !(glm::length(inward) > 0.0)) continue;
       nearest_mm = std::abs(here.value);
-      cosine = -glm::dot(glm::normalize(inward), world_from_device_.rotation * out);
+      out = glm::conjugate(world_from_device_.rotation) * -glm::normalize(inward);
     }
-    return cosine;
+    return out;
   }
 
  private:
@@ -178,11 +178,18 @@ std::optional<devices::PathPlace> from_inside(const Surfaces& surfaces, const De
 
 std::optional<devices::PathPlace> place_to_touch(const FeltScene& scene, const DeviceInfo& device) {
   const Surfaces surfaces(scene);
-  // A wall that is met at a slant is slid along, not pressed: first those that are not.
-  for (const double squarely : {kSquarely, -1.0})
-    for (const glm::dvec3 out : directions())
-      if (const auto place = from_outside(surfaces, device, out))
-        if (surfaces.met_squarely(place->surface_m, out) >= squarely) return place;
+  // A segment's wall that is met at a slant is slid along, not pressed: those are not looked for
+  // first, and the others are pressed along their normal.
+  for (const bool squarely : {true, false})
+    for (const glm::dvec3 out : directions()) {
+      auto place = from_outside(surfaces, device, out);
+      if (!place) continue;
+      const auto normal = surfaces.way_out(place->surface_m);
+      if (!normal) return place;
+      const bool is_square = glm::dot(*normal, out) >= kSquarely;
+      if (is_square) place->outward = *normal;
+      if (is_square || !squarely) return place;
+    }
   return from_inside(surfaces, device);
 }
 
