@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <numeric>
 #include <string>
 
@@ -16,6 +17,13 @@ constexpr double kEdgeShare = 0.05;
 constexpr size_t kMostEdgePoints = 40'000;
 /// A vote is never worth nothing: where no frame knows anything, neighbours still agree.
 constexpr float kLeastWeight = 0.05F;
+/// A step from the last frame to the first that is so many times the largest other one does not
+/// close a cycle: a movement to one side in N even steps would need N - 1 of them.
+constexpr double kLargestClosingStep = 3.0;
+/// A cycle whose last frame is the first once more ends this share of a step after it: times must
+/// lie within the cycle.
+constexpr double kRepeatedEnd = 1e-3;
+constexpr TimeWeights kHalfOfEach{2, {0, 1}, {0.5F, 0.5F}};
 
 /// Calls work(n, lps_mm) for every sample of a grid, on all cores.
 template <class Work>
@@ -126,22 +134,68 @@ class Steadiness {
   std::vector<glm::dvec3> points_mm_;
 };
 
+/// Mean length of a field where it is known, mm.
+double step_mm(const Field& field, const Confidence& confidence) {
+  double sum = 0.0, all = 0.0;
+  for (size_t n = 0; n < field.u_mm.size(); ++n) {
+    const double w = confidence.values.empty() ? 1.0 : double(confidence.values[n]);
+    sum += w * double(glm::length(field.u_mm[n]));
+    all += w;
+  }
+  return all > 0.0 ? sum / all : 0.0;
+}
+
+std::string equal_frames(size_t a, size_t b) {
+  return "Frames " + std::to_string(a) + " and " + std::to_string(b) +
+         " are equal: nothing moves between them.";
+}
+
+/// The worst variance of the fit at any time of the cycle, in units of a frame's: above 1 a gap
+/// between frames is bridged by a guess.
+double worst_leverage(const TimeBasis& basis) {
+  const size_t terms = basis.terms(), columns = terms;
+  std::vector<double> square(terms * terms, 0.0), inverse(terms * terms, 0.0);
+  for (const double time_s : basis.times_s) {
+    const TimeWeights w = basis.at(time_s);
+    for (size_t r = 0; r < terms; ++r)
+      for (size_t c = 0; c < terms; ++c)
+        square[r * terms + c] += double(w.weight[r]) * double(w.weight[c]);
+  }
+  for (size_t r = 0; r < terms; ++r) inverse[r * terms + r] = 1.0;
+  solve_in_place(std::move(square), inverse, terms, columns);
+  double worst = 0.0;
+  const int phases = 8 * int(basis.times_s.size());
+  for (int p = 0; p < phases; ++p) {
+    const TimeWeights w = basis.at(basis.cycle_s * p / phases);
+    double variance = 0.0;
+    for (size_t r = 0; r < terms; ++r)
+      for (size_t c = 0; c < terms; ++c)
+        variance += double(w.weight[r]) * inverse[r * terms + c] * double(w.weight[c]);
+    // Singular: too few different times.
+    worst = std::isfinite(variance) && variance >= 0.0 ? std::max(worst, variance) : 1e300;
+  }
+  return worst;
+}
+
 /// Brings a cyclic motion that is known at its frames to as few harmonics as keep the values at
 /// material points steady; leaves it as it is where none do.
 Status choose_harmonics(SequenceMotion& motion, const Volume& reference, const FrameReader& read,
-                        double steadiness) {
+                        double steadiness, SequenceReport& report) {
   std::vector<TimeBasis> bases = {motion.basis};
   std::vector<std::vector<Field>> fields = {motion.terms};
   const int most = std::min(TimeBasis::kMostHarmonics, (int(motion.frames()) - 2) / 2);
   for (int h = 1; h <= most; ++h) {
-    bases.push_back(motion.basis);
-    bases.back().harmonics = h;
+    TimeBasis basis = motion.basis;
+    basis.harmonics = h;
+    if (worst_leverage(basis) > 1.0) break;
+    bases.push_back(basis);
     fields.push_back(smoothed(motion.terms, bases.back()));
   }
   const Steadiness of_values(reference);
   if (!of_values.has_points()) return Nothing{};
   const auto unsteady = of_values.of(fields, read);
   if (!unsteady) return unsteady.error();
+  report.unsteadiness = *unsteady;
   for (size_t c = 1; c < bases.size(); ++c) {
     if ((*unsteady)[c] > (1.0 + steadiness) * (*unsteady)[0]) continue;
     motion.terms = harmonics_of(fields[0], bases[c]);
@@ -152,11 +206,6 @@ Status choose_harmonics(SequenceMotion& motion, const Volume& reference, const F
 }
 
 }  // namespace
-
-double cycle_of(std::span<const double> times_s) {
-  const double frames = double(times_s.size());
-  return (times_s.back() - times_s.front()) * frames / (frames - 1.0);
-}
 
 size_t frame_nearest_the_mean(std::span<const Field> consecutive) {
   const Grid& grid = consecutive.front().grid;
@@ -267,11 +316,12 @@ Result<SequenceMotion> estimate_sequence_motion(const std::shared_ptr<vulkan::Co
                                                 const SequenceMotionOptions& options,
                                                 const SequenceEstimator::OnMotion& on_pair,
                                                 const OnSequenceProgress& progress,
-                                                std::stop_token stop) {
+                                                std::stop_token stop, SequenceReport* report) {
   const size_t frames = times_s.size();
   if (frames < 2) return Error{ErrorKind::kBadInput, "A sequence needs two frames or more"};
-  const bool cyclic = options.estimator.cyclic;
+  bool cyclic = options.estimator.cyclic;
   const size_t steps = frames - (cyclic ? 0 : 1), pairs = steps + frames - 1;
+  SequenceReport met;
   size_t done = 0;
   const auto say = [&](const std::string& doing, double share) {
     if (progress) progress(doing, (double(done) + share) / double(pairs));
@@ -279,10 +329,13 @@ Result<SequenceMotion> estimate_sequence_motion(const std::shared_ptr<vulkan::Co
 
   // Pairs of consecutive frames.
   std::vector<Field> consecutive(steps);
+  std::vector<double> steps_mm(steps);
+  bool repeats_first = false;
   Result<std::unique_ptr<SequenceEstimator>> estimator = SequenceEstimator::open(
       context, grid, options.estimator,
       [&](PairMotion pair) {
         consecutive[pair.fixed_frame] = pair.field;
+        steps_mm[pair.fixed_frame] = step_mm(pair.field, pair.confidence);
         ++done;
         if (on_pair) on_pair(std::move(pair));
       },
@@ -293,9 +346,15 @@ Result<SequenceMotion> estimate_sequence_motion(const std::shared_ptr<vulkan::Co
   {
     const std::stop_callback on_stop(stop, [&] { (*estimator)->cancel(); });
     Status pushed = Nothing{};
+    std::vector<float> first, before;
     for (size_t k = 0; k < frames && pushed && !stop.stop_requested(); ++k) {
-      const auto frame = read(k);
+      auto frame = read(k);
       pushed = frame ? (*estimator)->push(k, *frame) : Status(frame.error());
+      if (!frame) break;
+      if (k > 0 && frame->values == before) met.notes.push_back(equal_frames(k - 1, k));
+      repeats_first = k > 1 && k + 1 == frames && frame->values == first;
+      if (k == 0) first = frame->values;
+      before = std::move(frame->values);
     }
     if (!pushed) (*estimator)->cancel();
     const Status finished = (*estimator)->finish();
@@ -304,15 +363,36 @@ Result<SequenceMotion> estimate_sequence_motion(const std::shared_ptr<vulkan::Co
   }
   estimator->reset();
 
-  // From the frame nearest the mean to all others: no field has further to go than it must.
+  // Is it a cycle, and where does it end?
+  if (cyclic && frames > 2) {
+    const double largest_mm = *std::max_element(steps_mm.begin(), steps_mm.end() - 1);
+    if (steps_mm.back() > kLargestClosingStep * largest_mm) {
+      cyclic = false;
+      consecutive.pop_back();
+      char text[300];
+      std::snprintf(text, sizeof(text),
+                    "The last frame does not lead back to the first (%.2g mm on average, other "
+                    "steps %.2g mm at most): the sequence is not taken for a cycle.",
+                    steps_mm.back(), largest_mm);
+      met.notes.emplace_back(text);
+    }
+  }
   SequenceMotion motion;
-  motion.reference = frame_nearest_the_mean(std::span(consecutive).first(frames - 1));
   for (const double time_s : times_s) motion.basis.times_s.push_back(time_s - times_s.front());
-  motion.basis.cycle_s = cyclic ? cycle_of(times_s) : 0.0;
+  if (cyclic) motion.basis.cycle_s = cycle_of(times_s);
+  if (cyclic && repeats_first) {
+    const double end_s = motion.basis.times_s.back();
+    motion.basis.cycle_s = end_s + kRepeatedEnd * (motion.basis.cycle_s - end_s);
+    met.notes.emplace_back(
+        "The last frame is the first once more: the cycle lasts from the one to the other.");
+  }
+
+  // From the frame nearest the mean to all others: no field has further to go than it must.
+  motion.reference = frame_nearest_the_mean(std::span(consecutive).first(frames - 1));
   const auto reference = read(motion.reference);
   if (!reference) return reference.error();
   std::vector<Field> direct(frames);
-  std::vector<Confidence> confidence(frames);
+  met.confidence.resize(frames);
   for (size_t k = 0; k < frames; ++k) {
     if (k == motion.reference) continue;
     const auto moving = read(k);
@@ -324,23 +404,26 @@ Result<SequenceMotion> estimate_sequence_motion(const std::shared_ptr<vulkan::Co
     });
     if (!pair) return pair.error();
     direct[k] = std::move(pair->field);
-    confidence[k] = std::move(pair->confidence);
+    met.confidence[k] = std::move(pair->confidence);
     ++done;
   }
   const Grid& solved = consecutive.front().grid;
   direct[motion.reference] = still_field(solved);
-  confidence[motion.reference] = {solved, std::vector<float>(solved.count(), 1.0F)};
+  met.confidence[motion.reference] = {solved, std::vector<float>(solved.count(), 1.0F)};
 
   // What neighbours say, too.
   std::vector<Field> backward;
   for (const Field& field : consecutive) backward.push_back(inverse_of(field, field.grid).w);
   for (int sweep = 0; sweep < options.sweeps; ++sweep)
-    direct = with_neighbours(direct, consecutive, backward, confidence);
+    direct = with_neighbours(direct, consecutive, backward, met.confidence);
+  if (cyclic && repeats_first)
+    direct.front() = direct.back() = combined({direct.front(), direct.back()}, kHalfOfEach);
   motion.terms = std::move(direct);
   if (cyclic) {
-    const Status chosen = choose_harmonics(motion, *reference, read, options.steadiness);
+    const Status chosen = choose_harmonics(motion, *reference, read, options.steadiness, met);
     if (!chosen) return chosen.error();
   }
+  if (report) *report = std::move(met);
   return told_from_reference(motion);
 }
 

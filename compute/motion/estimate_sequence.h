@@ -4,6 +4,7 @@
 #include <memory>
 #include <span>
 #include <stop_token>
+#include <string>
 #include <vector>
 
 #include "compute/motion/estimator.h"
@@ -13,10 +14,6 @@
 #include "compute/volume/volume.h"
 
 namespace palpate {
-
-/// The cycle's length that frame times leave open: the last frame leads back to the first after the
-/// mean step. Needs two times or more.
-double cycle_of(std::span<const double> times_s);
 
 /// The frame whose material is nearest to the mean of all: of all frames r that one with the least
 /// sum over k of mean_X |phi_k(X) - phi_r(X)|, phi_k composed from the fields of consecutive
@@ -59,20 +56,31 @@ struct SequenceMotionOptions {
   double steadiness = 0.01;
 };
 
+/// What was met on the way, beside the motion itself.
+struct SequenceReport {
+  /// How far to trust the field from the reference to each frame.
+  std::vector<Confidence> confidence;
+  /// How unsteady the values at material points are: without harmonics, then with 1, 2, ...; empty
+  /// where that was not asked.
+  std::vector<double> unsteadiness;
+  /// For a person, a sentence each: equal frames, a cycle that does not close.
+  std::vector<std::string> notes;
+};
+
 /// What is done and the share of all, 0 to 1.
 using OnSequenceProgress = std::function<void(const std::string& doing, double share)>;
 
 /// Estimates the motion of a sequence: pairs of consecutive frames, the reference frame from them,
 /// pairs from the reference to all others, sweeps of neighbour consensus, and harmonics for cyclic
-/// data. 2 N - 1 pairs for a cycle of N frames. `on_pair` (may be empty) hears each consecutive
-/// pair as soon as it is known. Errors: of the reader and the estimator, kCancelled, kBadInput for
+/// data. 2 N - 1 pairs for a cycle of N frames. A cycle is closed only if the last frame does lead
+/// back to the first; if the last is the first once more, the cycle ends there. `on_pair` (may be
+/// empty) hears each consecutive pair as soon as it is known; `report` (may be null) is filled.
+/// Errors: of the reader and the estimator, kCancelled, kBadInput for
 /// fewer than two frames.
-Result<SequenceMotion> estimate_sequence_motion(const std::shared_ptr<vulkan::Context>& context,
-                                                const Grid& grid, std::span<const double> times_s,
-                                                const FrameReader& read,
-                                                const SequenceMotionOptions& options,
-                                                const SequenceEstimator::OnMotion& on_pair = {},
-                                                const OnSequenceProgress& progress = {},
-                                                std::stop_token stop = {});
+Result<SequenceMotion> estimate_sequence_motion(
+    const std::shared_ptr<vulkan::Context>& context, const Grid& grid,
+    std::span<const double> times_s, const FrameReader& read, const SequenceMotionOptions& options,
+    const SequenceEstimator::OnMotion& on_pair = {}, const OnSequenceProgress& progress = {},
+    std::stop_token stop = {}, SequenceReport* report = nullptr);
 
 }  // namespace palpate

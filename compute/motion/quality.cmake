@@ -5,6 +5,7 @@ add_library(palpate_quality
   ${CMAKE_CURRENT_LIST_DIR}/quality_folds.cpp
   ${CMAKE_CURRENT_LIST_DIR}/quality_inverse.cpp
   ${CMAKE_CURRENT_LIST_DIR}/quality_match.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/sequence_quality.cpp
   ${CMAKE_CURRENT_LIST_DIR}/verdict.cpp)
 target_link_libraries(palpate_quality PUBLIC palpate_volume PRIVATE $<BUILD_INTERFACE:palpate_flags>)
 # The determinants of a row are written for vector instructions; -O2 alone leaves them scalar.

@@ -174,6 +174,32 @@ Verdict judged(const Evidence& evidence, const Limits& limits) {
   return bench.verdict();
 }
 
+Verdict judged(const SequenceEvidence& evidence, const Limits& limits) {
+  struct Part {
+    Verdict verdict;
+    std::string where;
+  };
+  std::vector<Part> parts;
+  for (size_t k = 0; k < evidence.frames.size(); ++k) {
+    const FrameEvidence& frame = evidence.frames[k];
+    if (k != evidence.reference)
+      parts.push_back({judged(frame.evidence, limits), "Frame " + std::to_string(k)});
+    Bench between;
+    judge_folds(frame.between, limits, between);
+    parts.push_back({between.verdict(), "After frame " + std::to_string(k)});
+  }
+  if (evidence.drift) {
+    Bench bench;
+    judge_distances({.drift = evidence.drift}, limits, bench);
+    parts.push_back({bench.verdict(), "Cycle"});
+  }
+  std::stable_sort(parts.begin(), parts.end(),
+                   [](const Part& a, const Part& b) { return a.verdict.trust > b.verdict.trust; });
+  Verdict whole;
+  for (const Part& part : parts) add(whole, part.verdict, part.where);
+  return whole;
+}
+
 Result<Evidence> examined(const Volume& fixed, const Volume& moving, const Field& u,
                           const Field* backward, const Confidence* confidence, const Mask* mask,
                           Mask* structure) {

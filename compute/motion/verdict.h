@@ -105,6 +105,26 @@ Result<Evidence> examined(const Volume& fixed, const Volume& moving, const Field
                           const Field* backward = nullptr, const Confidence* confidence = nullptr,
                           const Mask* mask = nullptr, Mask* structure = nullptr);
 
+/// What was measured of one motion for a whole sequence at one of its frames.
+struct FrameEvidence {
+  Spread motion_mm;   ///< how far the reference's material is from where it was
+  Evidence evidence;  ///< u(reference -> frame), with the two frames where they are known
+  Folds between;      ///< of u in the middle of the step to the next frame; empty after the last
+  /// Of the material, rms of u_{k+1} - 2 u_k + u_{k-1}, mm per step^2; 0 at the ends of what is not
+  /// cyclic. Only meant for even times.
+  double acceleration_mm = 0.0;
+};
+
+struct SequenceEvidence {
+  size_t reference = 0;
+  std::vector<FrameEvidence> frames;
+  std::optional<Distances> drift;  ///< of the fields from frame to frame that follow from it
+};
+
+/// As bad as its worst frame, which is named first; drift and folds between frames count, too. The
+/// reference's own field says nothing and is left out. The limits are those of pairs.
+Verdict judged(const SequenceEvidence& evidence, const Limits& limits = {});
+
 /// Adds a verdict to that of a larger whole, which is as bad as its worst part. `where` starts each
 /// of its reasons, for example "Frames 3 to 4"; of what passed nothing is taken over.
 void add(Verdict& whole, const Verdict& part, const std::string& where);

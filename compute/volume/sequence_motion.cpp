@@ -45,6 +45,14 @@ TimeWeights TimeBasis::at(int frame, double phase) const noexcept {
   return weights;
 }
 
+double cycle_of(std::span<const double> times_s) {
+  std::vector<double> steps;
+  for (size_t k = 1; k < times_s.size(); ++k) steps.push_back(times_s[k] - times_s[k - 1]);
+  const auto middle = steps.begin() + ptrdiff_t((steps.size() - 1) / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  return times_s.back() - times_s.front() + *middle;
+}
+
 Field combined(const std::vector<Field>& fields, const TimeWeights& weights) {
   Field sum = still_field(fields.front().grid);
   for (int n = 0; n < weights.count; ++n) {

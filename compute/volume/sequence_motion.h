@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "compute/volume/field.h"
@@ -52,6 +53,10 @@ struct SequenceMotion {
   /// u at frame k.
   Field at_frame(size_t k) const { return at(basis.times_s[k]); }
 };
+
+/// The cycle's length that frame times leave open: the last frame leads back to the first after the
+/// median step, which a missing frame does not change. Needs two times or more.
+double cycle_of(std::span<const double> times_s);
 
 /// sum_n weights[n] fields[n]; at least one field, all on one grid.
 Field combined(const std::vector<Field>& fields, const TimeWeights& weights);

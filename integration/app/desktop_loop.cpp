@@ -165,7 +165,7 @@ std::string DesktopLoop::phase_line() const {
     if (volume.is_still()) continue;
     const FramePointer at = pointer_at(volume.times, seen_->moment.volumes[size_t(v)].time_s);
     const bool moves = seen_->moment.volumes[size_t(v)].rate != 0.0;
-    return fmt::format("frame {:.1f} of {}{}", at.frame + at.phase, volume.frames.size(),
+    return fmt::format("frame {:.1f} of {}{}", at.frame + at.phase, volume.times.times_s.size(),
                        moves ? "" : ", paused");
   }
   return {};

@@ -80,9 +80,10 @@ void add_sequence(CLI::App& app, FeelCommand& command) {
       ->check(number_in(files::kFrameRates));
   app.add_option(
          "--fields", command.sequence.fields,
-         "Folder with the fields of 'palpate motion'; else they are estimated while it is felt")
-      ->type_name("DIR")
-      ->check(an_existing_folder());
+         "What 'palpate motion' wrote, its folder or its sequence_motion.nrrd; else the motion is "
+         "estimated while it is felt")
+      ->type_name("PATH")
+      ->check(an_existing_path());
   app.add_option("--preset", command.preset, "Effort of the estimation, as in 'palpate motion'")
       ->check(one_of_the_presets())
       ->capture_default_str();

@@ -69,13 +69,18 @@ void announce(const FeelCommand& command, const FeltScene& scene, const OpenedDe
               Console& console) {
   for (size_t v = 0; v < scene.data.size(); ++v) {
     const MovingVolume& volume = *scene.data[v];
-    const size_t frames = volume.frames.size();
+    const size_t frames = volume.times.times_s.size();
     console.say(fmt::format(
         "Volume    {}: {}", volume.name,
-        frames == 1
+        volume.whole
+            ? fmt::format("{} frames in {:.3g} s, with one motion for all of them: frame {} is "
+                          "carried",
+                          volume.times.times_s.size(), volume.times.length_s(),
+                          volume.whole->reference())
+        : frames == 1
             ? "one frame, which stands still"
             : fmt::format("{} frames in {:.3g} s{}", frames, volume.times.length_s(),
-                          volume.motions.empty()
+                          volume.motions.empty() && !volume.whole
                               ? command.no_motion
                                     ? ", frame by frame"
                                     : ", still at first: its motion is estimated while you feel it"

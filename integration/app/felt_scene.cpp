@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
@@ -13,8 +12,10 @@
 #include "integration/files/read_volume.h"
 #include "integration/files/scene_file.h"
 #include "integration/files/sentences.h"
+#include "integration/files/sequence_motion_file.h"
 #include "module/scene/built_in.h"
 #include "module/scene/make_volume.h"
+#include "module/scene/wall_value.h"
 
 namespace palpate::app {
 namespace {
@@ -46,6 +47,62 @@ Result<std::vector<fs::path>> files_of(const std::vector<fs::path>& paths, const
   return files;
 }
 
+/// What the surface to feel is found from: a copy of the first frame (lengths of vectors), and the
+/// range of the values in all of them.
+struct Samples {
+  Volume first;
+  float low = std::numeric_limits<float>::infinity();
+  float high = -std::numeric_limits<float>::infinity();
+
+  void add(const Volume& frame) {
+    if (frame.values.empty()) return;
+    const auto [least, most] = std::minmax_element(frame.values.begin(), frame.values.end());
+    low = std::min(low, *least);
+    high = std::max(high, *most);
+    if (first.values.empty()) first = frame;
+  }
+};
+
+/// The one motion for all times that a path names: the file itself, or that of a folder which
+/// palpate motion filled. Empty if there is none.
+fs::path whole_motion_of(const VolumeSpec& spec) {
+  for (const MotionSpec& motion : spec.motions)
+    for (const fs::path& path : motion.fields) {
+      std::error_code error;
+      const fs::path file =
+          fs::is_directory(path, error) ? path / files::kSequenceMotionName : path;
+      if (files::holds_sequence_motion(file)) return file;
+    }
+  return {};
+}
+
+/// Only the reference frame is read and kept: the motion carries it to all times.
+Status read_whole(const fs::path& file, const VolumeSpec& spec, VolumeData& data, Samples& samples,
+                  const OnDoing& doing, std::vector<std::string>& notes) {
+  if (spec.motions.size() > 1 || spec.motions.front().fields.size() > 1)
+    return files::bad_input(file,
+                            "is one motion for all of a volume and all times: name no other beside "
+                            "it");
+  auto motion = files::read_sequence_motion(file);
+  if (!motion) return motion.error();
+  auto reader = files::SequenceReader::open(spec.files);
+  if (!reader) return reader.error();
+  if (reader->frame_count() != motion->frames())
+    return files::bad_input(file,
+                            "is the motion of {} frames, but '{}' holds {}: name the motion "
+                            "of this sequence",
+                            motion->frames(), reader->name(), reader->frame_count());
+  notes.insert(notes.end(), reader->notes().begin(), reader->notes().end());
+  if (doing)
+    doing(fmt::format("reading frame {} of {}", motion->reference + 1, reader->frame_count()));
+  auto frame = reader->frame(motion->reference);
+  if (!frame) return frame.error();
+  samples.add(*frame);
+  data.frames.frames.push_back(std::move(*frame));
+  data.whole = std::move(*motion);
+  return Nothing{};
+}
+
 Result<MotionData> read_motion(const MotionSpec& spec) {
   MotionData motion;
   const auto fields = files_of(spec.fields, "motion_");
@@ -64,22 +121,6 @@ Result<MotionData> read_motion(const MotionSpec& spec) {
   }
   return motion;
 }
-
-/// What the surface to feel is found from: a copy of the first frame (lengths of vectors), and the
-/// range of the values in all of them.
-struct Samples {
-  Volume first;
-  float low = std::numeric_limits<float>::infinity();
-  float high = -std::numeric_limits<float>::infinity();
-
-  void add(const Volume& frame) {
-    if (frame.values.empty()) return;
-    const auto [least, most] = std::minmax_element(frame.values.begin(), frame.values.end());
-    low = std::min(low, *least);
-    high = std::max(high, *most);
-    if (first.values.empty()) first = frame;
-  }
-};
 
 /// All frames of files, a single one included.
 Result<Sequence> read_frames(const std::vector<fs::path>& inputs, Samples& samples,
@@ -122,13 +163,22 @@ Result<MovingVolume> read_volume_of(const VolumeSpec& spec, Samples& samples, co
                               "holds only vectors of length 0: there is nothing to feel");
     data.vectors = std::move(*vectors);
   } else {
-    auto frames = read_frames(spec.files, samples, doing, notes);
-    if (!frames) return frames.error();
+    if (const fs::path whole = whole_motion_of(spec); !whole.empty()) {
+      const Status read = read_whole(whole, spec, data, samples, doing, notes);
+      if (!read) return read.error();
+    } else {
+      auto frames = read_frames(spec.files, samples, doing, notes);
+      if (!frames) return frames.error();
+      data.frames = std::move(*frames);
+    }
     if (!(samples.high > samples.low))
       return files::bad_input(spec.files.front(),
                               "holds the value {} everywhere: there is nothing to feel",
                               samples.low);
-    data.frames = std::move(*frames);
+  }
+  if (data.whole) {
+    if (doing) doing("preparing " + spec.name);
+    return build(spec, std::move(data));
   }
   for (const MotionSpec& motion : spec.motions) {
     auto read = read_motion(motion);
@@ -146,7 +196,8 @@ void add(FeltScene& scene, size_t v, MovingVolume volume) {
   spec.centred = false;
   // Motion is found in scalars only; a flow whose motion nobody gave changes where it stands.
   const bool vectors = volume.frames.front()->is_vector();
-  if (!volume.is_still() && volume.motions.empty() && spec.source.empty() && !vectors)
+  if (!volume.is_still() && volume.motions.empty() && !volume.whole && spec.source.empty() &&
+      !vectors)
     scene.missing.push_back({v, [files = spec.files] { return open_sequence(files); }});
   scene.data.push_back(std::make_shared<const MovingVolume>(std::move(volume)));
 }
@@ -166,7 +217,7 @@ Result<FeltScene> of_spec(std::string name, SceneSpec spec, const OnDoing& doing
 
 Result<ModeSpec> surface_of(const fs::path& file, const Samples& samples,
                             const SequenceChoices& choices, std::vector<std::string>& notes) {
-  const Surface found = surface_between_groups(samples.first);
+  const WallValue found = value_between_groups(samples.first);
   const double level = choices.level.value_or(found.level);
   if (!(level >= samples.low && level <= samples.high))
     return files::bad_input(
@@ -265,35 +316,6 @@ void forget_motion(FeltScene& scene) {
          }});
     scene.data[v] = std::make_shared<const MovingVolume>(std::move(volume));
   }
-}
-
-Surface surface_between_groups(const Volume& frame) {
-  const auto [low, high] = std::minmax_element(frame.values.begin(), frame.values.end());
-  if (low == frame.values.end() || !(*high > *low))
-    return {frame.values.empty() ? 0.0 : double(*low), 0.0};
-  constexpr int kBins = 512;
-  std::array<double, kBins> bins{};
-  const double first = *low, width = (double(*high) - first) / kBins;
-  for (const float value : frame.values)
-    bins[size_t(std::clamp(int((value - first) / width), 0, kBins - 1))] += 1.0;
-  double all = 0.0, sum = 0.0;
-  for (int b = 0; b < kBins; ++b) all += bins[size_t(b)], sum += bins[size_t(b)] * b;
-  double below = 0.0, sum_below = 0.0, best = -1.0;
-  Surface surface;
-  for (int b = 0; b + 1 < kBins; ++b) {
-    below += bins[size_t(b)];
-    sum_below += bins[size_t(b)] * b;
-    if (below == 0.0 || below == all) continue;
-    const double mean_below = sum_below / below;
-    const double mean_above = (sum - sum_below) / (all - below);
-    const double between =
-        below * (all - below) * (mean_above - mean_below) * (mean_above - mean_below);
-    if (between <= best) continue;
-    best = between;
-    surface.level = first + width * 0.5 * (mean_below + mean_above + 1.0);
-    surface.width = 0.25 * width * (mean_above - mean_below);
-  }
-  return surface;
 }
 
 Result<FeltScene> load_felt_scene(const std::vector<fs::path>& inputs,

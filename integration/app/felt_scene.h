@@ -22,7 +22,7 @@ struct SequenceChoices {
   double strength_n = 4.0;
   double friction = 0.2;
   double frames_per_second = 0.0;  ///< 0: as the file says
-  std::filesystem::path fields;    ///< folder with fields of palpate motion; empty: none
+  std::filesystem::path fields;    ///< of palpate motion: its folder, or its one file; empty: none
   bool cyclic = true;
 };
 
@@ -59,14 +59,6 @@ Result<FeltScene> load_seen_scene(const std::vector<std::filesystem::path>& inpu
 
 /// Forgets the known motion of made data, so that it has to be found as a patient's would.
 void forget_motion(FeltScene& scene);
-
-/// The value that parts a frame best into two groups (Otsu 1979), and how soft the edge between
-/// them is taken: a quarter of the distance of their means. For data with one value only, that.
-struct Surface {
-  double level = 0.0;
-  double width = 0.0;
-};
-Surface surface_between_groups(const Volume& frame);
 
 /// Shrinks a sequence's volume so that its longest edge fits the device's reach; a smaller one
 /// stays as it is. Returns the scale.

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <chrono>
 #include <filesystem>
 
 #include "integration/app/cancel.h"
@@ -10,10 +11,13 @@
 #include "integration/app/frames.h"
 #include "integration/app/option_checks.h"
 #include "integration/app/overwrite.h"
+#include "integration/app/sequence_output.h"
 #include "integration/app/session.h"
 #include "integration/app/summary.h"
 #include "integration/files/atomic_file.h"
+#include "integration/files/frame_times.h"
 #include "integration/files/sentences.h"
+#include "integration/files/sequence_motion_file.h"
 #include "integration/files/write_volume.h"
 #include "integration/studies/quantity.h"
 
@@ -27,6 +31,7 @@ constexpr const char* kSummaryName = "summary.json";
 struct MotionCommand {
   std::vector<fs::path> inputs;
   fs::path output;
+  std::string model;  ///< sequence or pairwise; empty: sequence from three frames on
   std::string preset = "balanced";
   std::string within, most_error;  ///< a deadline or an error to choose the setting by, instead
   std::string format = "mha";
@@ -48,6 +53,10 @@ struct MotionCommand {
   bool is_pair() const {
     std::error_code error;
     return inputs.size() == 2 && !fs::is_directory(output, error) && output.has_extension();
+  }
+  /// One motion for all frames, or fields of consecutive frames alone.
+  bool is_whole(size_t frames) const {
+    return !is_pair() && (model.empty() ? frames > 2 : model == "sequence");
   }
 };
 
@@ -118,6 +127,11 @@ Status check_output_name(const MotionCommand& command) {
                              "names one file, but a cycle of two frames gives two fields: name a "
                              "folder");
   }
+  if (command.is_pair() && command.model == "sequence") {
+    return files::bad_output(command.output,
+                             "names one file, but the motion of a sequence is several: name a "
+                             "folder");
+  }
   if (command.is_pair()) return files::check_can_write_image(command.output);
   if (has_image_ending(command.output)) {
     return files::bad_output(command.output,
@@ -150,22 +164,35 @@ Status check_names(const MotionCommand& command, size_t frame_count) {
       if (!name.empty()) outputs.push_back(folder / name);
   }
   if (!command.is_pair()) outputs.push_back(folder / kSummaryName);
+  const fs::path whole = folder / files::kSequenceMotionName;
+  if (command.is_whole(frame_count)) {
+    outputs.push_back(whole);
+    for (size_t k = 0; k < frame_count; ++k)
+      outputs.push_back(folder / reference_field_name(command.format, k, frame_count));
+  } else if (!command.is_pair() && fs::exists(whole, error)) {
+    // Who reads the folder would take that for the motion of these frames.
+    return files::bad_output(whole,
+                             "is the motion of a whole sequence, which these fields would lie "
+                             "beside: name another folder, or remove it");
+  }
   return check_overwrites(inputs, outputs);
 }
 
 double bytes_to_write(const MotionCommand& command, const Frames& frames) {
-  const double fields = double(frames.count - (command.cyclic ? 0 : 1));
+  const double fields = double(frames.count - (command.cyclic ? 0 : 1)) +
+                        (command.is_whole(frames.count) ? 2.0 * double(frames.count) : 0.0);
   const double per_voxel = 12.0 + (command.inverse ? 12.0 : 0.0) + (command.confidence ? 4.0 : 0.0);
   // A cell of the solved grid is two voxels wide or more.
   return fields * per_voxel * double(frames.grid.count()) / (command.coarse ? 8.0 : 1.0);
 }
 
+/// What a summary says of every run.
 nlohmann::json summary_of(const MotionCommand& command, const std::string& preset,
-                          const Frames& frames, const vulkan::Context& context,
-                          const Delivery& delivery) {
+                          const Frames& frames, const vulkan::Context& context) {
   nlohmann::json summary = {{"program", "palpate " PALPATE_VERSION},
                             {"input", frames.name},
                             {"preset", preset},
+                            {"model", command.is_whole(frames.count) ? "sequence" : "pairwise"},
                             {"cyclic", command.cyclic},
                             {"device", context.info().name},
                             {"peak_device_memory_bytes", context.memory_peak_bytes()},
@@ -173,10 +200,17 @@ nlohmann::json summary_of(const MotionCommand& command, const std::string& prese
                             {"grid", json_of(frames.grid)},
                             {"convention",
                              "displacement fields in mm, LPS: the material at x of the fixed frame "
-                             "is at x + u(x) in the moving frame"},
-                            {"pairs", delivery.pairs()}};
+                             "is at x + u(x) in the moving frame"}};
   if (!frames.times_s.empty()) summary["times_s"] = frames.times_s;
   if (!frames.notes.empty()) summary["notes"] = frames.notes;
+  return summary;
+}
+
+nlohmann::json summary_of(const MotionCommand& command, const std::string& preset,
+                          const Frames& frames, const vulkan::Context& context,
+                          const Delivery& delivery) {
+  nlohmann::json summary = summary_of(command, preset, frames, context);
+  summary["pairs"] = delivery.pairs();
   if (delivery.drift()) summary["cycle_drift"] = json_of(*delivery.drift());
   if (!command.no_verdict) summary["verdict"] = json_of(delivery.verdict());
   return summary;
@@ -190,28 +224,134 @@ Status write_summary(Outputs& outputs, const nlohmann::json& summary) {
 }
 
 /// The last lines: where the result is, and the verdict. Not-ok verdicts are told even when quiet.
-int conclude(const MotionCommand& command, const Delivery& delivery, const nlohmann::json& summary,
-             Console& console) {
+int conclude(const MotionCommand& command, double slowest_s, const std::optional<Verdict>& verdict,
+             const nlohmann::json& summary, Console& console) {
   console.say(fmt::format("Wrote     {}", command.output.string()));
   if (!command.within.empty()) {
     const double limit_s = *studies::parse_seconds(command.within);
-    if (delivery.slowest_s() > limit_s) {
+    if (slowest_s > limit_s) {
       console.say(fmt::format(
           "Late      a pair took {:.2f} s, not the {:.3g} s asked for: the machine was busier than "
           "when 'palpate chart motion' measured it; measure again, or allow more time",
-          delivery.slowest_s(), limit_s));
+          slowest_s, limit_s));
     }
   }
   if (command.json) fmt::print("{}\n", summary.dump(2));
-  if (command.no_verdict) return kExitOk;
-  const Verdict verdict = delivery.verdict();
-  const std::string text = verdict_text(verdict);
-  if (command.quiet && verdict.trust != Trust::kOk) {
+  if (!verdict) return kExitOk;
+  const std::string text = verdict_text(*verdict);
+  if (command.quiet && verdict->trust != Trust::kOk) {
     console.complain(text);
   } else {
     console.say(text);
   }
-  return exit_code(verdict.trust);
+  return exit_code(verdict->trust);
+}
+
+/// What a run found, before anything of it is published.
+struct Found {
+  nlohmann::json summary;
+  std::optional<Verdict> verdict;
+  double slowest_s = 0.0;  ///< of a pair
+};
+
+/// Fields of consecutive frames, each written and judged while the next is estimated.
+Result<Found> find_pairs(const MotionCommand& command, const std::string& preset, Frames& frames,
+                         const std::shared_ptr<vulkan::Context>& context,
+                         const EstimatorOptions& estimator, Outputs& outputs, Console& console,
+                         std::stop_token stop) {
+  EstimationJob job{frames.grid, frames.count, frames.read, estimator};
+  job.options.backward = !command.no_verdict;
+  DeliveryOptions options;
+  options.names = [&](size_t fixed, size_t moving) {
+    return command.is_pair() ? names_of_pair(command)
+                             : names_in_sequence(command, frames.count, fixed, moving);
+  };
+  options.coarse = command.coarse;
+  options.judge = !command.no_verdict;
+  options.cyclic = command.cyclic;
+  options.mask = estimator.mask ? &*estimator.mask : nullptr;
+  Delivery delivery(options, outputs, console);
+  Status done = estimate(
+      context, job, [&](EstimatedPair pair) { return delivery.take(pair); }, console, stop);
+  if (done) done = delivery.close_cycle();
+  if (!done) return done.error();
+  Found found;
+  found.summary = summary_of(command, preset, frames, *context, delivery);
+  found.slowest_s = delivery.slowest_s();
+  if (options.judge) found.verdict = delivery.verdict();
+  return found;
+}
+
+std::string sequence_text(const SequenceMotion& motion, double seconds) {
+  std::string text = fmt::format("Motion    one for all {} frames, told from frame {}, ",
+                                 motion.frames(), motion.reference);
+  if (motion.basis.harmonics > 0)
+    text += fmt::format("{} harmonics of a cycle of {:.4g} s", motion.basis.harmonics,
+                        motion.basis.cycle_s);
+  else
+    text += motion.basis.cycle_s > 0.0 ? "straight between the frames of a cycle"
+                                       : "straight between the frames";
+  return text + fmt::format(", {:.1f} s", seconds);
+}
+
+/// One motion for all frames, then what follows from it.
+Result<Found> find_whole(const MotionCommand& command, const std::string& preset, Frames& frames,
+                         const std::shared_ptr<vulkan::Context>& context,
+                         const EstimatorOptions& estimator, Outputs& outputs, Console& console,
+                         std::stop_token stop) {
+  const Error stopped{ErrorKind::kCancelled, "Stopped as asked: no output was written or changed"};
+  const auto kept = all_frames(frames, stop);
+  if (!kept) return kept.error();
+  if (stop.stop_requested()) return stopped;
+  SequenceMotionOptions options;
+  options.estimator = estimator;
+  options.estimator.cyclic = command.cyclic;
+  std::vector<double> times_s = frames.times_s;
+  if (times_s.empty()) times_s = files::counted_times(frames.count);
+  Found found;
+  SequenceReport report;
+  std::vector<Confidence> step_confidence(frames.count);
+  const auto begin = std::chrono::steady_clock::now();
+  const auto motion = estimate_sequence_motion(
+      context, frames.grid, times_s, [&](size_t k) -> Result<Volume> { return (*kept)[k]; },
+      options,
+      [&](PairMotion pair) {
+        found.slowest_s =
+            std::max(found.slowest_s, pair.report.seconds + pair.report.prepare_seconds);
+        step_confidence[pair.fixed_frame] = std::move(pair.confidence);
+      },
+      [&](const std::string& doing, double share) { console.progress(share, doing); }, stop,
+      &report);
+  console.end_progress();
+  if (stop.stop_requested()) return stopped;
+  if (!motion) return motion.error();
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+  console.say(sequence_text(*motion, took.count()));
+  for (const std::string& note : report.notes) console.say("Note      " + note);
+  SequenceOutputOptions output;
+  output.format = command.format;
+  output.names = [&](size_t fixed, size_t moving) {
+    return names_in_sequence(command, frames.count, fixed, moving);
+  };
+  output.coarse = command.coarse;
+  output.mask = estimator.mask ? &*estimator.mask : nullptr;
+  const auto written = write_sequence(*motion, *kept, step_confidence, output, outputs);
+  if (!written) return written.error();
+  frames.notes.insert(frames.notes.end(), report.notes.begin(), report.notes.end());
+  found.summary = summary_of(command, preset, frames, *context);
+  found.summary["sequence"] = *written;
+  found.summary["sequence"]["seconds"] = took.count();
+  if (command.no_verdict) return found;
+  const auto evidence = examined(
+      *motion, *kept, report.confidence, output.mask,
+      [&](const SequenceEvidence& so_far, size_t k) { console.say(frame_text(so_far, k)); });
+  if (!evidence) return evidence.error();
+  if (stop.stop_requested()) return stopped;
+  found.verdict = judged(*evidence);
+  found.summary["evidence"] = json_of(*evidence);
+  if (evidence->drift) console.say(cycle_text({*evidence->drift, {}}));
+  found.summary["verdict"] = json_of(*found.verdict);
+  return found;
 }
 
 int run(const MotionCommand& command) {
@@ -243,49 +383,36 @@ int run(const MotionCommand& command) {
     choices = std::move(*found);
   }
 
-  EstimationJob job{frames->grid, frames->count, frames->read, {}};
-  job.options.motion = *motion;
-  job.options.cyclic = command.cyclic;
-  job.options.backward = !command.no_verdict;
-  job.options.mask = *mask;
-  DeliveryOptions options;
-  options.names = [&](size_t fixed, size_t moving) {
-    return command.is_pair() ? names_of_pair(command)
-                             : names_in_sequence(command, frames->count, fixed, moving);
-  };
-  options.coarse = command.coarse;
-  options.judge = !command.no_verdict;
-  options.cyclic = command.cyclic;
-  options.mask = *mask ? &**mask : nullptr;
+  EstimatorOptions estimator;
+  estimator.motion = *motion;
+  estimator.cyclic = command.cyclic;
+  estimator.mask = *mask;
   for (size_t n = 0;; ++n) {
     std::string preset = command.preset;
     if (n < choices.size()) {
       console.say("Chosen    " + choices[n].why);
-      job.options.motion = choices[n].setting.options;
+      estimator.motion = choices[n].setting.options;
       preset = choices[n].setting.name;
     }
     auto outputs = Outputs::into(command.is_pair() ? command.output.parent_path() : command.output,
                                  bytes_to_write(command, *frames));
     if (!outputs) return fail(console, outputs.error());
-    Delivery delivery(options, *outputs, console);
-    Status done = estimate(
-        *context, job, [&](EstimatedPair pair) { return delivery.take(pair); }, console,
-        cancel.token());
-    if (done) done = delivery.close_cycle();
-    if (!done) return fail(console, done.error());
+    const auto find = command.is_whole(frames->count) ? find_whole : find_pairs;
+    const auto found =
+        find(command, preset, *frames, *context, estimator, *outputs, console, cancel.token());
+    if (!found) return fail(console, found.error());
     // What is not good enough is not written if a better setting is left.
-    if (n + 1 < choices.size() && options.judge && delivery.verdict().trust != Trust::kOk) {
-      console.say(verdict_text(delivery.verdict()));
+    if (n + 1 < choices.size() && found->verdict && found->verdict->trust != Trust::kOk) {
+      console.say(verdict_text(*found->verdict));
       frames = open_frames();  // each is read once
       if (!frames) return fail(console, frames.error());
-      job.read_frame = frames->read;
       continue;
     }
-    const auto summary = summary_of(command, preset, *frames, **context, delivery);
-    if (!command.is_pair()) done = write_summary(*outputs, summary);
+    Status done = Nothing{};
+    if (!command.is_pair()) done = write_summary(*outputs, found->summary);
     if (done) done = outputs->publish();
     if (!done) return fail(console, done.error());
-    return conclude(command, delivery, summary, console);
+    return conclude(command, found->slowest_s, found->verdict, found->summary, console);
   }
 }
 
@@ -332,6 +459,13 @@ Command add_motion(CLI::App& program) {
                   "Pair: the field, .mha, .nrrd, .nii or .nii.gz. Sequence: a folder")
       ->type_name("PATH")
       ->required();
+  app->add_option(
+         "--model", command->model,
+         "sequence: one motion for all frames, which does not drift (the usual from three "
+         "frames on; for patients, animals and all that beats or breathes); pairwise: "
+         "fields of consecutive frames alone (for two frames, simulations and flows, whose "
+         "values change by themselves)")
+      ->check(one_of({"sequence", "pairwise"}));
   app->add_option("--preset", command->preset, "Effort: how long it may take")
       ->check(one_of_the_presets())
       ->capture_default_str();
@@ -342,7 +476,10 @@ Command add_motion(CLI::App& program) {
          "--mask", command->mask,
          "Volume on the frames' grid: zero counts for nothing; draw it 10 voxels wider than needed")
       ->type_name("FILE");
-  app->add_flag("--cyclic", command->cyclic, "The last frame leads back to the first");
+  app->add_flag(
+      "--cyclic", command->cyclic,
+      "The last frame leads back to the first (one motion for all frames: if it does not, "
+      "that is said and the cycle left open)");
   app->add_flag("--inverse", command->inverse, "Also write the inverse of each field");
   app->add_flag("--confidence", command->confidence,
                 "Also write how far to trust each voxel, 0..1");

@@ -76,12 +76,12 @@ CLI::Validator an_existing_file() {
   return CLI::Validator(check, "");
 }
 
-CLI::Validator an_existing_folder() {
+CLI::Validator an_existing_path() {
   const auto check = [](std::string& text) {
     std::error_code error;
-    return std::filesystem::is_directory(text, error)
+    return std::filesystem::exists(text, error)
                ? std::string()
-               : fmt::format("'{}' is not a folder: check the name", text);
+               : fmt::format("'{}' does not exist: check the name", text);
   };
   return CLI::Validator(check, "");
 }

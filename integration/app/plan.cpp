@@ -38,9 +38,10 @@ Command add_plan(CLI::App& program) {
   app->add_option("input", *inputs, "heart, shell, molecule, a scene file, or a sequence")
       ->type_name("PATH")
       ->required();
-  app->add_option("--fields", choices->fields, "Folder with the fields of 'palpate motion'")
-      ->type_name("DIR")
-      ->check(an_existing_folder());
+  app->add_option("--fields", choices->fields,
+                  "What 'palpate motion' wrote: its folder or its sequence_motion.nrrd")
+      ->type_name("PATH")
+      ->check(an_existing_path());
   return {app, [inputs, choices] { return run(*inputs, *choices); }, {"input", "--fields"}, {}, {}};
 }
 

@@ -87,6 +87,45 @@ json json_of(const CycleDrift& drift) {
   return result;
 }
 
+json json_of(const SequenceEvidence& evidence) {
+  json frames = json::array();
+  for (size_t k = 0; k < evidence.frames.size(); ++k) {
+    const FrameEvidence& frame = evidence.frames[k];
+    json entry = {{"frame", k},
+                  {"motion_mm", json_of(frame.motion_mm)},
+                  {"folds_to_next", json_of(frame.between)},
+                  {"acceleration_mm_per_frame2", frame.acceleration_mm}};
+    if (k != evidence.reference) {
+      entry["evidence"] = json_of(frame.evidence);
+      if (frame.evidence.match) entry["verdict"] = json_of(judged(frame.evidence));
+    }
+    frames.push_back(std::move(entry));
+  }
+  json result = {{"reference_frame", evidence.reference}, {"frames", frames}};
+  if (evidence.drift) result["drift"] = json_of(*evidence.drift);
+  return result;
+}
+
+std::string frame_text(const SequenceEvidence& evidence, size_t k) {
+  const FrameEvidence& frame = evidence.frames[k];
+  std::string line = fmt::format("Frame {}   ", k);
+  if (k == evidence.reference)
+    line += "the reference";
+  else
+    line += fmt::format("moves {:.2f} mm on average and {:.2f} mm at most", frame.motion_mm.mean,
+                        frame.motion_mm.max);
+  if (frame.evidence.folds) line += ", " + folds_text(*frame.evidence.folds);
+  if (frame.between.voxels > 0)
+    line += frame.between.folded == 0 ? ", none on the way to the next"
+                                      : ", on the way to the next " + folds_text(frame.between);
+  line += fmt::format(", acceleration {:.2f} mm/frame^2", frame.acceleration_mm);
+  if (k == evidence.reference || !frame.evidence.match) return line;
+  const Match& match = *frame.evidence.match;
+  return line + fmt::format(", local correlation {:.3f} -> {:.3f}, {:.3f} voxel of motion left: {}",
+                            match.correlation_before, match.correlation_after,
+                            match.motion_left_voxels, word(judged(frame.evidence).trust));
+}
+
 std::string cycle_text(const CycleDrift& drift) {
   const auto numbers = [](const Distances& one) {
     return fmt::format("{:.3f} mm ({:.3f} voxel) from where they started, 95 % within {:.3f} mm",

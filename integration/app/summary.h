@@ -29,6 +29,13 @@ struct CycleDrift {
 };
 nlohmann::json json_of(const CycleDrift& drift);
 
+/// One object per frame and the drift; the reference's own evidence is left out.
+nlohmann::json json_of(const SequenceEvidence& evidence);
+
+/// "Frame 3   moves 2.10 mm on average and 9.32 mm at most, no folds, none on the way to the next,
+/// acceleration 0.31 mm/frame^2, local correlation 0.712 -> 0.951, 0.042 voxel of motion left: ok".
+std::string frame_text(const SequenceEvidence& evidence, size_t frame);
+
 /// The drift as a line for a person.
 std::string cycle_text(const CycleDrift& drift);
 

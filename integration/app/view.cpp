@@ -39,7 +39,7 @@ SceneMoment moment_at(const FeltScene& scene, double at) {
 
 size_t frames_of(const FeltScene& scene) {
   size_t most = 1;
-  for (const auto& volume : scene.data) most = std::max(most, volume->frames.size());
+  for (const auto& volume : scene.data) most = std::max(most, volume->times.times_s.size());
   return most;
 }
 
@@ -131,9 +131,10 @@ Command add_view(CLI::App& program) {
                   "Frames per second, instead of the file's times")
       ->check(number_in(files::kFrameRates));
   app->add_option("--fields", command->sequence.fields,
-                  "Folder with the fields of 'palpate motion': they move the picture")
-      ->type_name("DIR")
-      ->check(an_existing_folder());
+                  "What 'palpate motion' wrote, its folder or its sequence_motion.nrrd, moves the "
+                  "picture")
+      ->type_name("PATH")
+      ->check(an_existing_path());
   app->add_flag_callback(
       "--not-cyclic", [command] { command->sequence.cyclic = false; },
       "The last frame does not lead back to the first");

@@ -73,11 +73,12 @@ std::string nrrd_header_of(const Picture& picture) {
       values += fmt::format(" {}", picture.times_s.empty() ? double(k) : picture.times_s[k]);
     }
     text += fmt::format("labels:{} \"\" \"\" \"\" \"{}\"\n", vectors ? " \"\"" : "",
-                        picture.times_s.empty() ? "frame" : "time");
+                        picture.times_s.empty() ? picture.list_of : "time");
     text += fmt::format("axis {} index type:=numeric\naxis {} index values:={}\n", axis, axis,
                         values.substr(1));
     if (!picture.times_s.empty()) text += fmt::format("axis {} index unit:=s\n", axis);
   }
+  for (const auto& [key, value] : picture.keys) text += fmt::format("{}:={}\n", key, value);
   return text + "\n";
 }
 

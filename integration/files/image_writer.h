@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "integration/files/raster.h"
@@ -14,6 +16,8 @@ struct Picture {
   size_t components = 1;
   std::vector<const void*> frames;  ///< grid.count() * components samples each
   std::vector<double> times_s;      ///< one per frame, or empty if not known
+  const char* list_of = "frame";    ///< NRRD: what the list axis counts where times are not known
+  std::vector<std::pair<std::string, std::string>> keys;  ///< NRRD: key and value pairs
 };
 
 /// Which format a name asks for. kBadOutput if it is none that is written.

@@ -10,6 +10,9 @@
 
 namespace palpate::files {
 
+/// A file with this key holds the motion of a whole sequence, see sequence_motion_file.h.
+inline constexpr const char* kSequenceMotionKey = "SequenceMotion.Version";
+
 /// The lines of a NRRD header, sorted by what they are; nothing is interpreted yet.
 struct NrrdFields {
   std::map<std::string, std::string>

@@ -281,29 +281,38 @@ Status find_encoding(const NrrdFields& header, Raster& raster) {
 
 }  // namespace
 
-Result<Raster> parse_nrrd_header(const std::filesystem::path& file, std::string_view text) {
-  const auto header = split_nrrd_header(file, text);
-  if (!header) return header.error();
+Result<Raster> nrrd_raster(const std::filesystem::path& file, const NrrdFields& header,
+                           const std::vector<NrrdAxis>& axes, size_t header_bytes) {
   Raster raster;
   raster.file = file;
-  const std::string type = lowered(header->field("type"));
+  const std::string type = lowered(header.field("type"));
   const auto known = sample_type(type);
   if (!known)
     return bad_input(
         file, "has samples of type '{}', which palpate does not read: save it as short or float",
         type);
   raster.type = *known;
-  const auto axes = nrrd_axes(file, *header);
-  if (!axes) return axes.error();
-  auto grid = grid_of(file, *header, *axes);
+  auto grid = grid_of(file, header, axes);
   if (!grid) return grid.error();
   raster.grid = *grid;
-  if (const Status done = place_lanes(*axes, raster); !done) return done.error();
-  if (const Status done = find_times(*header, *axes, raster); !done) return done.error();
-  if (const Status done = find_encoding(*header, raster); !done) return done.error();
-  if (const Status done = find_data(*header, raster); !done) return done.error();
-  if (header->field("datafile").empty()) raster.file_skip += text.size();
+  if (const Status done = place_lanes(axes, raster); !done) return done.error();
+  if (const Status done = find_times(header, axes, raster); !done) return done.error();
+  if (const Status done = find_encoding(header, raster); !done) return done.error();
+  if (const Status done = find_data(header, raster); !done) return done.error();
+  if (header.field("datafile").empty()) raster.file_skip += header_bytes;
   return raster;
+}
+
+Result<Raster> parse_nrrd_header(const std::filesystem::path& file, std::string_view text) {
+  const auto header = split_nrrd_header(file, text);
+  if (!header) return header.error();
+  if (!header->key(kSequenceMotionKey).empty())
+    return bad_input(file,
+                     "is the motion of a whole sequence, not an image: name it with --fields, or "
+                     "for 'palpate check' or 'palpate info'");
+  const auto axes = nrrd_axes(file, *header);
+  if (!axes) return axes.error();
+  return nrrd_raster(file, *header, *axes, text.size());
 }
 
 }  // namespace palpate::files

@@ -2,6 +2,7 @@
 
 #include <string_view>
 
+#include "integration/files/nrrd_fields.h"
 #include "integration/files/raster.h"
 
 namespace palpate::files {
@@ -13,5 +14,9 @@ namespace palpate::files {
 /// `MultiVolume.FrameLabels` and time steps become times. Space is turned to LPS. Data files are
 /// resolved against the folder of `file`. Touches no file; any thread.
 Result<Raster> parse_nrrd_header(const std::filesystem::path& file, std::string_view text);
+
+/// The same for a header that was split already, with these axes. header_bytes: its length.
+Result<Raster> nrrd_raster(const std::filesystem::path& file, const NrrdFields& header,
+                           const std::vector<NrrdAxis>& axes, size_t header_bytes);
 
 }  // namespace palpate::files

@@ -106,6 +106,13 @@ Result<FileKind> sniff(const std::filesystem::path& file) {
   return kind_of(*bytes);
 }
 
+Result<std::string> read_nrrd_header_text(const std::filesystem::path& file) {
+  const auto kind = sniff(file);
+  if (!kind) return kind.error();
+  if (*kind != FileKind::kNrrd) return bad_input(file, "is no NRRD file: check the name");
+  return whole_header(file, end_of_nrrd);
+}
+
 Result<Raster> read_raster_header(const std::filesystem::path& file) {
   const auto kind = sniff(file);
   if (!kind) return kind.error();

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 #include "integration/files/raster.h"
 
 namespace palpate::files {
@@ -13,6 +15,9 @@ Result<FileKind> sniff(const std::filesystem::path& file);
 /// The header of a NRRD, MetaImage or NIfTI file. kBadInput with a sentence for anything else. Any
 /// thread.
 Result<Raster> read_raster_header(const std::filesystem::path& file);
+
+/// The header of a NRRD file as text, up to its first sample. kBadInput if it is none.
+Result<std::string> read_nrrd_header_text(const std::filesystem::path& file);
 
 /// True if the name is one under which such files go (.nrrd .nhdr .mha .mhd .nii .nii.gz .hdr).
 bool has_raster_name(const std::filesystem::path& file);

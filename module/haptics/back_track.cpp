@@ -52,19 +52,18 @@ class StepMotion {
 /// One motion for all times, at one of them: u(X, t).
 class TimedMotion {
  public:
-  TimedMotion(const SequenceMap& map, const TimeWeights& time) : map_(map), time_(time) {}
-  MotionSample sample(glm::dvec3 x) const noexcept { return map_.sample(x, time_); }
+  explicit TimedMotion(SequenceMoment& moment) : moment_(moment) {}
+  MotionSample sample(glm::dvec3 x) const noexcept { return moment_.sample(x); }
   glm::dvec3 way(const MotionSample& at) const noexcept { return at.u_m; }
   glm::dmat3 stretched(const MotionSample& at) const noexcept {
     return glm::dmat3(1.0) + at.jacobian;
   }
-  bool never_folds() const noexcept { return map_.worst_determinant() > 0.0F; }
+  bool never_folds() const noexcept { return !moment_.map().may_fold(); }
   bool surely_unfolded(glm::dvec3) const noexcept { return false; }
-  double cell_m() const noexcept { return map_.cell_m(); }
+  double cell_m() const noexcept { return moment_.map().cell_m(); }
 
  private:
-  const SequenceMap& map_;
-  const TimeWeights& time_;
+  SequenceMoment& moment_;
 };
 
 template <class Motion>
@@ -170,15 +169,14 @@ BackTrack back_track(const MotionMap& map, double phase, glm::dvec3 target, glm:
   return method == BackTracking::kNewton ? newton(search, start) : picard(search, start);
 }
 
-BackTrack back_track(const SequenceMap& map, const TimeWeights& time, glm::dvec3 target,
-                     glm::dvec3 start) noexcept {
+BackTrack back_track(SequenceMoment& motion, glm::dvec3 target, glm::dvec3 start) noexcept {
   if (!finite(target) || !finite(start)) {
     BackTrack none = nowhere(start);
-    none.at = map.sample(none.x_m, time);
+    none.at = motion.sample(none.x_m);
     return none;
   }
-  const TimedMotion motion(map, time);
-  return newton(Search(motion, target), start);
+  const TimedMotion timed(motion);
+  return newton(Search(timed, target), start);
 }
 
 }  // namespace palpate

@@ -35,7 +35,6 @@ BackTrack back_track(const MotionMap& map, double phase, glm::dvec3 target, glm:
 
 /// The same for one motion of a whole sequence: where in the reference frame the material is that
 /// stands at `target` at a time, X + u(X, t) = target, by Newton's method.
-BackTrack back_track(const SequenceMap& map, const TimeWeights& time, glm::dvec3 target,
-                     glm::dvec3 start) noexcept;
+BackTrack back_track(SequenceMoment& motion, glm::dvec3 target, glm::dvec3 start) noexcept;
 
 }  // namespace palpate

@@ -265,13 +265,15 @@ class FlowingCarrier final : public Carrier {
 class MaterialCarrier final : public Carrier {
  public:
   explicit MaterialCarrier(const VolumeRun& volume)
-      : volume_(volume), data_(*volume.plan->data), map_(*data_.whole) {
+      : volume_(volume),
+        data_(*volume.plan->data),
+        now_(*data_.whole, data_.whole->basis().at(0, 0.0)) {
     stride_m_ = kStridePerVoxel * data_.frames.front()->detail_m() * volume.least_scale;
   }
 
   void carry() noexcept override {
-    time_ = map_.basis().at(volume_.pointer.frame, volume_.pointer.phase);
-    motion_ = map_.sample(material_, time_);
+    now_.set(now_.map().basis().at(volume_.pointer.frame, volume_.pointer.phase));
+    motion_ = now_.sample(material_);
     at_ = volume_.world(material_ + motion_.u_m);
     look_for_roughness();
     stride_m_ = kStridePerVoxel * data_.frames.front()->detail_m() * volume_.least_scale;
@@ -279,8 +281,7 @@ class MaterialCarrier final : public Carrier {
 
   bool go_to(glm::dvec3 world) noexcept override {
     const glm::dvec3 target = volume_.volume(world);
-    const BackTrack found =
-        back_track(map_, time_, target, material_ + (target - volume_.volume(at_)));
+    const BackTrack found = back_track(now_, target, material_ + (target - volume_.volume(at_)));
     report_.residual_m = std::max(report_.residual_m, found.ok ? found.residual_m : 0.0);
     report_.steps = std::max(report_.steps, found.steps);
     if (!found.ok) {
@@ -300,9 +301,7 @@ class MaterialCarrier final : public Carrier {
     weight *= worth(motion_.confidence);
     if (!(weight > 0.0)) return;
     const glm::dmat3 derivative = volume_.linear * stretch();
-    const auto to_world = [this](glm::dvec3 x) {
-      return volume_.world(x + map_.displacement(x, time_));
-    };
+    const auto to_world = [this](glm::dvec3 x) { return volume_.world(x + now_.displacement(x)); };
     WorldSink sink(out.set, derivative, material_, at_, weight, cap_n, to_world);
     const glm::dvec3 probe_here = mode.mode->wants_probe() ? taken_back(probe) : material_;
     const StillReader data(source_of(mode, data_, 0), mode.spec, material_, read_);
@@ -313,8 +312,10 @@ class MaterialCarrier final : public Carrier {
   }
 
  private:
+  /// Told from one frame, a motion is large and steep, and still has an inverse wherever it does
+  /// not fold.
   void look_for_roughness() noexcept {
-    if (map_.worst_contraction() < 1.0F) return;
+    if (!now_.map().may_fold()) return;
     report_.rough |= squared(motion_.jacobian) >= kRough * kRough;
   }
 
@@ -326,17 +327,15 @@ class MaterialCarrier final : public Carrier {
   }
 
   /// Where the hand is in the reference frame; the proxy's place if that can not be found.
-  glm::dvec3 taken_back(glm::dvec3 probe) const noexcept {
+  glm::dvec3 taken_back(glm::dvec3 probe) noexcept {
     const glm::dvec3 target = volume_.volume(probe);
-    const BackTrack found =
-        back_track(map_, time_, target, material_ + (target - volume_.volume(at_)));
+    const BackTrack found = back_track(now_, target, material_ + (target - volume_.volume(at_)));
     return found.ok ? found.x_m : material_;
   }
 
   const VolumeRun& volume_;
   const MovingVolume& data_;
-  const SequenceMap& map_;
-  TimeWeights time_;
+  SequenceMoment now_;
   glm::dmat3 stretch_{1.0};
   LastRead read_;
 };

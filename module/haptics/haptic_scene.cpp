@@ -21,6 +21,7 @@ int carrier_of(HapticScene& scene, int volume, const Motion* motion) {
 /// The motion a mode names; null is an answer: the data stand still, or nothing of them is known to
 /// move.
 Result<const Motion*> motion_of(const ModeSpec& mode, const MovingVolume& data) {
+  if (data.whole) return nullptr;  // one motion carries all there is
   if (mode.motion.empty()) return data.motions.empty() ? nullptr : &data.motions.front();
   for (const Motion& motion : data.motions)
     if (motion.name == mode.motion) return &motion;

@@ -46,9 +46,7 @@ FrameTimes times_of(const VolumeSpec& spec, const Sequence& sequence, size_t fra
   const double step = spec.frames_per_second > 0.0 ? 1.0 / spec.frames_per_second : 1.0;
   for (size_t k = 0; k < frames; ++k)
     times.times_s.push_back(known ? sequence.times_s[k] - sequence.times_s[0] : double(k) * step);
-  if (spec.cyclic && frames > 1) {
-    times.cycle_s = times.times_s.back() * double(frames) / double(frames - 1);
-  }
+  if (spec.cyclic && frames > 1) times.cycle_s = cycle_of(times.times_s);
   return times;
 }
 
@@ -129,6 +127,14 @@ Result<Motion> motion_of(const VolumeSpec& spec, const std::string& name, const 
   return motion;
 }
 
+/// The same motion with so many frames a second in the mean.
+void set_pace(TimeBasis& basis, double frames_per_second) {
+  const double mean_s = basis.times_s.back() / double(basis.times_s.size() - 1);
+  const double factor = 1.0 / (frames_per_second * mean_s);
+  for (double& time_s : basis.times_s) time_s *= factor;
+  basis.cycle_s *= factor;
+}
+
 Result<MovingVolume> checked(MovingVolume volume) {
   const Status status = check(volume);
   if (!status) return status.error();
@@ -171,9 +177,32 @@ MovingVolume made(const VolumeSpec& spec, const Phantom& phantom, bool exact) {
   return volume;
 }
 
+/// Of the reference frame and the motion that is told from it.
+Result<MovingVolume> carried_of(const VolumeSpec& spec, VolumeData data) {
+  SequenceMotion& motion = *data.whole;
+  if (!std::isfinite(spec.frames_per_second))
+    return refused(spec, "its frames per second are not a number.");
+  auto frames = frames_of(spec, data);
+  if (!frames) return frames.error();
+  if (frames->size() != 1 || motion.terms.empty() || motion.terms.size() != motion.basis.terms() ||
+      motion.frames() < 2)
+    return refused(spec, "one motion for all its times needs its terms and its reference frame.");
+  if (!meets(motion.terms.front().grid, *frames->front()))
+    return refused(spec,
+                   "its motion lies somewhere else in space than the frames; is it another "
+                   "patient's?");
+  if (spec.frames_per_second > 0.0) set_pace(motion.basis, spec.frames_per_second);
+  MovingVolume own;
+  own.name = spec.name;
+  own.times = {motion.basis.times_s, motion.basis.cycle_s};
+  own.frames.assign(motion.frames(), frames->front());  // only the reference's is asked for
+  return carried(own, motion);
+}
+
 }  // namespace
 
 Result<MovingVolume> build(const VolumeSpec& spec, VolumeData data) {
+  if (data.whole) return carried_of(spec, std::move(data));
   if (data.motions.size() != spec.motions.size())
     return refused(spec, "it names " + std::to_string(spec.motions.size()) + " motions but " +
                              std::to_string(data.motions.size()) + " were read.");
@@ -219,7 +248,7 @@ Result<MovingVolume> carried(const MovingVolume& own, const SequenceMotion& moti
                      std::to_string(motion.reference) + ", which it does not have."};
   MovingVolume volume;
   volume.name = own.name;
-  volume.times = own.times;
+  volume.times = {motion.basis.times_s, motion.basis.cycle_s};
   volume.frames = {own.frames[motion.reference]};
   volume.whole = SequenceMap::of(motion);
   for (const Segment& segment : own.segments)

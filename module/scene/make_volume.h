@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "compute/volume/field.h"
@@ -23,13 +24,16 @@ struct VolumeData {
   Sequence frames;                   ///< scalars; its frames are empty where there are vectors
   std::vector<VectorFrame> vectors;  ///< instead of scalars
   std::vector<MotionData> motions;   ///< one per spec.motions, in its order
+  /// Instead of motions: one for all times. Then `frames` holds its reference frame alone.
+  std::optional<SequenceMotion> whole;
 };
 
 /// The volume that hand and eye take, from files that were read. Data are moved in. Times: the
 /// file's own from its first frame on, or frame / frames_per_second where the spec gives that, or
-/// one frame a second where nobody knows. A cycle closes after the mean step. kBadInput, in one
-/// sentence that names the volume: what is missing, does not fit, lies elsewhere in space, or is no
-/// number. Lays out fields and bounds them, on all cores: not for the servo thread.
+/// one frame a second where nobody knows. A cycle closes after the median step. With `whole` the
+/// motion says times and cycle, at its own pace or that of the spec's frames_per_second. kBadInput,
+/// in one sentence that names the volume: what is missing, does not fit, lies elsewhere in space,
+/// or is no number. Lays out fields and bounds them, on all cores: not for the servo thread.
 Result<MovingVolume> build(const VolumeSpec& spec, VolumeData data);
 
 /// The volume of spec.source: "heart", the beating heart sampled at 1 mm without noise, eight
@@ -39,8 +43,8 @@ Result<MovingVolume> build(const VolumeSpec& spec, VolumeData data);
 Result<MovingVolume> build(const VolumeSpec& spec);
 
 /// The same volume with one motion for all its times, felt and seen as its reference frame's
-/// values carried by it. kBadInput if the motion is not that of the volume's frames. Uses all
-/// cores.
+/// values carried by it, at the motion's times. kBadInput if the motion is not that of the volume's
+/// frames. Uses all cores.
 Result<MovingVolume> carried(const MovingVolume& own, const SequenceMotion& motion);
 
 /// world_from_volume at the start: the spec's transform, or, if it asks for files to be centred,

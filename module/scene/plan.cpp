@@ -36,6 +36,19 @@ MotionNeeds needs_of(const Motion& motion) {
   return needs;
 }
 
+MotionNeeds needs_of(const SequenceMap& whole) {
+  MotionNeeds needs;
+  needs.name = "data";
+  needs.whole = true;
+  needs.harmonics = whole.basis().harmonics;
+  needs.steps = needs.known = int(whole.basis().times_s.size());
+  needs.moving_share = whole.moving_share();
+  needs.largest_u_m = whole.largest_u_m();
+  needs.folded_cells = whole.folded_samples();
+  needs.bytes = whole.bytes();
+  return needs;
+}
+
 /// How the pose of a haptic frame comes about, or why none is asked for.
 void plan_pose(const VolumeSpec& spec, VolumeNeeds& needs) {
   if (spec.drive.kind == DriveSpec::Kind::kStill) {
@@ -69,12 +82,15 @@ void plan_data(const VolumeSpec& spec, const MovingVolume& data, VolumeNeeds& ne
   const bool carried = std::any_of(needs.motions.begin(), needs.motions.end(),
                                    [](const MotionNeeds& m) { return !m.modes.empty(); });
   if (carried)
-    needs.each_tick.push_back(spec.back_tracking == BackTracking::kNewton
+    needs.each_tick.push_back(data.whole || spec.back_tracking == BackTracking::kNewton
                                   ? "back-tracking by Newton"
                                   : "back-tracking by the paper's fixed point");
   else
     needs.left_out.push_back("back-tracking: no motion of it is known");
-  if (spec.blend_values)
+  if (data.whole)
+    needs.left_out.push_back(
+        "blending, frame borders: one frame's values are carried at all times");
+  else if (spec.blend_values)
     needs.each_tick.push_back("blending the values of two frames");
   else
     needs.left_out.push_back("blending: each frame's own values are carried");
@@ -83,15 +99,16 @@ void plan_data(const VolumeSpec& spec, const MovingVolume& data, VolumeNeeds& ne
 VolumeNeeds needs_of(const SceneSpec& scene, const VolumeSpec& spec, const MovingVolume& data) {
   VolumeNeeds needs;
   needs.name = spec.name;
-  needs.frames = int(data.frames.size());
+  needs.frames = int(data.times.times_s.size());
   needs.length_s = data.times.length_s();
   needs.cyclic = data.times.cyclic();
   for (const Motion& motion : data.motions) needs.motions.push_back(needs_of(motion));
+  if (data.whole) needs.motions.push_back(needs_of(*data.whole));
   for (const ModeSpec& mode : scene.modes) {
     if (mode.volume != spec.name) continue;
     needs.modes.push_back(mode.name);
     for (size_t m = 0; m < needs.motions.size(); ++m)
-      if (mode.motion.empty() ? m == 0 : mode.motion == needs.motions[m].name)
+      if (data.whole || mode.motion.empty() ? m == 0 : mode.motion == needs.motions[m].name)
         needs.motions[m].modes.push_back(mode.name);
   }
   if (needs.modes.empty()) {
@@ -108,17 +125,24 @@ VolumeNeeds needs_of(const SceneSpec& scene, const VolumeSpec& spec, const Movin
 
 std::string text(const MotionNeeds& m) {
   if (m.modes.empty()) return "not needed: no mode is carried by it";
-  std::string line = formatted("%d of %d steps known", m.known, m.steps);
-  if (m.known == 0) return line + ": it stands still until they are";
-  line += formatted(", %.0f %% of the samples move, by %.1f mm at most in a step",
-                    100.0 * m.moving_share, 1e3 * m.largest_u_m);
+  std::string line;
+  if (m.whole) {
+    line = m.harmonics > 0 ? formatted("one for all times, %d harmonics", m.harmonics)
+                           : std::string("one for all times, in straight lines between frames");
+  } else {
+    line = formatted("%d of %d steps known", m.known, m.steps);
+    if (m.known == 0) return line + ": it stands still until they are";
+  }
+  line += formatted(", %.0f %% of the samples move, by %.1f mm at most%s", 100.0 * m.moving_share,
+                    1e3 * m.largest_u_m, m.whole ? "" : " in a step");
   line += formatted("; contraction %.2f at worst", double(m.worst_contraction));
   if (m.folded_cells > 0)
     line += formatted(": %zu cells fold or may fold, there the point is held and the force fades",
                       m.folded_cells);
   else
-    line += m.worst_contraction < 1.0F ? ": turned around everywhere"
-                                       : ": no fold, but not all of it is proved to turn around";
+    line += m.whole || m.worst_contraction < 1.0F
+                ? ": turned around everywhere"
+                : ": no fold, but not all of it is proved to turn around";
   return line + formatted(" (%.1f MB)", 1e-6 * double(m.bytes));
 }
 

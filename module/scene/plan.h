@@ -13,6 +13,8 @@ namespace palpate {
 struct MotionNeeds {
   std::string name;
   std::vector<std::string> modes;  ///< carried by it; none: it is not needed
+  bool whole = false;              ///< one motion for all times, told from one frame
+  int harmonics = 0;               ///< of it; 0: straight lines between the frames
   int steps = 0;                   ///< from frame to frame
   int known = 0;                   ///< of them; the others stand still until they are
   double moving_share = 0.0;       ///< of the samples of all known steps

@@ -1,55 +1,108 @@
 #pragma once
 
+#include <array>
 #include <memory>
 #include <span>
 #include <vector>
 
 #include "compute/volume/sequence_motion.h"
 #include "module/scene/grid_place.h"
+#include "module/scene/lanes.h"
 #include "module/scene/motion_map.h"
+#include "module/scene/spline.h"
 
 namespace palpate {
 
 /// One motion for a whole sequence laid out for the hand: at each sample all terms of u next to
-/// each other (volume space, m) and the confidence, 12 bytes a term and 4 more. Trilinear, border
-/// held. Immutable, any thread; reads are real-time safe and finite wherever x is, NaN included.
+/// each other (volume space, m) and the confidence, 12 bytes a term and 4 more. Between the samples
+/// u is the cubic B-spline of spline.h: told from one frame a motion is steep, and where a
+/// trilinear one bends at the faces of its cells, a wall that it carries has an edge. Measured on
+/// heart_cine (cells of 3.3 mm, u above 1 mm): such edges had 1.2 degrees in the median, 9 at one
+/// in a hundred. Beyond the outermost samples the last one is repeated. Immutable, any thread.
 class SequenceMap {
  public:
-  /// `confidence` may be null (1 everywhere) and may have another grid. Looks for folds at and
-  /// between all frames, in parallel. Where a vector of a term is not finite the material stands
-  /// still, with confidence 0, and the cells around count as folded.
+  /// `confidence` may be null (1 everywhere) and may have another grid. Looks for folds at all
+  /// samples, at all frames and, unless the grid is large, midway between them; uses all cores.
+  /// Where a vector of a term is not finite the material stands still, with confidence 0.
   static std::shared_ptr<const SequenceMap> of(const SequenceMotion& motion,
                                                const Confidence* confidence = nullptr);
 
-  /// u(x, t), its Jacobian and the confidence. The Jacobian is that of the trilinear field, so it
-  /// jumps at cell faces; along an axis beyond the outermost samples it is zero.
-  MotionSample sample(glm::dvec3 x_m, const TimeWeights& time) const noexcept;
+  /// u(x, t). For many reads at one time see SequenceMoment. Real-time safe; finite wherever x is,
+  /// NaN included.
   glm::dvec3 displacement(glm::dvec3 x_m, const TimeWeights& time) const noexcept;
 
   const TimeBasis& basis() const { return basis_; }
   size_t reference() const { return reference_; }
-  /// Bounds over all cells, at all frames and midway between them, as MotionMap has them.
-  float worst_contraction() const { return worst_contraction_; }
-  float worst_determinant() const { return worst_determinant_; }
-  size_t folded_cells() const { return folded_cells_; }  ///< most at one of these times
+  /// The least det(I + du/dx) that was seen.
+  double least_determinant() const { return least_determinant_; }
+  bool may_fold() const { return !(least_determinant_ > 0.0); }
+  size_t folded_samples() const { return folded_; }  ///< most at one of the times looked at
   double largest_u_m() const { return largest_u_m_; }
-  size_t bytes() const { return samples_.size() * sizeof(float); }
+  /// Share of the samples that move by more than a hundredth of a cell at one of these times.
+  double moving_share() const { return moving_share_; }
+  size_t bytes() const { return coefficients_.size() * sizeof(float); }
   /// Edge of a cell along its shortest axis, m.
   double cell_m() const { return cell_m_; }
   const GridPlace& place() const { return place_; }
-  /// 3 terms() + 1 floats a sample: the terms in order, then the confidence. Shape (nz, ny, nx).
-  std::span<const float> samples() const { return samples_; }
+
+  /// The spline's coefficients: 3 terms() + 1 floats a sample, the terms in order, then the
+  /// confidence. Shape (nz, ny, nx).
+  std::span<const float> coefficients() const { return coefficients_; }
   size_t floats_per_sample() const { return 3 * basis_.terms() + 1; }
 
+  /// u of the terms, m, at the samples of a grid `factor` (1 or more) times as fine, the first and
+  /// last sample in common: for those that read it otherwise. Shape (terms, nz, ny, nx). Uses all
+  /// cores.
+  struct Samples {
+    GridPlace place;
+    std::vector<glm::vec3> u_m;
+  };
+  Samples samples(int factor) const;
+
  private:
+  friend class SequenceMoment;
   SequenceMap() = default;
+  void look_for_folds();
   GridPlace place_;
   TimeBasis basis_;
   size_t reference_ = 0;
-  std::vector<float> samples_;
-  float worst_contraction_ = 0, worst_determinant_ = 1;
-  size_t folded_cells_ = 0;
-  double largest_u_m_ = 0, cell_m_ = 0;
+  std::vector<float> coefficients_;
+  double least_determinant_ = 1;
+  size_t folded_ = 0;
+  double largest_u_m_ = 0, cell_m_ = 0, moving_share_ = 0;
+};
+
+/// A SequenceMap at one time. Terms are summed once for each cell that is read, and then the reads
+/// there cost no more than those of one field. One thread; real-time safe; the map must outlive it.
+class SequenceMoment {
+ public:
+  SequenceMoment(const SequenceMap& map, const TimeWeights& time) noexcept : map_(map) {
+    set(time);
+  }
+  void set(const TimeWeights& time) noexcept {
+    time_ = time;
+    blocks_[0].known = blocks_[1].known = false;
+  }
+
+  const SequenceMap& map() const { return map_; }
+  /// u, its Jacobian and the confidence.
+  MotionSample sample(glm::dvec3 x_m) noexcept;
+  glm::dvec3 displacement(glm::dvec3 x_m) noexcept;
+
+ private:
+  /// The 4 x 4 x 4 coefficients around a cell, summed.
+  struct Block {
+    bool known = false;
+    glm::ivec3 cell{0};
+    std::array<lanes::Float4, 64> u;
+  };
+  spline::Blend<lanes::Quad> read(glm::dvec3 x_m) noexcept;
+  const Block& block(const spline::Around& around) noexcept;
+
+  const SequenceMap& map_;
+  TimeWeights time_;
+  std::array<Block, 2> blocks_;  ///< a way may lead to and fro over a face
+  int newest_ = 0;
 };
 
 }  // namespace palpate

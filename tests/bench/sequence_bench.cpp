@@ -8,6 +8,7 @@
 #include <chrono>
 #include <filesystem>
 #include <optional>
+#include <random>
 
 #include "compute/motion/estimate_sequence.h"
 #include "compute/motion/quality.h"
@@ -16,6 +17,7 @@
 #include "integration/files/landmarks.h"
 #include "integration/files/read_sequence.h"
 #include "integration/files/read_volume.h"
+#include "module/haptics/back_track.h"
 
 namespace {
 
@@ -198,6 +200,43 @@ void tell(const Data& data, const std::string& model, const SequenceMotion& moti
   std::fflush(stdout);
 }
 
+/// How often the hand's Newton does not find where the material of a place is, over the whole
+/// volume and cycle: cold from the place itself, and warm from where it was a millisecond before.
+void tell_turning(const Data& data, const SequenceMotion& motion) {
+  const auto map = SequenceMap::of(motion);
+  const Grid& grid = data.reader.grid();
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> share(0.0, 1.0);
+  const double end_s =
+      motion.basis.cycle_s > 0.0 ? motion.basis.cycle_s : motion.basis.times_s.back();
+  size_t cold = 0, warm = 0, steps = 0, folded = 0, far = 0;
+  constexpr size_t kTargets = 200'000;
+  for (size_t n = 0; n < kTargets; ++n) {
+    const glm::dvec3 index =
+        glm::dvec3(share(random), share(random), share(random)) * glm::dvec3(grid.size - 1);
+    const glm::dvec3 target = volume_from_lps(grid.lps_from_index(index));
+    const double t = end_s * share(random);
+    SequenceMoment moment(*map, motion.basis.at(t));
+    const BackTrack first = back_track(moment, target, target);
+    steps += size_t(first.steps);
+    cold += !first.ok;
+    if (!first.ok) {
+      const bool close = first.residual_m <= 1e-6 * map->cell_m();
+      folded += close;
+      far += !close;
+      continue;
+    }
+    moment.set(motion.basis.at(t + 0.001));
+    warm += !back_track(moment, target, first.x_m).ok;
+  }
+  fmt::print(
+      "{:<11} {:<24} of {} places not found: cold {} ({} beyond a fold, {} not met), warm {}; "
+      "{:.2f} "
+      "steps cold; least det {:.2f}\n",
+      data.name, "turning around", kTargets, cold, folded, far, warm, double(steps) / kTargets,
+      map->least_determinant());
+}
+
 void measure(const std::shared_ptr<vulkan::Context>& context, Data& data,
              const std::string& preset) {
   const FrameReader read = [&](size_t k) { return data.reader.frame(k); };
@@ -228,6 +267,7 @@ void measure(const std::shared_ptr<vulkan::Context>& context, Data& data,
     fmt::print("{:<11} {:<24} drift over the cycle {:.3f} mm\n", data.name, "consecutive",
                drift->mm.mean);
   tell(data, "sequence", *motion);
+  tell_turning(data, *motion);
   fmt::print("{:<11} {:<24} reference {}, {:.1f} s\n", data.name, "sequence", motion->reference,
              took_s);
 }

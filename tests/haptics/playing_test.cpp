@@ -2,6 +2,8 @@
 // shell's radius in closed form at the frame pointer, and Coulomb's law.
 #include <gtest/gtest.h>
 
+#include "compute/volume/phantom.h"
+#include "module/scene/make_volume.h"
 #include "tests/haptics/force_steps.h"
 #include "tests/haptics/shell_scene.h"
 
@@ -80,6 +82,57 @@ TEST(Playing, GivesTheExactForceAtEveryRateForwardsAndBackwards) {
     EXPECT_GT(hand.touched, 500);
     EXPECT_FALSE(hand.held);
   }
+}
+
+/// The same shell as one frame's values carried by one motion for all times.
+std::shared_ptr<const MovingVolume> carried_shell(double frames_per_second, size_t reference) {
+  const auto own = shell(kFrames, frames_per_second);
+  SequenceMotion motion;
+  motion.reference = reference;
+  motion.basis = {own->times.times_s, own->times.cycle_s, 0};
+  for (int k = 0; k < kFrames; ++k)
+    motion.terms.push_back(shell_truth(shell_grid(1.0), int(reference), k, kFrames));
+  return std::make_shared<const MovingVolume>(*carried(*own, motion));
+}
+
+TEST(OneMotionForAllTimes, GivesTheExactForceAtEveryRateForwardsAndBackwards) {
+  for (const size_t reference : {size_t(0), size_t(1), size_t(2)}) {
+    const auto data = carried_shell(1.0, reference);
+    for (const double rate : {0.1, 1.0, 7.0, 30.0, -1.0, -100.0}) {
+      SceneSpec spec = shell_spec(50.0, 0.0, kStiffness);
+      spec.volumes[0].rate = rate;
+      Pressing hand(spec, data);
+      hand.go(3000);
+      std::printf("%.1f frames/s: worst error %.4f N, worst step beyond hand and wall %.4f N\n",
+                  rate, hand.worst_n, hand.worst_step_n);
+      EXPECT_LE(hand.worst_n, 0.2 * kMethod_n)
+          << rate << " frames per second, from frame " << reference;
+      EXPECT_GT(hand.touched, 500);
+      EXPECT_FALSE(hand.held);
+    }
+  }
+}
+
+TEST(OneMotionForAllTimes, TakesTheHandOverFromStepsWithoutAJump) {
+  // As when it is found while the steps are felt: the same wall, the scene exchanged in contact.
+  const SceneSpec spec = shell_spec(50.0, 0.0, kStiffness);
+  Hand hand(spec, {shell(kFrames, 1.0)});
+  const glm::dvec3 dir = glm::normalize(glm::dvec3(0.6, 0.5, -0.4));
+  double worst_n = 0.0;
+  glm::dvec3 last_n(0.0);
+  for (int i = 0; i < 3000; ++i) {
+    if (i == 1500) {
+      auto scene = assemble(spec, {carried_shell(1.0, 1)});
+      ASSERT_TRUE(scene);
+      hand.haptics.adopt(Haptics::prepare(*scene));
+    }
+    const TickOutput out = hand.to(0.0285 * dir);
+    if (i > 10) worst_n = std::max(worst_n, glm::length(out.wanted_n - last_n));
+    last_n = out.wanted_n;
+    const double exact = kStiffness * std::max(0.0, shell_radius_m(out.first, kFrames) - 0.0285);
+    EXPECT_NEAR(glm::length(out.wanted_n), exact, kMethod_n) << "tick " << i;
+  }
+  EXPECT_LE(worst_n, 0.03);
 }
 
 TEST(Playing, PausesScrubsAndReversesWithoutLeavingTheExactForce) {

@@ -20,6 +20,7 @@
 #include "integration/files/read_volume.h"
 #include "integration/files/scene_file.h"
 #include "integration/files/sentences.h"
+#include "integration/files/sequence_motion_file.h"
 #include "integration/files/text.h"
 #include "module/haptics/recording.h"
 
@@ -244,6 +245,52 @@ Result<Contents> contents_of_image(const fs::path& path, const OnShare& on_share
   return contents;
 }
 
+/// One motion for a whole sequence: lengths and folds at every frame.
+Result<Contents> contents_of_sequence_motion(const fs::path& path, const OnShare& on_share) {
+  const auto motion = files::read_sequence_motion(path);
+  if (!motion) return motion.error();
+  const TimeBasis& basis = motion->basis;
+  Contents contents{.path = path,
+                    .kind = "sequence motion",
+                    .what = fmt::format("one motion for a sequence of {} frames", motion->frames()),
+                    .format = "NRRD, 32-bit numbers"};
+  contents.grid = motion->terms.front().grid;
+  contents.frames = motion->frames();
+  contents.components = 3;
+  contents.times_s = basis.times_s;
+  contents.memory_bytes = 12.0 * double(motion->terms.size()) * double(contents.grid->count());
+  contents.use =
+      "--fields of 'palpate feel', 'palpate view' and 'palpate plan', motions of a scene; for "
+      "'palpate check'";
+  contents.more.emplace_back("Reference", fmt::format("frame {}", motion->reference));
+  contents.more.emplace_back(
+      "Time", basis.harmonics > 0 ? fmt::format("{} harmonics of a cycle of {:.4g} s, {} terms",
+                                                basis.harmonics, basis.cycle_s, basis.terms())
+                                  : fmt::format("straight lines between the frames{}",
+                                                basis.cycle_s > 0.0
+                                                    ? fmt::format(" of a cycle of {:.4g} s",
+                                                                  basis.cycle_s)
+                                                    : std::string()));
+  contents.folds = Folds{};
+  for (size_t k = 0; k < motion->frames(); ++k) {
+    const Field field = motion->at_frame(k);
+    Volume lengths{field.grid, {}};
+    for (const glm::vec3& u : field.u_mm) lengths.values.push_back(glm::length(u));
+    contents.values.push_back(values_of(lengths));
+    const Folds found = folds(field);
+    contents.folds->voxels += found.voxels;
+    contents.folds->folded += found.folded;
+    contents.folds->min_det = std::min(contents.folds->min_det, found.min_det);
+    on_share(double(k + 1) / double(motion->frames()));
+  }
+  judge_times(contents.times_s, contents.problems);
+  if (contents.folds->folded > 0)
+    contents.problems.push_back(
+        fmt::format("It folds at {} of {} samples of all frames, which no tissue does.",
+                    contents.folds->folded, contents.folds->voxels));
+  return contents;
+}
+
 /// A folder of slices or of 3D files, or a DICOM file: what the reader makes of it.
 Result<Contents> contents_of_frames(const fs::path& input, const std::string& format,
                                     const OnShare& on_share) {
@@ -282,8 +329,12 @@ Result<Contents> contents_of_fields(const fs::path& folder, const std::vector<fs
   contents.path = folder;
   contents.kind = "fields";
   contents.what = fmt::format("a folder with {} fields", fields.size());
-  contents.use = "--fields of 'palpate feel' and 'palpate plan'; each for 'palpate check'";
+  contents.use = "--fields of 'palpate feel' and 'palpate plan'; for 'palpate check', each or all";
   contents.frames = fields.size();
+  if (files::holds_sequence_motion(folder / files::kSequenceMotionName))
+    contents.more.emplace_back("Motion",
+                               fmt::format("one for the whole sequence, in {}: that is what is felt",
+                                           files::kSequenceMotionName));
   contents.components = 3;
   for (const fs::path& file : fields) {
     auto one = contents_of_image(file, on_share);
@@ -398,7 +449,8 @@ Result<Contents> contents_of_json(const fs::path& path) {
   if (!root) return *reading.error;
   if (root->contains("volumes") || root->contains("modes")) return contents_of_scene(path);
   if (root->contains("stage_from_device")) return contents_of_calibration(path);
-  if (root->contains("program") && root->contains("pairs")) {
+  if (root->contains("program") &&
+      (root->contains("pairs") || root->contains("sequence"))) {
     Contents contents{
         .path = path, .kind = "summary", .what = "a summary of 'palpate motion'", .format = "JSON"};
     contents.use = "none: it is for people and programs";
@@ -481,6 +533,8 @@ Result<Contents> contents_of(const fs::path& path, const OnShare& on_share) {
   if (fs::is_directory(path, error)) return contents_of_folder(path, on_share);
   const auto kind = files::sniff(path);
   if (!kind) return kind.error();
+  if (*kind == files::FileKind::kNrrd && files::holds_sequence_motion(path))
+    return contents_of_sequence_motion(path, on_share);
   const std::string start = start_of(path);
   if (start.starts_with(kRecording)) return contents_of_recording(path);
   if (*kind == files::FileKind::kDicom) return contents_of_frames(path, "DICOM", on_share);

@@ -1,0 +1,143 @@
+#include "integration/app/sequence_output.h"
+
+#include <fmt/format.h>
+
+#include "compute/motion/sequence_quality.h"
+#include "integration/app/summary.h"
+#include "integration/charts/charts.h"
+#include "integration/files/raster.h"
+#include "integration/files/sequence_motion_file.h"
+#include "integration/files/write_field.h"
+#include "integration/files/write_volume.h"
+
+namespace palpate::app {
+namespace {
+
+Confidence on_grid(const Confidence& confidence, const Grid& onto) {
+  Volume values = resampled(Volume{confidence.grid, confidence.values}, onto);
+  return {onto, std::move(values.values)};
+}
+
+/// Stages a file, writes it, and names the final place if that fails.
+template <class Write>
+Status put(Outputs& outputs, const std::string& name, const Write& write) {
+  if (name.empty()) return Nothing{};
+  const auto path = outputs.stage(name);
+  if (!path) return path.error();
+  const Status written = write(*path);
+  return written ? written : Status(outputs.in_place(written.error()));
+}
+
+}  // namespace
+
+Result<std::vector<Volume>> all_frames(Frames& frames, std::stop_token stop) {
+  const double bytes = double(frames.count) * double(frames.grid.count()) * sizeof(float);
+  const Status fits = files::check_fits_memory("One motion for the whole sequence", bytes);
+  if (!fits)
+    return Error{fits.error().kind,
+                 fits.error().message + ", or find the motion from frame to frame only"};
+  std::vector<Volume> kept;
+  for (size_t k = 0; k < frames.count && !stop.stop_requested(); ++k) {
+    auto frame = frames.read(k);
+    if (!frame) return frame.error();
+    kept.push_back(std::move(*frame));
+  }
+  return kept;
+}
+
+std::string reference_field_name(const std::string& format, size_t frame, size_t count) {
+  return fmt::format("reference_to_{:0{}}.{}", frame, std::to_string(count - 1).size(), format);
+}
+
+Result<SequenceEvidence> examined(
+    const SequenceMotion& motion, const std::vector<Volume>& frames,
+    const std::vector<Confidence>& confidence, const Mask* mask,
+    const std::function<void(const SequenceEvidence&, size_t)>& tell) {
+  SequenceEvidence evidence;
+  evidence.reference = motion.reference;
+  evidence.frames.resize(motion.frames());
+  const bool cyclic = motion.basis.cycle_s > 0.0;
+  const std::vector<Field> at_frame = fields_at_frames(motion);
+  const std::optional<Mask> on_terms =
+      mask ? std::optional(resampled(*mask, at_frame.front().grid)) : std::nullopt;
+  const Mask* const solved_mask = on_terms ? &*on_terms : nullptr;
+  const auto accelerations = accelerations_mm(at_frame, cyclic, solved_mask);
+  const auto between = folds_between(motion);
+  const Grid& image = frames.empty() ? at_frame.front().grid : frames.front().grid;
+  CyclePoints points(image, frames.empty() ? solved_mask : mask);
+  for (size_t k = 0; k < motion.frames(); ++k) {
+    FrameEvidence& frame = evidence.frames[k];
+    const Field field = frames.empty() ? at_frame[k] : resampled(at_frame[k], image);
+    frame.motion_mm = lengths_mm(field, frames.empty() ? solved_mask : mask);
+    frame.acceleration_mm = accelerations[k];
+    frame.between = between[k];
+    if (frames.empty() || k == motion.reference) {
+      frame.evidence.folds = folds(field);
+    } else {
+      auto found = examined(frames[motion.reference], frames[k], field, nullptr,
+                            confidence.empty() ? nullptr : &confidence[k], mask);
+      if (!found) return found.error();
+      frame.evidence = std::move(*found);
+    }
+    if (cyclic) points.follow(consecutive_field(motion, k));
+    if (tell) tell(evidence, k);
+  }
+  if (cyclic) evidence.drift = points.drift();
+  return evidence;
+}
+
+Result<nlohmann::json> write_sequence(const SequenceMotion& motion,
+                                      const std::vector<Volume>& frames,
+                                      const std::vector<Confidence>& step_confidence,
+                                      const SequenceOutputOptions& options, Outputs& outputs) {
+  const size_t count = motion.frames();
+  const auto on_image = [&](Field field) {
+    return options.coarse ? field : resampled(field, frames.front().grid);
+  };
+  Status status = put(outputs, files::kSequenceMotionName,
+                      [&](const auto& path) { return files::write_sequence_motion(motion, path); });
+  nlohmann::json written = {{"file", files::kSequenceMotionName},
+                            {"reference_frame", motion.reference},
+                            {"harmonics", motion.basis.harmonics},
+                            {"cycle_s", motion.basis.cycle_s}};
+  for (size_t k = 0; status && k < count; ++k) {
+    const std::string name = reference_field_name(options.format, k, count);
+    written["reference_fields"].push_back(name);
+    status = put(outputs, name, [&](const auto& path) {
+      return files::write_field(on_image(motion.at_frame(k)), path);
+    });
+  }
+  const size_t steps = count - (motion.basis.cycle_s > 0.0 ? 0 : 1);
+  for (size_t k = 0; status && k < steps; ++k) {
+    const size_t next = (k + 1) % count;
+    const PairNames names = options.names(k, next);
+    const Field solved = consecutive_field(motion, k), field = on_image(solved);
+    written["fields"].push_back(names.field);
+    status = put(outputs, names.field,
+                 [&](const auto& path) { return files::write_field(field, path); });
+    if (!status) break;
+    status = put(outputs, names.inverse, [&](const auto& path) {
+      return files::write_field(inverse_of(solved, field.grid).w, path);
+    });
+    if (!status) break;
+    status = put(outputs, names.confidence, [&](const auto& path) {
+      return files::write_confidence(on_grid(step_confidence[k], field.grid), path);
+    });
+    if (!status) break;
+    status = put(outputs, names.picture, [&](const auto& path) {
+      charts::PairPicture picture;
+      picture.fixed = &frames[k];
+      picture.moving = &frames[next];
+      picture.field = &field;
+      picture.confidence = &step_confidence[k];
+      picture.mask = options.mask;
+      const charts::Caption caption{fmt::format("Motion from frame {} to {}", k, next),
+                                    grid_text(frames[k].grid)};
+      return charts::write_pair_overview(path.string(), picture, caption);
+    });
+  }
+  if (!status) return status.error();
+  return written;
+}
+
+}  // namespace palpate::app

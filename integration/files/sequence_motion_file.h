@@ -1,0 +1,52 @@
+#pragma once
+
+#include <filesystem>
+#include <string_view>
+
+#include "compute/volume/result.h"
+#include "compute/volume/sequence_motion.h"
+#include "integration/files/raster.h"
+
+namespace palpate::files {
+
+/// The file of one motion for a whole sequence: a NRRD of five axes, little-endian floats,
+///
+///   sizes: 3 nx ny nz M      kinds: vector domain domain domain list
+///
+/// mm along L, P, S; x, y, z are the motion's grid and M its terms (SequenceMotion::terms, in
+/// order: with H harmonics c_0, a_1, b_1, ... a_H, b_H, else u at each frame). Keys:
+///
+///   SequenceMotion.Version:=1
+///   SequenceMotion.ReferenceFrame:=7        counted from 0
+///   SequenceMotion.FrameTimes_s:=0 0.05 ...  rising, the first 0
+///   SequenceMotion.Cycle_s:=1               above the last time; 0: not cyclic
+///   SequenceMotion.Harmonics:=5             0: u at the frames, straight lines between them
+///
+/// Whatever reads NRRD reads it; the same layout without the keys is 3D Slicer's of a sequence of
+/// displacement fields.
+inline constexpr const char* kSequenceMotionName = "sequence_motion.nrrd";
+
+/// What the header of such a file says.
+struct SequenceMotionHeader {
+  Raster raster;  ///< its lanes are all components of all terms, in the order of the file
+  size_t reference = 0;
+  TimeBasis basis;
+};
+
+/// Pure; `text` is all before the first sample. kBadInput with a sentence for any other NRRD.
+Result<SequenceMotionHeader> parse_sequence_motion_header(const std::filesystem::path& file,
+                                                          std::string_view text);
+
+/// Whether a path names such a file (by its key, not by its name). False for what can not be read:
+/// whoever reads it then says why.
+bool holds_sequence_motion(const std::filesystem::path& file);
+
+/// Any thread. kBadInput with a sentence, kOutOfMemory if it does not fit (checked first).
+Result<SequenceMotionHeader> read_sequence_motion_header(const std::filesystem::path& file);
+Result<SequenceMotion> read_sequence_motion(const std::filesystem::path& file);
+
+/// The whole file or none; read again the terms and times are the same bit by bit. kBadOutput, also
+/// for a name that does not end in .nrrd.
+Status write_sequence_motion(const SequenceMotion& motion, const std::filesystem::path& file);
+
+}  // namespace palpate::files

@@ -1,0 +1,78 @@
+#include <cmath>
+
+#include "integration/files/frame_times.h"
+#include "integration/files/nrrd_fields.h"
+#include "integration/files/nrrd_header.h"
+#include "integration/files/sentences.h"
+#include "integration/files/sequence_motion_file.h"
+#include "integration/files/text.h"
+
+namespace palpate::files {
+namespace {
+
+constexpr size_t kAxes = 5;
+
+Error damaged(const std::filesystem::path& file, const char* what) {
+  return bad_input(
+      file, "is the motion of a sequence, but {}: write it again with 'palpate motion'", what);
+}
+
+/// When its frames are and how its terms depend on time.
+Result<TimeBasis> basis_of(const std::filesystem::path& file, const NrrdFields& header) {
+  const auto times = to_numbers(header.key("SequenceMotion.FrameTimes_s"));
+  const auto cycle = to_number(header.key("SequenceMotion.Cycle_s"));
+  const auto harmonics = to_integer(header.key("SequenceMotion.Harmonics"));
+  if (!times || times->size() < 2 || 3.0 * double(times->size()) > kMaxLanes ||
+      !is_rising(*times) || times->front() != 0.0)
+    return damaged(file, "its frame times do not rise from 0");
+  if (!cycle || !std::isfinite(*cycle) || (*cycle != 0.0 && *cycle <= times->back()))
+    return damaged(file, "its cycle ends before its last frame");
+  if (!harmonics || *harmonics < 0 || *harmonics > TimeBasis::kMostHarmonics)
+    return damaged(file, "its number of harmonics makes no sense");
+  if (*harmonics > 0 && *cycle == 0.0) return damaged(file, "it has harmonics without a cycle");
+  return TimeBasis{*times, *cycle, int(*harmonics)};
+}
+
+}  // namespace
+
+Result<SequenceMotionHeader> parse_sequence_motion_header(const std::filesystem::path& file,
+                                                          std::string_view text) {
+  const auto header = split_nrrd_header(file, text);
+  if (!header) return header.error();
+  const auto version = header->key(kSequenceMotionKey);
+  if (version.empty())
+    return bad_input(file,
+                     "is not the motion of a sequence (it lacks the key {}): name the file {} of "
+                     "'palpate motion'",
+                     kSequenceMotionKey, kSequenceMotionName);
+  if (version != "1")
+    return bad_input(file,
+                     "is of version {}, but this palpate reads version 1: use a newer palpate",
+                     version.substr(0, 40));
+  SequenceMotionHeader found;
+  auto basis = basis_of(file, *header);
+  if (!basis) return basis.error();
+  found.basis = std::move(*basis);
+  const auto reference = to_integer(header->key("SequenceMotion.ReferenceFrame"));
+  if (!reference || *reference < 0 || size_t(*reference) >= found.basis.times_s.size())
+    return damaged(file, "its reference frame is none of its frames");
+  found.reference = size_t(*reference);
+  auto axes = nrrd_axes(file, *header);
+  if (!axes) return axes.error();
+  const bool in_order = axes->size() == kAxes && (*axes)[0].role == NrrdRole::kComponents &&
+                        (*axes)[0].size == 3.0 && (*axes)[1].role == NrrdRole::kSpace &&
+                        (*axes)[2].role == NrrdRole::kSpace &&
+                        (*axes)[3].role == NrrdRole::kSpace && (*axes)[4].role == NrrdRole::kFrames;
+  if (!in_order) return damaged(file, "its axes are not three components, x, y, z and terms");
+  if ((*axes)[4].size != double(found.basis.terms()))
+    return damaged(file, "its last axis is not as long as its terms are many");
+  // Without the last axis it is one field; the terms follow each other.
+  axes->pop_back();
+  auto raster = nrrd_raster(file, *header, *axes, text.size());
+  if (!raster) return raster.error();
+  found.raster = std::move(*raster);
+  found.raster.lanes *= found.basis.terms();
+  return found;
+}
+
+}  // namespace palpate::files

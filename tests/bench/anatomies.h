@@ -1,0 +1,38 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "compute/volume/field.h"
+#include "compute/volume/volume.h"
+
+namespace palpate::bench {
+
+/// A pair whose motion is known, of one anatomy, and where to score.
+struct KnownCase {
+  Volume fixed, moving;
+  Field truth;                 ///< mm, LPS; may be sampled more thinly than fixed
+  Mask mask;                   ///< on the grid of fixed
+  std::optional<Mask> border;  ///< about a sliding border, scored beside the mask
+};
+
+/// How to come by one: pairs are read or made when their turn comes.
+struct CaseSource {
+  std::string anatomy;  ///< pairs of one anatomy are left out together
+  std::string name;
+  std::function<KnownCase()> make;  ///< throws Mismatch if it can not be had
+};
+
+/// All pairs with known motion: the kit (12 pairs of 6 anatomies), the lung, and made pairs.
+/// Folders of `data` that are missing give no pairs.
+std::vector<CaseSource> known_cases(const std::filesystem::path& data);
+
+/// Mean endpoint error at the truth's samples in a mask, mm. Each axis its own: in voxels of
+/// fixed's axes instead of mm. NaN if the mask is empty.
+double mean_error_mm(const Field& found, const KnownCase& pair, const Mask& mask);
+double mean_error_own_voxels(const Field& found, const KnownCase& pair, const Mask& mask);
+
+}  // namespace palpate::bench

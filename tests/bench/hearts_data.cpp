@@ -1,0 +1,376 @@
+#include "tests/bench/hearts_data.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <functional>
+#include <numbers>
+#include <stdexcept>
+
+#include "compute/motion/estimate_sequence.h"
+#include "compute/volume/heart_phantom.h"
+#include "compute/volume/parallel.h"
+#include "compute/vulkan/context.h"
+#include "integration/files/read_sequence.h"
+#include "integration/files/read_volume.h"
+#include "integration/files/write_field.h"
+#include "integration/files/write_volume.h"
+#include "module/scene/built_in.h"
+#include "module/scene/make_volume.h"
+#include "module/scene/wall_value.h"
+
+namespace palpate::bench {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kClip_mm = 8.0;   // distances beyond are cut
+constexpr double kFull_n = 4.0;    // strength of every wall
+constexpr double kClear_mm = 8.0;  // before a place nothing may be in the way for so far
+
+template <class T>
+T value(Result<T> result) {
+  if (!result) throw std::runtime_error(result.error().message);
+  return std::move(*result);
+}
+
+using IsInside = std::function<bool(float)>;
+
+/// Signed distance to the border of the voxels that are inside, as boxes, mm, above 0 inside, cut
+/// at kClip_mm. in_plane: within each slice alone.
+Volume signed_distance(const Volume& of, const IsInside& is_inside, bool in_plane) {
+  const Grid& grid = of.grid;
+  std::vector<uint8_t> inside(grid.count());
+  for (size_t n = 0; n < inside.size(); ++n) inside[n] = is_inside(of.values[n]);
+  glm::ivec3 reach = glm::ivec3(glm::ceil(glm::dvec3(kClip_mm) / grid.spacing_mm)) + 1;
+  if (in_plane) reach.z = 0;
+  Volume distance{grid, std::vector<float>(grid.count())};
+  parallel_ranges(grid.size.z, 1e6, [&](int begin, int end) {
+    for (int k = begin; k < end; ++k)
+      for (int j = 0; j < grid.size.y; ++j)
+        for (int i = 0; i < grid.size.x; ++i) {
+          const bool here = inside[grid.offset(i, j, k)];
+          double nearest = kClip_mm * kClip_mm;
+          for (int c = -reach.z; c <= reach.z; ++c)
+            for (int b = -reach.y; b <= reach.y; ++b)
+              for (int a = -reach.x; a <= reach.x; ++a) {
+                const int x = i + a, y = j + b, z = k + c;
+                if (x < 0 || y < 0 || z < 0 || x >= grid.size.x || y >= grid.size.y ||
+                    z >= grid.size.z || bool(inside[grid.offset(x, y, z)]) == here)
+                  continue;
+                const glm::dvec3 gap =
+                    glm::max(glm::dvec3(std::abs(a), std::abs(b), std::abs(c)) - 0.5, 0.0) *
+                    grid.spacing_mm;
+                nearest = std::min(nearest, glm::dot(gap, gap));
+              }
+          distance.values[grid.offset(i, j, k)] = float((here ? 1.0 : -1.0) * std::sqrt(nearest));
+        }
+  });
+  return distance;
+}
+
+/// Smoothed by a Gaussian, SDs in voxels, borders held.
+Volume smoothed(Volume volume, glm::dvec3 sd) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const int reach = int(std::ceil(3.0 * sd[axis]));
+    std::vector<double> weight;
+    double sum = 0.0;
+    for (int a = -reach; a <= reach; ++a) {
+      weight.push_back(std::exp(-0.5 * a * a / (sd[axis] * sd[axis])));
+      sum += weight.back();
+    }
+    const Volume from = volume;
+    const Grid& grid = volume.grid;
+    for (int k = 0; k < grid.size.z; ++k)
+      for (int j = 0; j < grid.size.y; ++j)
+        for (int i = 0; i < grid.size.x; ++i) {
+          double total = 0.0;
+          for (int a = -reach; a <= reach; ++a) {
+            glm::ivec3 at(i, j, k);
+            at[axis] = std::clamp(at[axis] + a, 0, grid.size[axis] - 1);
+            total += weight[size_t(a + reach)] * from.at(at.x, at.y, at.z);
+          }
+          volume.values[grid.offset(i, j, k)] = float(total / sum);
+        }
+  }
+  return volume;
+}
+
+/// Points where the distance in frame 0 is 0 and its slope is that of a wall, spread evenly: each
+/// the farthest from those before it.
+struct Choice {
+  glm::dvec3 towards{0.0};             ///< volume space: where the hand is
+  std::function<bool(glm::dvec3)> ok;  ///< of a point, volume space; empty: all
+  int slice_low = 0, slice_high = 1 << 20;
+};
+
+std::vector<Place> places_on(const FrameData& distance, const Grid& grid, int count,
+                             const Choice& choice) {
+  std::vector<Place> all;
+  const glm::dvec3 axis = glm::normalize(volume_from_lps(grid.direction[2]));
+  for (int k = std::max(1, choice.slice_low); k <= std::min(grid.size.z - 2, choice.slice_high);
+       ++k)
+    for (int j = 1; j + 1 < grid.size.y; ++j)
+      for (int i = 1; i + 1 < grid.size.x; ++i)
+        for (int along = 0; along < 2; ++along) {
+          const glm::dvec3 step(along == 0, along == 1, 0);
+          const glm::dvec3 a = volume_from_lps(grid.lps_from_index(glm::dvec3(i, j, k)));
+          const glm::dvec3 b = volume_from_lps(grid.lps_from_index(glm::dvec3(i, j, k) + step));
+          const double at_a = distance.scalar(a), at_b = distance.scalar(b);
+          if ((at_a > 0.0) == (at_b > 0.0)) continue;
+          Place place;
+          place.at_m = a + (b - a) * (at_a / (at_a - at_b));
+          const glm::dvec3 uphill = distance.scalar_gradient(place.at_m);
+          if (glm::length(uphill) < 500.0) continue;
+          place.out = -glm::normalize(uphill);
+          if (glm::dot(place.out, choice.towards) < 0.2) continue;
+          if (std::abs(glm::dot(place.out, axis)) > 0.8) continue;
+          if (distance.scalar(place.at_m + 1e-3 * kClear_mm * place.out) > 0.0) continue;
+          if (choice.ok && !choice.ok(place.at_m)) continue;
+          all.push_back(place);
+        }
+  if (all.empty()) return all;
+  glm::dvec3 middle(0.0);
+  for (const Place& place : all) middle += place.at_m / double(all.size());
+  const glm::dvec3 ahead = glm::normalize(choice.towards - axis * glm::dot(choice.towards, axis) +
+                                          1e-9 * choice.towards);
+  const glm::dvec3 right = glm::cross(ahead, axis);
+  std::vector<Place> chosen;
+  std::vector<double> far(all.size(), 1e9);
+  size_t next = 0;
+  while (int(chosen.size()) < std::min(count, int(all.size()))) {
+    Place place = all[next];
+    const glm::dvec3 arm = place.at_m - middle;
+    place.x = std::atan2(glm::dot(arm, right), glm::dot(arm, ahead)) * 180.0 / std::numbers::pi;
+    place.y = 1e3 * glm::dot(arm, axis);
+    chosen.push_back(place);
+    for (size_t n = 0; n < all.size(); ++n)
+      far[n] = std::min(far[n], glm::distance(all[n].at_m, place.at_m));
+    next = size_t(std::max_element(far.begin(), far.end()) - far.begin());
+  }
+  return chosen;
+}
+
+struct Motions {
+  SequenceMotion whole;
+  std::vector<MotionData> pairs;  ///< one: consecutive fields with their confidences
+};
+
+/// Estimated, or read where they were kept.
+Motions motions_of(const HeartsOptions& options, const std::string& name,
+                   files::SequenceReader& reader, const FrameTimes& times) {
+  const size_t count = reader.frame_count();
+  const fs::path folder =
+      options.keep.empty() ? fs::path() : options.keep / (name + "_" + options.preset);
+  const auto file = [&](const char* what, size_t k) {
+    return folder / fmt::format("{}_{:02}.mha", what, k);
+  };
+  Motions motions;
+  motions.pairs.resize(1);
+  motions.whole.basis.times_s = times.times_s;
+  motions.whole.basis.cycle_s = times.cycle_s;
+  if (std::ifstream words(folder / "motion.txt"); !folder.empty() && words) {
+    words >> motions.whole.reference >> motions.whole.basis.harmonics;
+    for (size_t n = 0; n < motions.whole.basis.terms(); ++n)
+      motions.whole.terms.push_back(value(files::read_field(file("term", n))));
+    for (size_t k = 0; k < count; ++k) {
+      motions.pairs[0].fields.push_back(value(files::read_field(file("motion", k))));
+      Volume confidence = value(files::read_volume(file("confidence", k)));
+      motions.pairs[0].confidences.push_back({confidence.grid, std::move(confidence.values)});
+    }
+    return motions;
+  }
+  const auto context = value(vulkan::Context::open({}));
+  std::vector<Volume> frames;
+  for (size_t k = 0; k < count; ++k) frames.push_back(value(reader.frame(k)));
+  SequenceMotionOptions how;
+  how.estimator.motion = *motion_preset(options.preset);
+  how.estimator.cyclic = true;
+  motions.pairs[0].fields.resize(count);
+  motions.pairs[0].confidences.resize(count);
+  motions.whole = value(estimate_sequence_motion(
+      context, reader.grid(), times.times_s, [&](size_t k) -> Result<Volume> { return frames[k]; },
+      how,
+      [&](PairMotion pair) {
+        motions.pairs[0].fields[pair.fixed_frame] = std::move(pair.field);
+        motions.pairs[0].confidences[pair.fixed_frame] = std::move(pair.confidence);
+      }));
+  if (folder.empty()) return motions;
+  fs::create_directories(folder);
+  for (size_t n = 0; n < motions.whole.terms.size(); ++n)
+    value(files::write_field(motions.whole.terms[n], file("term", n)));
+  for (size_t k = 0; k < count; ++k) {
+    value(files::write_field(motions.pairs[0].fields[k], file("motion", k)));
+    value(files::write_confidence(motions.pairs[0].confidences[k], file("confidence", k)));
+  }
+  std::ofstream(folder / "motion.txt")
+      << motions.whole.reference << ' ' << motions.whole.basis.harmonics << '\n';
+  return motions;
+}
+
+/// The first frame alone.
+std::shared_ptr<const MovingVolume> stilled(const MovingVolume& moving) {
+  auto still = std::make_shared<MovingVolume>();
+  still->name = moving.name;
+  still->times.times_s = {0.0};
+  still->frames = {moving.frames.front()};
+  for (const Segment& segment : moving.segments)
+    still->segments.push_back({segment.name, segment.colour, {segment.distance_mm.front()}});
+  return still;
+}
+
+/// A sequence as it is read, felt by its values: each frame's own, and the reference frame's.
+struct ReadSequence {
+  files::SequenceReader reader;
+  MovingVolume own;
+  SequenceMotion whole;
+  WallValue otsu;
+};
+
+ReadSequence read(const HeartsOptions& options, const std::string& name,
+                  const std::vector<fs::path>& inputs) {
+  auto reader = value(files::SequenceReader::open(inputs));
+  VolumeSpec spec;
+  spec.name = name;
+  VolumeData data;
+  data.frames.times_known = reader.times_known();
+  data.frames.times_s = reader.times_s();
+  for (size_t k = 0; k < reader.frame_count(); ++k)
+    data.frames.frames.push_back(value(reader.frame(k)));
+  const WallValue otsu = value_between_groups(data.frames.frames.front());
+  // Files without times: the true length of this heart's beat.
+  if (!reader.times_known()) spec.frames_per_second = double(reader.frame_count()) / 0.63;
+  MovingVolume own = value(build(spec, std::move(data)));
+  Motions motions = motions_of(options, name, reader, own.times);
+  spec.motions = {MotionSpec{}};
+  Motion motion{"data", {}};
+  for (size_t k = 0; k < motions.pairs[0].fields.size(); ++k)
+    motion.steps.push_back(
+        MotionMap::of(motions.pairs[0].fields[k], &motions.pairs[0].confidences[k]));
+  own.motions = {std::move(motion)};
+  return {std::move(reader), std::move(own), std::move(motions.whole), otsu};
+}
+
+void add_by_values(Subject& subject, const ReadSequence& from) {
+  Felt own{"own values, Otsu", std::make_shared<const MovingVolume>(from.own), stilled(from.own),
+           false, value(TransferFunction::window(from.otsu.level, from.otsu.width, kFull_n))};
+  Felt carried_values = own;
+  carried_values.name = "carried values, Otsu";
+  const auto carried_volume =
+      std::make_shared<const MovingVolume>(value(carried(from.own, from.whole)));
+  carried_values.moving = carried_volume;
+  subject.whole = carried_volume->whole;
+  subject.felt.push_back(std::move(own));
+  subject.felt.push_back(std::move(carried_values));
+}
+
+}  // namespace
+
+Subject beating_heart(const HeartsOptions& options) {
+  const fs::path folder = options.shared / "heart_cine";
+  std::vector<fs::path> inputs;
+  std::vector<Volume> labels;
+  for (int k = 0; k < 20; ++k) {
+    inputs.push_back(folder / fmt::format("frame_{:02}.mha", k));
+    labels.push_back(value(files::read_volume(folder / fmt::format("lv_{:02}.mha", k))));
+  }
+  ReadSequence sequence = read(options, "heart_cine", inputs);
+  Subject subject;
+  subject.name = "heart_cine";
+  add_by_values(subject, sequence);
+  struct Named {
+    const char *name, *segment;
+    IsInside is_inside;
+  };
+  const glm::dvec3 smooth(1.5, 1.5, 0.5);
+  auto with_segments = std::make_shared<MovingVolume>(*subject.felt.back().moving);
+  auto still = std::make_shared<MovingVolume>(*subject.felt.front().still);
+  for (const Named& of : {Named{"epicardium", "heart", [](float v) { return v > 0.5F; }},
+                          Named{"endocardium", "pool", [](float v) { return v > 1.5F; }}}) {
+    Wall wall;
+    wall.name = of.name;
+    wall.segment = of.segment;
+    const Volume& reference = labels[sequence.whole.reference];
+    wall.distance_mm =
+        sampled_scalar(smoothed(signed_distance(reference, of.is_inside, false), smooth));
+    for (const Volume& frame : labels)
+      wall.contours_mm.push_back(sampled_scalar(signed_distance(frame, of.is_inside, true)));
+    const auto first =
+        sampled_scalar(smoothed(signed_distance(labels[0], of.is_inside, false), smooth));
+    with_segments->segments.push_back({of.segment, glm::vec3(1.0F), {wall.distance_mm}});
+    still->segments.push_back({of.segment, glm::vec3(1.0F), {first}});
+    Choice choice;
+    choice.towards = {0.0, 0.0, 1.0};  // the hand is before the patient's chest
+    choice.slice_low = 2;
+    choice.slice_high = 12;
+    wall.places = places_on(*first, labels[0].grid, options.places, choice);
+    subject.walls.push_back(std::move(wall));
+  }
+  subject.felt.push_back({"segmentation carried", with_segments, still, true,
+                          value(TransferFunction::window(0.0, 1.0, kFull_n))});
+  return subject;
+}
+
+Subject breathing_lung(const HeartsOptions& options) {
+  ReadSequence sequence = read(options, "breathing", {options.shared / "lung/breathing.seq.nrrd"});
+  Subject subject;
+  subject.name = "breathing";
+  add_by_values(subject, sequence);
+  const double level = sequence.otsu.level;
+  const IsInside above = [level](float v) { return v > level; };
+  Wall wall;
+  wall.name = "Otsu's surface";
+  const Volume reference = value(sequence.reader.frame(sequence.whole.reference));
+  wall.distance_mm = sampled_scalar(signed_distance(reference, above, false));
+  Choice choice;
+  choice.towards = {0.0, 0.0, 1.0};
+  const Volume frame = value(sequence.reader.frame(0));
+  wall.places =
+      places_on(*sampled_scalar(smoothed(signed_distance(frame, above, false), glm::dvec3(1.0))),
+                frame.grid, options.places, choice);
+  subject.walls.push_back(std::move(wall));
+  return subject;
+}
+
+Subject heart_phantom_subject(const HeartsOptions& options) {
+  const SceneSpec scene = heart_scene();
+  VolumeSpec spec = scene.volumes.front();
+  Felt own{"own values, the scene's level",
+           std::make_shared<const MovingVolume>(value(build(spec))), nullptr, false,
+           scene.modes.front().strength};
+  own.still = stilled(*own.moving);
+  SequenceMotion truth;
+  truth.basis.times_s = own.moving->times.times_s;
+  truth.basis.cycle_s = own.moving->times.cycle_s;
+  const int frames = int(own.moving->frames.size());
+  for (int k = 0; k < frames; ++k) truth.terms.push_back(heart_truth(heart_grid(64), 0, k, frames));
+  Felt carried_values = own;
+  carried_values.name = "carried values, the scene's level";
+  carried_values.moving = std::make_shared<const MovingVolume>(value(carried(*own.moving, truth)));
+  Subject subject;
+  subject.name = "heart phantom";
+  subject.whole = carried_values.moving->whole;
+  const Grid grid = heart_grid(128);
+  Volume frame{grid, std::vector<float>(grid.count())};
+  for (int k = 0; k < grid.size.z; ++k)
+    for (int j = 0; j < grid.size.y; ++j)
+      for (int i = 0; i < grid.size.x; ++i)
+        frame.values[grid.offset(i, j, k)] =
+            float(own.moving->frames[0]->scalar(volume_from_lps(grid.lps_from_index({i, j, k}))));
+  Wall wall;
+  wall.name = "wall";
+  const Volume distance = signed_distance(
+      frame, [](float v) { return v > 365.0F; }, false);
+  wall.distance_mm = sampled_scalar(distance);
+  Choice choice;
+  choice.towards = {0.0, 0.0, 1.0};
+  wall.places =
+      places_on(*sampled_scalar(smoothed(distance, glm::dvec3(1.0))), grid, options.places, choice);
+  subject.walls.push_back(std::move(wall));
+  subject.felt = {std::move(own), std::move(carried_values)};
+  return subject;
+}
+
+}  // namespace palpate::bench

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <string>
+
+#include "compute/motion/options.h"
+
+namespace palpate::bench {
+
+/// Changes options as a text says: "NAME=NUMBER NAME=NUMBER ...". Names are those of MotionOptions;
+/// those of LevelOptions carry the level at their end ("window0" is the finest level's). Throws
+/// Mismatch with a sentence for a name or a number that is none.
+void change(MotionOptions& options, const std::string& settings);
+
+}  // namespace palpate::bench
