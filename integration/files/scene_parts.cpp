@@ -14,6 +14,7 @@ constexpr NumberRange kScales{1e-4, 1e4};
 constexpr NumberRange kSeeds{1.0, 24.0};
 constexpr NumberRange kColours{0.0, 1.0};
 constexpr NumberRange kFrameNumbers{0.0, 1e6};
+constexpr NumberRange kSegmentOpacity{0.0, 0.99};
 
 void read_rotation(JsonObject& o, Transform& out) {
   const json* turn = o.find("rotation");
@@ -293,6 +294,8 @@ void read_seen(JsonObject& parent, const char* key, SeenSpec& out) {
     if (seeds != std::floor(seeds)) o.refuse("tubes_per_axis", "a whole number is expected");
     out.tubes_per_axis = int(seeds);
   }
+  o.boolean("segments", out.segments);
+  o.number("segment_opacity", out.segment_opacity, kSegmentOpacity);
   o.finish();
 }
 

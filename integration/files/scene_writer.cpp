@@ -125,6 +125,8 @@ class SceneWriter {
     if (s.width > 0.0) o["window"] = {{"level", s.level}, {"width", s.width}};
     if (s.tubes) o["tubes"] = *s.tubes;
     put(o, "tubes_per_axis", s.tubes_per_axis, usual.tubes_per_axis);
+    put(o, "segments", s.segments, usual.segments);
+    put(o, "segment_opacity", s.segment_opacity, usual.segment_opacity);
     return o;
   }
 

@@ -92,7 +92,9 @@ struct SeenSpec {
   /// Stream tubes: along vectors, or along the gradient of scalars. Without a word, vector data
   /// have them.
   std::optional<bool> tubes;
-  int tubes_per_axis = 5;  ///< seeds of the tubes
+  int tubes_per_axis = 5;        ///< seeds of the tubes
+  bool segments = true;          ///< the surfaces of its segments, in their colours
+  double segment_opacity = 0.4;  ///< of each of them, 0 to 0.99
   bool operator==(const SeenSpec&) const = default;
 };
 

@@ -89,9 +89,11 @@ class FrameUpload {
       for (size_t i = size_t(begin); i < size_t(end); ++i)
         staged[i] = std::isfinite(values[i]) ? values[i] : float(frames.lowest);
     });
-    const VkFormat format = context_->is_cpu() ? VK_FORMAT_R32_SFLOAT : VK_FORMAT_R16_SFLOAT;
+    const VkFormat format = frames.curved        ? VK_FORMAT_R32G32B32A32_SFLOAT
+                            : context_->is_cpu() ? VK_FORMAT_R32_SFLOAT
+                                                 : VK_FORMAT_R16_SFLOAT;
     vulkan::Image image(context_, place_.size, format);
-    const double side = (samples ? 1.0 / 6.0 : 0.0) - curve;
+    const double side = (samples ? 1.0 / 6.0 : 0.0) - (frames.curved ? 0.0 : curve);
     const double scale = 1.0 / (frames.highest - frames.lowest);
     view_shaders::PrefilterPush push{};
     push.size = glm::ivec4(place_.size, 0);
@@ -100,7 +102,8 @@ class FrameUpload {
     recorder.prepare(image);
     recorder.copy(staging_, samples_);
     const glm::ivec3 group(8 * view_shaders::kPrefilterRun, 8, 1);
-    recorder.dispatch(kernels_.prefilter(), {{samples_, kernels_.nearest()}, image}, push,
+    recorder.dispatch(frames.curved ? kernels_.curve() : kernels_.prefilter(),
+                      {{samples_, kernels_.nearest()}, image}, push,
                       (place_.size + group - 1) / group);
     recorder.run();
     return image;
@@ -172,6 +175,7 @@ std::shared_ptr<const ResidentFrames> upload_frames(const std::shared_ptr<vulkan
                                                     Kernels& kernels, const MovingVolume& volume) {
   auto resident = std::make_shared<ResidentFrames>();
   resident->sources = volume.frames;
+  resident->curved = volume.whole && context->is_cpu();
   const FrameData& first = *volume.frames.front();
   const ScalarSamples samples = first.samples();
   resident->place = samples.place ? *samples.place : made_place(first);
@@ -296,7 +300,8 @@ std::shared_ptr<const ResidentStep> bound_step(const std::shared_ptr<vulkan::Con
   const vulkan::Binding field_image =
       field ? vulkan::Binding(field->image, kernels.nearest()) : image(frame);
   vulkan::Recorder recorder(context, 1);
-  recorder.dispatch(kernels.ranges(), {image(frame), image(next), field_image, step->parts}, push,
+  recorder.dispatch(kernels.ranges(frames.curved),
+                    {image(frame), image(next), field_image, step->parts}, push,
                     {(parts.x + 63) / 64, parts.y, parts.z});
   recorder.run();
   step->field = std::move(field);

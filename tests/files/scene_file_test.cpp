@@ -130,7 +130,8 @@ const char* const kEverything = R"({
                             {"name": "pool"}]},
      "view": {"look": "CT lung", "window": {"level": -600, "width": 1500}, "shown": false}},
     {"name": "b", "source": "molecule", "path": "exact", "drive": {"kind": "turn"},
-     "view": {"points": [[-1, [0, 0.5, 1], 0.25], [2.5, [1, 0, 0], 0]], "tubes": true, "tubes_per_axis": 3},
+     "view": {"points": [[-1, [0, 0.5, 1], 0.25], [2.5, [1, 0, 0], 0]], "tubes": true, "tubes_per_axis": 3,
+              "segments": false, "segment_opacity": 0.7},
      "transform": {"matrix": [[0, -2, 0, 0.1], [2, 0, 0, 0.2], [0, 0, 3, 0.3], [0, 0, 0, 1]]}},
     {"name": "c", "source": "heart-exact", "drive": {"kind": "second-hand"},
      "transform": {"rotation": {"axis": [0, 0, 1], "degrees": 180}}}
@@ -233,6 +234,8 @@ TEST(SceneFile, SaysHowVolumesAreSeen) {
   EXPECT_TRUE(molecule.shown);
   EXPECT_EQ(molecule.tubes, true);
   EXPECT_EQ(molecule.tubes_per_axis, 3);
+  EXPECT_FALSE(molecule.segments);
+  EXPECT_EQ(molecule.segment_opacity, 0.7);
   EXPECT_EQ(s.volumes[2].seen, SeenSpec());
 }
 
@@ -258,6 +261,7 @@ TEST(SceneFile, RefusesAViewThatCanNotBeDrawn) {
   EXPECT_THAT(view(R"("tubes": "many")"), HasSubstr("view.tubes: a text stands where"));
   EXPECT_THAT(view(R"("tubes_per_axis": 2.5)"), HasSubstr("a whole number"));
   EXPECT_THAT(view(R"("tubes_per_axis": 25)"), HasSubstr("view.tubes_per_axis"));
+  EXPECT_THAT(view(R"("segment_opacity": 1)"), HasSubstr("view.segment_opacity"));
   EXPECT_THAT(view(R"("tube": true)"), HasSubstr("\"tubes\""));
 }
 
