@@ -167,16 +167,18 @@ Status LiveMotion::whole(const Job& job, Frames& frames,
   Status taken = Nothing{};
   SequenceMotionOptions of_sequence;
   of_sequence.estimator = options;
+  SequenceReport report;
   const auto motion = estimate_sequence_motion(
       context, frames.grid, job.volume->times.times_s,
       [&](size_t k) -> Result<Volume> { return kept[k]; }, of_sequence,
       [&](PairMotion pair) {
         if (taken) taken = take_pair(job, pair);
       },
-      [&](const std::string&, double share) { share_ = share; }, stop);
+      [&](const std::string&, double share) { share_ = share; }, stop, &report);
   if (stop.stop_requested()) return Nothing{};
   if (!taken) return taken;
   if (!motion) return motion.error();
+  for (const std::string& note : report.notes) console_.say("Note      " + note);
   auto volume = carried(*job.volume, *motion);
   if (!volume) return volume.error();
   return on_whole_(job.missing.volume, std::make_shared<const MovingVolume>(std::move(*volume)));
