@@ -286,20 +286,36 @@ Result<FeltScene> of_spec(std::string name, SceneSpec spec, const OnDoing& doing
 
 Result<ModeSpec> surface_of(const fs::path& file, const Samples& samples,
                             const SequenceChoices& choices, std::vector<std::string>& notes) {
-  const WallValue found = value_between_groups(samples.first);
-  const double level = choices.level.value_or(found.level);
+  const WallQuality found =
+      choices.level
+          ? wall_quality(samples.first, {*choices.level, value_between_groups(samples.first).width})
+          : wall_of(samples.first);
+  const double level = found.at.level;
   if (!(level >= samples.low && level <= samples.high))
     return files::bad_input(
         file, "has values from {:.6g} to {:.6g}: there is no surface at --level {:.6g}",
         samples.low, samples.high, level);
   auto strength =
-      TransferFunction::window(level, choices.width.value_or(found.width), choices.strength_n);
+      TransferFunction::window(level, choices.width.value_or(found.at.width), choices.strength_n);
   if (!strength) return strength.error();
   if (!choices.level)
     notes.push_back(fmt::format(
         "The surface to feel is put at {:.4g}, between the two main groups of values: --level says "
         "otherwise.",
         level));
+  if (found.ends > kClosedWall)
+    notes.push_back(
+        fmt::format("This surface is no closed wall: at {:.0f} % of its places it ends within 5 mm "
+                    "or has a hole "
+                    "there, and a hand that strokes it falls through; feel a segmentation instead "
+                    "(--segments).",
+                    100.0 * found.ends));
+  else
+    notes.push_back(
+        fmt::format("A hand that strokes this surface comes to its end or to a hole within 5 mm at "
+                    "{:.0f} % of its "
+                    "places.",
+                    100.0 * found.ends));
   ModeSpec surface;
   surface.name = "surface";
   surface.strength = *strength;

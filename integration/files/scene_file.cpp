@@ -25,8 +25,9 @@ constexpr NumberRange kPlayingRates{-1000.0, 1000.0};           // times as fast
 constexpr NumberRange kDriveRates_hz{-100.0, 100.0};
 constexpr NumberRange kDistances_m{0.0, 10.0};
 
-const std::vector<std::string_view> kKinds = {
-    "surface", "follow", "front", "vortex", "gradient-force", "vector-force", "attractor"};
+const std::vector<std::string_view> kKinds = {"surface",   "follow",         "front",
+                                              "vortex",    "gradient-force", "vector-force",
+                                              "attractor", "tissue"};
 const std::vector<std::string_view> kSources = {"heart", "heart-exact", "shell", "shell-exact",
                                                 "molecule"};
 
@@ -273,7 +274,7 @@ bool mode_key_applies(std::string_view kind, std::string_view key) {
   if (std::find(kKinds.begin(), kKinds.end(), kind) == kKinds.end()) return true;
   if (key == "friction" || key == "leaving") return kind == "surface";
   if (key == "two_sided") return kind == "surface" || kind == "front";
-  if (key == "gain") return kind == "gradient-force" || kind == "vector-force";
+  if (key == "gain") return kind == "gradient-force" || kind == "vector-force" || kind == "tissue";
   if (key == "point_m" || key == "range_m") return kind == "attractor";
   return true;
 }

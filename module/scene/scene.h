@@ -29,7 +29,7 @@ enum class VectorProperty : uint8_t { kVector, kGradient, kCurl };
 struct ModeSpec {
   std::string name;              ///< unique in the scene
   std::string kind = "surface";  ///< surface, follow, front, vortex, gradient-force, vector-force,
-                                 ///< attractor, or a user's own
+                                 ///< attractor, tissue, or a user's own
   std::string volume;            ///< name of the volume it reads
   std::string segment;           ///< reads this segment's signed distance (mm, above 0 inside)
                                  ///< instead of the volume's values; empty: the values
