@@ -358,6 +358,41 @@ Field consecutive_field(const SequenceMotion& motion, size_t k, const Grid& onto
   return result;
 }
 
+Result<SequenceMotion> motion_of_steps(std::span<const Field> consecutive, const TimeBasis& times,
+                                       size_t reference) {
+  const size_t frames = times.times_s.size();
+  const bool cyclic = times.cycle_s > 0.0;
+  if (frames < 2 || consecutive.size() != frames - (cyclic ? 0 : 1) || reference >= frames)
+    return Error{ErrorKind::kBadInput, "One motion for " + std::to_string(frames) +
+                                           " frames can not be made of " +
+                                           std::to_string(consecutive.size()) + " fields"};
+  for (const Field& field : consecutive)
+    if (field.u_mm.empty())
+      return Error{ErrorKind::kBadInput,
+                   "One motion for all frames needs the field of every step, but one is missing"};
+  SequenceMotion motion;
+  motion.reference = reference;
+  motion.basis = {times.times_s, times.cycle_s, 0};
+  motion.terms.assign(frames, still_field(consecutive.front().grid));
+  // How many frames are reached forward: in a cycle half of them.
+  const size_t after = cyclic ? frames / 2 : frames - 1 - reference;
+  const auto go_on = [&](size_t from, size_t to, const Field& step) {
+    for_each_sample(step.grid, 100.0, [&](size_t n, glm::dvec3 x) {
+      const glm::dvec3 u(motion.terms[from].u_mm[n]);
+      motion.terms[to].u_mm[n] = glm::vec3(u + sample_at_lps(step, x + u));
+    });
+  };
+  for (size_t n = 0; n < after; ++n) {
+    const size_t from = (reference + n) % frames;
+    go_on(from, (from + 1) % frames, consecutive[from]);
+  }
+  for (size_t n = 0; n + after + 1 < frames; ++n) {
+    const size_t from = (reference + frames - n) % frames, to = (from + frames - 1) % frames;
+    go_on(from, to, inverse_of(consecutive[to], consecutive[to].grid).w);
+  }
+  return motion;
+}
+
 Result<SequenceMotion> estimate_sequence_motion(const std::shared_ptr<vulkan::Context>& context,
                                                 const Grid& grid, std::span<const double> times_s,
                                                 const FrameReader& read,

@@ -47,6 +47,13 @@ Field consecutive_field(const SequenceMotion& motion, size_t k);
 /// The same at the samples of another grid: exact there, where the motion's own grid is coarse.
 Field consecutive_field(const SequenceMotion& motion, size_t k, const Grid& onto);
 
+/// One motion from the fields of consecutive frames (one less than frames, or as many if cyclic),
+/// told from a frame of them: forward to those after it, and backward by the inverses to those
+/// before it; in a cycle each frame is reached the shorter way round. Straight lines between
+/// frames. kBadInput if a field is missing or their number does not fit. Uses all cores.
+Result<SequenceMotion> motion_of_steps(std::span<const Field> consecutive, const TimeBasis& times,
+                                       size_t reference);
+
 /// Frames as they are asked for, in any order and more than once. Called from one thread.
 using FrameReader = std::function<Result<Volume>(size_t k)>;
 
