@@ -218,6 +218,8 @@ Result<MovingVolume> read_volume_of(VolumeSpec& spec, Samples& samples, const On
                               samples.low);
   }
   if (data.whole) {
+    const Status segments = read_segments(spec, data, doing);
+    if (!segments) return segments.error();
     if (doing) doing("preparing " + spec.name);
     return build(spec, std::move(data));
   }

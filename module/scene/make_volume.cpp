@@ -263,6 +263,7 @@ Result<MovingVolume> carried_of(const VolumeSpec& spec, VolumeData data) {
   own.name = spec.name;
   own.times = {motion.basis.times_s, motion.basis.cycle_s};
   own.frames.assign(motion.frames(), frames->front());  // only the reference's is asked for
+  if (const Status added = add_segments(spec, data.segments, own); !added) return added.error();
   return carried(own, motion);
 }
 

@@ -106,6 +106,20 @@ TEST(MakeVolume, OfOneMotionKeepsTheReferenceFrameAndTheMotionsTimes) {
   EXPECT_NEAR(quick->whole->displacement(middle, quick->whole->basis().at(0.0)).x, 2e-3, 1e-8);
 }
 
+TEST(MakeVolume, OfOneMotionCarriesASegmentationToo) {
+  VolumeData data = whole_data();
+  Mask mask{test::oblique_grid(), std::vector<uint8_t>(test::oblique_grid().count(), 0)};
+  mask.values[mask.values.size() / 2] = 1;
+  data.segments.emplace_back();
+  data.segments.back().name = "ventricle";
+  data.segments.back().masks = {mask};
+  const auto volume = build(some_spec(), std::move(data));
+  ASSERT_TRUE(volume) << volume.error().message;
+  ASSERT_EQ(volume->segments.size(), 1U);
+  EXPECT_EQ(volume->segments[0].name, "ventricle");
+  EXPECT_EQ(volume->segments[0].distance_mm.size(), 1U);
+}
+
 TEST(MakeVolume, OfOneMotionRefusesWhatDoesNotFit) {
   VolumeData two_frames = whole_data();
   two_frames.frames.frames.push_back(two_frames.frames.frames.front());
