@@ -173,6 +173,7 @@ ViewScene FeelPicture::at(const SceneMoment& moment, int64_t display_ns, const E
     volume.look = looks_[v];
     volume.blend_values = spec(v).blend_values;
     volume.whole_frames = choices_.whole_frames;
+    volume.segment_opacity = spec(v).seen.segments ? spec(v).seen.segment_opacity : 0.0;
     scene.volumes.push_back(volume);
   }
   glm::dvec3 centre;

@@ -4,6 +4,8 @@
 
 #include "shaders/interface/view.h"
 #include "spirv/view/brick.h"
+#include "spirv/view/carry.h"
+#include "spirv/view/curve.h"
 #include "spirv/view/distance.h"
 #include "spirv/view/list.h"
 #include "spirv/view/mark.h"
@@ -68,8 +70,11 @@ const vulkan::Kernel& Kernels::motion_at() {
 const vulkan::Kernel& Kernels::track() {
   return get(k_view_track, "ssibb", sizeof(TrackPush));
 }
-const vulkan::Kernel& Kernels::ranges() {
-  return get(k_view_ranges, "sssb", sizeof(RangesPush));
+const vulkan::Kernel& Kernels::curve() {
+  return get(k_view_curve, "si", sizeof(PrefilterPush));
+}
+const vulkan::Kernel& Kernels::ranges(bool curved) {
+  return get(k_view_ranges, "sssb", sizeof(RangesPush), {curved ? 1U : 0U});
 }
 const vulkan::Kernel& Kernels::mark(bool carried) {
   return get(k_view_mark, "bbbs", sizeof(MarkPush), {carried ? 1U : 0U});
@@ -80,6 +85,9 @@ const vulkan::Kernel& Kernels::list() {
 const vulkan::Kernel& Kernels::brick(bool moves, bool blends) {
   return get(k_view_brick, "sssbbbib", sizeof(BrickPush), {moves ? 1U : 0U, blends ? 1U : 0U});
 }
+const vulkan::Kernel& Kernels::carry() {
+  return get(k_view_carry, "ssbbbib", sizeof(BrickPush));
+}
 const vulkan::Kernel& Kernels::distance(int axis) {
   return get(k_view_distance, "bbb", sizeof(BricksPush), {uint32_t(axis)});
 }
@@ -89,7 +97,7 @@ const vulkan::Kernel& Kernels::things() {
 const vulkan::Kernel& Kernels::raycast(int volumes, bool things, bool skip, bool count,
                                        bool masked) {
   return get(
-      k_view_raycast, "uttbbbbbssssb", 0,
+      k_view_raycast, "uttbbbbbssssssssb", 0,
       {uint32_t(volumes), things ? 1U : 0U, skip ? 1U : 0U, count ? 1U : 0U, masked ? 1U : 0U});
 }
 

@@ -16,14 +16,17 @@ class Kernels {
   explicit Kernels(std::shared_ptr<vulkan::Context> context);
 
   const vulkan::Kernel& prefilter();
+  const vulkan::Kernel& curve();
   const vulkan::Kernel& motion_at();
   const vulkan::Kernel& track();
-  const vulkan::Kernel& ranges();
+  /// curved: of a frame that curve() made.
+  const vulkan::Kernel& ranges(bool curved);
   /// carried: by one motion for all times.
   const vulkan::Kernel& mark(bool carried);
   const vulkan::Kernel& list();
   /// moves: nodes are looked at; blends: the next frame is.
   const vulkan::Kernel& brick(bool moves, bool blends);
+  const vulkan::Kernel& carry();
   const vulkan::Kernel& distance(int axis);
   const vulkan::Kernel& things();
   /// volumes: 1 to kMostVolumes. skip: off marches everywhere; count: samples are counted. Both

@@ -87,7 +87,7 @@ ViewVolumeParameters volume_parameters_of(const ViewScene& scene, const ViewVolu
   for (int c = 0; c < 3; ++c)
     for (int r = 0; r < 3; ++r) axes[c][r] = std::abs(axes[c][r] * frames.spacing_mm[r] * 1e-3);
   const double least = std::min({transform.scale.x, transform.scale.y, transform.scale.z});
-  p.stretch = glm::vec4(axes * (least / transform.scale), 0.0);
+  p.stretch = glm::vec4(axes * (least / transform.scale), frames.curved ? 0.5 : 0.0);
   return p;
 }
 

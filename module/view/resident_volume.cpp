@@ -89,9 +89,11 @@ class FrameUpload {
       for (size_t i = size_t(begin); i < size_t(end); ++i)
         staged[i] = std::isfinite(values[i]) ? values[i] : float(frames.lowest);
     });
-    const VkFormat format = context_->is_cpu() ? VK_FORMAT_R32_SFLOAT : VK_FORMAT_R16_SFLOAT;
+    const VkFormat format = frames.curved        ? VK_FORMAT_R32G32B32A32_SFLOAT
+                            : context_->is_cpu() ? VK_FORMAT_R32_SFLOAT
+                                                 : VK_FORMAT_R16_SFLOAT;
     vulkan::Image image(context_, place_.size, format);
-    const double side = (samples ? 1.0 / 6.0 : 0.0) - curve;
+    const double side = (samples ? 1.0 / 6.0 : 0.0) - (frames.curved ? 0.0 : curve);
     const double scale = 1.0 / (frames.highest - frames.lowest);
     view_shaders::PrefilterPush push{};
     push.size = glm::ivec4(place_.size, 0);
@@ -100,7 +102,8 @@ class FrameUpload {
     recorder.prepare(image);
     recorder.copy(staging_, samples_);
     const glm::ivec3 group(8 * view_shaders::kPrefilterRun, 8, 1);
-    recorder.dispatch(kernels_.prefilter(), {{samples_, kernels_.nearest()}, image}, push,
+    recorder.dispatch(frames.curved ? kernels_.curve() : kernels_.prefilter(),
+                      {{samples_, kernels_.nearest()}, image}, push,
                       (place_.size + group - 1) / group);
     recorder.run();
     return image;
@@ -155,6 +158,9 @@ class Closing {
   std::vector<glm::dvec3> rest_;
 };
 
+// Terms of a motion are laid out finer only up to here.
+constexpr double kMostTermBytes = 256e6;
+
 /// Where a field of this place lies in the frames.
 void set_place(ResidentField& field, const GridPlace& place, const ResidentFrames& frames) {
   const glm::dmat3 volume_from_voxel = glm::inverse(frames.place.index_from_volume);
@@ -169,6 +175,7 @@ std::shared_ptr<const ResidentFrames> upload_frames(const std::shared_ptr<vulkan
                                                     Kernels& kernels, const MovingVolume& volume) {
   auto resident = std::make_shared<ResidentFrames>();
   resident->sources = volume.frames;
+  resident->curved = volume.whole && context->is_cpu();
   const FrameData& first = *volume.frames.front();
   const ScalarSamples samples = first.samples();
   resident->place = samples.place ? *samples.place : made_place(first);
@@ -240,8 +247,12 @@ std::shared_ptr<const ResidentTerms> upload_terms(const std::shared_ptr<vulkan::
                                                   const SequenceMap& map) {
   auto resident = std::make_shared<ResidentTerms>();
   // Trilinear between these is at most a tenth of a voxel off the hand's spline (heart_cine), one
-  // in a hundred by 0.04: no finer grid is needed.
-  const SequenceMap::Samples samples = map.samples(1);
+  // Rays read trilinear, the hand its spline. At the motion's own samples they are 0.10 voxels
+  // apart at one place in twenty (heart_cine), twice as fine a quarter of that, for eight times the
+  // memory.
+  const double fine_bytes =
+      8.0 * double(count_of(map.place())) * double(map.basis().terms()) * sizeof(glm::vec4);
+  const SequenceMap::Samples samples = map.samples(fine_bytes <= kMostTermBytes ? 2 : 1);
   set_place(resident->place, samples.place, frames);
   const size_t count = count_of(samples.place), terms = map.basis().terms();
   vulkan::Buffer staging(context, 16 * count * terms, vulkan::Buffer::Kind::kHostVisible);
@@ -289,7 +300,8 @@ std::shared_ptr<const ResidentStep> bound_step(const std::shared_ptr<vulkan::Con
   const vulkan::Binding field_image =
       field ? vulkan::Binding(field->image, kernels.nearest()) : image(frame);
   vulkan::Recorder recorder(context, 1);
-  recorder.dispatch(kernels.ranges(), {image(frame), image(next), field_image, step->parts}, push,
+  recorder.dispatch(kernels.ranges(frames.curved),
+                    {image(frame), image(next), field_image, step->parts}, push,
                     {(parts.x + 63) / 64, parts.y, parts.z});
   recorder.run();
   step->field = std::move(field);

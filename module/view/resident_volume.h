@@ -39,6 +39,10 @@ struct ResidentFrames {
   GridPlace place;  ///< of the first frame; the others are brought onto it
   glm::dvec3 spacing_mm{1.0};
   double lowest = 0.0, highest = 1.0;
+  /// One image, with slopes, to be read as shaders/view/curve.comp says: of a volume that one
+  /// motion carries at all times, on a CPU. A GPU's texture unit weighs corners in 256 steps, and
+  /// its half floats hold no slope times place: there values lie alone, as of all other volumes.
+  bool curved = false;
   std::vector<vulkan::Image> images;
   std::vector<std::shared_ptr<const FrameData>> sources;
 };

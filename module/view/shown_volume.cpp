@@ -183,16 +183,29 @@ void ShownVolume::record_bricks(vulkan::Recorder& recorder, const Moment& moment
   push.table = entries();
   push.per_mm = glm::vec4(1.0 / resident_->frames->spacing_mm, 0.0);
   const auto& images = resident_->frames->images;
-  recorder.dispatch_indirect(kernels_.brick(moment.moves, moment.blend),
-                             {{nodes_, kernels_.linear()},
-                              {images[size_t(moment.frame)], kernels_.linear()},
-                              {images[size_t(moment.next)], kernels_.linear()},
-                              list_,
-                              tables.next_entries,
-                              tables.most,
-                              surface_,
-                              skip},
-                             &push, list_, 0);
+  if (resident_->frames->curved) {
+    if (!moment.moves) recorder.clear(nodes_);
+    recorder.dispatch_indirect(kernels_.carry(),
+                               {{nodes_, kernels_.nearest()},
+                                {images[0], kernels_.linear()},
+                                list_,
+                                tables.next_entries,
+                                tables.most,
+                                surface_,
+                                skip},
+                               &push, list_, 0);
+  } else {
+    recorder.dispatch_indirect(kernels_.brick(moment.moves, moment.blend),
+                               {{nodes_, kernels_.linear()},
+                                {images[size_t(moment.frame)], kernels_.linear()},
+                                {images[size_t(moment.next)], kernels_.linear()},
+                                list_,
+                                tables.next_entries,
+                                tables.most,
+                                surface_,
+                                skip},
+                               &push, list_, 0);
+  }
   for (int axis = 0; axis < 3; ++axis)
     recorder.dispatch(kernels_.distance(axis), {skip, distance_[axis % 2], distance_[1 - axis % 2]},
                       BricksPush{glm::ivec4(bricks_, first_skip_word_)}, rows(bricks_));

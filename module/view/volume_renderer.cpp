@@ -24,6 +24,30 @@ Error refused(const std::string& what) {
 // is then off by a part of this, and parts of many steps have either sign.
 constexpr double kThinLoss = 0.02;
 
+constexpr size_t kMostGiven = 4;  // volumes of a scene; their segments come on top
+constexpr double kMostSegmentOpacity = 0.99;
+
+/// The film around distance 0 that a segment's surface is drawn as: half a voxel to either side,
+/// and wide enough for the entries of a look's table.
+Look segment_look(const Segment& segment, double opacity, const view::ResidentFrames& distance) {
+  const glm::dvec3 spacing = distance.spacing_mm;
+  const double entry_mm = (distance.highest - distance.lowest) / (kTable - 1);
+  const double half_mm =
+      std::max(0.5 * std::min({spacing.x, spacing.y, spacing.z}), 1.5 * entry_mm);
+  const double per_mm = 1.0 - std::pow(1.0 - opacity, 1.0 / (2.0 * half_mm));
+  const double in_film = std::min(per_mm, 0.999);
+  const glm::dvec3 colour = glm::clamp(glm::dvec3(segment.colour), 0.0, 1.0);
+  Look look;
+  look.name = segment.name;
+  look.points = {{-half_mm, colour, 0.0},
+                 {-half_mm, colour, in_film},
+                 {half_mm, colour, in_film},
+                 {half_mm, colour, 0.0}};
+  // A distance rises by 1 mm per mm: all of it is a surface.
+  look.surface_slope = 0.5;
+  return look;
+}
+
 /// Runs what may throw Failure, and makes a Status of it.
 template <class Work>
 Status tried(const Work& work) {
@@ -88,15 +112,32 @@ VolumeRenderer::~VolumeRenderer() {
 }
 
 Status VolumeRenderer::set_volumes(std::span<const std::shared_ptr<const MovingVolume>> volumes) {
-  if (volumes.size() > size_t(kMostVolumes))
-    return refused("there are more than " + std::to_string(kMostVolumes) + " volumes");
+  if (volumes.size() > kMostGiven)
+    return refused("there are more than " + std::to_string(kMostGiven) + " volumes");
   for (const auto& volume : volumes) {
     if (!volume) return refused("one of its volumes is missing");
     if (const Status status = check(*volume); !status) return status.error();
   }
   return tried([&] {
     recorder_->wait();
-    upload(volumes);
+    std::vector<std::shared_ptr<const MovingVolume>> all(volumes.begin(), volumes.end());
+    std::vector<SegmentVolume> segments;
+    for (const auto& volume : volumes)
+      for (size_t s = 0; s < volume->segments.size() && all.size() < size_t(kMostVolumes); ++s) {
+        const auto known =
+            std::find_if(segments_.begin(), segments_.end(),
+                         [&](const SegmentVolume& k) { return k.of == volume && k.segment == s; });
+        MovingVolume distance{
+            volume->segments[s].name, volume->times, volume->segments[s].distance_mm,
+            volume->motions,          volume->whole, {}};
+        segments.push_back({volume, s,
+                            known != segments_.end()
+                                ? known->data
+                                : std::make_shared<const MovingVolume>(std::move(distance))});
+        all.push_back(segments.back().data);
+      }
+    upload(all);
+    segments_ = std::move(segments);
   });
 }
 
@@ -168,6 +209,24 @@ view::ShownVolume* VolumeRenderer::shown_of(const ViewVolume& volume) {
   return nullptr;
 }
 
+/// The scene's volumes, and the segments that are to be seen as volumes of their own.
+std::vector<ViewVolume> VolumeRenderer::with_segments(const ViewScene& scene) const {
+  std::vector<ViewVolume> all = scene.volumes;
+  for (const ViewVolume& volume : scene.volumes)
+    for (size_t k = 0; k < segments_.size() && volume.segment_opacity > 0.0; ++k) {
+      const SegmentVolume& segment = segments_[k];
+      if (segment.of != volume.data) continue;
+      const auto resident = std::find_if(residents_.begin(), residents_.end(),
+                                         [&](const auto& r) { return r->source == segment.data; });
+      ViewVolume surface = volume;
+      surface.data = segment.data;
+      surface.look = segment_look(volume.data->segments[segment.segment], volume.segment_opacity,
+                                  *(*resident)->frames);
+      all.push_back(std::move(surface));
+    }
+  return all;
+}
+
 Status VolumeRenderer::start(const ViewScene& scene, std::span<const Eye> eyes, PictureSize size,
                              std::shared_ptr<const SeenPixels> seen) {
   if (eyes.empty() || int(eyes.size()) > options_.most_eyes)
@@ -178,13 +237,15 @@ Status VolumeRenderer::start(const ViewScene& scene, std::span<const Eye> eyes, 
   if (seen && (seen->size.width != size.width || seen->size.height != size.height ||
                seen->eyes != int(eyes.size())))
     return refused("what is said to be seen of it is about another picture");
-  if (scene.volumes.empty() || scene.volumes.size() > size_t(kMostVolumes))
-    return refused("it has no volumes, or more than " + std::to_string(kMostVolumes));
+  if (scene.volumes.empty() || scene.volumes.size() > kMostGiven)
+    return refused("it has no volumes, or more than " + std::to_string(kMostGiven));
   if (scene.clips.size() > size_t(kMostPlanes))
     return refused("it has more than " + std::to_string(kMostPlanes) + " clip planes");
   for (const ViewVolume& volume : scene.volumes) {
     if (!shown_of(volume)) return refused("one of its volumes was not given to set_volumes");
     if (const Status status = check(volume.look); !status) return status.error();
+    if (!(volume.segment_opacity >= 0.0 && volume.segment_opacity <= kMostSegmentOpacity))
+      return refused("the opacity of its segments must be from 0 to 0.99");
   }
   return tried([&] {
     recorder_->restart();
@@ -230,8 +291,9 @@ void VolumeRenderer::record(const ViewScene& scene, std::span<const Eye> eyes, P
   size_ = size;
   eyes_ = int(eyes.size());
   recorder.stamp("start");
+  const std::vector<ViewVolume> volumes = with_segments(scene);
   std::vector<bool> look_changed;
-  for (const ViewVolume& volume : scene.volumes)
+  for (const ViewVolume& volume : volumes)
     look_changed.push_back(set_table(shown_of(volume)->slot(), volume.look));
   if (std::find(look_changed.begin(), look_changed.end(), true) != look_changed.end()) {
     for (Buffer view::LookTables::*table :
@@ -241,12 +303,12 @@ void VolumeRenderer::record(const ViewScene& scene, std::span<const Eye> eyes, P
   ViewParameters& parameters = parameters_.as<ViewParameters>()[0];
   parameters = view::parameters_of(scene, eyes, size, options_.near_m);
   std::vector<const view::ShownVolume*> drawn;
-  for (size_t v = 0; v < scene.volumes.size(); ++v) {
-    view::ShownVolume* shown = shown_of(scene.volumes[v]);
-    shown->record(recorder, view::moment_of(scene.volumes[v], shown->resident()), look_changed[v],
+  for (size_t v = 0; v < volumes.size(); ++v) {
+    view::ShownVolume* shown = shown_of(volumes[v]);
+    shown->record(recorder, view::moment_of(volumes[v], shown->resident()), look_changed[v],
                   thin_per_mm(shown->resident()), *tables_, skip_);
     parameters.volumes[v] = view::volume_parameters_of(
-        scene, scene.volumes[v], eyes, size, *shown->resident().frames, options_.samples_per_voxel);
+        scene, volumes[v], eyes, size, *shown->resident().frames, options_.samples_per_voxel);
     parameters.volumes[v].bricks = glm::ivec4(shown->bricks(), shown->first_skip_word());
     parameters.volumes[v].table.z = float(kTable * shown->slot());
     drawn.push_back(shown);

@@ -60,8 +60,9 @@ class VolumeRenderer {
   ~VolumeRenderer();
 
   /// Uploads what is new and forgets what is not given any more; frames and fields that were given
-  /// before are kept, so a volume that got fields is cheap. At most 4. Off the frame loop: takes
-  /// tens of ms per frame of data. Waits for the picture in the making.
+  /// before are kept, so a volume that got fields is cheap. At most 4, and with segments 8: later
+  /// ones of these are left out. Off the frame loop: takes tens of ms per frame of data. Waits for
+  /// the picture in the making.
   Status set_volumes(std::span<const std::shared_ptr<const MovingVolume>> volumes);
 
   /// Submits the passes that phases and looks need, and one dispatch for all eyes. Waits for the
@@ -91,12 +92,20 @@ class VolumeRenderer {
   double thin_per_mm(const view::ResidentVolume& resident) const;
   bool set_table(int slot, const Look& look);
   view::ShownVolume* shown_of(const ViewVolume& volume);
+  std::vector<ViewVolume> with_segments(const ViewScene& scene) const;
 
   std::shared_ptr<vulkan::Context> context_;
   RendererOptions options_;
   std::unique_ptr<view::Kernels> kernels_;
   std::unique_ptr<view::ThingList> things_;
   std::vector<std::shared_ptr<const view::ResidentVolume>> residents_;
+  /// A segment as a volume of its own: its signed distance, moved as the volume's values are.
+  struct SegmentVolume {
+    std::shared_ptr<const MovingVolume> of;  ///< the volume that it is a segment of
+    size_t segment = 0;
+    std::shared_ptr<const MovingVolume> data;
+  };
+  std::vector<SegmentVolume> segments_;
   std::vector<std::unique_ptr<view::ShownVolume>> shown_;
   std::vector<Look> looks_;  ///< by slot, as in the tables
   std::unique_ptr<view::LookTables> tables_, staged_tables_;

@@ -18,7 +18,7 @@ using glm::vec4;
 
 PALPATE_CONSTANT int kBrick = 8;       // voxels along the edge of a brick: the unit of skipping
 PALPATE_CONSTANT int kNode = 4;        // voxels from one back-tracked node to the next
-PALPATE_CONSTANT int kMostVolumes = 4; // drawn into one picture
+PALPATE_CONSTANT int kMostVolumes = 8; // drawn into one picture, surfaces of segments among them
 PALPATE_CONSTANT int kMostPlanes = 8;  // that clip
 PALPATE_CONSTANT int kMostEyes = 2;
 PALPATE_CONSTANT int kTable = 2048;    // entries of a transfer table, each colour and extinction
@@ -63,7 +63,8 @@ struct ViewVolumeParameters {
   vec4 shine;          // ambient, diffuse, specular, exponent
   vec4 light;          // towards the light, along the volume's axes (of voxels)
   vec4 head;           // towards the eyes, the same
-  vec4 stretch;        // normal = stretch * slope, for volumes scaled more along one axis
+  vec4 stretch;        // normal = stretch * slope, for volumes scaled more along one axis; w: 1/2 if the
+                       // volume is read as curve.comp says, else 0
 };
 
 struct ViewParameters {
@@ -73,11 +74,11 @@ struct ViewParameters {
   vec4 background_low; // at the bottom of the picture
   vec4 light;          // towards the light, world
   ivec4 counts;        // eyes, planes, width, height
-  ViewVolumeParameters volumes[4];
+  ViewVolumeParameters volumes[8];
 };
 PALPATE_SIZE(ViewRays, 64);
 PALPATE_SIZE(ViewVolumeParameters, 256);
-PALPATE_SIZE(ViewParameters, 1344);
+PALPATE_SIZE(ViewParameters, 2368);
 
 // A round cone: all spheres between two.
 struct ViewThing {
@@ -109,8 +110,8 @@ struct TrackPush {
   ivec4 nodes;          // along each axis; w: 1 = start from the nodes of the last phase
   ivec4 field_size;     // samples of the field
   vec4 field_from[3];   // rows: index of the field = row . (voxel, 1)
-  vec4 phase;           // x: g; y: how close is close enough, voxels; z: 1 = where nothing is found,
-                        // look again from x - g u(x)
+  vec4 phase;           // x: g; y: how close is close enough, voxels; z: 1 = of a motion for all times
+                        // (track.comp); w: 1 = nodes before a brick's first one are looked at
   ivec4 bricks;
 };
 PALPATE_SIZE(TrackPush, 112);

@@ -40,11 +40,11 @@ layout(push_constant) uniform Push { BrickPush push; };
 layout(constant_id = 0) const int kMoves = 1;   // nodes are looked at
 layout(constant_id = 1) const int kBlends = 1;  // the next frame is looked at
 
+const int kBefore = 1;
 const int kWide = kBrick + 3;  // values from one before the first node to one after the last
 shared float values[kWide * kWide * kWide];
-shared uint cells[2 * kBrick];
-shared uint blocks[4];  // any cell of it, two words; every cell of it, two words
-shared uint entries[2];  // least and greatest of the brick
+
+#include "include/brick_cells.glsl"
 
 float value_at(vec3 voxel, vec3 back) {
   const vec3 scale = 1.0 / vec3(push.size.xyz);
@@ -106,76 +106,16 @@ void write_surface(ivec3 origin) {
   }
 }
 
-uint entry(float value, float aside) {
-  return uint(clamp(push.table.x * value + push.table.y + aside, 0.0, push.table.w));
-}
-
-void mark_cells(ivec3 origin) {
-  const ivec2 yz = ivec2(gl_LocalInvocationIndex % kBrick, gl_LocalInvocationIndex / kBrick);
-  const int here = 1 + kWide * (yz.x + 1 + kWide * (yz.y + 1));
-  const bool inside = all(lessThan(origin.yz + yz, push.size.yz));
-  uint row_bits = 0u, least = ~0u, greatest = 0u;
-  vec2 range = vec2(1e30, -1e30);
-  for (int x = 0; x <= kBrick; ++x) {
-    const int at = here + x;
-    const vec4 face = vec4(values[at], values[at + kWide], values[at + kWide * kWide],
-                           values[at + kWide + kWide * kWide]);
-    const float low = min(min(face.x, face.y), min(face.z, face.w));
-    const float high = max(max(face.x, face.y), max(face.z, face.w));
-    // One entry more to either side: rounding of the trilinear value may pass its cell's corners.
-    const uint from = entry(min(low, range.x), -1.0), to = entry(max(high, range.y), 1.0);
-    const bool is_cell = x > 0 && inside && origin.x + x - 1 < push.size.x;
-    const bool shows = is_cell && next_entry[uint(push.table.z) + from] <= to;
-    row_bits |= (shows ? 1u : 0u) << uint(max(x - 1, 0));
-    least = is_cell ? min(least, from) : least;
-    greatest = is_cell ? max(greatest, to) : greatest;
-    range = vec2(low, high);
-  }
-  if (inside) {
-    atomicOr(cells[2 * yz.y + (yz.x >> 2)], row_bits << uint(8 * (yz.x & 3)));
-    atomicMin(entries[0], least);
-    atomicMax(entries[1], greatest);
-  }
-}
-
-// Cells beyond the volume's last one are never looked at: they may keep a block from being full.
-void mark_blocks() {
-  const int lane = int(gl_LocalInvocationIndex);
-  const ivec3 block = ivec3(lane & 3, lane >> 2 & 3, lane >> 4);
-  const uint pair = 3u << uint(2 * block.x + 16 * (block.y & 1));
-  const uint rows = pair | pair << 8;
-  const int word = 4 * block.z + (block.y >> 1);
-  const uint near_cells = cells[word] & rows, far_cells = cells[word + 2] & rows;
-  const uint bit = 1u << uint(lane & 31);
-  if ((near_cells | far_cells) != 0u) atomicOr(blocks[lane >> 5], bit);
-  if (near_cells == rows && far_cells == rows) atomicOr(blocks[2 + (lane >> 5)], bit);
-}
-
 void main() {
-  const uint lane = gl_LocalInvocationIndex;
-  if (lane < uint(2 * kBrick)) cells[lane] = 0u;
-  if (lane < 4u) blocks[lane] = 0u;
-  if (lane < 2u) entries[lane] = lane == 0u ? ~0u : 0u;
   const uint place = list[3u + gl_WorkGroupID.x];
-  const ivec3 bricks = push.bricks.xyz;
-  const ivec3 brick = ivec3(place % uint(bricks.x), place / uint(bricks.x) % uint(bricks.y),
-                            place / uint(bricks.x * bricks.y));
-  make_values(kBrick * brick);
+  const ivec3 origin = kBrick * brick_of(place);
+  start_cells();
+  make_values(origin);
   barrier();
-  write_surface(kBrick * brick);
-  mark_cells(kBrick * brick);
+  write_surface(origin);
+  mark_cells(origin, 0.0);
   barrier();
   mark_blocks();
   barrier();
-  const uint word = uint(push.bricks.w) + uint(kSkipWords) * place;
-  if (lane < uint(2 * kBrick)) skip[word + uint(kCellWord) + lane] = cells[lane];
-  if (lane < 4u) skip[word + uint(kBlockWord) + lane] = blocks[lane];
-  if (lane == 0u) {
-    const uint span = entries[1] - min(entries[0], entries[1]) + 1u;
-    const uint level = uint(findMSB(span));
-    const uint table = uint(push.table.z) * uint(kMostLevels) + level * uint(kTable);
-    const float densest = max(most[table + entries[0]], most[table + entries[1] + 1u - (1u << level)]);
-    const bool full = (blocks[2] & blocks[3]) == 0xffffffffu;
-    skip[word] = densest <= push.frames.z ? kThin : full ? kSolid : 0u;
-  }
+  write_cells(place);
 }

@@ -10,6 +10,11 @@
 // 2        in         rgba32f            field (z, y, x)   u in voxels of the volume
 // 3        out        PartRange          parts (z, y, x)
 //
+// kCurved: of the one frame that one motion carries at all times, read as curve.comp says. Its
+// readings lie beyond the values at voxels by at most 1/8 of what slopes differ by along each axis,
+// and what a brick makes of them by as much again: a quarter is added. There is no next frame, and u
+// is looked up for the time (mark.comp).
+//
 // A trilinear value lies between those of its cell's corners, so the corners of all cells that the
 // part touches bound it; the same holds for u. One invocation: one part. Border: held.
 // Precision: fp32. Race: each output written once. CPU oracle: none; skipping is tested whole.
@@ -19,6 +24,7 @@ layout(set = 0, binding = 1) uniform sampler3D next_frame;
 layout(set = 0, binding = 2) uniform sampler3D field;
 layout(set = 0, binding = 3) writeonly buffer Parts { PartRange parts[]; };
 layout(push_constant) uniform Push { RangesPush push; };
+layout(constant_id = 0) const int kCurved = 0;
 
 // The samples that cells of the box low to high have as corners.
 void corners(vec3 low, vec3 high, ivec3 size, out ivec3 first, out ivec3 last) {
@@ -50,13 +56,28 @@ void main() {
         }
   }
   vec4 range = vec4(1e30, -1e30, 1e30, -1e30);
+  vec3 least_slope = vec3(1e30), most_slope = vec3(-1e30);
   corners(low, high, push.size.xyz, first, last);
   for (int z = first.z; z <= last.z; ++z)
     for (int y = first.y; y <= last.y; ++y)
       for (int x = first.x; x <= last.x; ++x) {
-        const float value = texelFetch(frame, ivec3(x, y, z), 0).x;
+        const vec4 read = texelFetch(frame, ivec3(x, y, z), 0);
+        float value = read.x;
+        if (kCurved != 0) {
+          value = read.w + 0.5 * dot(read.xyz, vec3(x, y, z) - 0.5 * vec3(push.size.xyz - 1));
+          least_slope = min(least_slope, read.xyz);
+          most_slope = max(most_slope, read.xyz);
+        }
         range.xy = vec2(min(range.x, value), max(range.y, value));
       }
+  const uint place = uint(part.x + push.parts.x * (part.y + push.parts.y * part.z));
+  if (kCurved != 0) {
+    const vec3 over = 0.25 * (most_slope - least_slope);
+    range.x -= over.x + over.y + over.z;
+    range.y += over.x + over.y + over.z;
+    parts[place] = PartRange(range.xyxy, vec4(0.0), vec4(0.0));
+    return;
+  }
   corners(low + least_u, high + most_u, push.size.xyz, first, last);
   for (int z = first.z; z <= last.z; ++z)
     for (int y = first.y; y <= last.y; ++y)
@@ -64,7 +85,6 @@ void main() {
         const float value = texelFetch(next_frame, ivec3(x, y, z), 0).x;
         range.zw = vec2(min(range.z, value), max(range.w, value));
       }
-  const uint place = uint(part.x + push.parts.x * (part.y + push.parts.y * part.z));
   parts[place].values = range;
   parts[place].least_u = vec4(least_u, 0.0);
   parts[place].most_u = vec4(most_u, 0.0);

@@ -23,8 +23,8 @@
 // 5        out        uint              the same                colour, sRGB, RGBA8
 // 6        out        float             the same                near / depth, 0 where nothing is
 // 7        out        uint              2 per pixel             samples taken and needed (if kCount)
-// 8..11    in         any rgba          volumes (z, y, x)       see brick.comp
-// 12       in         uvec2             tiles of 8 x 8 pixels   bit x + 8 y: the pixel is seen (if kMasked)
+// 8..15    in         any rgba          volumes (z, y, x)       see brick.comp, carry.comp
+// 16       in         uvec2             tiles of 8 x 8 pixels   bit x + 8 y: the pixel is seen (if kMasked)
 //
 // kVolumes of the images are used. One invocation: one pixel of one eye. Border: a volume ends half
 // a voxel beyond its outermost samples, its value held. Precision: fp32. Race: each output written
@@ -45,7 +45,11 @@ layout(set = 0, binding = 8) uniform sampler3D volume0;
 layout(set = 0, binding = 9) uniform sampler3D volume1;
 layout(set = 0, binding = 10) uniform sampler3D volume2;
 layout(set = 0, binding = 11) uniform sampler3D volume3;
-layout(set = 0, binding = 12) readonly buffer Seen { uvec2 seen[]; };
+layout(set = 0, binding = 12) uniform sampler3D volume4;
+layout(set = 0, binding = 13) uniform sampler3D volume5;
+layout(set = 0, binding = 14) uniform sampler3D volume6;
+layout(set = 0, binding = 15) uniform sampler3D volume7;
+layout(set = 0, binding = 16) readonly buffer Seen { uvec2 seen[]; };
 layout(constant_id = 0) const int kVolumes = 1;
 layout(constant_id = 1) const int kThings = 1;
 layout(constant_id = 2) const int kSkip = 1;
@@ -73,7 +77,11 @@ vec4 texel(int v, vec3 at) {
   if (v == 0) return textureLod(volume0, at, 0.0);
   if (v == 1) return textureLod(volume1, at, 0.0);
   if (v == 2) return textureLod(volume2, at, 0.0);
-  return textureLod(volume3, at, 0.0);
+  if (v == 3) return textureLod(volume3, at, 0.0);
+  if (v == 4) return textureLod(volume4, at, 0.0);
+  if (v == 5) return textureLod(volume5, at, 0.0);
+  if (v == 6) return textureLod(volume6, at, 0.0);
+  return textureLod(volume7, at, 0.0);
 }
 
 // Whether the volume can show anything at t, whether it is thin, and up to which t this holds.
@@ -131,10 +139,13 @@ void set_out(int v, int eye, vec2 pixel) {
 
 // A sample: its slope and its place among the entries of the table.
 vec4 sampled(int v, float t) {
-  const vec3 at = (start[v] + t * way[v] + 0.5) / view.volumes[v].size.xyz;
-  const vec4 read = texel(v, at);
+  const vec3 voxel = start[v] + t * way[v], size = view.volumes[v].size.xyz;
+  const vec4 read = texel(v, (voxel + 0.5) / size);
+  // Values that are carried by one motion are read with their slopes, see curve.comp.
+  const vec3 place = view.volumes[v].stretch.w * (clamp(voxel, vec3(0.0), size - 1.0) - 0.5 * (size - 1.0));
+  const float value = read.w + dot(read.xyz, place * view.volumes[v].spacing_mm.xyz);
   const vec4 scale = view.volumes[v].table;
-  return vec4(read.xyz, clamp(scale.x * read.w + scale.y, 0.5, float(kTable) - 0.5));
+  return vec4(read.xyz, clamp(scale.x * value + scale.y, 0.5, float(kTable) - 0.5));
 }
 
 // Extinction times colour, and extinction, integrated up to an entry.

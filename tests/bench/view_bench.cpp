@@ -40,7 +40,8 @@ std::shared_ptr<const MovingVolume> view_volume(int size) {
 
 /// The same with one motion for both times, which carries the first frame's values.
 std::shared_ptr<const MovingVolume> carried_volume(const MovingVolume& own, int size) {
-  const Grid grid = coarsened(heart_grid(size), glm::ivec3(2));
+  // The grid that the estimator solves on.
+  const Grid grid = coarsened(heart_grid(size), glm::ivec3(4));
   SequenceMotion motion;
   motion.basis = {own.times.times_s, 0.0, 0};
   motion.terms = {still_field(grid), shell_truth(grid, 1, 2, 4)};

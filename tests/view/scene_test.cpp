@@ -261,6 +261,77 @@ TEST_F(SceneTest, ACarriedVolumeTakesThePlaceOfItsFrames) {
   EXPECT_GT(psnr_db(after, draw_one(*view, scene)), 40.0);
 }
 
+/// Two balls around the origin marked out in data that show nothing: red of 10 mm in blue of 20 mm.
+MovingVolume nested_segments() {
+  MovingVolume volume = *still_volume(64, 1.0, [](glm::dvec3) { return 0.0; });
+  const auto distance = [](double radius_mm) {
+    return still_volume(64, 1.0, [=](glm::dvec3 x) { return radius_mm - glm::length(x); })->frames;
+  };
+  volume.segments = {{"outer", glm::vec3(kBlue), distance(20.0)},
+                     {"inner", glm::vec3(kRed), distance(10.0)}};
+  return volume;
+}
+
+TEST_F(SceneTest, SegmentsAreSurfacesInTheirColours) {
+  const auto volume = std::make_shared<const MovingVolume>(nested_segments());
+  auto view = renderer({kSize, 1});
+  set(*view, {volume});
+  ViewScene scene;
+  scene.volumes = {{volume, {}, {}, step_look(5000.0)}};
+  const auto covered = [&](const Picture& picture, int x) {
+    return channel(picture, x, kSize.height / 2, 3) / 255.0;
+  };
+  const int middle = kSize.width / 2;
+  EXPECT_EQ(covered(draw_one(*view, scene), middle), 0.0);
+  // Through the middle a ray meets each surface twice, at a right angle.
+  scene.volumes[0].segment_opacity = 0.3;
+  const Picture both = draw_one(*view, scene);
+  EXPECT_NEAR(covered(both, middle), 1.0 - std::pow(0.7, 4.0), 0.015);
+  EXPECT_EQ(seen_at(both, eye_, {0.0, 0.0165, 0.0}), 'b');
+  EXPECT_EQ(seen_at(both, eye_, {0.0, 0.0215, 0.0}), '.');
+  // Opaque ones hide what is within; where the cut takes the outer one away, the inner one is seen.
+  scene.volumes[0].segment_opacity = 0.99;
+  EXPECT_EQ(seen_at(draw_one(*view, scene), eye_, {0.0, 0.0, 0.02}), 'b');
+  scene.clips = {{{0.0, 0.0, -1.0}, -0.015}};  // keeps z < 15 mm
+  const Picture cut = draw_one(*view, scene);
+  EXPECT_EQ(seen_at(cut, eye_, {0.0, 0.0, 0.01}), 'r');
+  // A thing between the two surfaces is seen through the outer one.
+  scene.volumes[0].segment_opacity = 0.3;
+  scene.clips.clear();
+  add_sphere(scene.things, {0.0, 0.0, 0.014}, 0.002, kGreen);
+  EXPECT_EQ(seen_at(draw_one(*view, scene), eye_, {0.0, 0.0, 0.016}), 'g');
+  scene.volumes[0].segment_opacity = 1.0;
+  EXPECT_FALSE(view->start(scene, std::vector{eye_}, kSize));
+}
+
+TEST_F(SceneTest, SegmentsAreCarriedAsTheirVolumeIs) {
+  MovingVolume own = nested_segments();
+  own.times = {{0.0, 0.5}, 1.0};
+  own.frames.push_back(own.frames[0]);
+  for (Segment& segment : own.segments) segment.distance_mm.push_back(segment.distance_mm[0]);
+  Grid grid;
+  grid.size = glm::ivec3(9);
+  grid.spacing_mm = glm::dvec3(8.0);
+  grid.origin_mm = glm::dvec3(-32.0);
+  SequenceMotion motion;
+  motion.basis = {own.times.times_s, own.times.cycle_s, 0};
+  motion.terms = {still_field(grid), still_field(grid)};
+  for (glm::vec3& u : motion.terms[1].u_mm) u = glm::vec3(10.0F, 0.0F, 0.0F);
+  const auto volume = std::make_shared<const MovingVolume>(*carried(own, motion));
+  auto view = renderer({kSize, 1});
+  set(*view, {volume});
+  ViewScene scene;
+  scene.volumes = {{volume, {}, {0, 0.0}, step_look(5000.0)}};
+  scene.volumes[0].segment_opacity = 0.99;
+  const Picture start = draw_one(*view, scene);
+  EXPECT_EQ(seen_at(start, eye_, {-0.018, 0.0, 0.0}), 'b');
+  EXPECT_EQ(seen_at(start, eye_, {0.026, 0.0, 0.0}), '.');
+  scene.volumes[0].pointer = {1, 0.0};
+  const Picture moved = draw_one(*view, scene);
+  EXPECT_EQ(seen_at(moved, eye_, {-0.018, 0.0, 0.0}), '.');
+  EXPECT_EQ(seen_at(moved, eye_, {0.026, 0.0, 0.0}), 'b');
+}
+
 TEST_F(SceneTest, RefusesWhatCanNotBeDrawnInASentence) {
   const auto red = ball({0, 0, 0}), other = ball({0, 0, 0});
   auto view = renderer({kSize, 1});

@@ -1,0 +1,81 @@
+// Which cells of a brick can show anything, in the words of the skip structure (interface/view.h).
+// Whoever includes this has, with these names: the push constants (BrickPush), next_entry, most and
+// skip, shared values[] with kWide along each axis, kBefore of them before the brick's first voxel.
+shared uint cells[2 * kBrick];
+shared uint blocks[4];   // any cell of it, two words; every cell of it, two words
+shared uint entries[2];  // least and greatest of the brick
+
+ivec3 brick_of(uint place) {
+  const uvec3 bricks = uvec3(push.bricks.xyz);
+  return ivec3(place % bricks.x, place / bricks.x % bricks.y, place / (bricks.x * bricks.y));
+}
+
+// A barrier has to follow.
+void start_cells() {
+  const uint lane = gl_LocalInvocationIndex;
+  if (lane < uint(2 * kBrick)) cells[lane] = 0u;
+  if (lane < 4u) blocks[lane] = 0u;
+  if (lane < 2u) entries[lane] = lane == 0u ? ~0u : 0u;
+}
+
+uint entry(float value, float aside) {
+  return uint(clamp(push.table.x * value + push.table.y + aside, 0.0, push.table.w));
+}
+
+// A row of cells per invocation. over: how far a reading may lie beyond the corners of its cell.
+void mark_cells(ivec3 origin, float over) {
+  const ivec2 yz = ivec2(gl_LocalInvocationIndex % kBrick, gl_LocalInvocationIndex / kBrick);
+  const int here = kBefore + kWide * (yz.x + kBefore + kWide * (yz.y + kBefore));
+  const bool inside = all(lessThan(origin.yz + yz, push.size.yz));
+  uint row_bits = 0u, least = ~0u, greatest = 0u;
+  vec2 range = vec2(1e30, -1e30);
+  for (int x = 0; x <= kBrick; ++x) {
+    const int at = here + x;
+    const vec4 face = vec4(values[at], values[at + kWide], values[at + kWide * kWide],
+                           values[at + kWide + kWide * kWide]);
+    const float low = min(min(face.x, face.y), min(face.z, face.w));
+    const float high = max(max(face.x, face.y), max(face.z, face.w));
+    // One entry more to either side: rounding of the reading may pass its bounds.
+    const uint from = entry(min(low, range.x) - over, -1.0), to = entry(max(high, range.y) + over, 1.0);
+    const bool is_cell = x > 0 && inside && origin.x + x - 1 < push.size.x;
+    const bool shows = is_cell && next_entry[uint(push.table.z) + from] <= to;
+    row_bits |= (shows ? 1u : 0u) << uint(max(x - 1, 0));
+    least = is_cell ? min(least, from) : least;
+    greatest = is_cell ? max(greatest, to) : greatest;
+    range = vec2(low, high);
+  }
+  if (inside) {
+    atomicOr(cells[2 * yz.y + (yz.x >> 2)], row_bits << uint(8 * (yz.x & 3)));
+    atomicMin(entries[0], least);
+    atomicMax(entries[1], greatest);
+  }
+}
+
+// Cells beyond the volume's last one are never looked at: they may keep a block from being full.
+void mark_blocks() {
+  const int lane = int(gl_LocalInvocationIndex);
+  const ivec3 block = ivec3(lane & 3, lane >> 2 & 3, lane >> 4);
+  const uint pair = 3u << uint(2 * block.x + 16 * (block.y & 1));
+  const uint rows = pair | pair << 8;
+  const int word = 4 * block.z + (block.y >> 1);
+  const uint near_cells = cells[word] & rows, far_cells = cells[word + 2] & rows;
+  const uint bit = 1u << uint(lane & 31);
+  if ((near_cells | far_cells) != 0u) atomicOr(blocks[lane >> 5], bit);
+  if (near_cells == rows && far_cells == rows) atomicOr(blocks[2 + (lane >> 5)], bit);
+}
+
+void write_cells(uint place) {
+  const uint lane = gl_LocalInvocationIndex;
+  const uint word = uint(push.bricks.w) + uint(kSkipWords) * place;
+  if (lane < uint(2 * kBrick)) skip[word + uint(kCellWord) + lane] = cells[lane];
+  if (lane < 4u) skip[word + uint(kBlockWord) + lane] = blocks[lane];
+  if (lane == 0u) {
+    const uint least = min(entries[0], entries[1]);  // of a brick without cells, any
+    const uint span = entries[1] - least + 1u;
+    const uint level = uint(findMSB(span));
+    const uint table = uint(push.table.z) * uint(kMostLevels) + level * uint(kTable);
+    const float densest = max(most[table + least], most[table + entries[1] + 1u - (1u << level)]);
+    const bool full = (blocks[2] & blocks[3]) == 0xffffffffu;
+    skip[word] = densest <= push.frames.z ? kThin : full ? kSolid : 0u;
+  }
+}
