@@ -13,6 +13,7 @@
 #include "compute/motion/estimate_sequence.h"
 #include "compute/volume/heart_phantom.h"
 #include "compute/volume/parallel.h"
+#include "compute/volume/signed_distance.h"
 #include "compute/vulkan/context.h"
 #include "integration/files/read_sequence.h"
 #include "integration/files/read_volume.h"
@@ -39,64 +40,43 @@ T value(Result<T> result) {
 
 using IsInside = std::function<bool(float)>;
 
-/// Signed distance to the border of the voxels that are inside, as boxes, mm, above 0 inside, cut
-/// at kClip_mm. in_plane: within each slice alone.
-Volume signed_distance(const Volume& of, const IsInside& is_inside, bool in_plane) {
+Mask mask_of(const Volume& of, const IsInside& is_inside) {
+  Mask mask{of.grid, std::vector<uint8_t>(of.values.size())};
+  std::transform(of.values.begin(), of.values.end(), mask.values.begin(), is_inside);
+  return mask;
+}
+
+/// As a segment is felt and seen.
+std::shared_ptr<const FrameData> smooth_distance(const Volume& of, const IsInside& is_inside) {
+  return sampled_scalar(signed_distance(mask_of(of, is_inside)));
+}
+
+/// Within each slice: signed distance to the border of the pixels that are inside, as boxes, mm,
+/// above 0 inside, cut at kClip_mm.
+Volume distance_in_slices(const Volume& of, const IsInside& is_inside) {
   const Grid& grid = of.grid;
-  std::vector<uint8_t> inside(grid.count());
-  for (size_t n = 0; n < inside.size(); ++n) inside[n] = is_inside(of.values[n]);
-  glm::ivec3 reach = glm::ivec3(glm::ceil(glm::dvec3(kClip_mm) / grid.spacing_mm)) + 1;
-  if (in_plane) reach.z = 0;
+  const Mask inside = mask_of(of, is_inside);
+  const glm::ivec3 reach = glm::ivec3(glm::ceil(glm::dvec3(kClip_mm) / grid.spacing_mm)) + 1;
   Volume distance{grid, std::vector<float>(grid.count())};
   parallel_ranges(grid.size.z, 1e6, [&](int begin, int end) {
     for (int k = begin; k < end; ++k)
       for (int j = 0; j < grid.size.y; ++j)
         for (int i = 0; i < grid.size.x; ++i) {
-          const bool here = inside[grid.offset(i, j, k)];
+          const bool here = inside.values[grid.offset(i, j, k)];
           double nearest = kClip_mm * kClip_mm;
-          for (int c = -reach.z; c <= reach.z; ++c)
-            for (int b = -reach.y; b <= reach.y; ++b)
-              for (int a = -reach.x; a <= reach.x; ++a) {
-                const int x = i + a, y = j + b, z = k + c;
-                if (x < 0 || y < 0 || z < 0 || x >= grid.size.x || y >= grid.size.y ||
-                    z >= grid.size.z || bool(inside[grid.offset(x, y, z)]) == here)
-                  continue;
-                const glm::dvec3 gap =
-                    glm::max(glm::dvec3(std::abs(a), std::abs(b), std::abs(c)) - 0.5, 0.0) *
-                    grid.spacing_mm;
-                nearest = std::min(nearest, glm::dot(gap, gap));
-              }
+          for (int y = std::max(0, j - reach.y); y < std::min(grid.size.y, j + reach.y + 1); ++y)
+            for (int x = std::max(0, i - reach.x); x < std::min(grid.size.x, i + reach.x + 1);
+                 ++x) {
+              if (bool(inside.values[grid.offset(x, y, k)]) == here) continue;
+              const glm::dvec2 gap =
+                  glm::max(glm::dvec2(std::abs(x - i), std::abs(y - j)) - 0.5, 0.0) *
+                  glm::dvec2(grid.spacing_mm);
+              nearest = std::min(nearest, glm::dot(gap, gap));
+            }
           distance.values[grid.offset(i, j, k)] = float((here ? 1.0 : -1.0) * std::sqrt(nearest));
         }
   });
   return distance;
-}
-
-/// Smoothed by a Gaussian, SDs in voxels, borders held.
-Volume smoothed(Volume volume, glm::dvec3 sd) {
-  for (int axis = 0; axis < 3; ++axis) {
-    const int reach = int(std::ceil(3.0 * sd[axis]));
-    std::vector<double> weight;
-    double sum = 0.0;
-    for (int a = -reach; a <= reach; ++a) {
-      weight.push_back(std::exp(-0.5 * a * a / (sd[axis] * sd[axis])));
-      sum += weight.back();
-    }
-    const Volume from = volume;
-    const Grid& grid = volume.grid;
-    for (int k = 0; k < grid.size.z; ++k)
-      for (int j = 0; j < grid.size.y; ++j)
-        for (int i = 0; i < grid.size.x; ++i) {
-          double total = 0.0;
-          for (int a = -reach; a <= reach; ++a) {
-            glm::ivec3 at(i, j, k);
-            at[axis] = std::clamp(at[axis] + a, 0, grid.size[axis] - 1);
-            total += weight[size_t(a + reach)] * from.at(at.x, at.y, at.z);
-          }
-          volume.values[grid.offset(i, j, k)] = float(total / sum);
-        }
-  }
-  return volume;
 }
 
 /// Points where the distance in frame 0 is 0 and its slope is that of a wall, spread evenly: each
@@ -276,7 +256,6 @@ Subject beating_heart(const HeartsOptions& options) {
     const char *name, *segment;
     IsInside is_inside;
   };
-  const glm::dvec3 smooth(1.5, 1.5, 0.5);
   auto with_segments = std::make_shared<MovingVolume>(*subject.felt.back().volume);
   for (const Named& of : {Named{"epicardium", "heart", [](float v) { return v > 0.5F; }},
                           Named{"endocardium", "pool", [](float v) { return v > 1.5F; }}}) {
@@ -284,12 +263,10 @@ Subject beating_heart(const HeartsOptions& options) {
     wall.name = of.name;
     wall.segment = of.segment;
     const Volume& reference = labels[sequence.whole.reference];
-    wall.distance_mm =
-        sampled_scalar(smoothed(signed_distance(reference, of.is_inside, false), smooth));
+    wall.distance_mm = smooth_distance(reference, of.is_inside);
     for (const Volume& frame : labels)
-      wall.contours_mm.push_back(sampled_scalar(signed_distance(frame, of.is_inside, true)));
-    const auto first =
-        sampled_scalar(smoothed(signed_distance(labels[0], of.is_inside, false), smooth));
+      wall.contours_mm.push_back(sampled_scalar(distance_in_slices(frame, of.is_inside)));
+    const auto first = smooth_distance(labels[0], of.is_inside);
     with_segments->segments.push_back({of.segment, glm::vec3(1.0F), {wall.distance_mm}});
     Choice choice;
     choice.towards = {0.0, 0.0, 1.0};  // the hand is before the patient's chest
@@ -317,13 +294,11 @@ Subject breathing_lung(const HeartsOptions& options) {
   Wall wall;
   wall.name = "Otsu's surface";
   const Volume reference = value(sequence.reader.frame(sequence.whole.reference));
-  wall.distance_mm = sampled_scalar(signed_distance(reference, above, false));
+  wall.distance_mm = sampled_scalar(exact_signed_distance(mask_of(reference, above)));
   Choice choice;
   choice.towards = {0.0, 0.0, 1.0};
   const Volume frame = value(sequence.reader.frame(0));
-  wall.places =
-      places_on(*sampled_scalar(smoothed(signed_distance(frame, above, false), glm::dvec3(1.0))),
-                frame.grid, options.places, choice);
+  wall.places = places_on(*smooth_distance(frame, above), frame.grid, options.places, choice);
   subject.walls.push_back(std::move(wall));
   return subject;
 }
@@ -354,13 +329,11 @@ Subject heart_phantom_subject(const HeartsOptions& options) {
             float(own.volume->frames[0]->scalar(volume_from_lps(grid.lps_from_index({i, j, k}))));
   Wall wall;
   wall.name = "wall";
-  const Volume distance = signed_distance(
-      frame, [](float v) { return v > 365.0F; }, false);
-  wall.distance_mm = sampled_scalar(distance);
+  const IsInside solid = [](float v) { return v > 365.0F; };
+  wall.distance_mm = sampled_scalar(exact_signed_distance(mask_of(frame, solid)));
   Choice choice;
   choice.towards = {0.0, 0.0, 1.0};
-  wall.places =
-      places_on(*sampled_scalar(smoothed(distance, glm::dvec3(1.0))), grid, options.places, choice);
+  wall.places = places_on(*smooth_distance(frame, solid), grid, options.places, choice);
   subject.walls.push_back(std::move(wall));
   subject.felt = {std::move(own), std::move(carried_values)};
   return subject;
