@@ -150,55 +150,99 @@ std::string equal_frames(size_t a, size_t b) {
          " are equal: nothing moves between them.";
 }
 
-/// The worst variance of the fit at any time of the cycle, in units of a frame's: above 1 a gap
-/// between frames is bridged by a guess.
-double worst_leverage(const TimeBasis& basis) {
-  const size_t terms = basis.terms(), columns = terms;
-  std::vector<double> square(terms * terms, 0.0), inverse(terms * terms, 0.0);
-  for (const double time_s : basis.times_s) {
-    const TimeWeights w = basis.at(time_s);
-    for (size_t r = 0; r < terms; ++r)
-      for (size_t c = 0; c < terms; ++c)
-        square[r * terms + c] += double(w.weight[r]) * double(w.weight[c]);
+/// (B^T B)^-1 of a fit of harmonics at the frames' times.
+class FitVariance {
+ public:
+  explicit FitVariance(const TimeBasis& basis) : basis_(basis), inverse_(square()) {
+    const size_t terms = basis.terms();
+    std::vector<double> normal(square(), 0.0);
+    for (const double time_s : basis.times_s) {
+      const TimeWeights w = basis.at(time_s);
+      for (size_t r = 0; r < terms; ++r)
+        for (size_t c = 0; c < terms; ++c)
+          normal[r * terms + c] += double(w.weight[r]) * double(w.weight[c]);
+    }
+    for (size_t r = 0; r < terms; ++r) inverse_[r * terms + r] = 1.0;
+    solve_in_place(std::move(normal), inverse_, terms, terms);
   }
-  for (size_t r = 0; r < terms; ++r) inverse[r * terms + r] = 1.0;
-  solve_in_place(std::move(square), inverse, terms, columns);
-  double worst = 0.0;
-  const int phases = 8 * int(basis.times_s.size());
-  for (int p = 0; p < phases; ++p) {
-    const TimeWeights w = basis.at(basis.cycle_s * p / phases);
+
+  /// Of the fit at a time, in units of a frame's variance; at a frame's time its own weight in the
+  /// fit. Not finite or negative where there are too few different times.
+  double at(double time_s) const {
+    const size_t terms = basis_.terms();
+    const TimeWeights w = basis_.at(time_s);
     double variance = 0.0;
     for (size_t r = 0; r < terms; ++r)
       for (size_t c = 0; c < terms; ++c)
-        variance += double(w.weight[r]) * inverse[r * terms + c] * double(w.weight[c]);
-    // Singular: too few different times.
-    worst = std::isfinite(variance) && variance >= 0.0 ? std::max(worst, variance) : 1e300;
+        variance += double(w.weight[r]) * inverse_[r * terms + c] * double(w.weight[c]);
+    return variance;
   }
-  return worst;
+
+  /// No time of the cycle is known worse than a frame is: a gap between frames is not bridged by a
+  /// guess.
+  bool is_sound() const {
+    const int phases = 8 * int(basis_.times_s.size());
+    for (int p = 0; p < phases; ++p) {
+      const double variance = at(basis_.cycle_s * p / phases);
+      if (!(variance >= 0.0 && variance <= 1.0)) return false;
+    }
+    return true;
+  }
+
+ private:
+  size_t square() const { return basis_.terms() * basis_.terms(); }
+  const TimeBasis& basis_;
+  std::vector<double> inverse_;
+};
+
+/// How far a fit to all other frames is from each frame's field, rms, weighted by confidence, mm.
+double left_out_mm(std::span<const Field> at_frame, std::span<const Field> fit,
+                   const FitVariance& variance, const TimeBasis& basis,
+                   std::span<const Confidence> confidence) {
+  double sum = 0.0, all = 0.0;
+  for (size_t k = 0; k < at_frame.size(); ++k) {
+    // The fit is linear: without frame k it misses that by its residual / (1 - its own weight).
+    const double others = std::max(1e-3, 1.0 - variance.at(basis.times_s[k]));
+    for (size_t n = 0; n < fit[k].u_mm.size(); ++n) {
+      const double w = confidence[k].values[n];
+      const double d = glm::distance(fit[k].u_mm[n], at_frame[k].u_mm[n]) / others;
+      sum += w * d * d;
+      all += w;
+    }
+  }
+  return all > 0.0 ? std::sqrt(sum / all) : 0.0;
 }
 
 /// Brings a cyclic motion that is known at its frames to as few harmonics as keep the values at
-/// material points steady; leaves it as it is where none do.
+/// material points steady and tell left-out frames nearly as well as any number; leaves it as it
+/// is where none do. Each of the two alone fails: in noise the values hardly feel the motion, and a
+/// motion that is sampled too coarsely is told best by too few harmonics.
 Status choose_harmonics(SequenceMotion& motion, const Volume& reference, const FrameReader& read,
-                        double steadiness, SequenceReport& report) {
+                        const SequenceMotionOptions& options, SequenceReport& report) {
+  const std::vector<Field> at_frame = motion.terms;
   std::vector<TimeBasis> bases = {motion.basis};
-  std::vector<std::vector<Field>> fields = {motion.terms};
+  std::vector<std::vector<Field>> fields = {at_frame};
+  std::vector<double> left_out = {0.0};
   const int most = std::min(TimeBasis::kMostHarmonics, (int(motion.frames()) - 2) / 2);
   for (int h = 1; h <= most; ++h) {
     TimeBasis basis = motion.basis;
     basis.harmonics = h;
-    if (worst_leverage(basis) > 1.0) break;
-    bases.push_back(basis);
-    fields.push_back(smoothed(motion.terms, bases.back()));
+    const FitVariance variance(basis);
+    if (!variance.is_sound()) break;
+    fields.push_back(smoothed(at_frame, basis));
+    left_out.push_back(left_out_mm(at_frame, fields.back(), variance, basis, report.confidence));
+    bases.push_back(std::move(basis));
   }
   const Steadiness of_values(reference);
-  if (!of_values.has_points()) return Nothing{};
+  if (!of_values.has_points() || bases.size() < 2) return Nothing{};
   const auto unsteady = of_values.of(fields, read);
   if (!unsteady) return unsteady.error();
   report.unsteadiness = *unsteady;
+  const double least_mm = *std::min_element(left_out.begin() + 1, left_out.end());
   for (size_t c = 1; c < bases.size(); ++c) {
-    if ((*unsteady)[c] > (1.0 + steadiness) * (*unsteady)[0]) continue;
-    motion.terms = harmonics_of(fields[0], bases[c]);
+    if ((*unsteady)[c] > (1.0 + options.steadiness) * (*unsteady)[0]) continue;
+    if (left_out[c] > (1.0 + options.left_out) * least_mm) continue;
+    motion.terms = harmonics_of(at_frame, bases[c]);
     motion.basis = bases[c];
     return Nothing{};
   }
@@ -301,13 +345,52 @@ SequenceMotion told_from_reference(const SequenceMotion& motion) {
 }
 
 Field consecutive_field(const SequenceMotion& motion, size_t k) {
+  return consecutive_field(motion, k, motion.terms.front().grid);
+}
+
+Field consecutive_field(const SequenceMotion& motion, size_t k, const Grid& onto) {
   const Field here = motion.at_frame(k), next = motion.at_frame((k + 1) % motion.frames());
-  Field result = inverse_of(here, here.grid).w;
+  Field result = inverse_of(here, onto).w;
   for_each_sample(result.grid, 100.0, [&](size_t n, glm::dvec3 y) {
     const glm::dvec3 x = y + glm::dvec3(result.u_mm[n]);
     result.u_mm[n] = glm::vec3(x + sample_at_lps(next, x) - y);
   });
   return result;
+}
+
+Result<SequenceMotion> motion_of_steps(std::span<const Field> consecutive, const TimeBasis& times,
+                                       size_t reference) {
+  const size_t frames = times.times_s.size();
+  const bool cyclic = times.cycle_s > 0.0;
+  if (frames < 2 || consecutive.size() != frames - (cyclic ? 0 : 1) || reference >= frames)
+    return Error{ErrorKind::kBadInput, "One motion for " + std::to_string(frames) +
+                                           " frames can not be made of " +
+                                           std::to_string(consecutive.size()) + " fields"};
+  for (const Field& field : consecutive)
+    if (field.u_mm.empty())
+      return Error{ErrorKind::kBadInput,
+                   "One motion for all frames needs the field of every step, but one is missing"};
+  SequenceMotion motion;
+  motion.reference = reference;
+  motion.basis = {times.times_s, times.cycle_s, 0};
+  motion.terms.assign(frames, still_field(consecutive.front().grid));
+  // How many frames are reached forward: in a cycle half of them.
+  const size_t after = cyclic ? frames / 2 : frames - 1 - reference;
+  const auto go_on = [&](size_t from, size_t to, const Field& step) {
+    for_each_sample(step.grid, 100.0, [&](size_t n, glm::dvec3 x) {
+      const glm::dvec3 u(motion.terms[from].u_mm[n]);
+      motion.terms[to].u_mm[n] = glm::vec3(u + sample_at_lps(step, x + u));
+    });
+  };
+  for (size_t n = 0; n < after; ++n) {
+    const size_t from = (reference + n) % frames;
+    go_on(from, (from + 1) % frames, consecutive[from]);
+  }
+  for (size_t n = 0; n + after + 1 < frames; ++n) {
+    const size_t from = (reference + frames - n) % frames, to = (from + frames - 1) % frames;
+    go_on(from, to, inverse_of(consecutive[to], consecutive[to].grid).w);
+  }
+  return motion;
 }
 
 Result<SequenceMotion> estimate_sequence_motion(const std::shared_ptr<vulkan::Context>& context,
@@ -420,7 +503,7 @@ Result<SequenceMotion> estimate_sequence_motion(const std::shared_ptr<vulkan::Co
     direct.front() = direct.back() = combined({direct.front(), direct.back()}, kHalfOfEach);
   motion.terms = std::move(direct);
   if (cyclic) {
-    const Status chosen = choose_harmonics(motion, *reference, read, options.steadiness, met);
+    const Status chosen = choose_harmonics(motion, *reference, read, options, met);
     if (!chosen) return chosen.error();
   }
   if (report) *report = std::move(met);

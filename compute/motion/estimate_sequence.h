@@ -44,6 +44,15 @@ SequenceMotion told_from_reference(const SequenceMotion& motion);
 /// The field from frame k to the next as the sequence's motion says it: phi_{k+1}(phi_k^-1(y)) - y
 /// on the same grid. k is the last frame only for cyclic data. Uses all cores.
 Field consecutive_field(const SequenceMotion& motion, size_t k);
+/// The same at the samples of another grid: exact there, where the motion's own grid is coarse.
+Field consecutive_field(const SequenceMotion& motion, size_t k, const Grid& onto);
+
+/// One motion from the fields of consecutive frames (one less than frames, or as many if cyclic),
+/// told from a frame of them: forward to those after it, and backward by the inverses to those
+/// before it; in a cycle each frame is reached the shorter way round. Straight lines between
+/// frames. kBadInput if a field is missing or their number does not fit. Uses all cores.
+Result<SequenceMotion> motion_of_steps(std::span<const Field> consecutive, const TimeBasis& times,
+                                       size_t reference);
 
 /// Frames as they are asked for, in any order and more than once. Called from one thread.
 using FrameReader = std::function<Result<Volume>(size_t k)>;
@@ -51,9 +60,11 @@ using FrameReader = std::function<Result<Volume>(size_t k)>;
 struct SequenceMotionOptions {
   EstimatorOptions estimator;  ///< for every pair; `cyclic` of the sequence is here
   int sweeps = 2;              ///< of neighbour consensus
-  /// Harmonics: as many as keep the values at material points as steady as none do, within this
-  /// share of their SD.
+  /// Harmonics: the fewest that keep the values at material points as steady as none do, within
+  /// this share, and tell left-out frames as well as the best number does, within that one. Both
+  /// from docs/decisions/motion-engine.md, "One motion for a sequence".
   double steadiness = 0.01;
+  double left_out = 0.15;
 };
 
 /// What was met on the way, beside the motion itself.

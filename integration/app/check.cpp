@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "integration/app/check_sequence.h"
 #include "integration/app/commands.h"
 #include "integration/app/exit_code.h"
 #include "integration/app/frames.h"
@@ -19,10 +20,13 @@ namespace {
 namespace fs = std::filesystem;
 
 struct CheckCommand {
+  std::vector<fs::path> inputs;  ///< a field, or what tells the motion of a sequence
   fs::path field, fixed, moving, truth, against, mask, points;
   std::vector<fs::path> landmarks;  ///< fixed, moving
   std::vector<fs::path> cycle;      ///< the fields that follow `field` and lead back
   std::vector<int> frames = {0, 1};
+  std::vector<fs::path> sequence;  ///< the frames of a sequence whose motion is checked
+  bool cyclic = false;
   bool opencv = false;
   bool json = false;
 };
@@ -303,8 +307,34 @@ class Checker {
   nlohmann::json json_;
 };
 
-int run(const CheckCommand& command) {
+/// An option that says nothing of a whole sequence, or null.
+const char* option_of_one_field(const CheckCommand& command) {
+  if (!command.fixed.empty()) return "--fixed";
+  if (!command.moving.empty()) return "--moving";
+  if (!command.truth.empty()) return "--truth";
+  if (!command.against.empty()) return "--against";
+  if (!command.landmarks.empty()) return "--landmarks";
+  if (!command.cycle.empty()) return "--cycle";
+  return command.opencv ? "--opencv" : nullptr;
+}
+
+int run(CheckCommand command) {
   Console console(false, command.json);
+  if (tells_a_sequence(command.inputs)) {
+    if (const char* other = option_of_one_field(command))
+      return fail(console, {ErrorKind::kBadInput,
+                            fmt::format("{} is for a single field: name one, or leave it out; the "
+                                        "frames of a sequence are named with --sequence",
+                                        other)});
+    return check_sequence({command.inputs, command.sequence, command.mask, command.points,
+                           command.cyclic, command.json},
+                          console);
+  }
+  if (!command.sequence.empty())
+    return fail(console, {ErrorKind::kBadInput,
+                          "--sequence is for the motion of a whole sequence: name what 'palpate "
+                          "motion' wrote, or --fixed and --moving for a single field"});
+  command.field = command.inputs.front();
   if (command.fixed.empty() != command.moving.empty() || (command.opencv && command.fixed.empty()))
     return fail(console, {ErrorKind::kBadInput, "Name both frames, --fixed and --moving"});
   Checker checker(command, console);
@@ -318,10 +348,20 @@ int run(const CheckCommand& command) {
 Command add_check(CLI::App& program) {
   auto command = std::make_shared<CheckCommand>();
   CLI::App* app = program.add_subcommand(
-      "check", "Measure how good a field is; with both frames, say whether to trust it");
-  app->add_option("field", command->field, "Displacement field, mm, LPS (ITK's)")
-      ->type_name("FILE")
+      "check",
+      "Measure how good a field or the motion of a sequence is; with the frames, say whether to "
+      "trust it");
+  app->add_option("field", command->inputs,
+                  "Displacement field, mm, LPS (ITK's); or the motion of a sequence: the folder "
+                  "that 'palpate motion' filled, its sequence_motion.nrrd, all of its "
+                  "reference_to_* or all of its motion_*")
+      ->type_name("PATH")
       ->required();
+  app->add_option("--sequence", command->sequence,
+                  "The frames, as in 'palpate motion': what is left of the motion in each")
+      ->type_name("PATH");
+  app->add_flag("--cyclic", command->cyclic,
+                "The last frame of reference_to_* leads back to the first");
   app->add_option("--fixed", command->fixed, "The fixed frame")->type_name("FILE");
   app->add_option("--moving", command->moving, "The moving frame")->type_name("FILE");
   app->add_option("--truth", command->truth, "The true field: endpoint error")->type_name("FILE");
@@ -347,7 +387,7 @@ Command add_check(CLI::App& program) {
   return {app,
           [command] { return run(*command); },
           {"field", "--fixed", "--moving", "--truth", "--landmarks", "--points", "--against",
-           "--cycle", "--mask"},
+           "--cycle", "--mask", "--sequence"},
           {},
           {}};
 }

@@ -84,6 +84,7 @@ void add_sequence(CLI::App& app, FeelCommand& command) {
          "estimated while it is felt")
       ->type_name("PATH")
       ->check(an_existing_path());
+  add_segments(app, command.sequence);
   app.add_option("--preset", command.preset, "Effort of the estimation, as in 'palpate motion'")
       ->check(one_of_the_presets())
       ->capture_default_str();
@@ -125,6 +126,25 @@ void add_felt_seeing(CLI::App& app, FeelCommand& command) {
 }
 
 }  // namespace
+
+void add_segments(CLI::App& app, SequenceChoices& choices) {
+  app.add_option("--folder", choices.folder,
+                 "Folder in which the files that a scene file names are; else beside it")
+      ->type_name("DIR")
+      ->check(an_existing_folder());
+  app.add_option("--segments", choices.segments,
+                 "Segmentation: a .seg.nrrd of 3D Slicer or a label map, one or one per frame. Its "
+                 "parts are the walls; the values only with --level")
+      ->type_name("FILE")
+      ->check(an_existing_file());
+  app.add_option("--segments-frame", choices.segments_frame,
+                 "The frame, from 0 on, that a single segmentation is of")
+      ->check(whole_number_in(0, 1'000'000))
+      ->capture_default_str();
+  app.add_option("--segment", choices.segment_names,
+                 "Only these parts of the segmentation, by name or label")
+      ->type_name("NAME");
+}
 
 void add_seeing(CLI::App& app, FeelCommand& command) {
   app.add_option("--headset", command.headset,
@@ -184,7 +204,8 @@ Command add_feel(CLI::App& program) {
   app->add_flag("--quiet", command->quiet, "Print errors only");
   return {app,
           [command] { return run_feel(*command); },
-          {"input", "--fields", "--replay", "--calibration", "--falcon-firmware", "--path"},
+          {"input", "--fields", "--folder", "--segments", "--replay", "--calibration",
+           "--falcon-firmware", "--path"},
           {"--csv", "--picture", "--record", "--headless", "--black-box"},
           {}};
 }

@@ -64,12 +64,28 @@ ServoOptions servo_options(const FeelCommand& command, const HapticsOptions& hap
   return options;
 }
 
+/// "Segment   pool, colour 0.9 0.3 0.3: a wall of 4 N, 4000 N/m".
+std::string segment_text(const Segment& segment, const SegmentsSpec& spec) {
+  std::string text = fmt::format("Segment   {}, colour {:.2g} {:.2g} {:.2g}", segment.name,
+                                 segment.colour.r, segment.colour.g, segment.colour.b);
+  const auto part = std::find_if(spec.parts.begin(), spec.parts.end(),
+                                 [&](const SegmentSpec& of) { return of.name == segment.name; });
+  if (part == spec.parts.end()) return text;
+  return text + (part->felt ? fmt::format(": a wall of {:.3g} N, {:.4g} N/m", part->strength_n,
+                                          part->stiffness_n_per_m)
+                            : ": not felt as a wall");
+}
+
 /// What can be said of the scene and the device before anything is felt.
 void announce(const FeelCommand& command, const FeltScene& scene, const OpenedDevice& opened,
               Console& console) {
   for (size_t v = 0; v < scene.data.size(); ++v) {
     const MovingVolume& volume = *scene.data[v];
     const size_t frames = volume.times.times_s.size();
+    const bool missing =
+        std::any_of(scene.missing.begin(), scene.missing.end(),
+                    [&](const MissingMotion& motion) { return motion.volume == v; });
+    const bool stands = volume.whole && volume.whole->largest_u_m() == 0.0;
     console.say(fmt::format(
         "Volume    {}: {}", volume.name,
         volume.whole
@@ -80,11 +96,14 @@ void announce(const FeelCommand& command, const FeltScene& scene, const OpenedDe
         : frames == 1
             ? "one frame, which stands still"
             : fmt::format("{} frames in {:.3g} s{}", frames, volume.times.length_s(),
-                          volume.motions.empty() && !volume.whole
-                              ? command.no_motion
-                                    ? ", frame by frame"
-                                    : ", still at first: its motion is estimated while you feel it"
-                              : ", with its motion")));
+                          missing  ? ", still at first: its motion is estimated while you "
+                                     "feel it"
+                          : stands ? fmt::format(", of which frame {} stands still",
+                                                 volume.whole->reference())
+                          : volume.motions.empty() && !volume.whole ? ", frame by frame"
+                                                                    : ", with its motion")));
+    for (const Segment& segment : volume.segments)
+      console.say(segment_text(segment, scene.spec.volumes[v].segments));
   }
   if (command.hand) console.say(fmt::format("Device    {}", opened.why));
   for (const std::string& note : scene.notes) console.say("Note      " + note);
@@ -179,6 +198,13 @@ class FeelRun {
     auto scene = command_.hand ? load_felt_scene(command_.inputs, command_.sequence, doing)
                                : load_seen_scene(command_.inputs, command_.sequence, doing);
     if (!scene) return scene;
+    if (command_.values == "own")
+      for (const MissingMotion& missing : scene->missing)
+        if (missing.own)
+          return Error{ErrorKind::kBadInput,
+                       fmt::format("--values own needs a segmentation of each frame, but {} has "
+                                   "one: give one per frame, or leave --values out",
+                                   scene->spec.volumes[missing.volume].name)};
     apply_choices(*scene);
     if (command_.hand) doing("looking for a surface to touch");
     auto opened = open_force_device(choice, *scene);
@@ -431,9 +457,9 @@ class FeelRun {
 
   void tell_steps(const LiveMotion& motion) {
     if (motion.steps_known() < motion.steps())
-      console_.complain("palpate: The motion could not be estimated, so the first frame is felt: " +
+      console_.complain("palpate: The motion could not be estimated, so one frame is felt: " +
                         motion.trouble());
-    else
+    else if (!motion.needs_whole())
       console_.say(fmt::format("Motion    {} steps known after {:.1f} s; now it moves",
                                motion.steps(), motion.moves_after_s()));
   }
@@ -441,9 +467,9 @@ class FeelRun {
   void tell_whole(const LiveMotion& motion) {
     if (!motion.finds_whole() || motion.steps_known() < motion.steps()) return;
     if (!motion.trouble().empty())
-      console_.complain(
-          "palpate: One motion for the whole sequence could not be found, so the steps go on: " +
-          motion.trouble());
+      console_.complain(fmt::format(
+          "palpate: One motion for the whole sequence could not be found, so {}: {}",
+          motion.needs_whole() ? "one frame is felt" : "the steps go on", motion.trouble()));
     else
       console_.say(fmt::format(
           "Motion    one for the whole sequence after {:.1f} s; from now on one frame's material "

@@ -44,6 +44,9 @@ struct FeelCommand {
 /// thread, before others are started: it takes Ctrl-C and the ways out of a crash into its hands.
 int run_feel(const FeelCommand& command);
 
+/// The options of segmentations and of a scene's folder, which feeling, viewing and planning share.
+void add_segments(CLI::App& app, SequenceChoices& choices);
+
 /// Where it is seen: options that feeling and viewing share.
 void add_seeing(CLI::App& app, FeelCommand& command);
 

@@ -6,11 +6,13 @@
 #include <cmath>
 #include <limits>
 
+#include "compute/motion/estimate_sequence.h"
 #include "compute/volume/heart_phantom.h"
 #include "integration/app/summary.h"
 #include "integration/files/read_sequence.h"
 #include "integration/files/read_volume.h"
 #include "integration/files/scene_file.h"
+#include "integration/files/segmentation.h"
 #include "integration/files/sentences.h"
 #include "integration/files/sequence_motion_file.h"
 #include "module/scene/built_in.h"
@@ -142,6 +144,12 @@ Result<Sequence> read_frames(const std::vector<fs::path>& inputs, Samples& sampl
   return sequence;
 }
 
+/// Whether the segments were read in one frame of many.
+bool has_one_segmentation(const VolumeData& data) {
+  return !data.segments.empty() && data.segments.front().masks.size() == 1 &&
+         data.frames.frames.size() + data.vectors.size() > 1;
+}
+
 Volume lengths_of(const VectorFrame& frame) {
   Volume lengths{frame.grid, std::vector<float>(frame.values.size())};
   for (size_t i = 0; i < lengths.values.size(); ++i)
@@ -149,7 +157,40 @@ Volume lengths_of(const VectorFrame& frame) {
   return lengths;
 }
 
-Result<MovingVolume> read_volume_of(const VolumeSpec& spec, Samples& samples, const OnDoing& doing,
+/// The segments of the files. Where the spec names none, it gets all that there are.
+Status read_segments(VolumeSpec& spec, VolumeData& data, const OnDoing& doing) {
+  SegmentsSpec& segments = spec.segments;
+  std::vector<files::Segmentation> read;
+  for (const fs::path& file : segments.files) {
+    if (doing) doing(fmt::format("reading {}", file.filename().string()));
+    auto of_file = files::read_segmentation(file);
+    if (!of_file) return of_file.error();
+    std::move(of_file->begin(), of_file->end(), std::back_inserter(read));
+  }
+  if (read.empty()) return Nothing{};
+  if (segments.parts.empty())
+    for (const files::LabelledPart& part : read.front().parts) {
+      segments.parts.emplace_back();
+      segments.parts.back().name = part.name;
+    }
+  for (const SegmentSpec& part : segments.parts) {
+    const std::vector<std::string> labels =
+        part.labels.empty() ? std::vector<std::string>{part.name} : part.labels;
+    SegmentData segment;
+    segment.name = part.name;
+    segment.shown = part.shown;
+    for (const files::Segmentation& one : read) {
+      auto mask = one.mask(labels);
+      if (!mask) return mask.error();
+      segment.masks.push_back(std::move(*mask));
+    }
+    segment.colour = part.colour ? glm::vec3(*part.colour) : read.front().colour(labels);
+    data.segments.push_back(std::move(segment));
+  }
+  return Nothing{};
+}
+
+Result<MovingVolume> read_volume_of(VolumeSpec& spec, Samples& samples, const OnDoing& doing,
                                     std::vector<std::string>& notes) {
   if (doing) doing("preparing " + spec.name);
   if (!spec.source.empty()) return build(spec);
@@ -185,21 +226,49 @@ Result<MovingVolume> read_volume_of(const VolumeSpec& spec, Samples& samples, co
     if (!read) return read.error();
     data.motions.push_back(std::move(*read));
   }
+  if (const Status segments = read_segments(spec, data, doing); !segments) return segments.error();
   if (doing) doing("preparing " + spec.name);
-  return build(spec, std::move(data));
+  std::vector<Field> steps;
+  if (has_one_segmentation(data) && !data.motions.empty()) steps = data.motions.front().fields;
+  auto volume = build(spec, std::move(data));
+  if (!volume || steps.empty() || volume->is_still()) return volume;
+  // One segmentation is carried by one motion for all frames.
+  const TimeBasis times{volume->times.times_s, volume->times.cycle_s, 0};
+  const auto whole = motion_of_steps(steps, times, spec.segments.frame);
+  return whole ? carried(*volume, *whole) : whole.error();
+}
+
+/// Whether the segments are known in one frame of many, so that only one motion for all brings them
+/// to the others.
+bool waits_for_motion(const MovingVolume& volume) {
+  return !volume.segments.empty() && volume.frames.size() > 1 &&
+         volume.segments.front().distance_mm.size() == 1;
 }
 
 /// Adds a volume with its data at its place.
-void add(FeltScene& scene, size_t v, MovingVolume volume) {
+Status add(FeltScene& scene, size_t v, MovingVolume volume) {
   VolumeSpec& spec = scene.spec.volumes[v];
   spec.transform = start_transform(spec, volume);
   spec.centred = false;
+  if (waits_for_motion(volume)) {
+    auto standing = standing_at(volume, volume.segments_frame);
+    if (!standing) return standing.error();
+    scene.notes.push_back(
+        fmt::format("The segmentation is that of frame {}: {} stands still there until one motion "
+                    "for all frames is known.",
+                    volume.segments_frame, spec.name));
+    scene.missing.push_back({v, [files = spec.files] { return open_sequence(files); },
+                             std::make_shared<const MovingVolume>(std::move(volume))});
+    scene.data.push_back(std::make_shared<const MovingVolume>(std::move(*standing)));
+    return Nothing{};
+  }
   // Motion is found in scalars only; a flow whose motion nobody gave changes where it stands.
   const bool vectors = volume.frames.front()->is_vector();
   if (!volume.is_still() && volume.motions.empty() && !volume.whole && spec.source.empty() &&
       !vectors)
-    scene.missing.push_back({v, [files = spec.files] { return open_sequence(files); }});
+    scene.missing.push_back({v, [files = spec.files] { return open_sequence(files); }, nullptr});
   scene.data.push_back(std::make_shared<const MovingVolume>(std::move(volume)));
+  return Nothing{};
 }
 
 Result<FeltScene> of_spec(std::string name, SceneSpec spec, const OnDoing& doing) {
@@ -210,27 +279,43 @@ Result<FeltScene> of_spec(std::string name, SceneSpec spec, const OnDoing& doing
     Samples samples;
     auto volume = read_volume_of(scene.spec.volumes[v], samples, doing, scene.notes);
     if (!volume) return volume.error();
-    add(scene, v, std::move(*volume));
+    if (const Status added = add(scene, v, std::move(*volume)); !added) return added.error();
   }
   return scene;
 }
 
 Result<ModeSpec> surface_of(const fs::path& file, const Samples& samples,
                             const SequenceChoices& choices, std::vector<std::string>& notes) {
-  const WallValue found = value_between_groups(samples.first);
-  const double level = choices.level.value_or(found.level);
+  const WallQuality found =
+      choices.level
+          ? wall_quality(samples.first, {*choices.level, value_between_groups(samples.first).width})
+          : wall_of(samples.first);
+  const double level = found.at.level;
   if (!(level >= samples.low && level <= samples.high))
     return files::bad_input(
         file, "has values from {:.6g} to {:.6g}: there is no surface at --level {:.6g}",
         samples.low, samples.high, level);
   auto strength =
-      TransferFunction::window(level, choices.width.value_or(found.width), choices.strength_n);
+      TransferFunction::window(level, choices.width.value_or(found.at.width), choices.strength_n);
   if (!strength) return strength.error();
   if (!choices.level)
     notes.push_back(fmt::format(
         "The surface to feel is put at {:.4g}, between the two main groups of values: --level says "
         "otherwise.",
         level));
+  if (found.ends > kClosedWall)
+    notes.push_back(
+        fmt::format("This surface is no closed wall: at {:.0f} % of its places it ends within 5 mm "
+                    "or has a hole "
+                    "there, and a hand that strokes it falls through; feel a segmentation instead "
+                    "(--segments).",
+                    100.0 * found.ends));
+  else
+    notes.push_back(
+        fmt::format("A hand that strokes this surface comes to its end or to a hole within 5 mm at "
+                    "{:.0f} % of its "
+                    "places.",
+                    100.0 * found.ends));
   ModeSpec surface;
   surface.name = "surface";
   surface.strength = *strength;
@@ -279,17 +364,32 @@ Result<FeltScene> of_sequence(const std::vector<fs::path>& inputs, const Sequenc
         motion.confidences = {choices.fields};
     spec.motions = {motion};
   }
+  spec.segments.files = choices.segments;
+  spec.segments.frame = choices.segments_frame;
+  for (const std::string& name : choices.segment_names) {
+    spec.segments.parts.emplace_back();
+    spec.segments.parts.back().name = name;
+  }
   Samples samples;
   auto volume = read_volume_of(spec, samples, doing, scene.notes);
   if (!volume) return volume.error();
+  for (SegmentSpec& segment : spec.segments.parts) {
+    segment.strength_n = choices.strength_n;
+    segment.friction = choices.friction;
+  }
+  scene.spec.volumes = {spec};
+  // With segments their walls are felt, and a surface of the values only where it is asked for.
+  if (!volume->segments.empty() && !choices.level) {
+    if (const Status added = add(scene, 0, std::move(*volume)); !added) return added.error();
+    return scene;
+  }
   auto mode = volume->frames.front()->is_vector()
                   ? guide_along(samples.first, choices, scene.notes)
                   : surface_of(inputs.front(), samples, choices, scene.notes);
   if (!mode) return mode.error();
   mode->volume = spec.name;
   scene.spec.modes = {std::move(*mode)};
-  scene.spec.volumes = {spec};
-  add(scene, 0, std::move(*volume));
+  if (const Status added = add(scene, 0, std::move(*volume)); !added) return added.error();
   return scene;
 }
 
@@ -302,7 +402,8 @@ void forget_motion(FeltScene& scene) {
     MovingVolume volume = *scene.data[v];
     volume.motions.clear();
     scene.missing.push_back(
-        {v, [source, count = int(volume.frames.size())]() -> Result<Frames> {
+        {v,
+         [source, count = int(volume.frames.size())]() -> Result<Frames> {
            const Grid grid = heart_grid(128);
            auto made =
                std::make_shared<Sequence>(source == "heart" ? heart_phantom(grid, count, 1, 0.0)
@@ -313,7 +414,8 @@ void forget_motion(FeltScene& scene) {
            frames.count = made->frames.size();
            frames.read = [made](size_t k) -> Result<Volume> { return std::move(made->frames[k]); };
            return frames;
-         }});
+         },
+         nullptr});
     scene.data[v] = std::make_shared<const MovingVolume>(std::move(volume));
   }
 }
@@ -325,7 +427,7 @@ Result<FeltScene> load_felt_scene(const std::vector<fs::path>& inputs,
   if (inputs.size() == 1 && name == "shell") return of_spec(name, shell_scene(), doing);
   if (inputs.size() == 1 && name == "molecule") return of_spec(name, molecule_scene(), doing);
   if (inputs.size() == 1 && inputs.front().extension() == ".json") {
-    auto spec = files::read_scene(inputs.front());
+    auto spec = files::read_scene(inputs.front(), {}, choices.folder);
     if (!spec) return spec.error();
     return of_spec(name, std::move(*spec), doing);
   }

@@ -24,12 +24,19 @@ struct SequenceChoices {
   double frames_per_second = 0.0;  ///< 0: as the file says
   std::filesystem::path fields;    ///< of palpate motion: its folder, or its one file; empty: none
   bool cyclic = true;
+  std::filesystem::path folder;  ///< where a scene file's paths begin; empty: beside it
+  std::vector<std::filesystem::path> segments;  ///< segmentations whose parts are the walls
+  size_t segments_frame = 0;                    ///< to which a single one belongs
+  std::vector<std::string> segment_names;       ///< of its parts; none: all
 };
 
 /// A motion that nothing gives: to be estimated while the data are felt.
 struct MissingMotion {
   size_t volume = 0;
   std::function<Result<Frames>()> open;  ///< the volume's frames, once more
+  /// The volume with all its frames, where the scene has it standing still until one motion for all
+  /// of them is known; else null.
+  std::shared_ptr<const MovingVolume> own;
 };
 
 /// Hears what is being done, in a few words for a person.

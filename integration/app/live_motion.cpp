@@ -40,7 +40,9 @@ LiveMotion::LiveMotion(const FeltScene& scene, const DeviceOptions& device,
     const VolumeSpec& spec = scene.spec.volumes[missing.volume];
     // What is computed changes by itself, and its own values are right.
     const bool whole = on_whole_ && spec.source.empty();
-    jobs_.push_back({missing, spec.cyclic, whole, scene.data[missing.volume]});
+    const auto& volume = missing.own ? missing.own : scene.data[missing.volume];
+    needs_whole_ |= missing.own != nullptr;
+    jobs_.push_back({missing, spec.cyclic, whole, volume});
     steps_ += size_t(scene.data[missing.volume]->times.steps());
   }
   if (jobs_.empty()) {
@@ -110,13 +112,16 @@ Status LiveMotion::estimate(const Job& job, std::stop_token stop) {
   const double bytes = double(frames->count) * double(frames->grid.count()) * sizeof(float);
   const Status fits = files::check_fits_memory("One motion for the whole sequence", bytes);
   if (job.whole && fits) return whole(job, *frames, *context, options, stop);
+  if (job.missing.own && !fits) return fits;
   const Status done = step_by_step(job, *frames, *context, options, stop);
   return done && job.whole && !stop.stop_requested() ? fits : done;
 }
 
 Status LiveMotion::take_pair(const Job& job, const PairMotion& pair) {
-  const Status taken =
-      on_step_(job.missing.volume, pair.fixed_frame, MotionMap::of(pair.field, &pair.confidence));
+  Status taken = Nothing{};
+  if (!job.missing.own)
+    taken =
+        on_step_(job.missing.volume, pair.fixed_frame, MotionMap::of(pair.field, &pair.confidence));
   if (++known_ == steps_) moves_after_s_ = 1e-9 * double(steady_ns() - start_ns_);
   return taken;
 }
@@ -162,16 +167,18 @@ Status LiveMotion::whole(const Job& job, Frames& frames,
   Status taken = Nothing{};
   SequenceMotionOptions of_sequence;
   of_sequence.estimator = options;
+  SequenceReport report;
   const auto motion = estimate_sequence_motion(
       context, frames.grid, job.volume->times.times_s,
       [&](size_t k) -> Result<Volume> { return kept[k]; }, of_sequence,
       [&](PairMotion pair) {
         if (taken) taken = take_pair(job, pair);
       },
-      [&](const std::string&, double share) { share_ = share; }, stop);
+      [&](const std::string&, double share) { share_ = share; }, stop, &report);
   if (stop.stop_requested()) return Nothing{};
   if (!taken) return taken;
   if (!motion) return motion.error();
+  for (const std::string& note : report.notes) console_.say("Note      " + note);
   auto volume = carried(*job.volume, *motion);
   if (!volume) return volume.error();
   return on_whole_(job.missing.volume, std::make_shared<const MovingVolume>(std::move(*volume)));

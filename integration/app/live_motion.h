@@ -35,8 +35,12 @@ class LiveMotion {
   LiveMotion& operator=(const LiveMotion&) = delete;
 
   bool is_done() const { return done_; }
-  /// Every step is known, so that it can move; the whole may still be refined.
-  bool can_move() const { return done_ || known_ == steps_; }
+  /// Every step is known, so that it can move; the whole may still be refined. What waits for one
+  /// motion for all frames moves with that.
+  bool can_move() const { return done_ || (!needs_whole_ && known_ == steps_); }
+  /// Something stands still until one motion for all frames is known: its segments are known in one
+  /// frame only.
+  bool needs_whole() const { return needs_whole_; }
   size_t steps() const { return steps_; }                  ///< that were missing
   size_t steps_known() const { return known_; }            ///< of them, so far
   double moves_after_s() const { return moves_after_s_; }  ///< all steps were known; 0 before
@@ -55,7 +59,7 @@ class LiveMotion {
     MissingMotion missing;
     bool cyclic = true;
     bool whole = false;  ///< one motion for all frames, beyond consecutive fields
-    std::shared_ptr<const MovingVolume> volume;
+    std::shared_ptr<const MovingVolume> volume;  ///< with all its frames
   };
   void run(std::stop_token stop);
   Status estimate(const Job& job, std::stop_token stop);
@@ -67,6 +71,7 @@ class LiveMotion {
                const EstimatorOptions& options, std::stop_token stop);
 
   std::vector<Job> jobs_;
+  bool needs_whole_ = false;
   DeviceOptions device_;
   std::string preset_;
   OnStep on_step_;

@@ -283,15 +283,8 @@ Result<Found> find_pairs(const MotionCommand& command, const std::string& preset
 }
 
 std::string sequence_text(const SequenceMotion& motion, double seconds) {
-  std::string text = fmt::format("Motion    one for all {} frames, told from frame {}, ",
-                                 motion.frames(), motion.reference);
-  if (motion.basis.harmonics > 0)
-    text += fmt::format("{} harmonics of a cycle of {:.4g} s", motion.basis.harmonics,
-                        motion.basis.cycle_s);
-  else
-    text += motion.basis.cycle_s > 0.0 ? "straight between the frames of a cycle"
-                                       : "straight between the frames";
-  return text + fmt::format(", {:.1f} s", seconds);
+  return fmt::format("Motion    one for all {} frames, told from frame {}, {}, {:.1f} s",
+                     motion.frames(), motion.reference, time_text(motion.basis), seconds);
 }
 
 /// One motion for all frames, then what follows from it.
@@ -339,14 +332,15 @@ Result<Found> find_whole(const MotionCommand& command, const std::string& preset
   if (!written) return written.error();
   frames.notes.insert(frames.notes.end(), report.notes.begin(), report.notes.end());
   found.summary = summary_of(command, preset, frames, *context);
-  found.summary["sequence"] = *written;
+  found.summary["sequence"] = written->files;
   found.summary["sequence"]["seconds"] = took.count();
   if (command.no_verdict) return found;
-  const auto evidence = examined(
+  auto evidence = examined(
       *motion, *kept, report.confidence, output.mask,
       [&](const SequenceEvidence& so_far, size_t k) { console.say(frame_text(so_far, k)); });
   if (!evidence) return evidence.error();
   if (stop.stop_requested()) return stopped;
+  evidence->drift = written->drift;
   found.verdict = judged(*evidence);
   found.summary["evidence"] = json_of(*evidence);
   if (evidence->drift) console.say(cycle_text({*evidence->drift, {}}));

@@ -37,11 +37,13 @@ Result<std::unique_ptr<Palpation>> Palpation::start(FeltScene scene, ForceDevice
     }
     // A motion that is to come has its steps from the start, all still.
     for (const MissingMotion& missing : palpation->felt_.missing) {
+      palpation->felt_.spec.volumes[missing.volume].rate = 0.0;
+      // What waits for one motion has no steps.
+      if (missing.own) continue;
       MovingVolume volume = *palpation->felt_.data[missing.volume];
       const size_t steps = size_t(volume.times.steps());
       volume.motions = {{"data", std::vector<std::shared_ptr<const MotionMap>>(steps)}};
       palpation->felt_.data[missing.volume] = std::make_shared<const MovingVolume>(volume);
-      palpation->felt_.spec.volumes[missing.volume].rate = 0.0;
     }
     if (const Status status = palpation->hand_over(); !status) return status.error();
   }
@@ -51,6 +53,11 @@ Result<std::unique_ptr<Palpation>> Palpation::start(FeltScene scene, ForceDevice
   if (!started) return started.error();
   palpation->servo_ = std::move(*started);
   const auto& volumes = palpation->felt_.spec.volumes;
+  // What stands still as one of its frames stands at the time of that.
+  for (const MissingMotion& missing : palpation->felt_.missing)
+    if (missing.own)
+      palpation->send({ControlEvent::Kind::kScrub, int(missing.volume),
+                       missing.own->times.times_s[missing.own->segments_frame]});
   const bool posed = std::any_of(volumes.begin(), volumes.end(), needs_poses);
   palpation->poses_ =
       std::make_unique<Background>(kPosePause, [palpation = palpation.get(), posed] {

@@ -4,6 +4,7 @@
 
 #include "integration/app/commands.h"
 #include "integration/app/exit_code.h"
+#include "integration/app/feel_run.h"
 #include "integration/app/felt_scene.h"
 #include "integration/app/option_checks.h"
 #include "integration/app/progress.h"
@@ -42,7 +43,12 @@ Command add_plan(CLI::App& program) {
                   "What 'palpate motion' wrote: its folder or its sequence_motion.nrrd")
       ->type_name("PATH")
       ->check(an_existing_path());
-  return {app, [inputs, choices] { return run(*inputs, *choices); }, {"input", "--fields"}, {}, {}};
+  add_segments(*app, *choices);
+  return {app,
+          [inputs, choices] { return run(*inputs, *choices); },
+          {"input", "--fields", "--folder", "--segments"},
+          {},
+          {}};
 }
 
 }  // namespace palpate::app

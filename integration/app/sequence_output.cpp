@@ -64,7 +64,6 @@ Result<SequenceEvidence> examined(
   const auto accelerations = accelerations_mm(at_frame, cyclic, solved_mask);
   const auto between = folds_between(motion);
   const Grid& image = frames.empty() ? at_frame.front().grid : frames.front().grid;
-  CyclePoints points(image, frames.empty() ? solved_mask : mask);
   for (size_t k = 0; k < motion.frames(); ++k) {
     FrameEvidence& frame = evidence.frames[k];
     const Field field = frames.empty() ? at_frame[k] : resampled(at_frame[k], image);
@@ -79,23 +78,27 @@ Result<SequenceEvidence> examined(
       if (!found) return found.error();
       frame.evidence = std::move(*found);
     }
-    if (cyclic) points.follow(consecutive_field(motion, k));
     if (tell) tell(evidence, k);
   }
-  if (cyclic) evidence.drift = points.drift();
   return evidence;
 }
 
-Result<nlohmann::json> write_sequence(const SequenceMotion& motion,
-                                      const std::vector<Volume>& frames,
-                                      const std::vector<Confidence>& step_confidence,
-                                      const SequenceOutputOptions& options, Outputs& outputs) {
+Distances drift_of(const SequenceMotion& motion, const Grid& image, const Mask* mask) {
+  CyclePoints points(image, mask);
+  for (size_t k = 0; k < motion.frames(); ++k) points.follow(consecutive_field(motion, k, image));
+  return points.drift();
+}
+
+Result<Written> write_sequence(const SequenceMotion& motion, const std::vector<Volume>& frames,
+                               const std::vector<Confidence>& step_confidence,
+                               const SequenceOutputOptions& options, Outputs& outputs) {
   const size_t count = motion.frames();
-  const auto on_image = [&](Field field) {
-    return options.coarse ? field : resampled(field, frames.front().grid);
-  };
   Status status = put(outputs, files::kSequenceMotionName,
                       [&](const auto& path) { return files::write_sequence_motion(motion, path); });
+  const Grid& image = frames.front().grid;
+  const bool cyclic = motion.basis.cycle_s > 0.0;
+  const Grid& onto = options.coarse ? motion.terms.front().grid : image;
+  CyclePoints points(image, options.mask);
   nlohmann::json written = {{"file", files::kSequenceMotionName},
                             {"reference_frame", motion.reference},
                             {"harmonics", motion.basis.harmonics},
@@ -104,20 +107,22 @@ Result<nlohmann::json> write_sequence(const SequenceMotion& motion,
     const std::string name = reference_field_name(options.format, k, count);
     written["reference_fields"].push_back(name);
     status = put(outputs, name, [&](const auto& path) {
-      return files::write_field(on_image(motion.at_frame(k)), path);
+      const Field field = motion.at_frame(k);
+      return files::write_field(options.coarse ? field : resampled(field, onto), path);
     });
   }
-  const size_t steps = count - (motion.basis.cycle_s > 0.0 ? 0 : 1);
+  const size_t steps = count - (cyclic ? 0 : 1);
   for (size_t k = 0; status && k < steps; ++k) {
     const size_t next = (k + 1) % count;
     const PairNames names = options.names(k, next);
-    const Field solved = consecutive_field(motion, k), field = on_image(solved);
+    const Field field = consecutive_field(motion, k, onto);
+    points.follow(field);
     written["fields"].push_back(names.field);
     status = put(outputs, names.field,
                  [&](const auto& path) { return files::write_field(field, path); });
     if (!status) break;
     status = put(outputs, names.inverse, [&](const auto& path) {
-      return files::write_field(inverse_of(solved, field.grid).w, path);
+      return files::write_field(inverse_of(field, field.grid).w, path);
     });
     if (!status) break;
     status = put(outputs, names.confidence, [&](const auto& path) {
@@ -137,7 +142,9 @@ Result<nlohmann::json> write_sequence(const SequenceMotion& motion,
     });
   }
   if (!status) return status.error();
-  return written;
+  Written result{std::move(written), {}};
+  if (cyclic) result.drift = points.drift();
+  return result;
 }
 
 }  // namespace palpate::app

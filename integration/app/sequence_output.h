@@ -29,18 +29,28 @@ struct SequenceOutputOptions {
 std::string reference_field_name(const std::string& format, size_t frame, size_t count);
 
 /// Measures one motion against its frames: per frame as a pair with the reference, folds between
-/// frames, acceleration, drift. `frames` may be empty: then nothing is compared. `confidence`:
-/// empty, or one per frame. `tell` (may be empty) hears of each frame when it is measured.
+/// frames, acceleration; not the drift. `frames` may be empty: then nothing is compared.
+/// `confidence`: empty, or one per frame. `tell` (may be empty) hears of each frame when it is
+/// measured.
 Result<SequenceEvidence> examined(const SequenceMotion& motion, const std::vector<Volume>& frames,
                                   const std::vector<Confidence>& confidence, const Mask* mask,
                                   const std::function<void(const SequenceEvidence&, size_t)>& tell);
 
+/// Where points are after a cycle of the fields from frame to frame that follow from a cyclic
+/// motion, at the samples of `image` (inside the mask on it, if not null).
+Distances drift_of(const SequenceMotion& motion, const Grid& image, const Mask* mask);
+
+/// What was written, for the summary, and the drift of the fields from frame to frame in a cycle.
+struct Written {
+  nlohmann::json files;
+  std::optional<Distances> drift;
+};
+
 /// Writes one motion: the one file, the fields from the reference to all frames, and those from
 /// each frame to the next as they follow from it (confidences: of `pairs`, where they are asked
-/// for). Returns what was written, for the summary.
-Result<nlohmann::json> write_sequence(const SequenceMotion& motion,
-                                      const std::vector<Volume>& frames,
-                                      const std::vector<Confidence>& step_confidence,
-                                      const SequenceOutputOptions& options, Outputs& outputs);
+/// for).
+Result<Written> write_sequence(const SequenceMotion& motion, const std::vector<Volume>& frames,
+                               const std::vector<Confidence>& step_confidence,
+                               const SequenceOutputOptions& options, Outputs& outputs);
 
 }  // namespace palpate::app

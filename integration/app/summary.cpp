@@ -126,6 +126,13 @@ std::string frame_text(const SequenceEvidence& evidence, size_t k) {
                             match.motion_left_voxels, word(judged(frame.evidence).trust));
 }
 
+std::string time_text(const TimeBasis& basis) {
+  std::string text = "straight lines between the frames";
+  if (basis.harmonics > 0)
+    text = fmt::format("{} {}", basis.harmonics, basis.harmonics == 1 ? "harmonic" : "harmonics");
+  return basis.cycle_s > 0.0 ? text + fmt::format(" of a cycle of {:.4g} s", basis.cycle_s) : text;
+}
+
 std::string cycle_text(const CycleDrift& drift) {
   const auto numbers = [](const Distances& one) {
     return fmt::format("{:.3f} mm ({:.3f} voxel) from where they started, 95 % within {:.3f} mm",

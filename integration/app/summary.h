@@ -6,6 +6,7 @@
 
 #include "compute/motion/estimator.h"
 #include "compute/motion/verdict.h"
+#include "compute/volume/sequence_motion.h"
 
 namespace palpate::app {
 
@@ -35,6 +36,9 @@ nlohmann::json json_of(const SequenceEvidence& evidence);
 /// "Frame 3   moves 2.10 mm on average and 9.32 mm at most, no folds, none on the way to the next,
 /// acceleration 0.31 mm/frame^2, local correlation 0.712 -> 0.951, 0.042 voxel of motion left: ok".
 std::string frame_text(const SequenceEvidence& evidence, size_t frame);
+
+/// "6 harmonics of a cycle of 0.8 s", "straight lines between the frames of a cycle of 4 s".
+std::string time_text(const TimeBasis& basis);
 
 /// The drift as a line for a person.
 std::string cycle_text(const CycleDrift& drift);

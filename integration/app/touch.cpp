@@ -1,7 +1,11 @@
 #include "integration/app/touch.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <vector>
+
+#include "module/scene/segment_modes.h"
 
 namespace palpate::app {
 namespace {
@@ -11,31 +15,77 @@ constexpr double kRoom_m = 0.003;      // least way in free space before the sur
 constexpr double kFarthest_m = 0.030;  // a surface farther away than this is not looked for
 constexpr double kGrid_m = 0.004;      // of places to start from, inside
 constexpr double kCoarse_m = 0.001;
+constexpr double kSquarely = 0.8;  // cosine between the way of a press and a wall's normal
 
 /// A place that no data reach.
 constexpr double kOutside = -1.0;
 
-/// How much of the strongest surface's strength holds at a place of the device, 0 to 1; kOutside if
-/// no volume with a surface has data there.
-double hold_at(const FeltScene& scene, glm::dvec3 device_m) {
-  const glm::dvec3 world = scene.spec.world_from_device.world_from_volume(device_m);
-  double hold = kOutside;
-  for (const ModeSpec& mode : scene.spec.modes) {
-    if (mode.kind != "surface" || mode.leaving || mode.scalar != ScalarProperty::kValue) continue;
-    for (size_t v = 0; v < scene.data.size(); ++v) {
-      const VolumeSpec& volume = scene.spec.volumes[v];
-      if (volume.name != mode.volume || mode.strength.highest() <= 0.0) continue;
-      const FrameData& frame = *scene.data[v]->frames.front();
-      const glm::dvec3 x = volume.transform.volume_from_world(world);
-      // Beyond the data the border's value is held: nothing to press.
-      if (glm::any(glm::lessThan(x, frame.low_m())) ||
-          glm::any(glm::greaterThan(x, frame.high_m())))
-        continue;
-      hold = std::max(hold, mode.strength(frame.scalar(x)) / mode.strength.highest());
+/// What a surface mode reads of the first frame, and where that is.
+struct Surface {
+  const FrameData* frame;  ///< has the data's box
+  const FrameData* read;   ///< its values, or the distance to a segment
+  const VolumeSpec* volume;
+  TransferFunction strength;
+};
+
+class Surfaces {
+ public:
+  explicit Surfaces(const FeltScene& scene) : world_from_device_(scene.spec.world_from_device) {
+    for (const ModeSpec& mode : modes_of(scene.spec)) {
+      if (mode.kind != "surface" || mode.leaving || mode.scalar != ScalarProperty::kValue) continue;
+      if (!(mode.strength.highest() > 0.0)) continue;
+      for (size_t v = 0; v < scene.data.size(); ++v) {
+        if (scene.spec.volumes[v].name != mode.volume) continue;
+        const FrameData* frame = scene.data[v]->frames.front().get();
+        const FrameData* read = mode.segment.empty() ? frame : nullptr;
+        for (const Segment& segment : scene.data[v]->segments)
+          if (segment.name == mode.segment) read = segment.distance_mm.front().get();
+        if (read) all_.push_back({frame, read, &scene.spec.volumes[v], mode.strength});
+      }
     }
   }
-  return hold;
-}
+
+  /// How much of the strongest surface's strength holds at a place of the device, 0 to 1; a
+  /// segment's surface is where it begins. kOutside if no volume with a surface has data there.
+  double hold_at(glm::dvec3 device_m) const {
+    const glm::dvec3 world = world_from_device_.world_from_volume(device_m);
+    double hold = kOutside;
+    for (const Surface& surface : all_) {
+      const glm::dvec3 x = surface.volume->transform.volume_from_world(world);
+      // Beyond the data the border's value is held: nothing to press.
+      if (glm::any(glm::lessThan(x, surface.frame->low_m())) ||
+          glm::any(glm::greaterThan(x, surface.frame->high_m())))
+        continue;
+      const double value = surface.read->scalar(x);
+      hold = std::max(hold, surface.read != surface.frame
+                                ? double(value > 0.0)
+                                : surface.strength(value) / surface.strength.highest());
+    }
+    return hold;
+  }
+
+  /// The way out of the nearest segment's wall at a place of the device. None without segments:
+  /// noise tilts the gradient of values.
+  std::optional<glm::dvec3> way_out(glm::dvec3 device_m) const {
+    const glm::dvec3 world = world_from_device_.world_from_volume(device_m);
+    std::optional<glm::dvec3> out;
+    double nearest_mm = std::numeric_limits<double>::infinity();
+    for (const Surface& surface : all_) {
+      if (surface.read == surface.frame) continue;
+      const Transform& place = surface.volume->transform;
+      const ScalarSample here = surface.read->scalar_and_gradient(place.volume_from_world(world));
+      const glm::dvec3 inward = place.rotation * (here.gradient / place.scale);
+      if (std::abs(here.value) >= nearest_mm || !(glm::length(inward) > 0.0)) continue;
+      nearest_mm = std::abs(here.value);
+      out = glm::conjugate(world_from_device_.rotation) * -glm::normalize(inward);
+    }
+    return out;
+  }
+
+ private:
+  std::vector<Surface> all_;
+  Transform world_from_device_;
+};
 
 const std::vector<glm::dvec3>& directions() {
   // From the front first, then from above and from the sides: where a person would reach in.
@@ -63,13 +113,13 @@ devices::PathPlace place_at(glm::dvec3 surface_m, glm::dvec3 outward, double cle
 
 /// From outside: the first surface on the way from the edge of the reach to the centre, with free
 /// data before it. A face at which the data were cut off is no surface.
-std::optional<devices::PathPlace> from_outside(const FeltScene& scene, const DeviceInfo& device,
+std::optional<devices::PathPlace> from_outside(const Surfaces& surfaces, const DeviceInfo& device,
                                                glm::dvec3 out) {
   double free_m = 0.0;
   const double edge = 0.9 * device.workspace_radius_m;
   for (double r = edge; r > 0.1 * device.workspace_radius_m; r -= kStep_m) {
     const glm::dvec3 at = device.workspace_centre_m + r * out;
-    const double hold = hold_at(scene, at);
+    const double hold = surfaces.hold_at(at);
     if (hold < 0.0) continue;
     if (hold < 0.5) {
       free_m += kStep_m;
@@ -82,9 +132,10 @@ std::optional<devices::PathPlace> from_outside(const FeltScene& scene, const Dev
 }
 
 /// How far it is from a free place to a surface; 0 if the data end before.
-double way_to_surface(const FeltScene& scene, glm::dvec3 from, glm::dvec3 direction, double step) {
+double way_to_surface(const Surfaces& surfaces, glm::dvec3 from, glm::dvec3 direction,
+                      double step) {
   for (double way = 0.0; way < kFarthest_m; way += step) {
-    const double hold = hold_at(scene, from + way * direction);
+    const double hold = surfaces.hold_at(from + way * direction);
     if (hold < 0.0) return 0.0;
     if (hold >= 0.5) return way;
   }
@@ -92,7 +143,7 @@ double way_to_surface(const FeltScene& scene, glm::dvec3 from, glm::dvec3 direct
 }
 
 /// From inside: the widest free place within reach, and the surface next to it.
-std::optional<devices::PathPlace> from_inside(const FeltScene& scene, const DeviceInfo& device) {
+std::optional<devices::PathPlace> from_inside(const Surfaces& surfaces, const DeviceInfo& device) {
   const double reach = 0.7 * device.workspace_radius_m;
   const int n = int(reach / kGrid_m);
   double widest = kRoom_m;
@@ -105,7 +156,7 @@ std::optional<devices::PathPlace> from_inside(const FeltScene& scene, const Devi
         const glm::dvec3 at = device.workspace_centre_m + offset;
         double room = kFarthest_m;
         for (size_t d = 0; d < directions().size() && room > widest; ++d)
-          room = std::min(room, way_to_surface(scene, at, directions()[d], kCoarse_m));
+          room = std::min(room, way_to_surface(surfaces, at, directions()[d], kCoarse_m));
         if (room > widest && room < kFarthest_m) {
           widest = room;
           best = at;
@@ -115,7 +166,7 @@ std::optional<devices::PathPlace> from_inside(const FeltScene& scene, const Devi
   std::optional<devices::PathPlace> place;
   double nearest = kFarthest_m;
   for (const glm::dvec3 direction : directions()) {
-    const double way = way_to_surface(scene, *best, direction, kStep_m);
+    const double way = way_to_surface(surfaces, *best, direction, kStep_m);
     if (way <= 0.0 || way >= nearest) continue;
     nearest = way;
     place = place_at(*best + way * direction, -direction, std::min(0.010, way));
@@ -126,9 +177,20 @@ std::optional<devices::PathPlace> from_inside(const FeltScene& scene, const Devi
 }  // namespace
 
 std::optional<devices::PathPlace> place_to_touch(const FeltScene& scene, const DeviceInfo& device) {
-  for (const glm::dvec3 out : directions())
-    if (const auto place = from_outside(scene, device, out)) return place;
-  return from_inside(scene, device);
+  const Surfaces surfaces(scene);
+  // A segment's wall that is met at a slant is slid along, not pressed: those are not looked for
+  // first, and the others are pressed along their normal.
+  for (const bool squarely : {true, false})
+    for (const glm::dvec3 out : directions()) {
+      auto place = from_outside(surfaces, device, out);
+      if (!place) continue;
+      const auto normal = surfaces.way_out(place->surface_m);
+      if (!normal) return place;
+      const bool is_square = glm::dot(*normal, out) >= kSquarely;
+      if (is_square) place->outward = *normal;
+      if (is_square || !squarely) return place;
+    }
+  return from_inside(surfaces, device);
 }
 
 }  // namespace palpate::app

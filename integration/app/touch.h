@@ -9,10 +9,10 @@
 namespace palpate::app {
 
 /// Where a simulated hand can press a surface of the scene's first frame: the first place at which
-/// a surface mode comes to half its strength on the way from the edge of the device's reach to its
-/// centre, from the front, from above, from the sides, and so on; where the data are cut off inside
-/// the body on all sides, the wall of the widest free place within reach (a lung, say). None if
-/// there is no such place.
+/// a surface mode comes to half its strength, or a segment begins, on the way from the edge of the
+/// device's reach to its centre, from the front, from above, from the sides, and so on; where the
+/// data are cut off inside the body on all sides, the wall of the widest free place within reach (a
+/// lung, say). None if there is no such place.
 std::optional<devices::PathPlace> place_to_touch(const FeltScene& scene, const DeviceInfo& device);
 
 }  // namespace palpate::app

@@ -135,6 +135,7 @@ Command add_view(CLI::App& program) {
                   "picture")
       ->type_name("PATH")
       ->check(an_existing_path());
+  add_segments(*app, command->sequence);
   app->add_flag_callback(
       "--not-cyclic", [command] { command->sequence.cyclic = false; },
       "The last frame does not lead back to the first");
@@ -142,7 +143,7 @@ Command add_view(CLI::App& program) {
   app->add_flag("--quiet", command->quiet, "Print errors only");
   return {app,
           [command, frame] { return run(*command, *frame); },
-          {"input", "--fields"},
+          {"input", "--fields", "--folder", "--segments"},
           {"--picture", "--headless"},
           {}};
 }

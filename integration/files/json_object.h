@@ -21,6 +21,7 @@ struct JsonReading {
   std::filesystem::path file;
   std::optional<Error> error;
   std::set<std::string>* accepted = nullptr;  ///< gets every key that was asked for, if wanted
+  std::filesystem::path folder = file.parent_path();  ///< in which the file's own paths begin
 
   /// "'file' at place: what." with what saying what is wrong and, after a colon, what to do.
   void refuse(const std::string& place, const std::string& what);

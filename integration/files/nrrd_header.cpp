@@ -300,6 +300,7 @@ Result<Raster> nrrd_raster(const std::filesystem::path& file, const NrrdFields& 
   if (const Status done = find_encoding(header, raster); !done) return done.error();
   if (const Status done = find_data(header, raster); !done) return done.error();
   if (header.field("datafile").empty()) raster.file_skip += header_bytes;
+  raster.keys = header.keys;
   return raster;
 }
 

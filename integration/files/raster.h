@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -66,6 +67,7 @@ struct Raster {
   std::vector<double> times_s;   ///< one per frame if times_known, else empty
   bool times_known = false;
   std::vector<std::string> notes;  ///< what a person should know of the file, a sentence each
+  std::map<std::string, std::string> keys;  ///< "name:=value" lines of a NRRD header
 
   size_t frame_count() const { return lane_kind == LaneKind::kFrames ? lanes : 1; }
   size_t component_count() const { return lane_kind == LaneKind::kComponents ? lanes : 1; }

@@ -25,8 +25,9 @@ constexpr NumberRange kPlayingRates{-1000.0, 1000.0};           // times as fast
 constexpr NumberRange kDriveRates_hz{-100.0, 100.0};
 constexpr NumberRange kDistances_m{0.0, 10.0};
 
-const std::vector<std::string_view> kKinds = {
-    "surface", "follow", "front", "vortex", "gradient-force", "vector-force", "attractor"};
+const std::vector<std::string_view> kKinds = {"surface",   "follow",         "front",
+                                              "vortex",    "gradient-force", "vector-force",
+                                              "attractor", "tissue"};
 const std::vector<std::string_view> kSources = {"heart", "heart-exact", "shell", "shell-exact",
                                                 "molecule"};
 
@@ -44,7 +45,12 @@ class SceneReader {
     if (const json* volumes = needed_list(o, "volumes", "there is nothing to feel"))
       for (size_t k = 0; k < volumes->size() && o.good(); ++k)
         volume((*volumes)[k], fmt::format("volumes[{}]", k));
-    if (const json* modes = needed_list(o, "modes", "nothing would be felt"))
+    const bool has_segments =
+        std::any_of(scene_.volumes.begin(), scene_.volumes.end(),
+                    [](const VolumeSpec& v) { return !v.segments.files.empty(); });
+    // Segments are felt without being written once more.
+    if (const json* modes =
+            has_segments ? o.list("modes") : needed_list(o, "modes", "nothing would be felt"))
       for (size_t k = 0; k < modes->size() && o.good(); ++k)
         mode((*modes)[k], fmt::format("modes[{}]", k));
     o.finish();
@@ -79,6 +85,9 @@ class SceneReader {
     o.boolean("cyclic", v.cyclic);
     o.boolean("blend_values", v.blend_values);
     read_seen(o, "view", v.seen);
+    read_segments(o, "segments", v.segments);
+    if (!v.source.empty() && !v.segments.files.empty())
+      o.refuse("segments", "made data have none: leave this out");
     o.finish();
     scene_.volumes.push_back(std::move(v));
   }
@@ -152,6 +161,7 @@ class SceneReader {
             "name",
             fmt::format("another mode is called \"{}\" too: give each a name of its own", m.name));
     belongs_to(o, m);
+    segment(o, m);
     o.choice("scalar", m.scalar, SceneWords::kScalars);
     o.choice("vector", m.vector, SceneWords::kVectors);
     read_transfer(o, "strength", m.strength, kStrengths_n);
@@ -195,6 +205,21 @@ class SceneReader {
       o.refuse_word("motion", m.motion, known);
   }
 
+  /// Names of segments are known here only where the scene lists them.
+  void segment(JsonObject& o, ModeSpec& m) {
+    if (!o.text("segment", m.segment) || !o.good()) return;
+    std::vector<std::string_view> known;
+    for (const VolumeSpec& volume : scene_.volumes) {
+      if (volume.name != m.volume) continue;
+      if (volume.segments.files.empty())
+        return o.refuse("segment",
+                        fmt::format("the volume \"{}\" has no segments: leave it out", m.volume));
+      for (const SegmentSpec& part : volume.segments.parts) known.push_back(part.name);
+    }
+    if (!known.empty() && std::find(known.begin(), known.end(), m.segment) == known.end())
+      o.refuse_word("segment", m.segment, known);
+  }
+
   const std::vector<std::string>& more_kinds_;
   JsonReading& reading_;
   SceneSpec scene_;
@@ -207,11 +232,12 @@ Status check_files(const SceneSpec& scene, JsonReading& reading) {
     for (size_t k = 0; k < paths.size(); ++k)
       if (!fs::exists(paths[k], error))
         reading.refuse(fmt::format("{}[{}]", place, k),
-                       fmt::format("there is no '{}': paths are relative to the scene file",
-                                   paths[k].string()));
+                       fmt::format("there is no '{}': paths are relative to '{}'",
+                                   paths[k].string(), reading.folder.string()));
   };
   for (size_t v = 0; v < scene.volumes.size(); ++v) {
     look(scene.volumes[v].files, fmt::format("volumes[{}].files", v));
+    look(scene.volumes[v].segments.files, fmt::format("volumes[{}].segments.files", v));
     for (size_t m = 0; m < scene.volumes[v].motions.size(); ++m) {
       const std::string place = fmt::format("volumes[{}].motions[{}]", v, m);
       look(scene.volumes[v].motions[m].fields, place + ".fields");
@@ -248,15 +274,16 @@ bool mode_key_applies(std::string_view kind, std::string_view key) {
   if (std::find(kKinds.begin(), kKinds.end(), kind) == kKinds.end()) return true;
   if (key == "friction" || key == "leaving") return kind == "surface";
   if (key == "two_sided") return kind == "surface" || kind == "front";
-  if (key == "gain") return kind == "gradient-force" || kind == "vector-force";
+  if (key == "gain") return kind == "gradient-force" || kind == "vector-force" || kind == "tissue";
   if (key == "point_m" || key == "range_m") return kind == "attractor";
   return true;
 }
 
 Result<SceneSpec> parse_scene(const fs::path& file, std::string_view text,
                               const std::vector<std::string>& more_kinds,
-                              std::set<std::string>* accepted) {
+                              std::set<std::string>* accepted, const fs::path& folder) {
   JsonReading reading{file, {}, accepted};
+  if (!folder.empty()) reading.folder = folder;
   const auto root = parse_json(text, reading);
   if (!root) return *reading.error;
   SceneSpec scene = SceneReader(more_kinds, reading).read(*root);
@@ -264,7 +291,8 @@ Result<SceneSpec> parse_scene(const fs::path& file, std::string_view text,
   return scene;
 }
 
-Result<SceneSpec> read_scene(const fs::path& file, const std::vector<std::string>& more_kinds) {
+Result<SceneSpec> read_scene(const fs::path& file, const std::vector<std::string>& more_kinds,
+                             const fs::path& folder) {
   std::error_code error;
   if (!fs::is_regular_file(file, error))
     return bad_input(file, "is not a file that can be read: name a scene file (JSON).");
@@ -274,9 +302,10 @@ Result<SceneSpec> read_scene(const fs::path& file, const std::vector<std::string
   std::ostringstream text;
   text << stream.rdbuf();
   if (!stream) return bad_input(file, "can not be read: check its permissions.");
-  auto scene = parse_scene(file, text.str(), more_kinds);
+  auto scene = parse_scene(file, text.str(), more_kinds, nullptr, folder);
   if (!scene) return scene;
   JsonReading reading{file, {}, nullptr};
+  if (!folder.empty()) reading.folder = folder;
   if (const Status there = check_files(*scene, reading); !there) return there.error();
   return scene;
 }

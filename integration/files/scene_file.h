@@ -12,18 +12,20 @@
 namespace palpate::files {
 
 /// A scene as a person wrote it down (docs/scene-file.md says every key). Paths in it are relative
-/// to the file. kBadInput, in one sentence that names the file and the place in it
-/// (modes[1].strength): what is no JSON, unknown keys (with the nearest known one), wrong types and
-/// numbers, names that do not exist, files that are not there. `more_kinds`: kinds of mode beyond
-/// the built-in ones. Any thread.
+/// to `folder`, or to the file's own where that is empty. kBadInput, in one sentence that names the
+/// file and the place in it (modes[1].strength): what is no JSON, unknown keys (with the nearest
+/// known one), wrong types and numbers, names that do not exist, files that are not there.
+/// `more_kinds`: kinds of mode beyond the built-in ones. Any thread.
 Result<SceneSpec> read_scene(const std::filesystem::path& file,
-                             const std::vector<std::string>& more_kinds = {});
+                             const std::vector<std::string>& more_kinds = {},
+                             const std::filesystem::path& folder = {});
 
 /// The same from text that was read; looks for no files. `accepted` gets every key that was asked
 /// for, as "modes[].strength": what the documentation has to say.
 Result<SceneSpec> parse_scene(const std::filesystem::path& file, std::string_view text,
                               const std::vector<std::string>& more_kinds = {},
-                              std::set<std::string>* accepted = nullptr);
+                              std::set<std::string>* accepted = nullptr,
+                              const std::filesystem::path& folder = {});
 
 /// Writes a scene so that read_scene gives it back: keys that differ from their default, paths
 /// relative to the file. kBadOutput if it can not be written. Any thread.

@@ -12,6 +12,8 @@ using nlohmann::json;
 
 constexpr NumberRange kScales{1e-4, 1e4};
 constexpr NumberRange kSeeds{1.0, 24.0};
+constexpr NumberRange kColours{0.0, 1.0};
+constexpr NumberRange kFrameNumbers{0.0, 1e6};
 constexpr NumberRange kSegmentOpacity{0.0, 0.99};
 
 void read_rotation(JsonObject& o, Transform& out) {
@@ -162,7 +164,7 @@ std::vector<fs::path> read_paths(JsonObject& o, const char* key) {
       o.refuse(key, "a file name holds a zero byte: take it out");
       return found;
     }
-    found.push_back((o.reading().file.parent_path() / name).lexically_normal());
+    found.push_back((o.reading().folder / name).lexically_normal());
   }
   return found;
 }
@@ -204,6 +206,65 @@ void read_transfer(JsonObject& parent, const char* key, TransferFunction& out,
     return parent.refuse(key, what);
   }
   out = *made;
+}
+
+namespace {
+
+/// One part of a segmentation.
+SegmentSpec segment_of(const json& value, const std::string& place, JsonReading& reading) {
+  JsonObject o(value, place, reading);
+  SegmentSpec part;
+  if (!o.text("name", part.name) && o.good())
+    o.refuse("name",
+             "it is missing: give the segment the name it has in the file, or one of its "
+             "own with \"labels\"");
+  if (const json* labels = o.list("labels"))
+    for (size_t k = 0; k < labels->size(); ++k) {
+      const json& label = (*labels)[k];
+      if (label.is_string())
+        part.labels.push_back(label.get<std::string>());
+      else if (label.is_number_integer())
+        part.labels.push_back(std::to_string(label.get<int64_t>()));
+      else
+        reading.refuse(fmt::format("{}[{}]", o.place("labels"), k),
+                       "a label is expected: give a whole number, or a segment's name");
+    }
+  glm::dvec3 colour;
+  if (o.vector("colour", colour, kColours)) part.colour = colour;
+  o.boolean("felt", part.felt);
+  o.boolean("shown", part.shown);
+  o.number("strength_n", part.strength_n, kForces_n);
+  o.number("friction", part.friction, kFrictions);
+  o.number("stiffness_n_per_m", part.stiffness_n_per_m, kStiffnesses_n_per_m);
+  o.finish();
+  return part;
+}
+
+}  // namespace
+
+void read_segments(JsonObject& parent, const char* key, SegmentsSpec& out) {
+  const json* value = parent.find(key);
+  if (!value) return;
+  JsonObject o(*value, parent.place(key), parent.reading());
+  out.files = read_paths(o, "files");
+  if (out.files.empty() && o.good())
+    o.refuse("files", "it is missing: name a segmentation, or one for each frame");
+  double frame = 0.0;
+  if (o.number("frame", frame, kFrameNumbers)) {
+    if (frame != std::floor(frame)) o.refuse("frame", "a whole number is expected");
+    out.frame = size_t(frame);
+  }
+  const json* parts = o.list("parts");
+  for (size_t k = 0; parts && k < parts->size() && o.good(); ++k) {
+    const std::string place = fmt::format("{}[{}]", o.place("parts"), k);
+    out.parts.push_back(segment_of((*parts)[k], place, o.reading()));
+    for (size_t other = 0; other < k; ++other)
+      if (out.parts[other].name == out.parts[k].name)
+        o.reading().refuse(place + ".name",
+                           fmt::format("another part is called \"{}\" too: choose another name",
+                                       out.parts[k].name));
+  }
+  o.finish();
 }
 
 void read_seen(JsonObject& parent, const char* key, SeenSpec& out) {

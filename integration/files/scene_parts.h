@@ -19,13 +19,16 @@ void read_transform(JsonObject& parent, const char* key, Transform& out);
 /// Three numbers that are not all 0.
 void read_direction(JsonObject& o, const char* key, glm::dvec3& out);
 
-/// A file name or a list of them, relative to the file that is read.
+/// A file name or a list of them, relative to the folder of the reading.
 std::vector<std::filesystem::path> read_paths(JsonObject& o, const char* key);
 
 /// A number, { "pairs": ... } or { "window": ... }; no output outside of the range, which does not
 /// reach below 0.
 void read_transfer(JsonObject& parent, const char* key, TransferFunction& out,
                    const NumberRange& range);
+
+/// Segmentations of a volume and their parts.
+void read_segments(JsonObject& parent, const char* key, SegmentsSpec& out);
 
 /// How a volume is to be seen: a preset or points of its own, a window, stream tubes.
 void read_seen(JsonObject& parent, const char* key, SeenSpec& out);

@@ -93,6 +93,25 @@ class SceneWriter {
     put(o, "blend_values", v.blend_values, usual.blend_values);
     const Json view = seen(v.seen);
     if (!view.empty()) o["view"] = view;
+    if (!v.segments.files.empty()) o["segments"] = segments(v.segments);
+    return o;
+  }
+
+  Json segments(const SegmentsSpec& s) const {
+    const SegmentSpec usual;
+    Json o = {{"files", paths(s.files)}};
+    put(o, "frame", s.frame, size_t(0));
+    for (const SegmentSpec& of : s.parts) {
+      Json part = {{"name", of.name}};
+      put(part, "labels", of.labels, usual.labels);
+      if (of.colour) part["colour"] = list(*of.colour);
+      put(part, "felt", of.felt, usual.felt);
+      put(part, "shown", of.shown, usual.shown);
+      put(part, "strength_n", of.strength_n, usual.strength_n);
+      put(part, "friction", of.friction, usual.friction);
+      put(part, "stiffness_n_per_m", of.stiffness_n_per_m, usual.stiffness_n_per_m);
+      o["parts"].push_back(part);
+    }
     return o;
   }
 
@@ -127,6 +146,7 @@ class SceneWriter {
     const ModeSpec usual;
     Json o = {{"name", m.name}, {"kind", m.kind}, {"volume", m.volume}};
     put(o, "motion", m.motion, usual.motion);
+    put(o, "segment", m.segment, usual.segment);
     if (m.scalar != usual.scalar) o["scalar"] = word_of(SceneWords::kScalars, m.scalar);
     if (m.vector != usual.vector) o["vector"] = word_of(SceneWords::kVectors, m.vector);
     transfer(o, "strength", m.strength);

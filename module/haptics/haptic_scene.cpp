@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "module/scene/segment_modes.h"
+
 namespace palpate {
 namespace {
 
@@ -34,7 +36,13 @@ Result<int> segment_of(const ModeSpec& mode, const MovingVolume& data) {
   if (mode.segment.empty()) return -1;
   std::string known;
   for (size_t s = 0; s < data.segments.size(); ++s) {
-    if (data.segments[s].name == mode.segment) return int(s);
+    if (data.segments[s].name == mode.segment) {
+      if (data.segments[s].distance_mm.size() == data.frames.size()) return int(s);
+      return bad("Mode \"" + mode.name + "\" reads the segment \"" + mode.segment +
+                 "\" of volume \"" + mode.volume + "\", which is only known in frame " +
+                 std::to_string(data.segments_frame) +
+                 ": give one motion for the whole sequence, or a segmentation of each frame.");
+    }
     known += (s ? ", " : "") + data.segments[s].name;
   }
   return bad("Mode \"" + mode.name + "\" reads the segment \"" + mode.segment +
@@ -43,7 +51,7 @@ Result<int> segment_of(const ModeSpec& mode, const MovingVolume& data) {
 }
 
 /// What of a scene's numbers can not be felt, apart from its data.
-Status check_numbers(const SceneSpec& spec) {
+Status check_numbers(const SceneSpec& spec, const std::vector<ModeSpec>& modes) {
   if (!(spec.stiffness_n_per_m > 0.0) || !std::isfinite(spec.stiffness_n_per_m))
     return bad("The scene's stiffness must be a number above 0 (N/m).");
   if (!(spec.damping_n_s_per_m >= 0.0) || !std::isfinite(spec.damping_n_s_per_m))
@@ -58,7 +66,14 @@ Status check_numbers(const SceneSpec& spec) {
                        volume.rate))
       return bad("Volume \"" + volume.name + "\" is driven or played by a number that is none.");
   }
-  for (const ModeSpec& mode : spec.modes)
+  for (const VolumeSpec& volume : spec.volumes)
+    for (const SegmentSpec& segment : volume.segments.parts)
+      if (!(segment.strength_n >= 0.0 && segment.stiffness_n_per_m > 0.0 &&
+            segment.friction >= 0.0) ||
+          !std::isfinite(segment.strength_n + segment.stiffness_n_per_m + segment.friction))
+        return bad("The segment \"" + segment.name + "\" of volume \"" + volume.name +
+                   "\" has a strength, stiffness or friction that is no number above 0.");
+  for (const ModeSpec& mode : modes)
     if (!std::isfinite(mode.gain + mode.range_m + glm::dot(mode.point_m, glm::dvec3(1.0))))
       return bad("Mode \"" + mode.name + "\" has a gain, point or range that is no number.");
   return Nothing{};
@@ -72,11 +87,12 @@ Result<std::shared_ptr<const HapticScene>> assemble(
   if (data.size() != spec.volumes.size())
     return bad("The scene has " + std::to_string(spec.volumes.size()) + " volumes, but data for " +
                std::to_string(data.size()) + ".");
-  if (int(spec.modes.size()) > kMostModes)
-    return bad("The scene has " + std::to_string(spec.modes.size()) +
-               " modes; a hand can be given " + std::to_string(kMostModes) +
+  const std::vector<ModeSpec> modes = modes_of(spec);
+  if (int(modes.size()) > kMostModes)
+    return bad("The scene has " + std::to_string(modes.size()) +
+               " modes and felt segments; a hand can be given " + std::to_string(kMostModes) +
                " at once: leave some out.");
-  if (const Status fine = check_numbers(spec); !fine) return fine.error();
+  if (const Status fine = check_numbers(spec, modes); !fine) return fine.error();
   auto scene = std::make_shared<HapticScene>();
   scene->stiffness_n_per_m = spec.stiffness_n_per_m;
   scene->damping_n_s_per_m = spec.damping_n_s_per_m;
@@ -87,7 +103,7 @@ Result<std::shared_ptr<const HapticScene>> assemble(
     volume.posed = volume.spec.drive.kind != DriveSpec::Kind::kStill;
     scene->volumes.push_back(std::move(volume));
   }
-  for (const ModeSpec& mode : spec.modes) {
+  for (const ModeSpec& mode : modes) {
     const auto named = std::find_if(spec.volumes.begin(), spec.volumes.end(),
                                     [&](const VolumeSpec& v) { return v.name == mode.volume; });
     if (named == spec.volumes.end())

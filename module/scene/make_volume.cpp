@@ -8,6 +8,7 @@
 #include "compute/volume/heart_phantom.h"
 #include "compute/volume/parallel.h"
 #include "compute/volume/phantom.h"
+#include "compute/volume/signed_distance.h"
 #include "module/scene/analytic_data.h"
 
 namespace palpate {
@@ -135,6 +136,72 @@ void set_pace(TimeBasis& basis, double frames_per_second) {
   basis.cycle_s *= factor;
 }
 
+/// Segments as smooth signed distances. The masks are used up.
+Status add_segments(const VolumeSpec& spec, std::vector<SegmentData>& data, MovingVolume& volume) {
+  const size_t frames = volume.frames.size();
+  if (spec.segments.frame >= frames)
+    return refused(spec, "its segmentation is of frame " + std::to_string(spec.segments.frame) +
+                             ", but its frames are 0 to " + std::to_string(frames - 1) + ".");
+  volume.segments_frame = spec.segments.frame;
+  for (SegmentData& of : data) {
+    const auto wrong = [&](const std::string& what) {
+      return refused(spec, "its segment \"" + of.name + "\" " + what);
+    };
+    if (of.masks.size() != 1 && of.masks.size() != frames)
+      return wrong("has " + std::to_string(of.masks.size()) + " label maps for " +
+                   std::to_string(frames) + " frames; give one for each, or one alone.");
+    Segment segment{of.name, of.colour, {}, of.shown};
+    for (Mask& mask : of.masks) {
+      if (!usable(mask.grid, mask.values.size()))
+        return wrong("has more or fewer labels than its grid says.");
+      if (!meets(mask.grid, *volume.frames.front()))
+        return wrong("lies somewhere else in space than the frames; is it another patient's?");
+      if (std::find_if(mask.values.begin(), mask.values.end(),
+                       [](uint8_t value) { return value != 0; }) == mask.values.end())
+        return wrong("has no voxel in one of its label maps.");
+      segment.distance_mm.push_back(sampled_scalar(signed_distance(mask)));
+      mask = {};
+    }
+    volume.segments.push_back(std::move(segment));
+  }
+  return Nothing{};
+}
+
+/// A grid like that of samples, with so much more around it.
+Grid grid_around(const GridPlace& place, double margin_m) {
+  const glm::dmat3 step_m = glm::inverse(place.index_from_volume);
+  Grid grid;
+  glm::ivec3 more;
+  for (int a = 0; a < 3; ++a) {
+    const glm::dvec3 step_mm = lps_from_volume(step_m[a]);
+    grid.spacing_mm[a] = glm::length(step_mm);
+    grid.direction[a] = step_mm / grid.spacing_mm[a];
+    more[a] = int(std::ceil(1e3 * margin_m / grid.spacing_mm[a]));
+  }
+  grid.size = place.size + 2 * more;
+  grid.origin_mm = lps_from_volume(step_m * (-glm::dvec3(more) - place.offset));
+  return grid;
+}
+
+/// A distance of another frame where its material is in the reference frame.
+std::shared_ptr<const FrameData> carried_back(const FrameData& distance, const SequenceMap& map,
+                                              const TimeWeights& time) {
+  Volume at_reference{grid_around(*distance.samples().place, map.largest_u_m()), {}};
+  at_reference.values.resize(at_reference.grid.count());
+  const Grid& grid = at_reference.grid;
+  parallel_ranges(grid.size.z, 200.0 * grid.size.x * grid.size.y, [&](int begin, int end) {
+    SequenceMoment then(map, time);
+    for (int k = begin; k < end; ++k)
+      for (int j = 0; j < grid.size.y; ++j)
+        for (int i = 0; i < grid.size.x; ++i) {
+          const glm::dvec3 x = volume_from_lps(grid.lps_from_index({i, j, k}));
+          at_reference.values[grid.offset(i, j, k)] =
+              float(distance.scalar(x + then.displacement(x)));
+        }
+  });
+  return sampled_scalar(std::move(at_reference));
+}
+
 Result<MovingVolume> checked(MovingVolume volume) {
   const Status status = check(volume);
   if (!status) return status.error();
@@ -219,6 +286,7 @@ Result<MovingVolume> build(const VolumeSpec& spec, VolumeData data) {
     if (!motion) return motion.error();
     volume.motions.push_back(std::move(*motion));
   }
+  if (const Status added = add_segments(spec, data.segments, volume); !added) return added.error();
   return checked(std::move(volume));
 }
 
@@ -242,19 +310,39 @@ Result<MovingVolume> build(const VolumeSpec& spec) {
 }
 
 Result<MovingVolume> carried(const MovingVolume& own, const SequenceMotion& motion) {
-  if (motion.reference >= own.frames.size())
+  if (motion.frames() != own.frames.size() || motion.reference >= own.frames.size())
     return Error{ErrorKind::kBadInput,
-                 "The volume \"" + own.name + "\" can not be used: its motion is told from frame " +
-                     std::to_string(motion.reference) + ", which it does not have."};
+                 "The volume \"" + own.name + "\" can not be used: its motion is that of " +
+                     std::to_string(motion.frames()) + " frames, told from frame " +
+                     std::to_string(motion.reference) + ", but it has " +
+                     std::to_string(own.frames.size()) + " frames."};
   MovingVolume volume;
   volume.name = own.name;
   volume.times = {motion.basis.times_s, motion.basis.cycle_s};
   volume.frames = {own.frames[motion.reference]};
   volume.whole = SequenceMap::of(motion);
-  for (const Segment& segment : own.segments)
-    volume.segments.push_back(
-        {segment.name, segment.colour, {segment.distance_mm[motion.reference]}});
+  const TimeWeights then = motion.basis.at(motion.basis.times_s[own.segments_frame]);
+  for (const Segment& segment : own.segments) {
+    std::shared_ptr<const FrameData> distance;
+    if (segment.distance_mm.size() == own.frames.size())
+      distance = segment.distance_mm[motion.reference];
+    else if (own.segments_frame == motion.reference)
+      distance = segment.distance_mm.front();
+    else
+      distance = carried_back(*segment.distance_mm.front(), *volume.whole, then);
+    volume.segments.push_back({segment.name, segment.colour, {distance}, segment.shown});
+  }
   return checked(std::move(volume));
+}
+
+Result<MovingVolume> standing_at(const MovingVolume& own, size_t k) {
+  SequenceMotion none;
+  none.reference = k;
+  none.basis = {own.times.times_s, own.times.cycle_s, 0};
+  Grid anywhere;
+  anywhere.size = glm::ivec3(1);
+  none.terms.assign(own.times.times_s.size(), still_field(anywhere));
+  return carried(own, none);
 }
 
 Transform start_transform(const VolumeSpec& spec, const MovingVolume& volume) {

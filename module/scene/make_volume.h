@@ -19,6 +19,14 @@ struct MotionData {
   std::vector<Confidence> confidences;
 };
 
+/// A segment as it was read.
+struct SegmentData {
+  std::string name;
+  glm::vec3 colour{1.0F};
+  bool shown = true;
+  std::vector<Mask> masks;  ///< one per frame, or one alone, of the frame that the spec names
+};
+
 /// What the files of a VolumeSpec held. Times come from `frames`, scalars or vectors.
 struct VolumeData {
   Sequence frames;                   ///< scalars; its frames are empty where there are vectors
@@ -26,6 +34,7 @@ struct VolumeData {
   std::vector<MotionData> motions;   ///< one per spec.motions, in its order
   /// Instead of motions: one for all times. Then `frames` holds its reference frame alone.
   std::optional<SequenceMotion> whole;
+  std::vector<SegmentData> segments;
 };
 
 /// The volume that hand and eye take, from files that were read. Data are moved in. Times: the
@@ -43,9 +52,14 @@ Result<MovingVolume> build(const VolumeSpec& spec, VolumeData data);
 Result<MovingVolume> build(const VolumeSpec& spec);
 
 /// The same volume with one motion for all its times, felt and seen as its reference frame's
-/// values carried by it, at the motion's times. kBadInput if the motion is not that of the volume's
-/// frames. Uses all cores.
+/// values carried by it, and so are its segments: those of another frame f have at X the distance
+/// that f has at X + u(X, t_f). At the motion's times. kBadInput if the motion is not that of the
+/// volume's frames. Uses all cores.
 Result<MovingVolume> carried(const MovingVolume& own, const SequenceMotion& motion);
+
+/// The volume standing still as its frame k: what is felt until its motion is known. It has all its
+/// times. kBadInput if there is no such frame.
+Result<MovingVolume> standing_at(const MovingVolume& own, size_t k);
 
 /// world_from_volume at the start: the spec's transform, or, if it asks for files to be centred,
 /// one that puts the middle of the first frame at the transform's translation.

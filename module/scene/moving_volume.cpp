@@ -51,8 +51,11 @@ Status check(const MovingVolume& volume) {
       return refused(volume, "frame " + std::to_string(k) +
                                  " differs from the first one in holding vectors or scalars.");
   }
+  if (!volume.segments.empty() && volume.segments_frame >= frames)
+    return refused(volume, "its segments are those of frame " +
+                               std::to_string(volume.segments_frame) + ", which it does not have.");
   for (const Segment& segment : volume.segments)
-    if (segment.distance_mm.size() != frames)
+    if (segment.distance_mm.size() != frames && segment.distance_mm.size() != 1)
       return refused(volume, "its segment \"" + segment.name + "\" has " +
                                  std::to_string(segment.distance_mm.size()) + " distances for " +
                                  std::to_string(frames) + " frames.");

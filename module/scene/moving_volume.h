@@ -26,8 +26,10 @@ struct Segment {
   std::string name;
   glm::vec3 colour{1.0F};  ///< red, green, blue, 0 to 1
   /// Signed distance to its surface, mm, above 0 inside; smooth. One for each of the volume's
-  /// frames.
+  /// frames, or one alone: that of the volume's segments_frame, which can be felt as soon as one
+  /// motion carries it to the others.
   std::vector<std::shared_ptr<const FrameData>> distance_mm;
+  bool shown = true;
 };
 
 /// A volume as hand and eye take it: frames, when they are, and how they move. Immutable once made;
@@ -43,6 +45,7 @@ struct MovingVolume {
   /// are no other motions.
   std::shared_ptr<const SequenceMap> whole;
   std::vector<Segment> segments;
+  size_t segments_frame = 0;  ///< the frame of segments with one distance where there are many
   bool is_still() const { return frames.size() < 2 && !whole; }
 };
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "module/scene/segment_modes.h"
+
 namespace palpate {
 namespace {
 
@@ -104,7 +106,7 @@ VolumeNeeds needs_of(const SceneSpec& scene, const VolumeSpec& spec, const Movin
   needs.cyclic = data.times.cyclic();
   for (const Motion& motion : data.motions) needs.motions.push_back(needs_of(motion));
   if (data.whole) needs.motions.push_back(needs_of(*data.whole));
-  for (const ModeSpec& mode : scene.modes) {
+  for (const ModeSpec& mode : modes_of(scene)) {
     if (mode.volume != spec.name) continue;
     needs.modes.push_back(mode.name);
     for (size_t m = 0; m < needs.motions.size(); ++m)

@@ -29,7 +29,7 @@ enum class VectorProperty : uint8_t { kVector, kGradient, kCurl };
 struct ModeSpec {
   std::string name;              ///< unique in the scene
   std::string kind = "surface";  ///< surface, follow, front, vortex, gradient-force, vector-force,
-                                 ///< attractor, or a user's own
+                                 ///< attractor, tissue, or a user's own
   std::string volume;            ///< name of the volume it reads
   std::string segment;           ///< reads this segment's signed distance (mm, above 0 inside)
                                  ///< instead of the volume's values; empty: the values
@@ -98,6 +98,28 @@ struct SeenSpec {
   bool operator==(const SeenSpec&) const = default;
 };
 
+/// A part of a segmentation, how it is felt and seen.
+struct SegmentSpec {
+  std::string name;  ///< unique in its volume
+  /// What of the files it is made of: names of their segments, or label values as decimal numbers;
+  /// none: the one with its own name.
+  std::vector<std::string> labels;
+  std::optional<glm::dvec3> colour;  ///< red, green, blue, 0 to 1; none: as the file says
+  bool felt = true;
+  bool shown = true;
+  double strength_n = 4.0;            ///< the wall holds as much, from some depth on
+  double friction = 0.2;              ///< Coulomb's mu
+  double stiffness_n_per_m = 4000.0;  ///< the strength grows by so much with the depth, from 0
+  bool operator==(const SegmentSpec&) const = default;
+};
+
+/// Segmentations of a volume: label maps, whose parts become smooth walls.
+struct SegmentsSpec {
+  std::vector<std::filesystem::path> files;  ///< none; one of one frame; or one per frame
+  size_t frame = 0;                          ///< to which a single one belongs
+  std::vector<SegmentSpec> parts;            ///< none: all that the files have
+};
+
 struct VolumeSpec {
   std::string name;
   std::string source;                        ///< "heart", "shell", "molecule", or empty: files
@@ -113,6 +135,7 @@ struct VolumeSpec {
   bool cyclic = true;
   bool blend_values = true;  ///< equation (24); off: the frame's own values are carried
   SeenSpec seen;
+  SegmentsSpec segments;
 };
 
 struct SceneSpec {

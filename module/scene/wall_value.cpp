@@ -2,13 +2,129 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <numbers>
+#include <vector>
 
 namespace palpate {
 
+namespace {
+
+constexpr int kPlaces = 800;        // of a surface that are looked at
+constexpr double kAside_mm = 5.0;   // that a hand moves
+constexpr double kAcross_mm = 4.0;  // before and behind, where the surface may be there
+constexpr double kLook_mm = 0.5;    // between two looks
+constexpr int kDirections = 8;
+
+struct Groups {
+  WallValue otsu;
+  double lower = 0.0, upper = 0.0;  // mean values
+};
+
+Groups groups_of(const Volume& frame);
+
+/// Whether the values rise over `level` on the line from `from` along `way`, LPS mm.
+bool rises(const Volume& frame, double level, glm::dvec3 from, glm::dvec3 way) {
+  const int looks = int(std::ceil(glm::length(way) / kLook_mm));
+  bool is_low = false;
+  for (int n = 0; n <= looks; ++n) {
+    const glm::dvec3 index = frame.grid.index_from_lps(from + way * (double(n) / looks));
+    const bool is_high = sample(frame, index) > level;
+    if (is_high && is_low) return true;
+    is_low = !is_high;
+  }
+  return false;
+}
+
+}  // namespace
+
 WallValue value_between_groups(const Volume& frame) {
+  return groups_of(frame).otsu;
+}
+
+WallQuality wall_quality(const Volume& frame, WallValue at) {
+  const Grid& grid = frame.grid;
+  // Places: where neighbours along an axis lie on either side of the level, evenly thinned out.
+  std::vector<glm::dvec3> places;
+  for (int pass = 0, every = 1, count = 0; pass < 2; ++pass, every = 1 + count / kPlaces, count = 0)
+    for (int k = 0; k < grid.size.z; ++k)
+      for (int j = 0; j < grid.size.y; ++j)
+        for (int i = 0; i < grid.size.x; ++i)
+          for (int axis = 0; axis < 3; ++axis) {
+            glm::ivec3 to(i, j, k);
+            if (++to[axis] >= grid.size[axis]) continue;
+            const double a = frame.at(i, j, k), b = frame.at(to.x, to.y, to.z);
+            if ((a > at.level) == (b > at.level) || count++ % every != 0 || pass == 0) continue;
+            glm::dvec3 place(i, j, k);
+            place[axis] += (at.level - a) / (b - a);
+            places.push_back(place);
+          }
+  WallQuality quality{at, 0.0, 1.0};
+  if (places.empty()) return quality;
+  const double h_mm = grid.finest_mm();
+  int looked = 0, lost = 0;
+  for (const glm::dvec3 index : places) {
+    const glm::dvec3 place = grid.lps_from_index(index);
+    glm::dvec3 slope(0.0);
+    for (int axis = 0; axis < 3; ++axis) {
+      glm::dvec3 step(0.0);
+      step[axis] = h_mm;
+      slope[axis] = (sample(frame, grid.index_from_lps(place + step)) -
+                     sample(frame, grid.index_from_lps(place - step))) /
+                    (2.0 * h_mm);
+    }
+    const double steepness = glm::length(slope);
+    if (!(steepness > 0.0)) continue;
+    quality.slope_per_mm += steepness;
+    const glm::dvec3 in = slope / steepness;
+    const glm::dvec3 along = glm::normalize(
+        glm::cross(in, std::abs(in.z) < 0.8 ? glm::dvec3(0, 0, 1) : glm::dvec3(1, 0, 0)));
+    const glm::dvec3 across = glm::cross(in, along);
+    for (int d = 0; d < kDirections; ++d) {
+      const double angle = 2.0 * std::numbers::pi * d / kDirections;
+      const glm::dvec3 aside =
+          place + kAside_mm * (std::cos(angle) * along + std::sin(angle) * across);
+      // Beyond the data nobody feels.
+      const glm::dvec3 there = grid.index_from_lps(aside);
+      if (glm::any(glm::lessThan(there, glm::dvec3(0.0))) ||
+          glm::any(glm::greaterThan(there, glm::dvec3(grid.size - 1))))
+        continue;
+      ++looked;
+      lost += !rises(frame, at.level, aside - kAcross_mm * in, 2.0 * kAcross_mm * in);
+    }
+  }
+  quality.slope_per_mm /= double(places.size());
+  quality.ends = looked > 0 ? double(lost) / looked : 1.0;
+  return quality;
+}
+
+WallQuality wall_of(const Volume& frame) {
+  constexpr int kLevels = 8;
+  constexpr double kGood = 0.05, kAsGood = 0.03;
+  const Groups groups = groups_of(frame);
+  const WallQuality otsu = wall_quality(frame, groups.otsu);
+  if (otsu.ends <= kGood) return otsu;
+  std::vector<WallQuality> walls = {otsu};
+  double least = otsu.ends;
+  for (int n = 1; n < kLevels; ++n) {
+    const double level = groups.lower + (groups.upper - groups.lower) * n / kLevels;
+    walls.push_back(wall_quality(frame, {level, groups.otsu.width}));
+    least = std::min(least, walls.back().ends);
+  }
+  const auto is_good = [&](const WallQuality& w) { return w.ends <= least + kAsGood; };
+  if (is_good(otsu)) return otsu;
+  WallQuality best = otsu;
+  for (const WallQuality& wall : walls)
+    if (is_good(wall) && (!is_good(best) || wall.slope_per_mm > best.slope_per_mm)) best = wall;
+  return best;
+}
+
+namespace {
+
+Groups groups_of(const Volume& frame) {
   const auto [low, high] = std::minmax_element(frame.values.begin(), frame.values.end());
   if (low == frame.values.end() || !(*high > *low))
-    return {frame.values.empty() ? 0.0 : double(*low), 0.0};
+    return {{frame.values.empty() ? 0.0 : double(*low), 0.0}, 0.0, 0.0};
   constexpr int kBins = 512;
   std::array<double, kBins> bins{};
   const double first = *low, width = (double(*high) - first) / kBins;
@@ -17,7 +133,7 @@ WallValue value_between_groups(const Volume& frame) {
   double all = 0.0, sum = 0.0;
   for (int b = 0; b < kBins; ++b) all += bins[size_t(b)], sum += bins[size_t(b)] * b;
   double below = 0.0, sum_below = 0.0, best = -1.0;
-  WallValue surface;
+  Groups found;
   for (int b = 0; b + 1 < kBins; ++b) {
     below += bins[size_t(b)];
     sum_below += bins[size_t(b)] * b;
@@ -28,10 +144,14 @@ WallValue value_between_groups(const Volume& frame) {
         below * (all - below) * (mean_above - mean_below) * (mean_above - mean_below);
     if (between <= best) continue;
     best = between;
-    surface.level = first + width * 0.5 * (mean_below + mean_above + 1.0);
-    surface.width = 0.25 * width * (mean_above - mean_below);
+    found.otsu.level = first + width * 0.5 * (mean_below + mean_above + 1.0);
+    found.otsu.width = 0.25 * width * (mean_above - mean_below);
+    found.lower = first + width * (mean_below + 0.5);
+    found.upper = first + width * (mean_above + 0.5);
   }
-  return surface;
+  return found;
 }
+
+}  // namespace
 
 }  // namespace palpate

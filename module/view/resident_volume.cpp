@@ -158,6 +158,9 @@ class Closing {
   std::vector<glm::dvec3> rest_;
 };
 
+// Terms of a motion are laid out finer only up to here.
+constexpr double kMostTermBytes = 256e6;
+
 /// Where a field of this place lies in the frames.
 void set_place(ResidentField& field, const GridPlace& place, const ResidentFrames& frames) {
   const glm::dmat3 volume_from_voxel = glm::inverse(frames.place.index_from_volume);
@@ -244,8 +247,12 @@ std::shared_ptr<const ResidentTerms> upload_terms(const std::shared_ptr<vulkan::
                                                   const SequenceMap& map) {
   auto resident = std::make_shared<ResidentTerms>();
   // Trilinear between these is at most a tenth of a voxel off the hand's spline (heart_cine), one
-  // in a hundred by 0.04: no finer grid is needed.
-  const SequenceMap::Samples samples = map.samples(1);
+  // Rays read trilinear, the hand its spline. At the motion's own samples they are 0.10 voxels
+  // apart at one place in twenty (heart_cine), twice as fine a quarter of that, for eight times the
+  // memory.
+  const double fine_bytes =
+      8.0 * double(count_of(map.place())) * double(map.basis().terms()) * sizeof(glm::vec4);
+  const SequenceMap::Samples samples = map.samples(fine_bytes <= kMostTermBytes ? 2 : 1);
   set_place(resident->place, samples.place, frames);
   const size_t count = count_of(samples.place), terms = map.basis().terms();
   vulkan::Buffer staging(context, 16 * count * terms, vulkan::Buffer::Kind::kHostVisible);

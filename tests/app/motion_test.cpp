@@ -10,6 +10,7 @@
 
 #include "compute/motion/quality.h"
 #include "integration/files/read_volume.h"
+#include "integration/files/sequence_motion_file.h"
 #include "tests/app/program.h"
 #include "tests/app/scenes.h"
 #include "tests/files/dicom_files.h"
@@ -220,7 +221,8 @@ TEST(MotionOfASequence, WritesAFieldPerPairAndASummary) {
   NEEDS_DEVICE();
   const TemporaryFolder folder;
   const std::string heart = written(small_heart(), folder / "heart.seq.nrrd");
-  const Outcome result = run({"motion", heart, "-o", folder / "new/out", "--cyclic", "--json"});
+  const Outcome result =
+      run({"motion", heart, "-o", folder / "new/out", "--cyclic", "--json", "--model", "pairwise"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   for (int k = 0; k < 4; ++k) {
     const int next = (k + 1) % 4;
@@ -254,8 +256,8 @@ TEST(MotionOfASequence, SaysTheSameNumbersAsCheck) {
   for (const bool masked : {false, true}) {
     for (const bool coarse : {false, true}) {
       SCOPED_TRACE(::testing::Message() << "masked " << masked << ", coarse " << coarse);
-      std::vector<std::string> command = {"motion",   heart,    "-o",       folder / "out",
-                                          "--cyclic", "--json", "--preset", "fast"};
+      std::vector<std::string> command = {"motion", heart,      "-o",   folder / "out", "--cyclic",
+                                          "--json", "--preset", "fast", "--model",      "pairwise"};
       if (masked) command.insert(command.end(), {"--mask", mask});
       if (coarse) command.push_back("--coarse");
       const Outcome estimated = run(command);
@@ -299,7 +301,7 @@ TEST(MotionOfASequence, StopsAtCtrlCWithoutATrace) {
   const TemporaryFolder folder;
   const std::string heart = written(shell_phantom(96, 6), folder / "heart.seq.nrrd");
   Program program({"motion", heart, "-o", folder / "out", "--preset", "best"});
-  ASSERT_TRUE(program.wait_for("Memory"));
+  ASSERT_TRUE(program.wait_for("Device"));
   program.signal(SIGINT);
   const Outcome result = program.wait();
   EXPECT_EQ(result.exit_code, 1);
@@ -311,7 +313,7 @@ TEST(MotionOfASequence, StopsAtCtrlCWhileFieldsAreAlreadyWaiting) {
   NEEDS_DEVICE();
   const TemporaryFolder folder;
   const std::string heart = written(shell_phantom(64, 12), folder / "heart.seq.nrrd");
-  Program program({"motion", heart, "-o", folder / "out"});
+  Program program({"motion", heart, "-o", folder / "out", "--model", "pairwise"});
   ASSERT_TRUE(program.wait_for("Frame 1 to 2"));
   program.signal(SIGTERM);
   EXPECT_EQ(program.wait().exit_code, 1);
@@ -366,11 +368,97 @@ TEST(Verdict, DistrustsASequenceWithAForeignFrame) {
   const TemporaryFolder folder;
   Sequence heart = small_heart();
   heart.frames[2].values = sliding_phantom(kHeartSize, 5.0).fixed.values;
-  const Outcome result =
-      run({"motion", written(heart, folder / "heart.seq.nrrd"), "-o", folder / "out", "--quiet"});
-  EXPECT_TRUE(result.exit_code == 3 || result.exit_code == 4) << result.exit_code;
-  EXPECT_EQ(result.out, "");
-  EXPECT_THAT(result.err, HasSubstr("Frame 1 to 2: "));
+  const std::string frames = written(heart, folder / "heart.seq.nrrd");
+  for (const auto& [model, where] :
+       {std::pair("pairwise", "Frame 1 to 2: "), std::pair("sequence", "Frame 2: ")}) {
+    const Outcome result =
+        run({"motion", frames, "-o", folder / model, "--quiet", "--model", model});
+    EXPECT_TRUE(result.exit_code == 3 || result.exit_code == 4) << result.exit_code;
+    EXPECT_EQ(result.out, "");
+    EXPECT_THAT(result.err, HasSubstr(where));
+  }
+}
+
+TEST(OneMotion, IsWrittenInAllItsFormsAndRead) {
+  NEEDS_DEVICE();
+  constexpr int kFrames = 6;
+  const TemporaryFolder folder;
+  const std::string heart = written(small_heart(kFrames), folder / "heart.seq.nrrd");
+  const std::string out = folder / "out";
+  const Outcome result = run({"motion", heart, "-o", out, "--cyclic", "--json", "--confidence"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("one for all 6 frames"));
+  const auto summary = result.json();
+  EXPECT_EQ(summary["model"], "sequence");
+  EXPECT_EQ(summary["verdict"]["word"], "ok");
+  EXPECT_EQ(summary["evidence"]["frames"].size(), size_t(kFrames));
+  EXPECT_FALSE(summary.contains("notes"));
+  const int reference = summary["sequence"]["reference_frame"];
+  for (int k = 0; k < kFrames; ++k) {
+    const std::string next = std::to_string((k + 1) % kFrames), here = std::to_string(k);
+    if (k != reference) {
+      EXPECT_LT(error_on_the_wall(field_in(out + "/reference_to_" + here + ".mha"), reference, k,
+                                  kFrames),
+                kSmallHeartVoxels);
+    }
+    EXPECT_LT(error_on_the_wall(field_in(out + "/motion_" + here + "_to_" + next + ".mha"), k,
+                                (k + 1) % kFrames, kFrames),
+              kSmallHeartVoxels);
+    EXPECT_TRUE(files::read_volume(out + "/confidence_" + here + "_to_" + next + ".mha"));
+  }
+  const auto motion = files::read_sequence_motion(out + "/sequence_motion.nrrd");
+  ASSERT_TRUE(motion) << motion.error().message;
+  EXPECT_EQ(motion->reference, size_t(reference));
+  EXPECT_DOUBLE_EQ(motion->basis.cycle_s, 1.0);
+  EXPECT_LT(largest_difference_mm(field_in(out + "/reference_to_1.mha"),
+                                  resampled(motion->at_frame(1), heart_grid(kHeartSize))),
+            1e-4);
+  // What was written is felt, without an estimate.
+  for (const std::string& fields : {out, out + "/sequence_motion.nrrd"}) {
+    const Outcome felt = run({"feel", heart, "--fields", fields, "--headset", "off", "--device",
+                              "simulated", "--seconds", "1"});
+    EXPECT_EQ(felt.exit_code, 0) << felt.err;
+    EXPECT_THAT(felt.out, HasSubstr("6 frames in 1 s, with one motion for all of them"));
+  }
+  const Outcome info = run({"info", out + "/sequence_motion.nrrd"});
+  EXPECT_EQ(info.exit_code, 0) << info.err;
+  EXPECT_THAT(info.out, HasSubstr("one motion for a sequence of 6 frames"));
+  // All its forms are measured: the frames' residual, folds, drift.
+  std::vector<std::string> steps, from_reference;
+  for (int k = 0; k < kFrames; ++k) {
+    steps.push_back(out + "/motion_" + std::to_string(k) + "_to_" +
+                    std::to_string((k + 1) % kFrames) + ".mha");
+    from_reference.push_back(out + "/reference_to_" + std::to_string(k) + ".mha");
+  }
+  from_reference.push_back("--cyclic");
+  for (const std::vector<std::string>& form :
+       {std::vector<std::string>{out}, std::vector<std::string>{out + "/sequence_motion.nrrd"},
+        steps, from_reference}) {
+    std::vector<std::string> command = {"check"};
+    command.insert(command.end(), form.begin(), form.end());
+    command.insert(command.end(), {"--sequence", heart, "--json"});
+    const Outcome checked = run(command);
+    ASSERT_TRUE(checked.exit_code == 0 || checked.exit_code == 3 || checked.exit_code == 4)
+        << checked.err;
+    const auto found = checked.json();
+    // Fields that follow each other are measured from frame 0, which is twice as far from the
+    // others as the reference is: too far for so coarse a heart.
+    if (form != steps) {
+      EXPECT_EQ(found["verdict"]["word"], "ok") << form.front();
+    }
+    EXPECT_EQ(found["evidence"]["frames"].size(), size_t(kFrames));
+    EXPECT_LT(found["evidence"]["drift"]["voxels"]["mean"], 0.1) << form.front();
+    EXPECT_GT(found["evidence"]["frames"][0]["acceleration_mm_per_frame2"], 0.0);
+  }
+  // Another sequence's motion is refused.
+  const std::string other = written(small_heart(4), folder / "other.seq.nrrd");
+  const Outcome refused = run({"feel", other, "--fields", out, "--headset", "off"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("the motion of 6 frames"));
+  // Pairwise fields beside it would be taken for it.
+  const Outcome beside = run({"motion", heart, "-o", out, "--model", "pairwise"});
+  EXPECT_EQ(beside.exit_code, 2);
+  EXPECT_THAT(beside.err, HasSubstr("sequence_motion.nrrd"));
 }
 
 TEST(Demo, MakesEstimatesComparesAndDraws) {

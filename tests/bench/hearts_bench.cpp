@@ -32,6 +32,7 @@ struct Case {
 struct PlaceResult {
   const Place* place;
   RunResult still, moving;
+  RunResult control;  ///< the same way over the material, which stands still; if it did not hold
 };
 
 struct WayResult {
@@ -45,17 +46,21 @@ struct WallResult {
   std::map<Way, WayResult> ways;
   LargestChange change;
   std::vector<double> proxy_mm, carried_mm;  ///< from the contours
-  int still = 0, both = 0;  ///< places that hold: on the still volume, and in motion too
+  int by_motion = 0, by_wall = 0;  ///< why others do not: the control holds, or it does not either
+  int still = 0, both = 0;         ///< places that hold: on the still volume, and in motion too
 };
 
 void take(LargestChange& most, const LargestChange& one) {
+  const double beyond_n = std::max(most.beyond_n, one.beyond_n);
   if (one.n_per_ms > most.n_per_ms) most = one;
+  most.beyond_n = beyond_n;
 }
 
 std::string told(const LargestChange& change) {
-  return fmt::format("{:.3f} (hand {:.3f}; {}{})", change.n_per_ms, change.by_hand_n,
-                     change.cause == Cause::kNone ? "no cause" : palpate::word(change.cause),
-                     change.held ? ", held" : "");
+  return fmt::format(
+      "{:.3f} N, {:.3f} of it the hand's own way{}{}{}", change.n_per_ms,
+      std::min(change.by_hand_n, change.n_per_ms), change.cause == Cause::kNone ? "" : ", ",
+      change.cause == Cause::kNone ? "" : palpate::word(change.cause), change.held ? ", held" : "");
 }
 
 double mean(const std::vector<double>& v) {
@@ -71,23 +76,35 @@ double p95(std::vector<double> v) {
 
 WallResult measure(const Subject& subject, const Wall& wall, const Felt& felt, const Case& how,
                    Histogram& ticks) {
-  WallResult result{subject.name, wall.name, felt.name, {}, {}, {}, {}, {}, 0, 0};
-  const double cycle_s = felt.moving->times.cycle_s;
+  WallResult result{subject.name, wall.name, felt.name, {}, {}, {}, {}, {}, 0, 0, 0, 0};
+  const double cycle_s = felt.volume->times.cycle_s;
   const double hold_s = std::min(how.beats * cycle_s, 12.0);
   for (const Place& place : wall.places) {
-    PlaceResult one{&place, lean_on(subject, wall, felt, false, place, Way::kHold, 2.0), {}};
+    PlaceResult one{&place, lean_on(subject, wall, felt, false, place, Way::kHold, 2.0), {}, {}};
     one.moving = lean_on(subject, wall, felt, true, place, Way::kHold, hold_s, &ticks);
     take(result.change, one.still.change);
     take(result.change, one.moving.change);
     if (one.still.outcome == Outcome::kHeld) {
       ++result.still;
       result.both += one.moving.outcome == Outcome::kHeld;
+      if (one.moving.outcome != Outcome::kHeld && subject.whole) {
+        one.control = lean_on(subject, wall, felt, false, place, Way::kHold, hold_s, nullptr,
+                              &one.moving.meant);
+        ++(one.control.outcome == Outcome::kHeld ? result.by_motion : result.by_wall);
+      }
     }
     if (!wall.contours_mm.empty())
       for (const auto& [frame, at] : one.moving.proxies)
         result.proxy_mm.push_back(std::abs(wall.contours_mm[size_t(frame)]->scalar(at)));
     result.places.push_back(std::move(one));
   }
+  if (felt.segments && felt.volume->whole)
+    for (size_t k = 0; k < wall.contours_mm.size(); ++k)
+      for (const glm::dvec3 x : wall.surface_m) {
+        const auto time = felt.volume->whole->basis().at(int(k), 0.0);
+        const glm::dvec3 now = x + felt.volume->whole->displacement(x, time);
+        result.carried_mm.push_back(std::abs(wall.contours_mm[k]->scalar(now)));
+      }
   for (const Way way : {Way::kStroke, Way::kCircle}) {
     WayResult& of = result.ways[way];
     for (size_t p = 0; p < std::min(wall.places.size(), size_t(how.way_places)); ++p) {
@@ -123,6 +140,8 @@ report::Figure map_of(const WallResult& of) {
   chart.title = of.subject + ", " + of.wall + ": " + of.felt;
   chart.x = {"angle about the wall's axis, from the hand's side (degrees)"};
   chart.y = {"along the axis (mm)"};
+  chart.x.low = -180.0;
+  chart.x.high = 180.0;
   chart.height_px = 360;
   struct Kind {
     const char* name;
@@ -133,8 +152,8 @@ report::Figure map_of(const WallResult& of) {
       {Outcome::kHeld, {"held", report::Mark::kCircle, 2}},
       {Outcome::kLeft, {"left by the wall", report::Mark::kRing, 4}},
       {Outcome::kFaded, {"faded with a cause", report::Mark::kSquare, 0}},
-      {Outcome::kFell, {"fell", report::Mark::kCross, 5}},
-      {Outcome::kNothingMet, {"no surface there", report::Mark::kDown, 7}}};
+      {Outcome::kFell, {"fell", report::Mark::kCross, 1}},
+      {Outcome::kNothingMet, {"no surface there", report::Mark::kDown, 6}}};
   for (const auto& [outcome, kind] : kinds) {
     report::Series series{kind.name, {}, report::Line::kNone, kind.mark, kind.colour};
     for (const PlaceResult& place : of.places)
@@ -148,7 +167,11 @@ report::Figure map_of(const WallResult& of) {
     if (!series.points.empty()) chart.series.push_back(std::move(series));
   }
   report::Figure figure{chart.title, "", "", {}};
-  if (auto svg = report::drawn(chart, report::file_stem(chart.title))) figure.svg = *svg;
+  std::string id = report::file_stem(chart.title);
+  std::erase(id, '-');
+  const auto svg = report::drawn(chart, id);
+  if (!svg) throw std::runtime_error(svg.error().message);
+  figure.svg = *svg;
   figure.caption = fmt::format("{} of {} places that hold on the still volume hold in motion.",
                                of.both, of.still);
   figure.data.title = chart.title;
@@ -181,9 +204,14 @@ int main(int argc, char** argv) {
   app.add_option("--only", only, "heart, lung or phantom");
   app.add_option("--felt", felt_only, "Only ways to feel whose name contains this");
   app.add_option("--page", page_file, "Write the maps and tables to this HTML file");
+  app.add_option("--level", options.level, "Feel this value's surface instead of Otsu's");
+  std::vector<fs::path> walls;
+  app.add_option("--walls", walls, "Only tell what the surfaces found in these files are as walls");
   app.add_flag("--quick", quick, "The segmentation of the heart alone, few places, fast motion");
   app.add_flag("--verbose", verbose, "A line for each place");
   CLI11_PARSE(app, argc, argv);
+  for (const fs::path& file : walls) fmt::print("{}", walls_in({file}));
+  if (!walls.empty()) return 0;
   Case how;
   if (quick) {
     options.preset = "fast";
@@ -204,12 +232,16 @@ int main(int argc, char** argv) {
                        {"places", "places"},
                        {"still", "hold still"},
                        {"moving", "of these in motion"},
+                       {"why", "others: wall/motion"},
                        {"fell", "press: fell"},
                        {"stroke_fell", "strokes fell"},
                        {"circle_fell", "circles fell"},
                        {"change", "largest change N/ms"},
-                       {"proxy_mm", "proxy off contour mm"},
+                       {"beyond", "more than the hand's own"},
+                       {"proxy_mm", "off the contour mm"},
                        {"proxy_p95", "p95"},
+                       {"carried_mm", "all of the wall mm"},
+                       {"carried_p95", "p95"},
                        {"tick_us", "tick us"},
                        {"tail_us", "p99.99 us"},
                        {"bytes", "B/voxel"}},
@@ -239,14 +271,17 @@ int main(int argc, char** argv) {
           table.rows.push_back(
               {report::words(subject.name), report::words(wall.name), report::words(felt.name),
                report::number(double(of.places.size()), 0), report::number(of.still, 0),
-               report::number(of.both, 0), report::number(fell, 0),
+               report::number(of.both, 0),
+               report::words(fmt::format("{}/{}", of.by_wall, of.by_motion)),
+               report::number(fell, 0),
                report::words(fmt::format("{} of {}", stroke.fell, stroke.met)),
                report::words(fmt::format("{} of {}", circle.fell, circle.met)),
-               report::words(told(of.change)), report::number(mean(of.proxy_mm), 2),
-               report::number(p95(of.proxy_mm), 2),
+               report::number(of.change.n_per_ms, 3), report::number(of.change.beyond_n, 3),
+               report::number(mean(of.proxy_mm), 2), report::number(p95(of.proxy_mm), 2),
+               report::number(mean(of.carried_mm), 2), report::number(p95(of.carried_mm), 2),
                report::number(1e-3 * double(ticks.quantile_ns(0.5)), 2),
                report::number(1e-3 * double(ticks.quantile_ns(0.9999)), 1),
-               report::number(double(bytes_per_voxel(*felt.moving)), 0)});
+               report::number(double(bytes_per_voxel(*felt.volume)), 0)});
           if (verbose)
             for (const PlaceResult& p : of.places) {
               std::string causes;
@@ -254,12 +289,13 @@ int main(int argc, char** argv) {
                 if (p.moving.causes[c])
                   causes += fmt::format(" {} {}", palpate::word(Cause(c)), p.moving.causes[c]);
               fmt::print(
-                  "{} {}: still {} {:.2f} N; moving {} least {:.2f} mean {:.2f} N deepest {:.2f} "
-                  "mm, at {:.2f} s; change {} at {:.2f} s;{}\n",
-                  wall.name, felt.name, bench::word(p.still.outcome), p.still.least_n,
+                  "{} {:.1f} {}: still {} {:.2f} N; moving {} least {:.2f} mean {:.2f} N deepest "
+                  "{:.2f} "
+                  "mm, at {:.2f} s, control {}; change {} at {:.2f} s;{}\n",
+                  wall.name, p.place->x, felt.name, bench::word(p.still.outcome), p.still.least_n,
                   bench::word(p.moving.outcome), p.moving.least_n, p.moving.mean_n,
-                  p.moving.deepest_mm, p.moving.fell_at_s, told(p.moving.change),
-                  p.moving.change.at_s, causes);
+                  p.moving.deepest_mm, p.moving.fell_at_s, bench::word(p.control.outcome),
+                  told(p.moving.change), p.moving.change.at_s, causes);
             }
           if (!page_file.empty()) section.parts.push_back(map_of(of));
         }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <fstream>
 #include <functional>
@@ -101,7 +102,7 @@ Volume smoothed(Volume volume, glm::dvec3 sd) {
 /// Points where the distance in frame 0 is 0 and its slope is that of a wall, spread evenly: each
 /// the farthest from those before it.
 struct Choice {
-  glm::dvec3 towards{0.0};             ///< volume space: where the hand is
+  glm::dvec3 towards{0.0};             ///< volume space: where the hand is; 0: anywhere
   std::function<bool(glm::dvec3)> ok;  ///< of a point, volume space; empty: all
   int slice_low = 0, slice_high = 1 << 20;
 };
@@ -125,7 +126,8 @@ std::vector<Place> places_on(const FrameData& distance, const Grid& grid, int co
           const glm::dvec3 uphill = distance.scalar_gradient(place.at_m);
           if (glm::length(uphill) < 500.0) continue;
           place.out = -glm::normalize(uphill);
-          if (glm::dot(place.out, choice.towards) < 0.2) continue;
+          if (choice.towards != glm::dvec3(0.0) && glm::dot(place.out, choice.towards) < 0.2)
+            continue;
           if (std::abs(glm::dot(place.out, axis)) > 0.8) continue;
           if (distance.scalar(place.at_m + 1e-3 * kClear_mm * place.out) > 0.0) continue;
           if (choice.ok && !choice.ok(place.at_m)) continue;
@@ -210,17 +212,6 @@ Motions motions_of(const HeartsOptions& options, const std::string& name,
   return motions;
 }
 
-/// The first frame alone.
-std::shared_ptr<const MovingVolume> stilled(const MovingVolume& moving) {
-  auto still = std::make_shared<MovingVolume>();
-  still->name = moving.name;
-  still->times.times_s = {0.0};
-  still->frames = {moving.frames.front()};
-  for (const Segment& segment : moving.segments)
-    still->segments.push_back({segment.name, segment.colour, {segment.distance_mm.front()}});
-  return still;
-}
-
 /// A sequence as it is read, felt by its values: each frame's own, and the reference frame's.
 struct ReadSequence {
   files::SequenceReader reader;
@@ -239,7 +230,8 @@ ReadSequence read(const HeartsOptions& options, const std::string& name,
   data.frames.times_s = reader.times_s();
   for (size_t k = 0; k < reader.frame_count(); ++k)
     data.frames.frames.push_back(value(reader.frame(k)));
-  const WallValue otsu = value_between_groups(data.frames.frames.front());
+  WallValue otsu = value_between_groups(data.frames.frames.front());
+  if (options.level != 0.0) otsu.level = options.level;
   // Files without times: the true length of this heart's beat.
   if (!reader.times_known()) spec.frames_per_second = double(reader.frame_count()) / 0.63;
   MovingVolume own = value(build(spec, std::move(data)));
@@ -254,13 +246,13 @@ ReadSequence read(const HeartsOptions& options, const std::string& name,
 }
 
 void add_by_values(Subject& subject, const ReadSequence& from) {
-  Felt own{"own values, Otsu", std::make_shared<const MovingVolume>(from.own), stilled(from.own),
-           false, value(TransferFunction::window(from.otsu.level, from.otsu.width, kFull_n))};
+  Felt own{"own values, Otsu", std::make_shared<const MovingVolume>(from.own), false,
+           value(TransferFunction::window(from.otsu.level, from.otsu.width, kFull_n))};
   Felt carried_values = own;
   carried_values.name = "carried values, Otsu";
   const auto carried_volume =
       std::make_shared<const MovingVolume>(value(carried(from.own, from.whole)));
-  carried_values.moving = carried_volume;
+  carried_values.volume = carried_volume;
   subject.whole = carried_volume->whole;
   subject.felt.push_back(std::move(own));
   subject.felt.push_back(std::move(carried_values));
@@ -285,8 +277,7 @@ Subject beating_heart(const HeartsOptions& options) {
     IsInside is_inside;
   };
   const glm::dvec3 smooth(1.5, 1.5, 0.5);
-  auto with_segments = std::make_shared<MovingVolume>(*subject.felt.back().moving);
-  auto still = std::make_shared<MovingVolume>(*subject.felt.front().still);
+  auto with_segments = std::make_shared<MovingVolume>(*subject.felt.back().volume);
   for (const Named& of : {Named{"epicardium", "heart", [](float v) { return v > 0.5F; }},
                           Named{"endocardium", "pool", [](float v) { return v > 1.5F; }}}) {
     Wall wall;
@@ -300,15 +291,18 @@ Subject beating_heart(const HeartsOptions& options) {
     const auto first =
         sampled_scalar(smoothed(signed_distance(labels[0], of.is_inside, false), smooth));
     with_segments->segments.push_back({of.segment, glm::vec3(1.0F), {wall.distance_mm}});
-    still->segments.push_back({of.segment, glm::vec3(1.0F), {first}});
     Choice choice;
     choice.towards = {0.0, 0.0, 1.0};  // the hand is before the patient's chest
     choice.slice_low = 2;
     choice.slice_high = 12;
     wall.places = places_on(*first, labels[0].grid, options.places, choice);
+    Choice everywhere = choice;
+    everywhere.towards = glm::dvec3(0.0);
+    for (const Place& place : places_on(*wall.distance_mm, reference.grid, 400, everywhere))
+      wall.surface_m.push_back(place.at_m);
     subject.walls.push_back(std::move(wall));
   }
-  subject.felt.push_back({"segmentation carried", with_segments, still, true,
+  subject.felt.push_back({"segmentation carried", with_segments, true,
                           value(TransferFunction::window(0.0, 1.0, kFull_n))});
   return subject;
 }
@@ -338,27 +332,26 @@ Subject heart_phantom_subject(const HeartsOptions& options) {
   const SceneSpec scene = heart_scene();
   VolumeSpec spec = scene.volumes.front();
   Felt own{"own values, the scene's level",
-           std::make_shared<const MovingVolume>(value(build(spec))), nullptr, false,
+           std::make_shared<const MovingVolume>(value(build(spec))), false,
            scene.modes.front().strength};
-  own.still = stilled(*own.moving);
   SequenceMotion truth;
-  truth.basis.times_s = own.moving->times.times_s;
-  truth.basis.cycle_s = own.moving->times.cycle_s;
-  const int frames = int(own.moving->frames.size());
+  truth.basis.times_s = own.volume->times.times_s;
+  truth.basis.cycle_s = own.volume->times.cycle_s;
+  const int frames = int(own.volume->frames.size());
   for (int k = 0; k < frames; ++k) truth.terms.push_back(heart_truth(heart_grid(64), 0, k, frames));
   Felt carried_values = own;
   carried_values.name = "carried values, the scene's level";
-  carried_values.moving = std::make_shared<const MovingVolume>(value(carried(*own.moving, truth)));
+  carried_values.volume = std::make_shared<const MovingVolume>(value(carried(*own.volume, truth)));
   Subject subject;
   subject.name = "heart phantom";
-  subject.whole = carried_values.moving->whole;
+  subject.whole = carried_values.volume->whole;
   const Grid grid = heart_grid(128);
   Volume frame{grid, std::vector<float>(grid.count())};
   for (int k = 0; k < grid.size.z; ++k)
     for (int j = 0; j < grid.size.y; ++j)
       for (int i = 0; i < grid.size.x; ++i)
         frame.values[grid.offset(i, j, k)] =
-            float(own.moving->frames[0]->scalar(volume_from_lps(grid.lps_from_index({i, j, k}))));
+            float(own.volume->frames[0]->scalar(volume_from_lps(grid.lps_from_index({i, j, k}))));
   Wall wall;
   wall.name = "wall";
   const Volume distance = signed_distance(
@@ -371,6 +364,23 @@ Subject heart_phantom_subject(const HeartsOptions& options) {
   subject.walls.push_back(std::move(wall));
   subject.felt = {std::move(own), std::move(carried_values)};
   return subject;
+}
+
+std::string walls_in(const std::vector<fs::path>& inputs) {
+  auto reader = value(files::SequenceReader::open(inputs));
+  const Volume frame = value(reader.frame(0));
+  const auto begin = std::chrono::steady_clock::now();
+  const WallQuality found = wall_of(frame);
+  const double took_s =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const WallQuality otsu = wall_quality(frame, value_between_groups(frame));
+  return fmt::format(
+      "{}: Otsu {:.4g}, {:.3g} per mm, ends at {:.0f} %; found {:.4g}, {:.3g} per mm, ends at "
+      "{:.0f} "
+      "%{}; {:.2f} s\n",
+      inputs.front().string(), otsu.at.level, otsu.slope_per_mm, 100.0 * otsu.ends, found.at.level,
+      found.slope_per_mm, 100.0 * found.ends, found.ends > kClosedWall ? ", no closed wall" : "",
+      took_s);
 }
 
 }  // namespace palpate::bench

@@ -26,6 +26,7 @@ struct Wall {
   std::vector<Place> places;
   /// Signed distance to the wall in the motion's reference frame, mm, above 0 inside.
   std::shared_ptr<const FrameData> distance_mm;
+  std::vector<glm::dvec3> surface_m;  ///< points all over it there, volume space
   /// The same to the contours of each frame, in the planes of the slices (empty: not drawn by
   /// anybody).
   std::vector<std::shared_ptr<const FrameData>> contours_mm;
@@ -34,8 +35,8 @@ struct Wall {
 /// One way to feel a subject.
 struct Felt {
   std::string name;
-  std::shared_ptr<const MovingVolume> moving, still;  ///< still: as it is in frame 0
-  bool segments = false;                              ///< the walls' segments, else the values
+  std::shared_ptr<const MovingVolume> volume;
+  bool segments = false;  ///< the walls' segments, else the values
   TransferFunction strength;
 };
 
@@ -51,12 +52,17 @@ struct HeartsOptions {
   std::filesystem::path shared;  ///< folder with heart_cine/ and lung/
   std::filesystem::path keep;    ///< motions are kept here between runs; empty: not at all
   std::string preset = "balanced";
-  int places = 32;  ///< on each wall
+  int places = 32;     ///< on each wall
+  double level = 0.0;  ///< felt instead of Otsu's value, where it is not 0
 };
 
 /// Each throws std::runtime_error with a sentence if something is missing or fails.
 Subject beating_heart(const HeartsOptions& options);   ///< heart_cine with its labels
 Subject breathing_lung(const HeartsOptions& options);  ///< lung/breathing.seq.nrrd
 Subject heart_phantom_subject(const HeartsOptions& options);
+
+/// The surfaces of equal value of a file's first frame and what they are as walls, as lines of
+/// text.
+std::string walls_in(const std::vector<std::filesystem::path>& inputs);
 
 }  // namespace palpate::bench

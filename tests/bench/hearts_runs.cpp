@@ -62,10 +62,10 @@ class Reference {
   explicit Reference(const SequenceMap* map) : map_(map) {}
   glm::dvec3 of(glm::dvec3 x, FramePointer at) {
     if (!map_) return x;
-    SequenceMoment moment(*map_, map_->basis().at(at.frame, at.phase));
+    SequenceMoment now(*map_, map_->basis().at(at.frame, at.phase));
     const glm::dvec3 start = known_ ? last_ + (x - last_x_) : x;
-    BackTrack found = back_track(moment, x, start);
-    if (!found.ok) found = back_track(moment, x, x);
+    BackTrack found = back_track(now, x, start);
+    if (!found.ok) found = back_track(now, x, x);
     if (found.ok) {
       last_ = found.x_m;
       last_x_ = x;
@@ -99,27 +99,27 @@ const char* word(Outcome outcome) {
 }
 
 RunResult lean_on(const Subject& subject, const Wall& wall, const Felt& felt, bool moving,
-                  const Place& place, Way way, double seconds, Histogram* ticks) {
-  const std::shared_ptr<const MovingVolume> data = moving ? felt.moving : felt.still;
+                  const Place& place, Way way, double seconds, Histogram* ticks,
+                  const std::vector<glm::dvec3>* along) {
   auto info = stability::Hand::device();
   info.workspace_radius_m = 10.0;
   const SceneSpec spec = scene_of(wall, felt);
-  auto scene = assemble(spec, {data});
+  auto scene = assemble(spec, {felt.volume});
   if (!scene) throw std::runtime_error(scene.error().message);
   Haptics haptics(HapticsOptions{}, info);
   haptics.adopt(Haptics::prepare(*scene));
 
   const glm::dvec3 out = place.out;
-  const glm::dvec3 along = glm::normalize(
+  const glm::dvec3 aside_x = glm::normalize(
       glm::cross(out, std::abs(out.y) < 0.8 ? glm::dvec3(0, 1, 0) : glm::dvec3(1, 0, 0)));
-  const glm::dvec3 across = glm::cross(out, along);
+  const glm::dvec3 aside_y = glm::cross(out, aside_x);
   devices::MassProperties body{
       .mass_kg = 0.15, .damping_n_s_per_m = 2.0, .coulomb_n = 0.0, .hand = devices::kHumanHand};
   double height_m = kClear_m;  // of where the hand means to be, over the place
   glm::dvec3 meant = place.at_m + out * height_m;
   devices::HeldMass hand(body, meant);
-  Reference of_proxy(moving ? subject.whole.get() : nullptr),
-      of_hand(moving ? subject.whole.get() : nullptr);
+  Reference of_proxy(subject.whole.get()), of_hand(subject.whole.get()),
+      of_meant(subject.whole.get());
 
   RunResult result;
   TickInput input;
@@ -135,7 +135,7 @@ RunResult lean_on(const Subject& subject, const Wall& wall, const Felt& felt, bo
     const double time_s = 1e-3 * tick;
     input.event_count = 0;
     // It begins to move when the hand presses.
-    const bool starts = pressed_s && time_s >= *pressed_s + 0.5 * kSettle_s &&
+    const bool starts = moving && pressed_s && time_s >= *pressed_s + 0.5 * kSettle_s &&
                         time_s < *pressed_s + 0.5 * kSettle_s + 1.5e-3;
     if (tick == 0 || starts) {
       input.events[0] = {ControlEvent::Kind::kRate, 0, starts ? 1.0 : 0.0};
@@ -165,25 +165,42 @@ RunResult lean_on(const Subject& subject, const Wall& wall, const Felt& felt, bo
     const glm::dvec2 aside =
         pressed_s ? aside_of(way, std::max(0.0, time_s - *pressed_s - kSettle_s)) : glm::dvec2(0.0);
     const glm::dvec3 before = meant;
-    meant = place.at_m + out * height_m + along * aside.x + across * aside.y;
+    meant = place.at_m + out * height_m + aside_x * aside.x + aside_y * aside.y;
+    const FramePointer at = felt_now.first;
+    if (pressed_s && along && !along->empty()) {
+      const glm::dvec3 there =
+          (*along)[std::min(along->size() - 1, size_t(1e3 * (time_s - *pressed_s) + 0.5))];
+      meant =
+          there + subject.whole->displacement(there, subject.whole->basis().at(at.frame, at.phase));
+    }
+    if (pressed_s && moving) result.meant.push_back(of_meant.of(meant, at));
     hand.advance(1e-3, force_n, before, meant);
 
     // What the force did.
-    const double change = glm::length(felt_now.wanted_n - last_wanted_n);
-    if (tick > 0 && change > result.change.n_per_ms) {
-      const glm::dvec3 carried = haptics.run()->carriers[0].carried_m;
-      result.change = {
-          change,
-          haptics.run()->stiffness_n_per_m * glm::length(carried - (felt_now.probe_m - last_probe)),
-          felt_now.cause, felt_now.held, time_s};
+    const double change_n = glm::length(felt_now.wanted_n - last_wanted_n);
+    const glm::dvec3 carried = haptics.run()->carriers[0].carried_m;
+    const double by_hand_n =
+        haptics.run()->stiffness_n_per_m * glm::length(carried - (felt_now.probe_m - last_probe));
+    if (tick > 0) {
+      LargestChange& most = result.change;
+      most.beyond_n = std::max(most.beyond_n, change_n - by_hand_n);
+      if (change_n > most.n_per_ms)
+        most = {change_n, by_hand_n, most.beyond_n, felt_now.cause, felt_now.held, time_s};
     }
     last_wanted_n = felt_now.wanted_n;
     last_probe = felt_now.probe_m;
     if (!pressed_s && glm::length(force_n) > 0.8 * kPush_n) pressed_s = time_s;
-    const FramePointer at = moving ? felt_now.first : FramePointer{};
     if (!pressed_s) continue;
     const glm::dvec3 proxy = of_proxy.of(felt_now.proxy_m, at);
     if (!met) met = proxy;
+    // In from where the wall was met, and further from the wall that was drawn: what slides along a
+    // bent wall does only the first, what slides along a wall that lies elsewhere only the second.
+    const auto behind_mm = [&](glm::dvec3 there) {
+      const double from_wall_mm = wall.distance_mm->scalar(there);
+      if (way != Way::kHold) return from_wall_mm;
+      return std::min(1e3 * glm::dot(*met - there, out),
+                      from_wall_mm - wall.distance_mm->scalar(*met));
+    };
     if (time_s < *pressed_s + kSettle_s) continue;
 
     // Is it still on the wall?
@@ -192,17 +209,11 @@ RunResult lean_on(const Subject& subject, const Wall& wall, const Felt& felt, bo
     sum_n += now_n;
     result.least_n = std::min(result.least_n, now_n);
     ++result.causes[size_t(felt_now.cause)];
-    double proxy_mm, hand_mm = -1e9;
-    if (way == Way::kHold) {
-      proxy_mm = 1e3 * glm::dot(*met - proxy, out);
-    } else {
-      proxy_mm = wall.distance_mm->scalar(proxy);
-    }
+    const double proxy_mm = behind_mm(proxy);
+    double hand_mm = -1e9;
     result.deepest_mm = std::max(result.deepest_mm, proxy_mm);
     if (now_n < kHolds_n) {
-      const glm::dvec3 there = of_hand.of(hand.position_m(), at);
-      hand_mm =
-          way == Way::kHold ? 1e3 * glm::dot(*met - there, out) : wall.distance_mm->scalar(there);
+      hand_mm = behind_mm(of_hand.of(hand.position_m(), at));
       (hand_mm > 0.0 ? is_weak_inside : is_weak_outside) = true;
     }
     gone_s = now_n < kGone_n && hand_mm > kInside_mm ? gone_s + 1e-3 : 0.0;

@@ -23,6 +23,7 @@ const char* word(Outcome outcome);
 struct LargestChange {
   double n_per_ms = 0.0;
   double by_hand_n = 0.0;      ///< stiffness times the hand's step relative to the material
+  double beyond_n = 0.0;       ///< the largest change that exceeds this, by how much
   Cause cause = Cause::kNone;  ///< of its tick
   bool held = false;           ///< a point could not be found in it
   double at_s = 0.0;
@@ -35,6 +36,8 @@ struct RunResult {
   double fell_at_s = -1.0;
   LargestChange change;
   std::array<int, 32> causes{};  ///< ticks with each cause while it was to hold
+  /// Where the hand meant to be, in the motion's reference frame, each ms from when it pressed.
+  std::vector<glm::dvec3> meant;
   std::vector<std::pair<int, glm::dvec3>>
       proxies;  ///< touching, at the frames' times: frame, place
 };
@@ -44,8 +47,11 @@ enum class Way { kHold, kStroke, kCircle };
 
 /// A human hand (measured impedance) comes along the wall's normal while the heart stands still,
 /// leans on it with 1 N, and then the sequence plays for `seconds` while the hand holds, strokes or
-/// circles (20 mm). Deterministic: ticks of 1 ms, no clock but for `ticks`.
+/// circles (20 mm). Deterministic: ticks of 1 ms, no clock but for `ticks`. along: `meant` of a run
+/// in motion: the hand goes the same way over the material while that stands still, which tells
+/// what the motion does from what the wall is.
 RunResult lean_on(const Subject& subject, const Wall& wall, const Felt& felt, bool moving,
-                  const Place& place, Way way, double seconds, Histogram* ticks = nullptr);
+                  const Place& place, Way way, double seconds, Histogram* ticks = nullptr,
+                  const std::vector<glm::dvec3>* along = nullptr);
 
 }  // namespace palpate::bench

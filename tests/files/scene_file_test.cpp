@@ -86,6 +86,9 @@ void expect_same(const SceneSpec& a, const SceneSpec& b) {
     EXPECT_EQ(v.cyclic, w.cyclic);
     EXPECT_EQ(v.blend_values, w.blend_values);
     EXPECT_EQ(v.seen, w.seen);
+    EXPECT_EQ(v.segments.files, w.segments.files);
+    EXPECT_EQ(v.segments.frame, w.segments.frame);
+    EXPECT_EQ(v.segments.parts, w.segments.parts);
   }
   ASSERT_EQ(a.modes.size(), b.modes.size());
   for (size_t k = 0; k < a.modes.size(); ++k) {
@@ -94,6 +97,7 @@ void expect_same(const SceneSpec& a, const SceneSpec& b) {
     EXPECT_EQ(m.kind, n.kind);
     EXPECT_EQ(m.volume, n.volume);
     EXPECT_EQ(m.motion, n.motion);
+    EXPECT_EQ(m.segment, n.segment);
     EXPECT_EQ(m.scalar, n.scalar);
     EXPECT_EQ(m.vector, n.vector);
     expect_same(m.strength, n.strength);
@@ -120,6 +124,10 @@ const char* const kEverything = R"({
      "drive": {"kind": "swing", "axis": [0, 0, 2], "centre_m": [0, 0.1, 0], "rate_hz": -0.5, "amplitude_m": 0.02},
      "path": "paper", "back_tracking": "picard", "frames_per_second": 12.5, "rate": -0.5, "cyclic": false,
      "blend_values": false,
+     "segments": {"files": "lv.seg.nrrd", "frame": 2,
+                  "parts": [{"name": "outside", "labels": [1, "pool"], "colour": [0.5, 0, 1], "felt": false,
+                             "shown": false, "strength_n": 3, "friction": 0.5, "stiffness_n_per_m": 800},
+                            {"name": "pool"}]},
      "view": {"look": "CT lung", "window": {"level": -600, "width": 1500}, "shown": false}},
     {"name": "b", "source": "molecule", "path": "exact", "drive": {"kind": "turn"},
      "view": {"points": [[-1, [0, 0.5, 1], 0.25], [2.5, [1, 0, 0], 0]], "tubes": true, "tubes_per_axis": 3,
@@ -137,7 +145,8 @@ const char* const kEverything = R"({
      "point_m": [0.01, 0, 0], "range_m": 0.05},
     {"name": "m3", "kind": "front", "volume": "a", "strength": {"window": {"level": 5, "width": 2, "full": 4}}},
     {"name": "m4", "volume": "c", "motion": "data", "strength": 1,
-     "friction": {"window": {"level": 5, "width": 2, "full": 0.4}}}
+     "friction": {"window": {"level": 5, "width": 2, "full": 0.4}}},
+    {"name": "m5", "volume": "a", "segment": "outside", "strength": 1}
   ]
 })";
 
@@ -156,6 +165,16 @@ TEST(SceneFile, ReadsEveryKey) {
   const VolumeSpec& a = s.volumes[0];
   EXPECT_THAT(a.files,
               ::testing::ElementsAre("folder/x.nrrd", "folder/sub/y.nrrd", "/absolute/z.nrrd"));
+  ASSERT_EQ(a.segments.parts.size(), 2u);
+  EXPECT_THAT(a.segments.files, ::testing::ElementsAre("folder/lv.seg.nrrd"));
+  EXPECT_EQ(a.segments.frame, 2u);
+  EXPECT_THAT(a.segments.parts[0].labels, ::testing::ElementsAre("1", "pool"));
+  EXPECT_EQ(a.segments.parts[0].colour, glm::dvec3(0.5, 0.0, 1.0));
+  EXPECT_EQ(a.segments.parts[0].stiffness_n_per_m, 800.0);
+  EXPECT_FALSE(a.segments.parts[0].felt);
+  SegmentSpec usual;
+  usual.name = "pool";
+  EXPECT_EQ(a.segments.parts[1], usual);
   ASSERT_EQ(a.motions.size(), 2u);
   EXPECT_EQ(a.motions[0].name, "flow");
   EXPECT_EQ(a.motions[0].fields[1], "folder/f1.mha");
@@ -182,7 +201,7 @@ TEST(SceneFile, ReadsEveryKey) {
       glm::length(s.volumes[1].transform.world_from_volume({1, 1, 1}) - glm::dvec3(-1.9, 2.2, 3.3)),
       1e-14);
   EXPECT_EQ(s.volumes[2].drive.kind, DriveSpec::Kind::kSecondHand);
-  ASSERT_EQ(s.modes.size(), 5u);
+  ASSERT_EQ(s.modes.size(), 6u);
   const ModeSpec& m = s.modes[0];
   EXPECT_EQ(m.motion, "front");
   EXPECT_EQ(m.scalar, ScalarProperty::kGradientMagnitude);
@@ -480,6 +499,36 @@ TEST(SceneFile, RefusesNamesThatDoNotFit) {
        "modes[1].name: another mode"},
   };
   for (const auto& [text, part] : cases) EXPECT_THAT(refusal(text), HasSubstr(part)) << text;
+}
+
+TEST(SceneFile, NeedsNoModesWhereThereAreSegments) {
+  const std::string files = R"({"volumes": [{"name": "a", "files": "x", "segments": )";
+  EXPECT_TRUE(accepted(files + R"({"files": "y"}}]})").modes.empty());
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {files + R"({}}]})", "volumes[0].segments.files: it is missing"},
+      {files + R"({"files": "y", "frame": 1.5}}]})", "a whole number is expected"},
+      {files + R"({"files": "y", "parts": [{}]}}]})", "parts[0].name: it is missing"},
+      {files + R"({"files": "y", "parts": [{"name": "p"}, {"name": "p"}]}}]})",
+       "parts[1].name: another part"},
+      {files + R"({"files": "y", "parts": [{"name": "p", "labels": [0.5]}]}}]})",
+       "parts[0].labels[0]: a label is expected"},
+      {files + R"({"files": "y", "parts": [{"name": "pool"}]}}],
+               "modes": [{"segment": "pol", "strength": 1}]})",
+       "modes[0].segment: \"pol\" is not known: did you mean \"pool\"?"},
+      {mode_with(R"("segment": "pool", "strength": 1)"), "the volume \"a\" has no segments"},
+      {volume_with(R"("segments": {"files": "y"})"), "made data have none"},
+  };
+  for (const auto& [text, part] : cases) EXPECT_THAT(refusal(text), HasSubstr(part)) << text;
+}
+
+TEST(SceneFile, LooksForItsFilesInAnotherFolder) {
+  const auto scene =
+      parse_scene("here/scene.json",
+                  R"({"volumes": [{"name": "a", "files": "x", "segments": {"files": "y"}}]})", {},
+                  nullptr, "there");
+  ASSERT_TRUE(scene);
+  EXPECT_THAT(scene->volumes[0].files, ::testing::ElementsAre("there/x"));
+  EXPECT_THAT(scene->volumes[0].segments.files, ::testing::ElementsAre("there/y"));
 }
 
 TEST(SceneFile, RefusesWhatIsNoJsonAndSaysWhere) {

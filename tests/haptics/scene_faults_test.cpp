@@ -81,7 +81,7 @@ std::shared_ptr<MovingVolume> half_ball(double border_m, int frames = 1) {
 }
 
 TEST(SceneFaults, DataThatAreNoNumbersFadeWhereTheHandComesToThem) {
-  for (const char* kind : {"surface", "gradient-force", "follow", "front", "attractor"}) {
+  for (const char* kind : {"surface", "gradient-force", "follow", "front", "attractor", "tissue"}) {
     SceneSpec spec = shell_spec(6.0, 0.2, kStiffness);
     spec.modes[0].kind = kind;
     if (spec.modes[0].kind != "surface") spec.modes[0].strength = TransferFunction::constant(1.0);

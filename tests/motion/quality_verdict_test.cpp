@@ -235,5 +235,45 @@ TEST(Verdict, OfWrongMaskIsAnError) {
   EXPECT_FALSE(examined(frame, frame, still_field(grid), nullptr, nullptr, &other));
 }
 
+/// Good evidence about a frame.
+FrameEvidence good_frame() {
+  FrameEvidence frame;
+  frame.evidence.folds = Folds{100, 0, 0.8, 0.05, 0};
+  Match match;
+  match.blocks = 100;
+  match.textured = match.textured_moving = match.clear = 50;
+  match.correlation_before = 0.5;
+  match.correlation_after = 0.95;
+  match.mismatched = 0.0;
+  match.motion_left_voxels = 0.05;
+  frame.evidence.match = match;
+  frame.between = Folds{100, 0, 0.8, 0.05, 0};
+  return frame;
+}
+
+TEST(VerdictOnASequence, IsThatOfItsWorstFrameWhichIsNamedFirst) {
+  SequenceEvidence evidence;
+  evidence.reference = 1;
+  evidence.frames.assign(4, good_frame());
+  evidence.frames[1].evidence.match.reset();  // the reference is not compared with itself
+  evidence.drift = Distances{};
+  ASSERT_EQ(judged(evidence).trust, Trust::kOk) << told(judged(evidence));
+  evidence.frames[0].evidence.match->motion_left_voxels = 0.4;
+  evidence.frames[3].evidence.match->motion_left_voxels = 0.6;
+  Verdict found = judged(evidence);
+  EXPECT_EQ(found.trust, Trust::kFailed);
+  ASSERT_EQ(found.reasons.size(), 2U);
+  EXPECT_THAT(found.reasons[0], StartsWith("Frame 3: "));
+  EXPECT_THAT(found.reasons[1], StartsWith("Frame 0: "));
+  evidence.frames.assign(4, good_frame());
+  evidence.frames[2].between = Folds{100'000, 1, -0.1, 0.05, 0};
+  found = judged(evidence);
+  EXPECT_EQ(found.trust, Trust::kSuspect);
+  EXPECT_THAT(found.reasons, Contains(StartsWith("After frame 2: ")));
+  evidence.frames[2].between.folded = 0;
+  evidence.drift->own_voxels.mean = 2.0;
+  EXPECT_THAT(judged(evidence).reasons, Contains(StartsWith("Cycle: ")));
+}
+
 }  // namespace
 }  // namespace palpate

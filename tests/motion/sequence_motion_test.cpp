@@ -266,6 +266,108 @@ TEST_F(MotionOfASequence, OfSingleSlicesKeepsItsHigherHarmonics) {
   }
 }
 
+/// One motion of these frames, and what was met.
+struct Estimate {
+  SequenceMotion motion;
+  SequenceReport report;
+};
+Estimate estimate(const std::shared_ptr<vulkan::Context>& context,
+                  const std::vector<Volume>& frames, const std::vector<double>& times_s) {
+  SequenceMotionOptions options;
+  options.estimator.motion = *motion_preset("fast");
+  options.estimator.cyclic = true;
+  Estimate result;
+  auto motion = estimate_sequence_motion(
+      context, frames.front().grid, times_s, [&](size_t k) -> Result<Volume> { return frames[k]; },
+      options, {}, {}, {}, &result.report);
+  EXPECT_TRUE(motion) << motion.error().message;
+  if (motion) result.motion = std::move(*motion);
+  for (const Field& term : result.motion.terms)
+    for (const glm::vec3& u : term.u_mm)
+      EXPECT_TRUE(std::isfinite(u.x) && std::isfinite(u.y) && std::isfinite(u.z));
+  return result;
+}
+
+std::string all_of(const std::vector<std::string>& sentences) {
+  std::string text;
+  for (const std::string& sentence : sentences) text += sentence + "\n";
+  return text;
+}
+
+TEST_F(MotionOfASequence, ThatDoesNotLeadBackIsNoCycle) {
+  // Half a beat: the step from the last frame to the first is nearly the whole way.
+  const Grid grid = heart_grid(48);
+  Sequence half = shell_phantom(grid, 12);
+  half.frames.resize(6);
+  half.times_s.resize(6);
+  const Estimate found = estimate(context(), half.frames, half.times_s);
+  EXPECT_EQ(found.motion.basis.cycle_s, 0.0);
+  EXPECT_EQ(found.motion.basis.harmonics, 0);
+  EXPECT_EQ(found.motion.frames(), 6U);
+  EXPECT_NE(all_of(found.report.notes).find("does not lead back"), std::string::npos);
+}
+
+TEST_F(MotionOfASequence, WhoseLastFrameIsTheFirstOnceMoreEndsThere) {
+  const Grid grid = heart_grid(48);
+  Sequence beat = shell_phantom(grid, 8, 1, 0.05);
+  beat.frames.push_back(beat.frames.front());
+  beat.times_s.push_back(1.0);
+  const Estimate found = estimate(context(), beat.frames, beat.times_s);
+  EXPECT_NEAR(found.motion.basis.cycle_s, 1.0, 1e-3);
+  EXPECT_GT(found.motion.basis.cycle_s, 1.0);
+  EXPECT_LT(largest_difference_mm(found.motion.at_frame(0), found.motion.at_frame(8)), 0.05);
+  EXPECT_NE(all_of(found.report.notes).find("once more"), std::string::npos);
+}
+
+TEST_F(MotionOfASequence, WithAFrameTwiceSaysSoAndStaysRight) {
+  constexpr int kFrames = 8;
+  const Grid grid = heart_grid(48);
+  const Sequence beat = shell_phantom(grid, kFrames, 1, 0.05);
+  std::vector<Volume> frames = beat.frames;
+  frames.insert(frames.begin() + 3, beat.frames[2]);
+  std::vector<double> times_s;
+  for (size_t k = 0; k < frames.size(); ++k) times_s.push_back(double(k));
+  const Estimate found = estimate(context(), frames, times_s);
+  EXPECT_NE(all_of(found.report.notes).find("Frames 2 and 3 are equal"), std::string::npos);
+  const auto shown = [](size_t k) { return int(k < 3 ? k : k - 1); };
+  const int reference = shown(found.motion.reference);
+  const Mask wall = shell_mask(grid, reference, kFrames);
+  for (size_t k = 0; k < frames.size(); ++k) {
+    if (shown(k) == reference) continue;
+    const auto error = endpoint_error(found.motion.at_frame(k),
+                                      shell_truth(grid, reference, shown(k), kFrames), &wall);
+    ASSERT_TRUE(error);
+    EXPECT_LT(error->voxels.mean, 0.5) << "frame " << k;
+  }
+}
+
+TEST_F(MotionOfASequence, BridgesAMissingFrame) {
+  constexpr int kFrames = 12;
+  constexpr size_t kMissing = 4;
+  const Grid grid = heart_grid(48);
+  const Sequence beat = shell_phantom(grid, kFrames, 1, 0.05);
+  std::vector<Volume> frames = beat.frames;
+  std::vector<double> times_s = beat.times_s;
+  frames.erase(frames.begin() + kMissing);
+  times_s.erase(times_s.begin() + kMissing);
+  const Estimate found = estimate(context(), frames, times_s);
+  const SequenceMotion& motion = found.motion;
+  EXPECT_NEAR(motion.basis.cycle_s, 1.0, 1e-12) << "the gap must not make the cycle longer";
+  const int reference = int(motion.reference + (motion.reference >= kMissing ? 1 : 0));
+  const Mask wall = shell_mask(grid, reference, kFrames);
+  const auto error = endpoint_error(motion.at(beat.times_s[kMissing]),
+                                    shell_truth(grid, reference, kMissing, kFrames), &wall);
+  ASSERT_TRUE(error);
+  EXPECT_LT(error->voxels.mean, 0.5);
+  for (int p = 0; p < 48; ++p) EXPECT_EQ(folds(motion.at(p / 48.0)).folded, 0U);
+}
+
+TEST(CycleLength, IsThatOfTheMedianStep) {
+  EXPECT_DOUBLE_EQ(cycle_of(std::vector<double>{0.0, 0.25, 0.5, 0.75}), 1.0);
+  EXPECT_DOUBLE_EQ(cycle_of(std::vector<double>{2.0, 2.25, 2.75}), 1.0) << "one is missing";
+  EXPECT_DOUBLE_EQ(cycle_of(std::vector<double>{1.0, 4.0}), 6.0);
+}
+
 TEST_F(MotionOfASequence, StopsWhenItIsAskedTo) {
   const Grid grid = heart_grid(48);
   const Sequence heart = shell_phantom(grid, 4);

@@ -71,6 +71,55 @@ TEST(MakeVolume, EndsAtItsLastFrameWhenItDoesNotRepeat) {
   EXPECT_EQ(volume->times.steps(), 2);
 }
 
+VolumeData whole_data() {
+  VolumeData data = some_data();
+  data.motions.clear();
+  data.frames.frames.erase(data.frames.frames.begin(), data.frames.frames.begin() + 2);
+  data.whole = SequenceMotion{2, {{0.0, 0.25, 0.75}, 1.0, 0}, {}};
+  for (int k = 0; k < kFrames; ++k)
+    data.whole->terms.push_back(
+        test::linear_field(test::oblique_grid(), {2 - k, 0, 0}, glm::dmat3(0.0)));
+  return data;
+}
+
+TEST(MakeVolume, OfOneMotionKeepsTheReferenceFrameAndTheMotionsTimes) {
+  const auto volume = build(some_spec(), whole_data());
+  ASSERT_TRUE(volume) << volume.error().message;
+  ASSERT_TRUE(volume->whole);
+  EXPECT_EQ(volume->frames.size(), 1U);
+  EXPECT_TRUE(volume->motions.empty());
+  EXPECT_FALSE(volume->is_still());
+  EXPECT_EQ(volume->whole->reference(), 2U);
+  EXPECT_THAT(volume->times.times_s, ElementsAre(0.0, 0.25, 0.75));
+  EXPECT_DOUBLE_EQ(volume->times.cycle_s, 1.0);
+  const Grid grid = test::oblique_grid();
+  const glm::dvec3 middle = volume_from_lps(grid.lps_from_index(0.5 * glm::dvec3(grid.size - 1)));
+  EXPECT_NEAR(volume->frames[0]->scalar(middle), 2.0, 1e-6);
+  // The same motion at another pace, uneven as it was.
+  VolumeSpec fast = some_spec();
+  fast.frames_per_second = 8.0;
+  const auto quick = build(fast, whole_data());
+  ASSERT_TRUE(quick) << quick.error().message;
+  EXPECT_NEAR(quick->times.times_s[1], 0.25 / 3.0, 1e-12);
+  EXPECT_NEAR(quick->times.times_s[2], 0.25, 1e-12);
+  EXPECT_NEAR(quick->times.cycle_s, 1.0 / 3.0, 1e-12);
+  EXPECT_NEAR(quick->whole->displacement(middle, quick->whole->basis().at(0.0)).x, 2e-3, 1e-8);
+}
+
+TEST(MakeVolume, OfOneMotionRefusesWhatDoesNotFit) {
+  VolumeData two_frames = whole_data();
+  two_frames.frames.frames.push_back(two_frames.frames.frames.front());
+  VolumeData no_terms = whole_data();
+  no_terms.whole->terms.pop_back();
+  VolumeData elsewhere = whole_data();
+  for (Field& term : elsewhere.whole->terms) term.grid.origin_mm += glm::dvec3(5e3);
+  for (VolumeData* data : {&two_frames, &no_terms, &elsewhere}) {
+    const auto volume = build(some_spec(), std::move(*data));
+    ASSERT_FALSE(volume);
+    EXPECT_THAT(volume.error().message, HasSubstr("lung"));
+  }
+}
+
 TEST(MakeVolume, LetsFieldsComeLater) {
   VolumeData data = some_data();
   data.motions[0].fields[1] = Field{};

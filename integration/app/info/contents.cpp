@@ -263,14 +263,7 @@ Result<Contents> contents_of_sequence_motion(const fs::path& path, const OnShare
       "--fields of 'palpate feel', 'palpate view' and 'palpate plan', motions of a scene; for "
       "'palpate check'";
   contents.more.emplace_back("Reference", fmt::format("frame {}", motion->reference));
-  contents.more.emplace_back(
-      "Time", basis.harmonics > 0 ? fmt::format("{} harmonics of a cycle of {:.4g} s, {} terms",
-                                                basis.harmonics, basis.cycle_s, basis.terms())
-                                  : fmt::format("straight lines between the frames{}",
-                                                basis.cycle_s > 0.0
-                                                    ? fmt::format(" of a cycle of {:.4g} s",
-                                                                  basis.cycle_s)
-                                                    : std::string()));
+  contents.more.emplace_back("Time", fmt::format("{}, {} terms", time_text(basis), basis.terms()));
   contents.folds = Folds{};
   for (size_t k = 0; k < motion->frames(); ++k) {
     const Field field = motion->at_frame(k);
@@ -332,9 +325,9 @@ Result<Contents> contents_of_fields(const fs::path& folder, const std::vector<fs
   contents.use = "--fields of 'palpate feel' and 'palpate plan'; for 'palpate check', each or all";
   contents.frames = fields.size();
   if (files::holds_sequence_motion(folder / files::kSequenceMotionName))
-    contents.more.emplace_back("Motion",
-                               fmt::format("one for the whole sequence, in {}: that is what is felt",
-                                           files::kSequenceMotionName));
+    contents.more.emplace_back(
+        "Motion", fmt::format("one for the whole sequence, in {}: that is what is felt",
+                              files::kSequenceMotionName));
   contents.components = 3;
   for (const fs::path& file : fields) {
     auto one = contents_of_image(file, on_share);
@@ -449,8 +442,7 @@ Result<Contents> contents_of_json(const fs::path& path) {
   if (!root) return *reading.error;
   if (root->contains("volumes") || root->contains("modes")) return contents_of_scene(path);
   if (root->contains("stage_from_device")) return contents_of_calibration(path);
-  if (root->contains("program") &&
-      (root->contains("pairs") || root->contains("sequence"))) {
+  if (root->contains("program") && (root->contains("pairs") || root->contains("sequence"))) {
     Contents contents{
         .path = path, .kind = "summary", .what = "a summary of 'palpate motion'", .format = "JSON"};
     contents.use = "none: it is for people and programs";

@@ -10,10 +10,11 @@ ModeKinds::ModeKinds() {
   add("gradient-force", make_force);
   add("vector-force", make_force);
   add("attractor", make_attractor);
+  add("tissue", make_tissue);
 }
 
 ModeSpec ModeKinds::completed(ModeSpec spec) {
-  if (spec.kind == "surface" || spec.kind == "gradient-force")
+  if (spec.kind == "surface" || spec.kind == "gradient-force" || spec.kind == "tissue")
     spec.vector = VectorProperty::kGradient;
   if (spec.kind == "vortex") spec.vector = VectorProperty::kCurl;
   return spec;

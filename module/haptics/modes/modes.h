@@ -18,6 +18,7 @@ namespace palpate {
 ///   surface across a vector vortex          a line along a vector's curl: guides along the cores
 ///   of vortices gradient-force  f = C grad L: equation (2) vector-force    f = C L: equation (3)
 ///   attractor       a point that pulls
+///   tissue          a force against going deeper into higher values, without a surface
 /// Add your own before a scene is made; not while one is. Not thread safe.
 class ModeKinds {
  public:
@@ -40,5 +41,6 @@ Result<std::shared_ptr<const Mode>> make_follow(const ModeSpec& spec);
 Result<std::shared_ptr<const Mode>> make_front(const ModeSpec& spec);
 Result<std::shared_ptr<const Mode>> make_force(const ModeSpec& spec);
 Result<std::shared_ptr<const Mode>> make_attractor(const ModeSpec& spec);
+Result<std::shared_ptr<const Mode>> make_tissue(const ModeSpec& spec);
 
 }  // namespace palpate

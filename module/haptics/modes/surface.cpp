@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include "module/haptics/modes/modes.h"
@@ -8,30 +9,44 @@ namespace {
 // A slope below this share of the value, per m, is what rounding makes of equal samples.
 constexpr double kFlat_per_m = 1e-9;
 
+// A smooth distance grows by 1 per length beside its surface and is flat where another side of the
+// surface becomes the nearest. There its direction turns round: the strength goes to 0 towards it,
+// smoothly, from this slope on.
+constexpr double kSteep = 0.5;
+constexpr double kMm_per_m = 1e3;
+
+double sure(double slope) {
+  const double t = std::clamp(slope / kSteep, 0.0, 1.0);
+  return t * t * (3.0 - 2.0 * t);
+}
+
 /// Surface and friction, equation (12): a plane across the gradient at the proxy, as strong as the
 /// transfer function says, with Coulomb friction. It holds the hand out of higher values (or in
 /// them, or both ways); a force above its strength goes through.
 class Surface final : public Mode {
  public:
   explicit Surface(const ModeSpec& spec)
-      : strength_(spec.strength),
+      : of_distance_(!spec.segment.empty()),
+        strength_(spec.strength),
         friction_(spec.friction),
         entering_(spec.two_sided || !spec.leaving),
         leaving_(spec.two_sided || spec.leaving) {}
 
   void place(const ModePoint& at, PrimitiveSink& out) const noexcept override {
     const double value = at.data.scalar();
-    const double strength = strength_(value);
+    double strength = strength_(value);
     if (!(strength > 0.0)) return;
     const glm::dvec3 uphill = at.data.vector();
     // Flat, but for rounding: there is no surface to stand on.
     if (!(glm::length(uphill) > kFlat_per_m * std::abs(value))) return;
+    if (of_distance_) strength *= sure(glm::length(uphill) / kMm_per_m);
     const double friction = friction_(value);
     if (entering_) out.surface(at.proxy, -uphill, strength, friction);
     if (leaving_) out.surface(at.proxy, uphill, strength, friction);
   }
 
  private:
+  bool of_distance_;  ///< it reads a signed distance, mm
   TransferFunction strength_, friction_;
   bool entering_, leaving_;
 };

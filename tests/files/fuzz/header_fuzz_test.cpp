@@ -4,6 +4,7 @@
 
 #include "integration/files/image_writer.h"
 #include "integration/files/read_sequence.h"
+#include "integration/files/sequence_motion_file.h"
 #include "tests/files/dicom_files.h"
 #include "tests/files/fuzz/parse_bytes.h"
 #include "tests/files/itk_images.h"
@@ -51,6 +52,24 @@ TEST(HeaderFuzz, NrrdParserHolds) {
        "data file: a%03d.raw 1 9 2\n",
        "NRRD0005\ntype: float\ndimension: 3\nsizes: 3 5 4\naxis mins: 1 2 3\nencoding: ascii\ndata "
        "file: LIST\na\nb\n"});
+}
+
+TEST(HeaderFuzz, SequenceMotionParserHolds) {
+  std::vector<std::string> seeds;
+  for (const char* keys : {"0 0.25 1|1.5|1", "0 1 2 3|4|0", "0 1 2|0|0"}) {
+    const std::string all = keys;
+    const size_t first = all.find('|'), second = all.find('|', first + 1);
+    Picture one = picture(3, all.starts_with("0 1 2 3") ? 4 : 3);
+    one.times_s.clear();
+    one.keys = {{"SequenceMotion.Version", "1"},
+                {"SequenceMotion.ReferenceFrame", "1"},
+                {"SequenceMotion.FrameTimes_s", all.substr(0, first)},
+                {"SequenceMotion.Cycle_s", all.substr(first + 1, second - first - 1)},
+                {"SequenceMotion.Harmonics", all.substr(second + 1)}};
+    seeds.push_back(nrrd_header_of(one));
+    ASSERT_TRUE(parse_sequence_motion_header("seed.nrrd", seeds.back())) << keys;
+  }
+  run(fuzz::parse_sequence_motion, seeds);
 }
 
 TEST(HeaderFuzz, MetaImageParserHolds) {

@@ -10,6 +10,7 @@
 #include "integration/files/meta_header.h"
 #include "integration/files/nifti_header.h"
 #include "integration/files/nrrd_header.h"
+#include "integration/files/sequence_motion_file.h"
 
 namespace palpate::files::fuzz {
 namespace {
@@ -51,6 +52,25 @@ void check_raster(const Result<Raster>& found) {
 
 void parse_nrrd(std::string_view bytes) {
   check_raster(parse_nrrd_header("folder/fuzz.nrrd", bytes));
+}
+
+void parse_sequence_motion(std::string_view bytes) {
+  const auto found = parse_sequence_motion_header("folder/fuzz.nrrd", bytes);
+  if (!found) return check_sentence(found.error());
+  check_raster(found->raster);
+  const TimeBasis& basis = found->basis;
+  require(basis.times_s.size() >= 2 && is_rising(basis.times_s) && basis.times_s.front() == 0.0,
+          "times rise from 0");
+  require(found->reference < basis.times_s.size(), "the reference is a frame");
+  require(basis.cycle_s == 0.0 || basis.cycle_s > basis.times_s.back(), "the cycle is whole");
+  require(found->raster.lanes == 3 * basis.terms(), "all terms are there");
+  for (const double time_s : {-1e300, 0.0, 0.3, 1e300}) {
+    const TimeWeights weights = basis.at(time_s);
+    for (int n = 0; n < weights.count; ++n)
+      require(size_t(weights.term[size_t(n)]) < basis.terms() &&
+                  std::isfinite(weights.weight[size_t(n)]),
+              "any time can be asked for");
+  }
 }
 
 void parse_meta(std::string_view bytes) {

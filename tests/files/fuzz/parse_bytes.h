@@ -8,6 +8,7 @@
 namespace palpate::files::fuzz {
 
 void parse_nrrd(std::string_view bytes);
+void parse_sequence_motion(std::string_view bytes);
 void parse_meta(std::string_view bytes);
 void parse_nifti(std::string_view bytes);
 void parse_dicom_file(std::string_view bytes);
