@@ -10,6 +10,7 @@
 #include "spirv/view/list.h"
 #include "spirv/view/mark.h"
 #include "spirv/view/motion_at.h"
+#include "spirv/view/need.h"
 #include "spirv/view/prefilter.h"
 #include "spirv/view/ranges.h"
 #include "spirv/view/raycast.h"
@@ -82,11 +83,14 @@ const vulkan::Kernel& Kernels::mark(bool carried) {
 const vulkan::Kernel& Kernels::list() {
   return get(k_view_list, "bbbb", sizeof(BricksPush));
 }
+const vulkan::Kernel& Kernels::need() {
+  return get(k_view_need, "bbbb", sizeof(BricksPush));
+}
 const vulkan::Kernel& Kernels::brick(bool moves, bool blends) {
   return get(k_view_brick, "sssbbbib", sizeof(BrickPush), {moves ? 1U : 0U, blends ? 1U : 0U});
 }
 const vulkan::Kernel& Kernels::carry() {
-  return get(k_view_carry, "ssbbbib", sizeof(BrickPush));
+  return get(k_view_carry, "ssbbbibb", sizeof(BrickPush));
 }
 const vulkan::Kernel& Kernels::distance(int axis) {
   return get(k_view_distance, "bbb", sizeof(BricksPush), {uint32_t(axis)});

@@ -24,6 +24,7 @@ class Kernels {
   /// carried: by one motion for all times.
   const vulkan::Kernel& mark(bool carried);
   const vulkan::Kernel& list();
+  const vulkan::Kernel& need();
   /// moves: nodes are looked at; blends: the next frame is.
   const vulkan::Kernel& brick(bool moves, bool blends);
   const vulkan::Kernel& carry();

@@ -33,15 +33,17 @@ glm::ivec3 rows(glm::ivec3 size) {
 Moment moment_of(const ViewVolume& volume, const ResidentVolume& resident) {
   const MovingVolume& source = *resident.source;
   Moment moment;
-  if (source.whole && !volume.whole_frames) {
+  if (source.whole) {
     const int last = int(source.times.times_s.size()) - 1;
     moment.frame = moment.next = 0;
     moment.phase = 1.0;
     moment.step = resident.steps[0][0].get();
     moment.moves = true;
     moment.whole = resident.whole.get();
-    moment.whole_frame = std::clamp(volume.pointer.frame, 0, last);
-    moment.whole_phase = std::clamp(volume.pointer.phase, 0.0, 1.0);
+    // Not moved is what there is at the time of the one frame.
+    moment.whole_frame = std::clamp(
+        volume.whole_frames ? int(source.whole->reference()) : volume.pointer.frame, 0, last);
+    moment.whole_phase = volume.whole_frames ? 0.0 : std::clamp(volume.pointer.phase, 0.0, 1.0);
     return moment;
   }
   moment.frame = std::clamp(volume.pointer.frame, 0, int(source.frames.size()) - 1);
@@ -93,7 +95,8 @@ void ShownVolume::set_resident(std::shared_ptr<const ResidentVolume> resident) {
 }
 
 void ShownVolume::record(vulkan::Recorder& recorder, const Moment& moment, bool look_changed,
-                         double thin_per_mm, const LookTables& tables, const vulkan::Buffer& skip) {
+                         double thin_per_mm, bool long_steps, const LookTables& tables,
+                         const vulkan::Buffer& skip) {
   if (fresh_) {
     recorder.prepare(surface_);
     recorder.clear(surface_);
@@ -103,17 +106,18 @@ void ShownVolume::record(vulkan::Recorder& recorder, const Moment& moment, bool 
   fresh_ = false;
   if (moment == shown_ && !look_changed) return;
   if (moment.whole) record_motion(recorder, moment);
-  record_list(recorder, moment, thin_per_mm < 0.0, tables, skip);
+  record_list(recorder, moment, thin_per_mm < 0.0, long_steps, tables, skip);
   if (moment.moves) record_nodes(recorder, moment);
   record_bricks(recorder, moment, thin_per_mm, tables, skip);
   shown_ = moment;
 }
 
 void ShownVolume::record_list(vulkan::Recorder& recorder, const Moment& moment, bool everything,
-                              const LookTables& tables, const vulkan::Buffer& skip) {
+                              bool long_steps, const LookTables& tables,
+                              const vulkan::Buffer& skip) {
   const glm::ivec3 parts = blocks_of(size_, kPart);
   recorder.begin_concurrent();
-  recorder.fill(marks_, everything ? 1 : 0);
+  recorder.fill(marks_, everything ? 0xff : 0);
   recorder.copy(list_start_, list_, list_start_.bytes());
   recorder.end_concurrent();
   MarkPush push{};
@@ -131,8 +135,10 @@ void ShownVolume::record_list(vulkan::Recorder& recorder, const Moment& moment, 
   recorder.dispatch(kernels_.mark(moment.whole != nullptr),
                     {moment.step->parts, tables.next_entries, marks_, {field, kernels_.nearest()}},
                     push, rows(parts));
-  recorder.dispatch(kernels_.list(), {marks_, near_, list_, skip},
-                    BricksPush{glm::ivec4(bricks_, first_skip_word_)}, rows(bricks_));
+  // Below 0: segments may be longer than an eighth of a brick, see need.comp.
+  const int first = moment.whole && long_steps ? -1 - first_skip_word_ : first_skip_word_;
+  recorder.dispatch(moment.whole ? kernels_.need() : kernels_.list(), {marks_, near_, list_, skip},
+                    BricksPush{glm::ivec4(bricks_, first)}, rows(bricks_));
 }
 
 void ShownVolume::record_motion(vulkan::Recorder& recorder, const Moment& moment) {
@@ -161,7 +167,8 @@ void ShownVolume::record_nodes(vulkan::Recorder& recorder, const Moment& moment)
   push.nodes = glm::ivec4(node_count_, warm ? 1 : 0);
   push.field_size = glm::ivec4(field.size, 0);
   set_rows(field, push.field_from);
-  push.phase = glm::vec4(moment.phase, kCloseVoxels, moment.whole ? 1.0F : 0.0F, 0.0F);
+  push.phase = glm::vec4(moment.phase, kCloseVoxels, moment.whole ? 1.0F : 0.0F,
+                         resident_->frames->curved ? 0.0F : 1.0F);
   push.bricks = glm::ivec4(bricks_, 0);
   recorder.fill(held_, 0);
   recorder.dispatch(
@@ -184,7 +191,6 @@ void ShownVolume::record_bricks(vulkan::Recorder& recorder, const Moment& moment
   push.per_mm = glm::vec4(1.0 / resident_->frames->spacing_mm, 0.0);
   const auto& images = resident_->frames->images;
   if (resident_->frames->curved) {
-    if (!moment.moves) recorder.clear(nodes_);
     recorder.dispatch_indirect(kernels_.carry(),
                                {{nodes_, kernels_.nearest()},
                                 {images[0], kernels_.linear()},
@@ -192,7 +198,8 @@ void ShownVolume::record_bricks(vulkan::Recorder& recorder, const Moment& moment
                                 tables.next_entries,
                                 tables.most,
                                 surface_,
-                                skip},
+                                skip,
+                                near_},
                                &push, list_, 0);
   } else {
     recorder.dispatch_indirect(kernels_.brick(moment.moves, moment.blend),

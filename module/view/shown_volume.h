@@ -44,9 +44,10 @@ class ShownVolume {
 
   /// Records what the moment and a changed look need, and nothing if neither has changed.
   /// thin_per_mm: a brick with no more extinction may be sampled in longer steps; below 0: every
-  /// brick is made, as no place will be skipped.
+  /// brick is made, as no place will be skipped. long_steps: of more than half a brick.
   void record(vulkan::Recorder& recorder, const Moment& moment, bool look_changed,
-              double thin_per_mm, const LookTables& tables, const vulkan::Buffer& skip);
+              double thin_per_mm, bool long_steps, const LookTables& tables,
+              const vulkan::Buffer& skip);
 
   const ResidentVolume& resident() const { return *resident_; }
   /// Fields that came later for the same frames.
@@ -61,7 +62,7 @@ class ShownVolume {
  private:
   glm::vec4 entries() const;
   void record_list(vulkan::Recorder& recorder, const Moment& moment, bool everything,
-                   const LookTables& tables, const vulkan::Buffer& skip);
+                   bool long_steps, const LookTables& tables, const vulkan::Buffer& skip);
   void record_motion(vulkan::Recorder& recorder, const Moment& moment);
   void record_nodes(vulkan::Recorder& recorder, const Moment& moment);
   void record_bricks(vulkan::Recorder& recorder, const Moment& moment, double thin_per_mm,

@@ -24,6 +24,8 @@ Error refused(const std::string& what) {
 // is then off by a part of this, and parts of many steps have either sign.
 constexpr double kThinLoss = 0.02;
 
+// Samples per voxel from which on a segment and the cell of its end are within half a brick.
+constexpr double kShortSteps = 1.0 / 3.0;
 constexpr size_t kMostGiven = 4;  // volumes of a scene; their segments come on top
 constexpr double kMostSegmentOpacity = 0.99;
 
@@ -306,7 +308,8 @@ void VolumeRenderer::record(const ViewScene& scene, std::span<const Eye> eyes, P
   for (size_t v = 0; v < volumes.size(); ++v) {
     view::ShownVolume* shown = shown_of(volumes[v]);
     shown->record(recorder, view::moment_of(volumes[v], shown->resident()), look_changed[v],
-                  thin_per_mm(shown->resident()), *tables_, skip_);
+                  thin_per_mm(shown->resident()), options_.samples_per_voxel < kShortSteps,
+                  *tables_, skip_);
     parameters.volumes[v] = view::volume_parameters_of(
         scene, volumes[v], eyes, size, *shown->resident().frames, options_.samples_per_voxel);
     parameters.volumes[v].bricks = glm::ivec4(shown->bricks(), shown->first_skip_word());

@@ -22,11 +22,13 @@ uint entry(float value, float aside) {
   return uint(clamp(push.table.x * value + push.table.y + aside, 0.0, push.table.w));
 }
 
-// A row of cells per invocation. over: how far a reading may lie beyond the corners of its cell.
-void mark_cells(ivec3 origin, float over) {
+// A row of cells per invocation, those between the voxels low and high of the brick. over: how far a
+// reading may lie beyond the corners of its cell.
+void mark_cells(ivec3 origin, ivec3 low_voxel, ivec3 high_voxel, float over) {
   const ivec2 yz = ivec2(gl_LocalInvocationIndex % kBrick, gl_LocalInvocationIndex / kBrick);
   const int here = kBefore + kWide * (yz.x + kBefore + kWide * (yz.y + kBefore));
-  const bool inside = all(lessThan(origin.yz + yz, push.size.yz));
+  const bool inside = all(lessThan(origin.yz + yz, push.size.yz)) &&
+                      all(greaterThanEqual(yz, low_voxel.yz)) && all(lessThan(yz, high_voxel.yz));
   uint row_bits = 0u, least = ~0u, greatest = 0u;
   vec2 range = vec2(1e30, -1e30);
   for (int x = 0; x <= kBrick; ++x) {
@@ -37,7 +39,7 @@ void mark_cells(ivec3 origin, float over) {
     const float high = max(max(face.x, face.y), max(face.z, face.w));
     // One entry more to either side: rounding of the reading may pass its bounds.
     const uint from = entry(min(low, range.x) - over, -1.0), to = entry(max(high, range.y) + over, 1.0);
-    const bool is_cell = x > 0 && inside && origin.x + x - 1 < push.size.x;
+    const bool is_cell = x > low_voxel.x && x <= high_voxel.x && inside && origin.x + x - 1 < push.size.x;
     const bool shows = is_cell && next_entry[uint(push.table.z) + from] <= to;
     row_bits |= (shows ? 1u : 0u) << uint(max(x - 1, 0));
     least = is_cell ? min(least, from) : least;
@@ -64,7 +66,8 @@ void mark_blocks() {
   if (near_cells == rows && far_cells == rows) atomicOr(blocks[2 + (lane >> 5)], bit);
 }
 
-void write_cells(uint place) {
+// whole: all of the brick was made.
+void write_cells(uint place, bool whole) {
   const uint lane = gl_LocalInvocationIndex;
   const uint word = uint(push.bricks.w) + uint(kSkipWords) * place;
   if (lane < uint(2 * kBrick)) skip[word + uint(kCellWord) + lane] = cells[lane];
@@ -76,6 +79,6 @@ void write_cells(uint place) {
     const uint table = uint(push.table.z) * uint(kMostLevels) + level * uint(kTable);
     const float densest = max(most[table + least], most[table + entries[1] + 1u - (1u << level)]);
     const bool full = (blocks[2] & blocks[3]) == 0xffffffffu;
-    skip[word] = densest <= push.frames.z ? kThin : full ? kSolid : 0u;
+    skip[word] = densest <= push.frames.z && whole ? kThin : full ? kSolid : 0u;
   }
 }

@@ -113,9 +113,9 @@ void main() {
   make_values(origin);
   barrier();
   write_surface(origin);
-  mark_cells(origin, 0.0);
+  mark_cells(origin, ivec3(0), ivec3(kBrick), 0.0);
   barrier();
   mark_blocks();
   barrier();
-  write_cells(place);
+  write_cells(place, true);
 }

@@ -18,7 +18,10 @@
 //                                                 of 2^l entries from here on
 // 5        out        rgba32f   volume (z, y, x)  slope in shares per mm; W in shares
 // 6        out        uint      kSkipWords per brick; flags in the first, see kThin
+// 7        in         uint      bricks (z, y, x)  bits of the eighths to make, see need.comp
 //
+// Of a brick only the box around the eighths that are needed is made; it is thin or solid only as a
+// whole.
 // A group is a brick, a row of its 9 x 9 x 9 nodes an invocation; nodes on a common face are written by
 // both bricks, with the same value: slopes of b are those of the cell of nodes that begins there.
 // The frame's own slopes are carried, so nothing around the brick is looked at.
@@ -32,6 +35,7 @@ layout(set = 0, binding = 3) readonly buffer Next { uint next_entry[]; };
 layout(set = 0, binding = 4) readonly buffer Most { float most[]; };
 layout(set = 0, binding = 5) uniform writeonly image3D surface;
 layout(set = 0, binding = 6) writeonly buffer Skip { uint skip[]; };
+layout(set = 0, binding = 7) readonly buffer Needed { uint needed[]; };
 layout(push_constant) uniform Push { BrickPush push; };
 
 const int kBefore = 0;             // voxels that are made before the brick's first one
@@ -59,16 +63,26 @@ Column column(ivec3 at, vec2 within) {
   return c;
 }
 
-void make_rows(ivec3 origin) {
+// The voxels of the box around these eighths of a brick, both ends among them.
+void box_of(uint eighths, out ivec3 low, out ivec3 high) {
+  const bvec3 has_low = notEqual(eighths & uvec3(0x55u, 0x33u, 0x0fu), uvec3(0u));
+  const bvec3 has_high = notEqual(eighths & uvec3(0xaau, 0xccu, 0xf0u), uvec3(0u));
+  low = mix(ivec3(kBrick / 2), ivec3(0), has_low);
+  high = mix(ivec3(kBrick / 2), ivec3(kBrick), has_high);
+}
+
+void make_rows(ivec3 origin, ivec3 box_low, ivec3 box_high) {
   const vec3 size = vec3(push.size.xyz), scale = 1.0 / size, last = size - 1.0;
-  for (int row = int(gl_LocalInvocationIndex); row < kWide * kWide; row += 64) {
-    const ivec2 yz = ivec2(row % kWide, row / kWide);
+  const ivec2 rows = box_high.yz - box_low.yz + 1;
+  for (int k = int(gl_LocalInvocationIndex); k < rows.x * rows.y; k += 64) {
+    const ivec2 yz = box_low.yz + ivec2(k % rows.x, k / rows.x);
+    const int row = yz.x + kWide * yz.y;
     const bool inside = all(lessThan(origin.yz + yz, push.size.yz));
     const vec2 within = vec2(yz % kNode) / float(kNode);
-    ivec3 at = ivec3(origin.x, origin.yz + yz) / kNode;
+    ivec3 at = ivec3(origin.x + box_low.x, origin.yz + yz) / kNode;
     Column low, high = column(at, within), step;
     float most_slope = 0.0;
-    for (int x = 0; x < kWide; ++x) {
+    for (int x = box_low.x; x <= box_high.x; ++x) {
       for (bool is_node = x % kNode == 0; is_node; is_node = false) {
         low = high;
         ++at.x;
@@ -100,13 +114,16 @@ void main() {
   const uint place = list[3u + gl_WorkGroupID.x];
   const ivec3 origin = kBrick * brick_of(place);
   start_cells();
-  make_rows(origin);
+  const uint eighths = needed[place];
+  ivec3 box_low, box_high;
+  box_of(eighths, box_low, box_high);
+  make_rows(origin, box_low, box_high);
   barrier();
   const int row = int(gl_LocalInvocationIndex % kBrick + kWide * (gl_LocalInvocationIndex / kBrick));
-  mark_cells(origin, 0.3 * max(max(steepest[row], steepest[row + 1]),
+  mark_cells(origin, box_low, box_high, 0.3 * max(max(steepest[row], steepest[row + 1]),
                                 max(steepest[row + kWide], steepest[row + kWide + 1])));
   barrier();
   mark_blocks();
   barrier();
-  write_cells(place);
+  write_cells(place, eighths == 0xffu);
 }

@@ -12,7 +12,8 @@
 // binding  direction  format      shape            unit
 // 0        in         PartRange   parts (z, y, x)  see ranges.comp
 // 1        in         uint        kTable per look  the next entry from here on with extinction
-// 2        out        uint        bricks (z, y, x) 1 = marked; cleared before
+// 2        out        uint        bricks (z, y, x) 1 = marked; kCarried: a bit for each eighth that is,
+//                                                  x + 2 y + 4 z; cleared before
 // 3        in         rgba32f     field (z, y, x)  u in voxels of the volume (if kCarried)
 //
 // One invocation: one part. Precision: fp32; boxes and values are widened by more than it rounds.
@@ -73,12 +74,19 @@ void main() {
       box_low = mix(box_low, vec3(0.0), equal(part, ivec3(0)));
       box_high = mix(box_high, vec3(kBrick * push.bricks.xyz), equal(part, push.parts.xyz - 1));
     }
-    const ivec3 first = clamp(ivec3(floor(box_low / float(kBrick))), ivec3(0), push.bricks.xyz - 1);
-    const ivec3 last = clamp(ivec3(ceil(box_high / float(kBrick))) - 1, ivec3(0), push.bricks.xyz - 1);
+    // Of carried volumes the eighths of bricks are marked, a bit each.
+    const int along = kCarried != 0 ? 2 : 1;
+    const float edge = float(kBrick / along);
+    const ivec3 top = along * push.bricks.xyz - 1;
+    const ivec3 first = clamp(ivec3(floor(box_low / edge)), ivec3(0), top);
+    const ivec3 last = clamp(ivec3(ceil(box_high / edge)) - 1, ivec3(0), top);
     for (int z = first.z; z <= last.z; ++z)
       for (int y = first.y; y <= last.y; ++y)
-        for (int x = first.x; x <= last.x; ++x)
-          atomicOr(marks[uint(x + push.bricks.x * (y + push.bricks.y * z))], 1u);
+        for (int x = first.x; x <= last.x; ++x) {
+          const ivec3 brick = ivec3(x, y, z) / along, eighth = ivec3(x, y, z) % along;
+          atomicOr(marks[uint(brick.x + push.bricks.x * (brick.y + push.bricks.y * brick.z))],
+                   1u << uint(eighth.x + 2 * eighth.y + 4 * eighth.z));
+        }
     shows = false;
   }
 }

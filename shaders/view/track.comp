@@ -10,11 +10,13 @@
 // 1        in         rgba32f   nodes (z, y, x)  y - x of the last phase, voxels
 // 2        out        rgba32f   the same image   y - x; w: 1 = found, 0 = held
 // 3        in out     uint      1                nodes that are held
-// 4        in         uint      bricks (z, y, x) 0 = nobody looks at the nodes of this brick
+// 4        in         uint      bricks (z, y, x) 0 = nobody looks at the nodes of this brick; push.phase.z = 1:
+//                                                the brick is not made (need.comp)
 //
 // The motion of a whole sequence is tracked with g = 1: its field is made for the time. There a node
 // may come to be needed long after it was last tracked, so where nothing is found, it is looked for
-// once more from x - g u(x).
+// once more from x - g u(x); and a step shorter than kShort is the last one, for what it misses is
+// its square times the field's curvature, or the change of slope at a cell's face times it: unseen.
 //
 // Where no solution is found within kSteps, or the map is folded there (det(I + g du/dx) <= 0), the
 // node keeps what it had: the picture holds there, as the hand does.
@@ -32,6 +34,7 @@ layout(set = 0, binding = 4) readonly buffer Near { uint near[]; };
 layout(push_constant) uniform Push { TrackPush push; };
 
 const int kSteps = 12;
+const float kShort = 0.05;  // voxels
 
 struct Reading {
   vec3 u;
@@ -91,6 +94,9 @@ bool solve(vec3 x, inout vec3 y) {
       const float det = determinant(m);
       unfolded = det > 0.0;
       step = det > 1e-4 ? -(inverse(m) * off) : -off;
+      const bool last_step = push.phase.z != 0.0 && det > 1e-4 && length(step) < kShort;
+      best += last_step ? step : vec3(0.0);
+      best_miss = last_step ? 0.0 : best_miss;
     } else {
       step *= 0.5;
     }
@@ -116,8 +122,21 @@ void track(ivec3 node) {
 void main() {
   const ivec3 node = ivec3(gl_GlobalInvocationID);
   if (any(greaterThanEqual(node, push.nodes.xyz))) return;
-  const ivec3 brick = min(node * kNode / kBrick, push.bricks.xyz - 1);
+  const ivec3 top = push.bricks.xyz - 1;
+  const ivec3 brick = min(node * kNode / kBrick, top);
   bool needed = near[uint(brick.x + push.bricks.x * (brick.y + push.bricks.y * brick.z))] != 0u;
+  // A brick that is made looks at its nodes and at those of the bricks after it; push.phase.w = 1: and
+  // at the last ones of the bricks before it.
+  if (push.phase.z != 0.0) {
+    const ivec3 here = node * kNode / kBrick;
+    const int beyond = push.phase.w != 0.0 ? 1 : 0;
+    for (int z = here.z - 1; z <= here.z + beyond; ++z)
+      for (int y = here.y - 1; y <= here.y + beyond; ++y)
+        for (int x = here.x - 1; x <= here.x + beyond; ++x) {
+          const ivec3 other = clamp(ivec3(x, y, z), ivec3(0), top);
+          needed = needed || near[uint(other.x + push.bricks.x * (other.y + push.bricks.y * other.z))] != 0u;
+        }
+  }
   // A loop and not an "if": see raycast.comp.
   while (needed) {
     track(node);

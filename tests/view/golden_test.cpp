@@ -64,6 +64,27 @@ TEST_F(GoldenTest, AHeartCutOpenBesideAMolecule) {
   expect_as_before(scene, eye_, "cut");
 }
 
+TEST_F(GoldenTest, ACarriedHeartCutOpenWithItsSegments) {
+  // Balls at the inner and outer side of the wall, as they are in the carried frame.
+  MovingVolume heart = *carried_heart(false);
+  const auto distance = [](double radius_mm) {
+    return still_volume(64, 2.0, [=](glm::dvec3 x) { return radius_mm - glm::length(x); })->frames;
+  };
+  heart.segments = {{"epicardium", {0.95F, 0.80F, 0.30F}, distance(30.5)},
+                    {"endocardium", {0.30F, 0.60F, 0.95F}, distance(18.5)}};
+  const auto volume = std::make_shared<const MovingVolume>(std::move(heart));
+  ViewScene scene;
+  scene.clips = {{glm::normalize(glm::dvec3(-0.7, 0.0, -0.7)), -0.010}};
+  Look look = *preset_look("phantom");
+  for (LookPoint& point : look.points) point.opacity *= 0.15;
+  for (const auto& [name, at] : {std::pair{"segments_small", FramePointer{0, 0.0}},
+                                 {"segments_large", FramePointer{2, 0.0}}}) {
+    scene.volumes = {{volume, {}, at, look}};
+    scene.volumes[0].segment_opacity = SeenSpec{}.segment_opacity;
+    expect_as_before(scene, eye_, name);
+  }
+}
+
 TEST_F(GoldenTest, AVortexInTubes) {
   Grid grid;
   grid.size = glm::ivec3(32);
