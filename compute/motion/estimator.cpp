@@ -355,6 +355,13 @@ std::string check_options(const EstimatorOptions& options, const Grid& grid) {
              ">= 0, smoothness > 0.";
     }
   }
+  const YieldOptions& y = o.yield;
+  if (y.window < 0.0 || y.low < 0.0 || y.high <= y.low || y.damping <= 0.0 || y.smoothness <= 0.0 ||
+      y.evidence <= 0.0 || y.noise < 0.0 || y.flat < 0.0) {
+    return "The yield of the motion options is out of range: window, low, noise and flat >= 0, "
+           "high "
+           "above low, damping, smoothness and evidence > 0.";
+  }
   if (options.mask && !same_geometry(options.mask->grid, grid)) {
     return "The mask (" + text(options.mask->grid.size) +
            " voxels) is not on the grid of the frames (" + text(grid.size) +

@@ -28,29 +28,42 @@ shaders::GaussPush gauss_push(glm::ivec3 size, int axis, double sigma) {
   return push;
 }
 
+int gauss_passes(glm::ivec3 size, glm::dvec3 sigma) {
+  int passes = 0;
+  for (int axis = 0; axis < 3; ++axis) passes += gauss_push(size, axis, sigma[axis]).radius.x > 0;
+  return passes;
+}
+
 bool gauss_swaps(glm::ivec3 size, glm::dvec3 sigma) {
-  bool swaps = false;
-  for (int axis = 0; axis < 3; ++axis) swaps ^= gauss_push(size, axis, sigma[axis]).radius.x > 0;
-  return swaps;
+  return gauss_passes(size, sigma) % 2 == 1;
 }
 
 bool record_gauss(vulkan::Recorder& recorder, MotionKernels& kernels, const vulkan::Buffer& bricks,
                   glm::ivec3 groups, glm::dvec3 sigma, const std::vector<const vulkan::Image*>& a,
                   const std::vector<const vulkan::Image*>& b) {
-  bool in_b = false;
+  record_gauss(recorder, kernels, bricks, groups, sigma, a, b, a);
+  return gauss_swaps(a[0]->size(), sigma);
+}
+
+void record_gauss(vulkan::Recorder& recorder, MotionKernels& kernels, const vulkan::Buffer& bricks,
+                  glm::ivec3 groups, glm::dvec3 sigma,
+                  const std::vector<const vulkan::Image*>& source,
+                  const std::vector<const vulkan::Image*>& first,
+                  const std::vector<const vulkan::Image*>& second) {
+  const std::vector<const vulkan::Image*>* from = &source;
+  const std::vector<const vulkan::Image*>* to = &first;
   for (int axis = 0; axis < 3; ++axis) {
-    const shaders::GaussPush push = gauss_push(a[0]->size(), axis, sigma[axis]);
+    const shaders::GaussPush push = gauss_push(source[0]->size(), axis, sigma[axis]);
     if (push.radius.x == 0) continue;
     recorder.begin_concurrent();
-    for (size_t i = 0; i < a.size(); ++i) {
-      const vulkan::Image& from = in_b ? *b[i] : *a[i];
-      const vulkan::Image& to = in_b ? *a[i] : *b[i];
-      recorder.dispatch(kernels.gauss(), {bricks, {from, kernels.nearest()}, to}, push, groups);
+    for (size_t i = 0; i < source.size(); ++i) {
+      recorder.dispatch(kernels.gauss(), {bricks, {*(*from)[i], kernels.nearest()}, *(*to)[i]},
+                        push, groups);
     }
     recorder.end_concurrent();
-    in_b = !in_b;
+    from = to;
+    to = to == &first ? &second : &first;
   }
-  return in_b;
 }
 
 }  // namespace palpate

@@ -12,6 +12,9 @@ namespace palpate {
 /// change nothing. Weights are cut at 3 sigma and sum to 1.
 shaders::GaussPush gauss_push(glm::ivec3 size, int axis, double sigma);
 
+/// Axes along which a Gaussian smooths at all: the passes that it takes.
+int gauss_passes(glm::ivec3 size, glm::dvec3 sigma);
+
 /// True if record_gauss leaves its result in `b`.
 bool gauss_swaps(glm::ivec3 size, glm::dvec3 sigma);
 
@@ -21,5 +24,14 @@ bool gauss_swaps(glm::ivec3 size, glm::dvec3 sigma);
 bool record_gauss(vulkan::Recorder& recorder, MotionKernels& kernels, const vulkan::Buffer& bricks,
                   glm::ivec3 groups, glm::dvec3 sigma, const std::vector<const vulkan::Image*>& a,
                   const std::vector<const vulkan::Image*>& b);
+
+/// The same from `source`, which is kept, over `first` and `second` in turns: after an odd number
+/// of passes (gauss_passes) the result is in `first`, after an even one in `second`, after none it
+/// is what `source` is. `second` may be `source`.
+void record_gauss(vulkan::Recorder& recorder, MotionKernels& kernels, const vulkan::Buffer& bricks,
+                  glm::ivec3 groups, glm::dvec3 sigma,
+                  const std::vector<const vulkan::Image*>& source,
+                  const std::vector<const vulkan::Image*>& first,
+                  const std::vector<const vulkan::Image*>& second);
 
 }  // namespace palpate

@@ -18,6 +18,7 @@
 #include "spirv/motion/tv_dual.h"
 #include "spirv/motion/tv_primal.h"
 #include "spirv/motion/update.h"
+#include "spirv/motion/update_two.h"
 #include "spirv/motion/upsample.h"
 
 namespace palpate {
@@ -72,6 +73,9 @@ const vulkan::Kernel& MotionKernels::normal_equations(glm::ivec3 cell) {
 }
 const vulkan::Kernel& MotionKernels::update() {
   return get(k_motion_update, "bssssi", sizeof(UpdatePush));
+}
+const vulkan::Kernel& MotionKernels::update_two() {
+  return get(k_motion_update_two, "bssssssssi", sizeof(UpdateTwoPush));
 }
 const vulkan::Kernel& MotionKernels::tv_primal(bool last) {
   return get(k_motion_tv_primal, "bsssssii", sizeof(TotalVariationPush), {last ? 1U : 0U});

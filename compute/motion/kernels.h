@@ -21,6 +21,7 @@ class MotionKernels {
   const vulkan::Kernel& pack(bool masked);
   const vulkan::Kernel& normal_equations(glm::ivec3 cell);
   const vulkan::Kernel& update();
+  const vulkan::Kernel& update_two();
   const vulkan::Kernel& tv_primal(bool last);
   const vulkan::Kernel& tv_dual();
   const vulkan::Kernel& upsample();

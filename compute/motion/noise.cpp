@@ -66,4 +66,32 @@ double noise_sd(const Volume& volume) {
   return 1.4826 * double(*middle) / gain;
 }
 
+std::optional<double> noise_left(std::vector<CellLeft> cells) {
+  constexpr size_t kGroups = 8, kLeastCells = 64;
+  if (cells.size() < kLeastCells) return std::nullopt;
+  std::sort(cells.begin(), cells.end(),
+            [](const CellLeft& a, const CellLeft& b) { return a.structure < b.structure; });
+  // Normal equations of the fit of r^2 = W x + R y.
+  double xx = 0.0, xy = 0.0, yy = 0.0, xr = 0.0, yr = 0.0;
+  for (size_t g = 0; g < kGroups; ++g) {
+    const auto begin = cells.begin() + std::ptrdiff_t(cells.size() * g / kGroups);
+    const auto end = cells.begin() + std::ptrdiff_t(cells.size() * (g + 1) / kGroups);
+    const double q = std::min(1.0F, begin[(end - begin) / 2].structure);
+    const auto quartile = begin + (end - begin) / 4;
+    std::nth_element(begin, quartile, end, [](const CellLeft& a, const CellLeft& b) {
+      return a.difference < b.difference;
+    });
+    const double x = 1.0 - q, y = 2.0 * q, r = quartile->difference;
+    xx += x * x;
+    xy += x * y;
+    yy += y * y;
+    xr += x * r;
+    yr += y * r;
+  }
+  const double determinant = xx * yy - xy * xy;
+  const double motion = determinant > 0.0 ? (xx * yr - xy * xr) / determinant : 0.0;
+  if (motion <= 0.0) return xx > 0.0 ? xr / xx : 0.0;
+  return std::max(0.0, (yy * xr - xy * yr) / determinant);
+}
+
 }  // namespace palpate

@@ -19,6 +19,24 @@ struct LevelOptions {
   double smoothness = 0.3;  ///< weight of the total variation, in h
 };
 
+/// How the finest level yields, cell by cell, to motion that its wide window can not follow. What
+/// level 1 leaves unexplained decides: rho, the squared difference of the normalised frames beyond
+/// noise, over twice their variance and `flat`. The share s rises smoothly from 0 at rho = `low` to
+/// 1 at `high`; where it is 0 nothing changes (shaders/motion/update_two.comp).
+struct YieldOptions {
+  double window =
+      0.0;            ///< SD of the narrow window, whose step is added by the share s, in h; 0: off
+  double low = 0.02;  ///< rho from which on the level yields
+  double high = 0.06;        ///< rho at which it yields wholly
+  double damping = 0.15;     ///< alpha where s is 1
+  double smoothness = 0.15;  ///< weight of the total variation where s is 1, in h
+  /// Total variation gives way to evidence: its weight is halved where what a step explains is so
+  /// many times its own noise.
+  double evidence = 8.0;
+  double noise = 2.0;  ///< what noise leaves counts so many times (see noise_left())
+  double flat = 0.3;   ///< what keeps rho small where the frames show little
+};
+
 /// The paper's Demons or palpate's own method.
 enum class MotionMethod { kPalpate, kClassic };
 
@@ -32,6 +50,7 @@ struct MotionOptions {
   std::vector<LevelOptions> levels;
   int finest_level = 0;   ///< 1 stops at twice the voxel edge, 2 at four times
   int coarse_levels = 0;  ///< number of levels; 0: until the coarsest image is about 24 voxels wide
+  YieldOptions yield;     ///< of the finest level, if there are others
   double damping = 0.1;   ///< alpha of the normal equations, per h; dimensionless
   double momentum = 0.7;  ///< share of the last change that is added before the next
   double largest_step = 1.0;  ///< of one update, in h

@@ -124,6 +124,32 @@ Samples<NormalEquations> normal_equations(const Texels& fixed, const Texels& mov
 Vectors update(const Samples<NormalEquations>& equations, const Vectors& v, glm::dvec3 cell_mm,
                double damping_per_mm2, double largest_mm);
 
+/// The step of two windows, and the weight of the total variation that it asks for.
+struct TwoWindows {
+  double damping_per_mm2[2]{};  ///< where the share s is 0, and where it is 1
+  double largest_mm = 0.0;
+  double low = 0.0, high = 0.0;  ///< rho at which s leaves 0 and reaches 1
+  double noise = 0.0;            ///< W, r^2 that noise leaves where it is flat
+  double flat = 0.0;
+  double weight = 0.0;    ///< of the total variation where s is 1, as a multiple
+  double evidence = 0.0;  ///< T at which that is halved
+  double voxels = 0.0;    ///< N, what the narrow window averages
+};
+struct TwoWindowsStep {
+  Vectors w;
+  Scalars more;  ///< weight of the total variation to add, as a share
+};
+
+/// d = d_w + s (A_n + l)^-1 (b_n - A_n d_w), d_w = (A_w + l)^-1 b_w, both shortened, composed as in
+/// update(). s = smoothstep(low, high, rho) and l follow from what the coarser level left,
+///   rho = max(0, r^2 - W (counted - q)) / (2 q + flat counted),
+/// and more = s (weight / (1 + T / evidence) - 1) from T = N g / (r_n^2 - g) with
+/// g = b_n . (A_n + l)^-1 b_n.
+TwoWindowsStep update_two(const Samples<NormalEquations>& wide,
+                          const Samples<NormalEquations>& narrow,
+                          const Samples<NormalEquations>& coarser, const Vectors& v,
+                          glm::dvec3 cell_mm, const TwoWindows& with);
+
 /// Dual variable of the total variation: p_x, p_y, p_z. On the last cell of axis a, p_a is 0.
 using Dual = std::array<Vectors, 3>;
 
@@ -134,9 +160,11 @@ Vectors tv_primal(const Vectors& w, const Dual& p, glm::dvec3 slope);
 Vectors ahead(const Vectors& u, const Vectors& before, double momentum);
 
 /// p <- P((p + t D u) / (1 + t e / c)), P the projection onto the ball of radius c, over the nine
-/// numbers of a cell together; (D u)_a(i) = s_a (u(i + e_a) - u(i)), 0 on the last cell.
+/// numbers of a cell together; (D u)_a(i) = s_a (u(i + e_a) - u(i)), 0 on the last cell. more:
+/// null, or what is added to c of a cell, as a share of it: the mean over the cell and the next one
+/// along each axis, border held; a thousandth of c always remains.
 Dual tv_dual(const Vectors& u, const Dual& p, glm::dvec3 slope, double c_mm, double step,
-             double huber_mm);
+             double huber_mm, const Scalars* more = nullptr);
 
 // Fields.
 

@@ -50,6 +50,38 @@ Vectors update(const Samples<NormalEquations>& equations, const Vectors& v, glm:
   return w;
 }
 
+TwoWindowsStep update_two(const Samples<NormalEquations>& wide,
+                          const Samples<NormalEquations>& narrow,
+                          const Samples<NormalEquations>& coarser, const Vectors& v,
+                          glm::dvec3 cell_mm, const TwoWindows& with) {
+  TwoWindowsStep result{Vectors(v.size), Scalars(v.size)};
+  const auto shortened = [&](glm::dvec3 d) {
+    const double length = glm::length(d);
+    return length > with.largest_mm ? d * (with.largest_mm / length) : d;
+  };
+  for_each(v.size, [&](glm::ivec3 i) {
+    const NormalEquations& left = coarser.at(i);
+    const double beyond_noise =
+        std::max(0.0, left.residual - with.noise * std::max(0.0, left.counted - left.structure));
+    const double rho = beyond_noise / (2.0 * left.structure + with.flat * left.counted + 1e-4);
+    const double t = std::clamp((rho - with.low) / (with.high - with.low), 0.0, 1.0);
+    const double s = t * t * (3.0 - 2.0 * t);
+    const glm::dmat3 damping(glm::mix(with.damping_per_mm2[0], with.damping_per_mm2[1], s));
+
+    glm::dvec3 d = shortened(glm::inverse(wide.at(i).a + damping) * wide.at(i).b);
+    const NormalEquations& n = narrow.at(i);
+    const glm::dmat3 inverse = glm::inverse(n.a + damping);
+    d = shortened(d + s * (inverse * (n.b - n.a * d)));
+    result.w.at(i) = sample(v, glm::dvec3(i) + d / cell_mm) + d;
+
+    const double gain = glm::dot(n.b, inverse * n.b);
+    const double noise = std::max(n.residual - gain, 1e-3 * n.residual + 1e-8);
+    const double evidence = with.voxels * n.counted * gain / noise;
+    result.more.at(i) = s * (with.weight / (1.0 + evidence / with.evidence) - 1.0);
+  });
+  return result;
+}
+
 Vectors tv_primal(const Vectors& w, const Dual& p, glm::dvec3 slope) {
   Vectors u = w;
   for_each(w.size, [&](glm::ivec3 i) {
@@ -72,19 +104,29 @@ Vectors ahead(const Vectors& u, const Vectors& before, double momentum) {
 }
 
 Dual tv_dual(const Vectors& u, const Dual& p, glm::dvec3 slope, double c_mm, double step,
-             double huber_mm) {
+             double huber_mm, const Scalars* more) {
   Dual result = p;
   for_each(u.size, [&](glm::ivec3 i) {
+    double radius = c_mm;
+    if (more) {
+      double sum = more->at(i);
+      for (int axis = 0; axis < 3; ++axis) {
+        glm::ivec3 next(0);
+        next[axis] = 1;
+        sum += more->held(i + next);
+      }
+      radius *= std::max(1e-3, 1.0 + 0.25 * sum);
+    }
     double squares = 0.0;
     for (int axis = 0; axis < 3; ++axis) {
       glm::ivec3 next(0);
       next[axis] = 1;
       glm::dvec3& q = result[size_t(axis)].at(i);
       q += step * slope[axis] * (u.held(i + next) - u.at(i));
-      q /= 1.0 + step * huber_mm / c_mm;
+      q /= 1.0 + step * huber_mm / radius;
       squares += glm::dot(q, q);
     }
-    const double over = std::sqrt(squares) / c_mm;
+    const double over = std::sqrt(squares) / radius;
     if (over > 1.0) {
       for (Vectors& along : result) along.at(i) /= over;
     }

@@ -77,14 +77,23 @@ uint64_t workspace_bytes(glm::ivec3 size, glm::ivec3 moment_cell) {
 
 }  // namespace
 
+bool yields(const MotionPlan& plan, size_t l) {
+  const double window = plan.options.yield.window;
+  return plan.options.method == MotionMethod::kPalpate && l == 0 &&
+         plan.options.finest_level == 0 && plan.levels.size() > 1 && window > 0.0 &&
+         window < plan.levels[0].options.window;
+}
+
 uint64_t solver_bytes(const MotionPlan& plan) {
   const bool classic = plan.options.method == MotionMethod::kClassic;
   uint64_t bytes = 0;
   for (size_t l = size_t(plan.options.finest_level); l < plan.levels.size(); ++l) {
     const LevelPlan& level = plan.levels[l];
     // PairSolver::LevelImages and ClassicSolver::LevelImages.
+    if (yields(plan, l)) bytes += sizeof(uint64_t) * count(plan.levels[l + 1].cells);
     bytes += classic ? 2 * image_bytes(level.image_size, 16)
-                     : 4 * image_bytes(level.cells, 16) + 11 * image_bytes(level.cells, 8);
+                     : 4 * image_bytes(level.cells, 16) +
+                           (yields(plan, l) ? 15 : 11) * image_bytes(level.cells, 8);
   }
   if (const auto search = plan_search(plan)) {
     bytes += 2 * sizeof(float) * count(search->nodes) * uint64_t(search->labels()) +

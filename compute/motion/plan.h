@@ -34,6 +34,10 @@ struct MotionPlan {
   MotionOptions options;
 };
 
+/// Whether level l works with two windows (MotionOptions::yield): the finest of several, unless its
+/// window is narrow enough.
+bool yields(const MotionPlan& plan, size_t l);
+
 /// Lays out the levels for frames on `image`. Pure arithmetic, any thread.
 MotionPlan plan_motion(const Grid& image, const MotionOptions& options);
 

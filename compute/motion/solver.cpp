@@ -5,7 +5,10 @@
 #include <cmath>
 #include <numbers>
 
+#include <glm/gtc/packing.hpp>
+
 #include "compute/motion/activity.h"
+#include "compute/motion/noise.h"
 
 namespace palpate {
 namespace {
@@ -13,13 +16,25 @@ namespace {
 constexpr int kBatch =
     5;  // iterations per submission: also how often convergence and stop are looked at
 constexpr double kHalfTrust = 0.5;           // h: expected error at which trust is a half
+constexpr double kAllIsNoise = 2.0;          // r^2 of normalised frames that share nothing
 constexpr int kMaxRepairs = 200;             // smoothing rounds; a few are enough on any data seen
-constexpr int kDispatchesPerIteration = 16;  // without the filter's steps, two each
+constexpr int kDispatchesPerIteration = 24;  // without the filter's steps, two each
 glm::ivec4 wide(glm::ivec3 v, int w = 0) {
   return {v, w};
 }
 
 }  // namespace
+
+double window_voxels(const LevelPlan& level, double window) {
+  double voxels = 1.0;
+  for (int a = 0; a < 3; ++a) {
+    if (level.image_size[a] == 1) continue;
+    const double cell_sd = level.cell_mm[a] / std::sqrt(12.0);
+    const double sd = std::hypot(window * level.h_mm, cell_sd);
+    voxels *= std::max(1.0, 2.0 * std::sqrt(std::numbers::pi) * sd / level.spacing_mm[a]);
+  }
+  return voxels;
+}
 
 PairSolver::PairSolver(std::shared_ptr<vulkan::Context> context,
                        std::shared_ptr<MotionKernels> kernels, const MotionPlan& plan,
@@ -59,6 +74,12 @@ PairSolver::PairSolver(std::shared_ptr<vulkan::Context> context,
       *image = vulkan::Image(context_, cells, kHalf);
       recorder.prepare(*image);
     }
+    if (!yields(plan_, l)) continue;
+    for (vulkan::Image* image :
+         {&images.wide[0], &images.wide[1], &images.wide[2], &images.coarser}) {
+      *image = vulkan::Image(context_, cells, kHalf);
+      recorder.prepare(*image);
+    }
   }
   recorder.run();
 }
@@ -77,6 +98,13 @@ PairSolver::Active PairSolver::activate(BrickList bricks) {
 void PairSolver::begin_level(size_t l, bool searched) {
   LevelImages& images = levels_[l];
   vulkan::Recorder recorder(context_);
+  std::optional<Active> all;
+  if (yields(plan_, l)) {
+    all = activate(all_bricks(plan_.levels[l + 1].cells));
+    noise_ = measure_noise(l + 1);
+    record_coarser(recorder, l, *all);
+    for (const vulkan::Image& wide : images.wide) recorder.clear(wide);
+  }
   for (const vulkan::Image& dual : images.dual) recorder.clear(dual);
   for (const vulkan::Image& equations : images.equations) recorder.clear(equations);
   for (const vulkan::Image& smoothed : images.smoothed) recorder.clear(smoothed);
@@ -102,6 +130,23 @@ void PairSolver::begin_level(size_t l, bool searched) {
                       {{from, kernels_->linear()}, images.seen, images.primal}, push, groups);
   }
   recorder.run();
+}
+
+/// What noise leaves on a level that has ended, see noise_left().
+double PairSolver::measure_noise(size_t l) {
+  const glm::ivec3 cells = plan_.levels[l].cells;
+  const size_t count = size_t(cells.x) * size_t(cells.y) * size_t(cells.z);
+  vulkan::Buffer values(context_, count * sizeof(uint64_t), vulkan::Buffer::Kind::kHostVisible);
+  vulkan::Recorder recorder(context_);
+  recorder.copy(windowed(l)[2], values);
+  recorder.run();
+  std::vector<CellLeft> left;
+  left.reserve(count);
+  for (const uint64_t texel : values.as<uint64_t>().first(count)) {
+    const glm::vec4 e = glm::unpackHalf4x16(texel);
+    if (e.z > 0.5F) left.push_back({e.w / e.z, e.y / e.z});
+  }
+  return noise_left(std::move(left)).value_or(kAllIsNoise);
 }
 
 /// The first iteration is done wherever the mask leaves something and is looked at alone: it finds
@@ -192,15 +237,7 @@ void PairSolver::judge(size_t l) {
   const LevelPlan& level = plan_.levels[l];
   LevelImages& i = levels_[l];
   const Active all = activate(all_bricks(level.cells));
-  // Effective number of voxels under the window: a Gaussian of SD s averages 2 sqrt(pi) s samples
-  // of white noise.
-  double voxels = 1.0;
-  for (int a = 0; a < 3; ++a) {
-    if (level.image_size[a] == 1) continue;
-    const double cell_sd = level.cell_mm[a] / std::sqrt(12.0);
-    const double sd = std::hypot(level.options.window * level.h_mm, cell_sd);
-    voxels *= std::max(1.0, 2.0 * std::sqrt(std::numbers::pi) * sd / level.spacing_mm[a]);
-  }
+  const double voxels = window_voxels(level, level.options.window);
   const double half_trust_mm = kHalfTrust * level.h_mm;
   vulkan::Recorder recorder(context_);
   const vulkan::Image* equations = windowed(l);

@@ -35,8 +35,8 @@ class FieldSolver {
 };
 
 /// palpate's own method: a discrete start, then coarse to fine, each level an iteration of
-///   data term (normal_equations) - Gaussian window - Gauss-Newton step, composed (update) - total
-///   variation (tv_*),
+///   data term (normal_equations) - Gaussian window, on the finest level two - Gauss-Newton step,
+///   composed (update, update_two) - total variation (tv_*),
 /// on the bricks that still need it, and a repair after which nothing folds.
 class PairSolver : public FieldSolver {
  public:
@@ -53,6 +53,9 @@ class PairSolver : public FieldSolver {
   struct LevelImages {
     vulkan::Image field, ahead, composed, primal, seen, flags;
     vulkan::Image equations[3], smoothed[3], dual[3];
+    // Only where the level yields: the equations under its wide window, and what the next coarser
+    // level left of them.
+    vulkan::Image wide[3], coarser;
   };
   /// The bricks in work, here and on the device.
   struct Active {
@@ -62,12 +65,16 @@ class PairSolver : public FieldSolver {
   };
 
   Active activate(BrickList bricks);
+  const vulkan::Image* narrow(size_t l) const;
   const vulkan::Image* windowed(size_t l) const;
+  double measure_noise(size_t l);
+  void record_coarser(vulkan::Recorder& recorder, size_t l, const Active& all);
   void begin_level(size_t l, bool searched);
   void record_iteration(vulkan::Recorder& recorder, size_t l, const FramePyramid& fixed,
                         const FramePyramid& moving, const Active& active, int colour);
   void record_equations(vulkan::Recorder& recorder, size_t l, const FramePyramid& fixed,
                         const FramePyramid& moving, const Active& active, int colour);
+  void record_step(vulkan::Recorder& recorder, size_t l, const Active& active, int colour);
   void record_filter(vulkan::Recorder& recorder, size_t l, const Active& active);
   void record_look(vulkan::Recorder& recorder, size_t l, const Active& active);
   /// False if something moved out of the moving frame's reach.
@@ -84,9 +91,14 @@ class PairSolver : public FieldSolver {
   std::vector<LevelImages> levels_;
   std::unique_ptr<DiscreteStart> start_;
   vulkan::Image fixed_slab_, moving_slab_;  // where slabs of the finest images visit the device
+  double noise_ = 0.0;                      // what it leaves on the level above one that yields
   vulkan::Buffer counter_;
   vulkan::Buffer download_;
 };
+
+/// Voxels whose noise a window (SD in h) over a level's cells averages: a Gaussian of SD s averages
+/// 2 sqrt(pi) s samples of white noise.
+double window_voxels(const LevelPlan& level, double window);
 
 /// The field that a device image holds (u in mm along the image axes, w the confidence) in LPS.
 void unpack_field(std::span<const glm::vec4> device, const MotionPlan& plan, Field& field,

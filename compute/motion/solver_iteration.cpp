@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include "compute/motion/gauss.h"
 #include "compute/motion/solver.h"
@@ -23,10 +24,18 @@ glm::dvec3 slopes(const LevelPlan& level) {
   return reference / level.cell_mm * has_neighbours;
 }
 
-/// SD of the window over the normal equations, in cells.
-glm::dvec3 window_sigma(const LevelPlan& level) {
-  return level.options.window * level.h_mm / level.cell_mm;
+/// SD in cells of a window over the normal equations, SD in h.
+glm::dvec3 window_sigma(const LevelPlan& level, double window) {
+  return window * level.h_mm / level.cell_mm;
 }
+
+/// SD in cells of what makes the narrow window of a level that yields the wide one.
+glm::dvec3 widening_sigma(const LevelPlan& level, double narrow) {
+  const double wide = level.options.window;
+  return window_sigma(level, std::sqrt(wide * wide - narrow * narrow));
+}
+
+constexpr double kCoarserSigma = 1.0;  // cells: over what the coarser level leaves, against noise
 
 glm::ivec4 wide(glm::ivec3 v, int w = 0) {
   return {v, w};
@@ -34,10 +43,43 @@ glm::ivec4 wide(glm::ivec3 v, int w = 0) {
 
 }  // namespace
 
-/// Where the smoothed equations are: each axis that needs smoothing swaps the two sets of images.
-const vulkan::Image* PairSolver::windowed(size_t l) const {
+/// Where the equations are under the first window: each axis that needs smoothing swaps the two
+/// sets of images.
+const vulkan::Image* PairSolver::narrow(size_t l) const {
   const LevelPlan& level = plan_.levels[l];
-  return gauss_swaps(level.cells, window_sigma(level)) ? levels_[l].smoothed : levels_[l].equations;
+  const double window = yields(plan_, l) ? plan_.options.yield.window : level.options.window;
+  return gauss_swaps(level.cells, window_sigma(level, window)) ? levels_[l].smoothed
+                                                               : levels_[l].equations;
+}
+
+/// Where they are under the level's own window, which on a level that yields is the second.
+const vulkan::Image* PairSolver::windowed(size_t l) const {
+  if (!yields(plan_, l)) return narrow(l);
+  const LevelPlan& level = plan_.levels[l];
+  const LevelImages& i = levels_[l];
+  const int passes = gauss_passes(level.cells, widening_sigma(level, plan_.options.yield.window));
+  if (passes == 0) return narrow(l);
+  return passes % 2 == 1 ? i.wide : narrow(l) == i.smoothed ? i.equations : i.smoothed;
+}
+
+/// What level l + 1 leaves unexplained, on the cells of level l. The dual of that level, which has
+/// ended, is the scratch space.
+void PairSolver::record_coarser(vulkan::Recorder& recorder, size_t l, const Active& all) {
+  const LevelPlan& from = plan_.levels[l + 1];
+  const LevelPlan& to = plan_.levels[l];
+  LevelImages& i = levels_[l + 1];
+  const vulkan::Image& left = windowed(l + 1)[2];
+  const glm::dvec3 sigma(kCoarserSigma);
+  record_gauss(recorder, *kernels_, all.list, brick_groups(all.bricks), sigma, {&left},
+               {&i.dual[0]}, {&i.dual[1]});
+  const int passes = gauss_passes(from.cells, sigma);
+  const vulkan::Image& smooth = passes == 0 ? left : passes % 2 == 1 ? i.dual[0] : i.dual[1];
+  const glm::dvec3 scale = glm::dvec3(to.cell) / glm::dvec3(from.ratio) / glm::dvec3(from.cell);
+  const shaders::UpsamplePush push{wide(to.cells), wide(from.cells), glm::vec4(scale, 0),
+                                   glm::vec4(0.5 * scale - 0.5, 0)};
+  recorder.dispatch(kernels_->upsample(),
+                    {{smooth, kernels_->linear()}, levels_[l].coarser, levels_[l].wide[0]}, push,
+                    {(to.cells.x + 63) / 64, to.cells.y, to.cells.z});
 }
 
 void PairSolver::record_filter(vulkan::Recorder& recorder, size_t l, const Active& active) {
@@ -127,32 +169,72 @@ void PairSolver::record_equations(vulkan::Recorder& recorder, size_t l, const Fr
 
 void PairSolver::record_iteration(vulkan::Recorder& recorder, size_t l, const FramePyramid& fixed,
                                   const FramePyramid& moving, const Active& active, int colour) {
+  record_equations(recorder, l, fixed, moving, active, colour);
+  record_step(recorder, l, active, colour);
+  record_filter(recorder, l, active);
+}
+
+/// The windows over the equations, and the step from them.
+void PairSolver::record_step(vulkan::Recorder& recorder, size_t l, const Active& active,
+                             int colour) {
   const LevelPlan& level = plan_.levels[l];
+  const YieldOptions& yield = plan_.options.yield;
   LevelImages& i = levels_[l];
   const vulkan::Sampler& nearest = kernels_->nearest();
   const glm::ivec3 groups = slice_groups(active.bricks);
-  record_equations(recorder, l, fixed, moving, active, colour);
+  using Images = std::vector<const vulkan::Image*>;
+  const auto all = [](const vulkan::Image* images) {
+    return Images{&images[0], &images[1], &images[2]};
+  };
+  const bool two = yields(plan_, l);
+  record_gauss(recorder, *kernels_, active.list, brick_groups(active.bricks),
+               window_sigma(level, two ? yield.window : level.options.window), all(i.equations),
+               all(i.smoothed));
+  const vulkan::Image* n = narrow(l);
+  if (two) {
+    record_gauss(recorder, *kernels_, active.list, brick_groups(active.bricks),
+                 widening_sigma(level, yield.window), all(n), all(i.wide),
+                 all(n == i.smoothed ? i.equations : i.smoothed));
+  }
+  const vulkan::Image* w = windowed(l);
 
-  const glm::dvec3 sigma = level.options.window * level.h_mm / level.cell_mm;
-  record_gauss(recorder, *kernels_, active.list, brick_groups(active.bricks), sigma,
-               {&i.equations[0], &i.equations[1], &i.equations[2]},
-               {&i.smoothed[0], &i.smoothed[1], &i.smoothed[2]});
-  const vulkan::Image* smoothed = windowed(l);
-
-  const double damping = plan_.options.damping / level.h_mm;
-  recorder.dispatch(kernels_->update(),
-                    {active.list,
-                     {smoothed[0], nearest},
-                     {smoothed[1], nearest},
-                     {smoothed[2], nearest},
-                     {i.ahead, kernels_->linear()},
-                     i.composed},
-                    shaders::UpdatePush{wide(level.cells),
-                                        glm::vec4(level.cell_mm, 0),
-                                        {float(damping * damping),
-                                         float(plan_.options.largest_step * level.h_mm), 0, 0}},
-                    groups);
-  record_filter(recorder, l, active);
+  const auto per_mm2 = [&](double alpha) { return float(std::pow(alpha / level.h_mm, 2)); };
+  const auto largest_mm = float(plan_.options.largest_step * level.h_mm);
+  if (!two) {
+    recorder.dispatch(kernels_->update(),
+                      {active.list,
+                       {w[0], nearest},
+                       {w[1], nearest},
+                       {w[2], nearest},
+                       {i.ahead, kernels_->linear()},
+                       i.composed},
+                      shaders::UpdatePush{wide(level.cells),
+                                          glm::vec4(level.cell_mm, 0),
+                                          {per_mm2(plan_.options.damping), largest_mm, 0, 0}},
+                      groups);
+    return;
+  }
+  const double voxels = window_voxels(level, yield.window) * (colour < 0 ? 1.0 : 0.5);
+  recorder.dispatch(
+      kernels_->update_two(),
+      {active.list,
+       {w[0], nearest},
+       {w[1], nearest},
+       {w[2], nearest},
+       {n[0], nearest},
+       {n[1], nearest},
+       {n[2], nearest},
+       {i.ahead, kernels_->linear()},
+       {i.coarser, nearest},
+       i.composed},
+      shaders::UpdateTwoPush{
+          wide(level.cells),
+          glm::vec4(level.cell_mm, 0),
+          {per_mm2(plan_.options.damping), per_mm2(yield.damping), largest_mm, 0},
+          {float(yield.low), float(yield.high), float(yield.noise * noise_), float(yield.flat)},
+          {float(yield.smoothness / level.options.smoothness), float(yield.evidence), float(voxels),
+           0}},
+      groups);
 }
 
 void PairSolver::record_look(vulkan::Recorder& recorder, size_t l, const Active& active) {

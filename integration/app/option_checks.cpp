@@ -76,6 +76,16 @@ CLI::Validator an_existing_file() {
   return CLI::Validator(check, "");
 }
 
+CLI::Validator an_existing_folder() {
+  const auto check = [](std::string& text) {
+    std::error_code error;
+    return std::filesystem::is_directory(text, error)
+               ? std::string()
+               : fmt::format("'{}' is not a folder: check the name", text);
+  };
+  return CLI::Validator(check, "");
+}
+
 CLI::Validator an_existing_path() {
   const auto check = [](std::string& text) {
     std::error_code error;

@@ -26,6 +26,7 @@ CLI::Validator one_of_the_presets();
 
 /// A file, or a folder, that is there. --help says it by the option's type.
 CLI::Validator an_existing_file();
+CLI::Validator an_existing_folder();
 CLI::Validator an_existing_path();
 
 /// A core of this machine that the program may run on. --help says nothing of it: it is the same

@@ -215,7 +215,7 @@ std::vector<ViewVolume> VolumeRenderer::with_segments(const ViewScene& scene) co
   for (const ViewVolume& volume : scene.volumes)
     for (size_t k = 0; k < segments_.size() && volume.segment_opacity > 0.0; ++k) {
       const SegmentVolume& segment = segments_[k];
-      if (segment.of != volume.data) continue;
+      if (segment.of != volume.data || !volume.data->segments[segment.segment].shown) continue;
       const auto resident = std::find_if(residents_.begin(), residents_.end(),
                                          [&](const auto& r) { return r->source == segment.data; });
       ViewVolume surface = volume;

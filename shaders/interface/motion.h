@@ -79,10 +79,20 @@ struct UpdatePush {
 };
 PALPATE_SIZE(UpdatePush, 48);
 
+struct UpdateTwoPush {
+  ivec4 cells;
+  vec4 cell_mm;
+  vec4 step;            // x, y: alpha^2 / h^2 in 1/mm^2 where the share s is 0 and 1; z: largest |d| in mm
+  vec4 share;           // x, y: rho at which s leaves 0 and reaches 1; z: W, r^2 that noise leaves where it is flat; w: flat
+  vec4 filter_weight;   // x: of the total variation where s is 1, as a multiple; y: T at which it is halved
+                        // z: voxels that the narrow window averages
+};
+PALPATE_SIZE(UpdateTwoPush, 80);
+
 struct TotalVariationPush {
   ivec4 cells;
   vec4 slope;    // per axis: weight of the difference of neighbours
-  vec4 weight;   // x: lambda h in mm; y: dual step; z: Huber threshold in mm; w: momentum
+  vec4 weight;   // x: lambda h in mm where the field's .w is 0; y: dual step; z: Huber threshold in mm; w: momentum
 };
 PALPATE_SIZE(TotalVariationPush, 48);
 

@@ -5,11 +5,12 @@
 // Dual step of the vectorial Huber total variation filter: gradient ascent, then projection onto the ball. All nine
 // differences share one ball, so that an edge of one component is an edge of all.
 //   p <- P( (p + t D u) / (1 + t e / c) ),  P(p) = p / max(1, |p| / c),  (D u)_a(i) = s_a (u(i + e_a) - u(i))
-// c = lambda h in mm, e the Huber threshold in mm, t the step, s_a the slope weight   (Chambolle & Pock 2011, sec. 6.2)
+// c = lambda h (1 + more) in mm, more the mean of what a cell and its three neighbours ahead add to the weight, e the
+// Huber threshold in mm, t the step, s_a the slope weight                             (Chambolle & Pock 2011, sec. 6.2)
 //
 // binding  direction  format               shape            unit
 // 0        in         uint                 bricks listed    packed brick coordinates
-// 1        in         rgba32f: u           cells (z, y, x)  mm along the image axes
+// 1        in         rgba32f: u, more     cells (z, y, x)  mm along the image axes; -1 and more
 // 2-4      in         rgba: p of x, y, z   cells            mm
 // 5-7      out        the same, new        cells            mm
 //
@@ -24,16 +25,24 @@ layout(set = 0, binding = 6) uniform writeonly image3D new_y;
 layout(set = 0, binding = 7) uniform writeonly image3D new_z;
 layout(push_constant) uniform Push { TotalVariationPush push; };
 
+// The weight is never 0: the ball must have a radius.
+const float kLeastWeight = 1e-3;
+
 void main() {
   const ivec3 i = brick_cell();
   if (beyond(i, push.cells.xyz)) return;
   const ivec3 last = push.cells.xyz - 1;
-  const vec3 u = texelFetch(field, i, 0).xyz;
+  const vec4 here = texelFetch(field, i, 0);
+  const vec4 after_x = texelFetch(field, ivec3(min(i.x + 1, last.x), i.yz), 0);
+  const vec4 after_y = texelFetch(field, ivec3(i.x, min(i.y + 1, last.y), i.z), 0);
+  const vec4 after_z = texelFetch(field, ivec3(i.xy, min(i.z + 1, last.z)), 0);
+  const vec3 u = here.xyz;
   const vec3 step = push.weight.y * push.slope.xyz;
-  vec3 px = texelFetch(dual_x, i, 0).xyz + step.x * (texelFetch(field, ivec3(min(i.x + 1, last.x), i.yz), 0).xyz - u);
-  vec3 py = texelFetch(dual_y, i, 0).xyz + step.y * (texelFetch(field, ivec3(i.x, min(i.y + 1, last.y), i.z), 0).xyz - u);
-  vec3 pz = texelFetch(dual_z, i, 0).xyz + step.z * (texelFetch(field, ivec3(i.xy, min(i.z + 1, last.z)), 0).xyz - u);
-  const float c = push.weight.x;
+  vec3 px = texelFetch(dual_x, i, 0).xyz + step.x * (after_x.xyz - u);
+  vec3 py = texelFetch(dual_y, i, 0).xyz + step.y * (after_y.xyz - u);
+  vec3 pz = texelFetch(dual_z, i, 0).xyz + step.z * (after_z.xyz - u);
+  const float more = 0.25 * (here.w + after_x.w + after_y.w + after_z.w);
+  const float c = push.weight.x * max(1.0 + more, kLeastWeight);
   const float shrink = 1.0 / (1.0 + push.weight.y * push.weight.z / c);
   const float norm = shrink * sqrt(dot(px, px) + dot(py, py) + dot(pz, pz));
   const float scale = shrink / max(1.0, norm / c);

@@ -9,10 +9,10 @@
 //
 // binding  direction  format                 shape            unit
 // 0        in         uint                   bricks listed    packed brick coordinates
-// 1        in         rgba32f: w             cells (z, y, x)  mm along the image axes
+// 1        in         rgba32f: w, more       cells (z, y, x)  mm along the image axes; weight to add, see tv_dual.comp
 // 2-4      in         rgba: p of x, y, z     cells            mm
 // 5        in         rgba32f: u_before      cells            mm
-// 6        out        rgba32f: u             cells            mm
+// 6        out        rgba32f: u, more       cells            mm; 0 in the last step
 // 7        out        rgba32f: v             cells            mm (kLast only)
 //
 // One invocation: one cell. Border: p is 0 before the first cell and on the last. Precision: fp32.
@@ -30,7 +30,8 @@ layout(push_constant) uniform Push { TotalVariationPush push; };
 void main() {
   const ivec3 i = brick_cell();
   if (beyond(i, push.cells.xyz)) return;
-  vec3 u = texelFetch(composed, i, 0).xyz;
+  const vec4 w = texelFetch(composed, i, 0);
+  vec3 u = w.xyz;
   u += push.slope.x * texelFetch(dual_x, i, 0).xyz;
   u += push.slope.y * texelFetch(dual_y, i, 0).xyz;
   u += push.slope.z * texelFetch(dual_z, i, 0).xyz;
@@ -42,5 +43,5 @@ void main() {
     const vec3 u_before = texelFetch(before, i, 0).xyz;
     imageStore(ahead, i, vec4(u + push.weight.w * (u - u_before), 0.0));
   }
-  imageStore(field, i, vec4(u, 0.0));
+  imageStore(field, i, vec4(u, kLast != 0 ? 0.0 : w.w));
 }

@@ -2,6 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "interface/motion.h"
 #include "include/bricks.glsl"
+#include "include/symmetric.glsl"
 // One Gauss-Newton step per cell from the windowed normal equations, composed with the field.
 //   d = (A + (alpha / h)^2 I)^-1 b,  |d| <= limit          (Levenberg's damping; Lucas & Kanade 1981)
 //   w(x) = v(x + d) + d                                     (compositive update, Vercauteren 2009)
@@ -25,23 +26,8 @@ void main() {
   const ivec3 cell = brick_cell();
   if (beyond(cell, push.cells.xyz)) return;
   const vec4 e0 = texelFetch(equations0, cell, 0);
-  const vec4 e1 = texelFetch(equations1, cell, 0);
-  const float damping = push.step.x;
-  const float xx = e0.w + damping;
-  const float yy = e1.z + damping;
-  const float zz = texelFetch(equations2, cell, 0).x + damping;
-  const float xy = e1.x, xz = e1.y, yz = e1.w;
-
-  // The inverse of a symmetric 3 x 3 by cofactors: positive definite thanks to the damping.
-  const float cxx = yy * zz - yz * yz;
-  const float cxy = xz * yz - xy * zz;
-  const float cxz = xy * yz - xz * yy;
-  const float determinant = xx * cxx + xy * cxy + xz * cxz;
-  const vec3 b = e0.xyz;
-  vec3 d = vec3(cxx * b.x + cxy * b.y + cxz * b.z,
-                cxy * b.x + (xx * zz - xz * xz) * b.y + (xy * xz - xx * yz) * b.z,
-                cxz * b.x + (xy * xz - xx * yz) * b.y + (xx * yy - xy * xy) * b.z) / determinant;
-  d *= min(1.0, push.step.y * inversesqrt(max(dot(d, d), 1e-30)));
+  const Symmetric a = matrix_of(e0, texelFetch(equations1, cell, 0), texelFetch(equations2, cell, 0));
+  const vec3 d = shortened(solved(a, push.step.x, e0.xyz), push.step.y);
 
   const vec3 at = (vec3(cell) + 0.5 + d / push.cell_mm.xyz) / vec3(push.cells.xyz);
   imageStore(composed, cell, vec4(textureLod(field, at, 0.0).xyz + d, 0.0));

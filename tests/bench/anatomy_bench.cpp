@@ -97,7 +97,7 @@ Measured measure(const std::shared_ptr<vulkan::Context>& context, const CaseSour
     score.error = mean_error_mm(run.field, pair, pair.mask) / finest;
     score.own_error = mean_error_own_voxels(run.field, pair, pair.mask);
     if (pair.border) score.border = mean_error_mm(run.field, pair, *pair.border) / finest;
-    score.folded = folds(run.field).folded;
+    score.folded = folds(resampled(run.field, pair.fixed.grid)).folded;
     score.seconds = run.total_s();
     result.scores.push_back(score);
     if (runs == 0) warm.back().reset();

@@ -140,8 +140,8 @@ report::Figure map_of(const WallResult& of) {
   chart.title = of.subject + ", " + of.wall + ": " + of.felt;
   chart.x = {"angle about the wall's axis, from the hand's side (degrees)"};
   chart.y = {"along the axis (mm)"};
-  chart.x.low = -150.0;
-  chart.x.high = 150.0;
+  chart.x.low = -180.0;
+  chart.x.high = 180.0;
   chart.height_px = 360;
   struct Kind {
     const char* name;
@@ -152,8 +152,8 @@ report::Figure map_of(const WallResult& of) {
       {Outcome::kHeld, {"held", report::Mark::kCircle, 2}},
       {Outcome::kLeft, {"left by the wall", report::Mark::kRing, 4}},
       {Outcome::kFaded, {"faded with a cause", report::Mark::kSquare, 0}},
-      {Outcome::kFell, {"fell", report::Mark::kCross, 5}},
-      {Outcome::kNothingMet, {"no surface there", report::Mark::kDown, 7}}};
+      {Outcome::kFell, {"fell", report::Mark::kCross, 1}},
+      {Outcome::kNothingMet, {"no surface there", report::Mark::kDown, 6}}};
   for (const auto& [outcome, kind] : kinds) {
     report::Series series{kind.name, {}, report::Line::kNone, kind.mark, kind.colour};
     for (const PlaceResult& place : of.places)

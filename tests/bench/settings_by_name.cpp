@@ -32,6 +32,19 @@ std::map<std::string, Set> all_names() {
       {"search_mm", number(&MotionOptions::search_mm)},
       {"search_work", number(&MotionOptions::search_work)},
   };
+  const auto yield = [&](const char* name, double YieldOptions::*member) {
+    names[std::string("yield_") + name] = [member](MotionOptions& o, double value) {
+      o.yield.*member = value;
+    };
+  };
+  yield("window", &YieldOptions::window);
+  yield("low", &YieldOptions::low);
+  yield("high", &YieldOptions::high);
+  yield("damping", &YieldOptions::damping);
+  yield("smoothness", &YieldOptions::smoothness);
+  yield("evidence", &YieldOptions::evidence);
+  yield("noise", &YieldOptions::noise);
+  yield("flat", &YieldOptions::flat);
   for (size_t l = 0; l < 3; ++l) {
     const auto level = [&](const char* name, auto member) {
       names[name + std::to_string(l)] = [l, member](MotionOptions& o, double value) {

@@ -59,6 +59,64 @@ TEST_F(UpdateKernel, KeepsTheFieldWhereTheImagesSayNothing) {
   expect_oracle(Format::kRgba16, all_bricks(field.size));
 }
 
+class UpdateTwoKernel : public KernelTest {
+ protected:
+  /// The narrow window's equations with what b explains taken from r^2, as it is in data; what the
+  /// coarser level left goes from nothing to more than `high`.
+  void expect_oracle(glm::ivec3 cells, Format format, const BrickList& bricks, uint32_t seed) {
+    const auto stored = [&](const oracle::Samples<oracle::NormalEquations>& equations) {
+      EquationImages images = images_of(equations);
+      for (Texels& image : images) image = as_stored(image, format);
+      return images;
+    };
+    oracle::Samples<oracle::NormalEquations> left = random_equations(cells, seed + 2);
+    for (size_t i = 0; i < left.values.size(); ++i)
+      left.values[i].residual = left.values[i].structure * 0.03 * double(i % 5);
+    const EquationImages wide_images = stored(random_equations(cells, seed));
+    const EquationImages narrow_images = stored(random_equations(cells, seed + 1));
+    const EquationImages coarser = stored(left);
+    const Vectors field =
+        vectors_of(as_stored(texels_of(random_vectors(cells, seed + 3, 5.0)), Format::kRgba32));
+    const glm::dvec3 cell_mm(1.4, 2.2, 2.5);
+    const oracle::TwoWindows with{{0.04, 0.09}, 1.0, 0.02, 0.06, 0.01, 0.1, 2.5, 30.0, 8.0};
+    const oracle::TwoWindowsStep step =
+        oracle::update_two(equations_of(wide_images), equations_of(narrow_images),
+                           equations_of(coarser), field, cell_mm, with);
+    std::vector<DeviceImage> in;
+    for (const EquationImages* images : {&wide_images, &narrow_images})
+      for (const Texels& image : *images) in.push_back(put(image, format));
+    const DeviceImage v = put(texels_of(field), Format::kRgba32);
+    const DeviceImage c = put(coarser[2], format);
+    const DeviceImage w = output(cells, Format::kRgba32);
+    const vulkan::Buffer list = upload_bricks(context(), bricks);
+    dispatch(kernels()->update_two(),
+             {list, nearest(in[0]), nearest(in[1]), nearest(in[2]), nearest(in[3]), nearest(in[4]),
+              nearest(in[5]), linear(v), nearest(c), w.image},
+             shaders::UpdateTwoPush{
+                 glm::ivec4(cells, 0),
+                 glm::vec4(cell_mm, 0),
+                 {with.damping_per_mm2[0], with.damping_per_mm2[1], with.largest_mm, 0},
+                 {with.low, with.high, with.noise, with.flat},
+                 {with.weight, with.evidence, with.voxels, 0}},
+             slice_groups(bricks));
+    Texels expected = texels_of(step.w);
+    for (size_t i = 0; i < expected.values.size(); ++i) expected.values[i].w = step.more.values[i];
+    expect_cells(w, expected, bricks, 4, 6.0, 2.0 * kUpdate + sampling_tolerance());
+  }
+};
+
+TEST_F(UpdateTwoKernel, AddsTheNarrowWindowsStepWhereTheCoarserLevelLeftSomething) {
+  uint32_t seed = 340;
+  for (const glm::ivec3 cells : kSizes) {
+    SCOPED_TRACE(text(cells));
+    expect_oracle(cells, Format::kRgba32, all_bricks(cells), seed += 4);
+  }
+}
+
+TEST_F(UpdateTwoKernel, TakesEquationsInHalfPrecisionAndOnlyListedBricks) {
+  expect_oracle({17, 19, 9}, Format::kRgba16, every_second_brick({17, 19, 9}), 380);
+}
+
 class TotalVariationKernel : public KernelTest {
  protected:
   /// A field of steps around the Huber threshold and a dual of which some cells lie on the ball;
@@ -74,6 +132,9 @@ class TotalVariationKernel : public KernelTest {
       });
       dual[size_t(axis)] = vectors_of(as_stored(texels_of(p), format));
     }
+    // Weights from none at all to two and a half times.
+    more = oracle::Scalars(cells);
+    for (size_t i = 0; i < more.values.size(); ++i) more.values[i] = 0.25 * double(i % 11) - 1.0;
   }
 
   shaders::TotalVariationPush push() const {
@@ -82,7 +143,9 @@ class TotalVariationKernel : public KernelTest {
 
   void expect_primal(Format format, const BrickList& bricks, bool last) {
     const Vectors expected = oracle::tv_primal(u, dual, slope);
-    const DeviceImage w = put(texels_of(u), Format::kRgba32);
+    Texels weighted = texels_of(u);
+    for (size_t i = 0; i < weighted.values.size(); ++i) weighted.values[i].w = more.values[i];
+    const DeviceImage w = put(weighted, Format::kRgba32);
     const DeviceImage p[3] = {put(texels_of(dual[0]), format), put(texels_of(dual[1]), format),
                               put(texels_of(dual[2]), format)};
     const DeviceImage old = put(texels_of(before), Format::kRgba32);
@@ -93,14 +156,20 @@ class TotalVariationKernel : public KernelTest {
              {list, nearest(w), nearest(p[0]), nearest(p[1]), nearest(p[2]), nearest(old),
               now.image, then.image},
              push(), slice_groups(bricks));
-    expect_cells(now, texels_of(expected), bricks, 3, 2.0, kSingle);
+    // The weight goes on to the dual step; the field itself holds none.
+    Texels with_weight = texels_of(expected);
+    for (size_t i = 0; i < with_weight.values.size(); ++i)
+      with_weight.values[i].w = last ? 0.0 : more.values[i];
+    expect_cells(now, with_weight, bricks, 4, 2.0, kSingle);
     const Vectors momentum_ahead = oracle::ahead(expected, before, momentum);
     expect_cells(then, texels_of(momentum_ahead), last ? bricks : BrickList{}, 3, 3.0, kSingle);
   }
 
   void expect_dual(Format format, const BrickList& bricks) {
-    const Dual expected = oracle::tv_dual(u, dual, slope, c_mm, step, huber_mm);
-    const DeviceImage field = put(texels_of(u), Format::kRgba32);
+    const Dual expected = oracle::tv_dual(u, dual, slope, c_mm, step, huber_mm, &more);
+    Texels weighted = texels_of(u);
+    for (size_t i = 0; i < weighted.values.size(); ++i) weighted.values[i].w = more.values[i];
+    const DeviceImage field = put(weighted, Format::kRgba32);
     const DeviceImage p[3] = {put(texels_of(dual[0]), format), put(texels_of(dual[1]), format),
                               put(texels_of(dual[2]), format)};
     const vulkan::Buffer list = upload_bricks(context(), bricks);
@@ -118,6 +187,7 @@ class TotalVariationKernel : public KernelTest {
   const double c_mm = 0.3, step = 0.13, huber_mm = 0.05, momentum = 0.5;
   Vectors u, before;
   Dual dual;
+  oracle::Scalars more;
 };
 
 TEST_F(TotalVariationKernel, PrimalStepAddsTheDivergenceOfTheDual) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+#include <numbers>
 #include <string>
 
 #include "compute/volume/field.h"
@@ -57,6 +59,29 @@ inline MadePair made_pair(const Grid& grid, const AffineMap& map, uint32_t seed 
       }
     }
   }
+  return pair;
+}
+
+/// A body with structures of 4 and 9 mm in waves along k, `length` mm long: u = gradient / w sin(w z),
+/// w = 2 pi / length. The value at x + u(x) in moving is the value at x in fixed. On a plain grid.
+inline MadePair wave_pair(const Grid& grid, double gradient, double length, uint32_t seed = 1) {
+  const double w = 2.0 * std::numbers::pi / length;
+  const auto body = [&](glm::dvec3 lps_mm) {
+    return float(500.0 + 300.0 * texture::tissue(seed, lps_mm, 4.0, 9.0));
+  };
+  MadePair pair;
+  pair.fixed = pair.moving = Volume{grid, std::vector<float>(grid.count())};
+  pair.truth = still_field(grid);
+  for (int k = 0; k < grid.size.z; ++k)
+    for (int j = 0; j < grid.size.y; ++j)
+      for (int i = 0; i < grid.size.x; ++i) {
+        const glm::dvec3 x = grid.lps_from_index({i, j, k});
+        const glm::dvec3 u(0.0, 0.0, gradient / w * std::sin(w * x.z));
+        const size_t at = grid.offset(i, j, k);
+        pair.truth.u_mm[at] = glm::vec3(u);
+        pair.fixed.values[at] = body(x + u);
+        pair.moving.values[at] = body(x);
+      }
   return pair;
 }
 

@@ -6,10 +6,12 @@
 
 #include "compute/motion/activity.h"
 #include "compute/motion/intensity.h"
+#include "compute/motion/noise.h"
 #include "compute/motion/oracle.h"
 #include "compute/motion/plan.h"
 #include "compute/volume/phantom_texture.h"
 #include "tests/motion/made_pairs.h"
+#include "tests/support/random.h"
 #include "tests/support/tolerances.h"
 
 /// What is decided on the CPU before and between the work of the device.
@@ -88,6 +90,51 @@ TEST(MotionPreset, ExistsForEveryListedNameAndNoOther) {
   }
   EXPECT_FALSE(motion_preset("fastest"));
   EXPECT_FALSE(motion_preset(""));
+}
+
+/// Cells whose difference is that of noise of a strength and of motion that was not found.
+std::vector<CellLeft> cells_left(double noise, double motion, size_t count, uint32_t seed) {
+  Random random(seed);
+  std::vector<CellLeft> cells;
+  for (size_t i = 0; i < count; ++i) {
+    const double q = random.draw(0.0, 0.95);
+    const double r2 = noise * (1.0 - q) + 2.0 * motion * q;
+    cells.push_back({float(q), float(r2 * random.draw(0.8, 1.2))});
+  }
+  return cells;
+}
+
+TEST(NoiseLeft, TellsNoiseFromMotionByTheStructureWhereItIs) {
+  // The lower quartile of draws from 0.8 to 1.2 is 0.9.
+  EXPECT_NEAR(*noise_left(cells_left(0.05, 0.0, 4000, 1)), 0.045, 0.003);
+  EXPECT_NEAR(*noise_left(cells_left(0.05, 0.08, 4000, 2)), 0.045, 0.009);
+  EXPECT_NEAR(*noise_left(cells_left(0.0, 0.08, 4000, 3)), 0.0, 0.006);
+}
+
+TEST(NoiseLeft, IsNotSaidWithFewCellsAndIsZeroWithoutDifferences) {
+  EXPECT_FALSE(noise_left(cells_left(0.05, 0.0, 63, 4)));
+  EXPECT_FALSE(noise_left({}));
+  EXPECT_EQ(noise_left(cells_left(0.0, 0.0, 500, 5)), 0.0);
+  EXPECT_EQ(noise_left(std::vector<CellLeft>(500, CellLeft{1.0F, 0.3F})), 0.0);
+}
+
+TEST(MotionPlan, CountsTheImagesOfTheSecondWindow) {
+  const Grid grid = plain_grid({96, 80, 64});
+  MotionOptions one = *motion_preset("balanced");
+  one.yield.window = 0.0;
+  MotionOptions two = one;
+  two.yield.window = 2.5;
+  const MotionPlan with = plan_motion(grid, two), without = plan_motion(grid, one);
+  EXPECT_TRUE(yields(with, 0));
+  EXPECT_FALSE(yields(with, 1));
+  EXPECT_FALSE(yields(without, 0));
+  // Four images of fp16 cells, and what is read back of the level above.
+  const glm::ivec3 cells = with.levels[0].cells, above = with.levels[1].cells;
+  EXPECT_GE(solver_bytes(with) - solver_bytes(without),
+            uint64_t(8) * (4 * uint64_t(cells.x * cells.y * cells.z) +
+                           uint64_t(above.x * above.y * above.z)));
+  two.coarse_levels = 1;
+  EXPECT_FALSE(yields(plan_motion(grid, two), 0));  // nothing coarser to judge by
 }
 
 /// Grids that must all come to a sensible plan: thin, long, anisotropic, tiny, oblique.

@@ -55,6 +55,23 @@ TEST_F(SolverSlabs, GiveTheSameFieldAsWholeImages) {
   }
 }
 
+/// Where the finest level yields, the second window sees the same sums too.
+TEST_F(SolverSlabs, GiveTheSameFieldWhereTheWindowYields) {
+  const MadePair pair = wave_pair(plain_grid({40, 44, 150}), 0.8, 18.0);
+  EstimatorOptions options = preset("balanced");
+  options.motion.yield.window = 2.5;
+  const PairMotion whole = motion_of(pair.fixed, pair.moving, options);
+  const uint64_t needed = plan_motion(pair.fixed.grid, options.motion).device_bytes;
+  const auto device = small_device(needed * 8 / 10);
+  const Result<PairMotion> cut = estimate_motion(device, pair.fixed, pair.moving, options);
+  ASSERT_TRUE(cut) << cut.error().message;
+  EXPECT_LE(device->memory_peak_bytes(), needed * 8 / 10);
+  const Result<Distances> apart = endpoint_error(cut->field, whole.field);
+  ASSERT_TRUE(apart);
+  EXPECT_LT(apart->voxels.mean, kSameMeanVoxels);
+  EXPECT_LT(apart->voxels.p99, kSameP99Voxels);
+}
+
 /// The way back may cost nothing else: it is left out before anything is cut for it.
 TEST_F(SolverSlabs, LeaveTheWayBackOutWhereItDoesNotFit) {
   const MadePair pair = tall_pair();

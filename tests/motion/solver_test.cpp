@@ -37,6 +37,26 @@ TEST_F(Solver, FindsATranslationByMoreThanTheStructuresAreWide) {
   expect_found(made_pair(plain_grid({56, 56, 48}), map), "balanced");
 }
 
+/// Waves shorter than the window: it averages them away, unless it yields to what the level above
+/// could not explain. Where nothing is left unexplained it must not change anything.
+TEST_F(Solver, YieldsToWavesThatAreShorterThanItsWindow) {
+  EstimatorOptions yielding = preset("balanced"), stiff = yielding;
+  yielding.motion.yield.window = 2.5;
+  stiff.motion.yield.window = 0.0;
+  const MadePair waves = wave_pair(plain_grid({56, 48, 64}), 0.8, 18.0);
+  const Spread with = error_voxels(waves, motion_of(waves.fixed, waves.moving, yielding));
+  const Spread without = error_voxels(waves, motion_of(waves.fixed, waves.moving, stiff));
+  EXPECT_LT(with.mean, 0.6 * without.mean);
+  RecordProperty("mean_voxel", std::to_string(with.mean));
+  RecordProperty("without", std::to_string(without.mean));
+
+  AffineMap map;
+  map.shift_mm = {0.6, -0.4, 0.3};
+  const MadePair plain = made_pair(plain_grid({56, 48, 64}), map);
+  EXPECT_LT(error_voxels(plain, motion_of(plain.fixed, plain.moving, yielding)).mean,
+            1.1 * error_voxels(plain, motion_of(plain.fixed, plain.moving, stiff)).mean);
+}
+
 TEST_F(Solver, FindsARotation) {
   AffineMap map;
   const double angle = 6.0 * std::numbers::pi / 180.0;

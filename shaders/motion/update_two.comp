@@ -1,0 +1,63 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "interface/motion.h"
+#include "include/bricks.glsl"
+#include "include/symmetric.glsl"
+// The Gauss-Newton step of two windows: that of the wide one, and in the share s of what the narrow one adds to it that
+// the coarser level's remaining differences call for; composed with the field.
+//   rho = max(0, r^2 - W (w - q)) / (2 q + flat w)                        (what is left there, beyond noise)
+//   s = smoothstep(low, high, rho),  l = mix(l_0, l_1, s)                 (damping)
+//   d_w = (A_w + l I)^-1 b_w,  d = d_w + s (A_n + l I)^-1 (b_n - A_n d_w),  |d_w|, |d| <= limit
+//   w(x) = v(x + d) + d                                                   (compositive update, Vercauteren 2009)
+// The weight of the total variation, as a share to add: where s is 0, none; where it is 1, that of `strong`, which gives
+// way to what the narrow window says for certain.
+//   T = N g / (r_n^2 - g),  g = b_n . (A_n + l I)^-1 b_n                  (explained by a step, in units of its noise)
+//   more = s (strong / (1 + T / T_half) - 1)
+//
+// binding  direction  format               shape            unit
+// 0        in         uint                 bricks listed    packed brick coordinates
+// 1-3      in         rgba, see normal_equations.comp, under the wide window    cells (z, y, x)
+// 4-6      in         rgba, the same under the narrow window                    cells
+// 7        in         rgba32f: vx vy vz .  cells            mm along the image axes
+// 8        in         rgba: . r^2 w q      cells            of the coarser level when it ended
+// 9        out        rgba32f: w, more     cells            mm, 1
+//
+// One invocation: one cell. Border: held. Precision: fp32. Race: each output written once.
+// CPU oracle: oracle::update_two.
+layout(set = 0, binding = 1) uniform sampler3D wide0;
+layout(set = 0, binding = 2) uniform sampler3D wide1;
+layout(set = 0, binding = 3) uniform sampler3D wide2;
+layout(set = 0, binding = 4) uniform sampler3D narrow0;
+layout(set = 0, binding = 5) uniform sampler3D narrow1;
+layout(set = 0, binding = 6) uniform sampler3D narrow2;
+layout(set = 0, binding = 7) uniform sampler3D field;
+layout(set = 0, binding = 8) uniform sampler3D coarser;
+layout(set = 0, binding = 9) uniform writeonly image3D composed;
+layout(push_constant) uniform Push { UpdateTwoPush push; };
+
+void main() {
+  const ivec3 cell = brick_cell();
+  if (beyond(cell, push.cells.xyz)) return;
+  const vec4 left = texelFetch(coarser, cell, 0);
+  const float rho = max(left.y - push.share.z * max(left.z - left.w, 0.0), 0.0) / (2.0 * left.w + push.share.w * left.z + 1e-4);
+  const float s = smoothstep(push.share.x, push.share.y, rho);
+  const float damping = mix(push.step.x, push.step.y, s);
+
+  const vec4 w0 = texelFetch(wide0, cell, 0);
+  const Symmetric a_wide = matrix_of(w0, texelFetch(wide1, cell, 0), texelFetch(wide2, cell, 0));
+  vec3 d = shortened(solved(a_wide, damping, w0.xyz), push.step.z);
+
+  const vec4 n0 = texelFetch(narrow0, cell, 0);
+  const vec4 n2 = texelFetch(narrow2, cell, 0);
+  const Symmetric a_narrow = matrix_of(n0, texelFetch(narrow1, cell, 0), n2);
+  d += s * solved(a_narrow, damping, n0.xyz - times(a_narrow, d));
+  d = shortened(d, push.step.z);
+
+  const float gain = dot(n0.xyz, solved(a_narrow, damping, n0.xyz));
+  const float noise = max(n2.y - gain, 1e-3 * n2.y + 1e-8);
+  const float evidence = push.filter_weight.z * n2.z * gain / noise;
+  const float more = s * (push.filter_weight.x / (1.0 + evidence / push.filter_weight.y) - 1.0);
+
+  const vec3 at = (vec3(cell) + 0.5 + d / push.cell_mm.xyz) / vec3(push.cells.xyz);
+  imageStore(composed, cell, vec4(textureLod(field, at, 0.0).xyz + d, more));
+}
