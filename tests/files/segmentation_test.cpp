@@ -4,6 +4,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
+#include "compute/volume/signed_distance.h"
 #include "tests/files/expect_grid.h"
 #include "tests/files/temporary_folder.h"
 
@@ -136,6 +140,87 @@ TEST_F(SegmentationReader, RefusesWhatIsNoSegmentation) {
   wrong.replace(wrong.find("Segment0_Layer:=0"), 17, "Segment0_Layer:=4");
   EXPECT_TRUE(read(wrong, std::vector<uint8_t>(12, 3)).empty());
   EXPECT_THAT(error_, HasSubstr("a label or a layer that makes no sense"));
+}
+
+/// How a distance fits the border of a label within the slices, and how smooth it is: along the
+/// columns and rows where the label changes, where the distance is 0, and the angle between the
+/// normals at crossings that are neighbours in the slice.
+struct Border {
+  double mean_mm = 0.0, rms_mm = 0.0;
+  double angle_rms_degrees = 0.0;
+};
+Border border_of(const Mask& mask, const Volume& distance) {
+  const Grid& grid = mask.grid;
+  std::vector<std::pair<glm::dvec3, glm::dvec3>> crossings;  // place (mm), normal
+  double sum = 0.0, squares = 0.0;
+  const auto value = [&](glm::dvec3 mm) {
+    return sample(distance, distance.grid.index_from_lps(mm));
+  };
+  for (int k = 1; k + 1 < grid.size.z; ++k)
+    for (int j = 1; j + 1 < grid.size.y; ++j)
+      for (int i = 1; i + 1 < grid.size.x; ++i)
+        for (const glm::ivec3 step : {glm::ivec3(1, 0, 0), glm::ivec3(0, 1, 0)}) {
+          const bool here = mask.values[grid.offset(i, j, k)];
+          const glm::ivec3 other = glm::ivec3(i, j, k) + step;
+          if (here == bool(mask.values[grid.offset(other.x, other.y, other.z)])) continue;
+          const glm::dvec3 a = grid.lps_from_index({i, j, k});
+          const glm::dvec3 b = grid.lps_from_index(glm::dvec3(other));
+          const glm::dvec3 in = here ? a : b, out = here ? b : a;
+          const double d_in = value(in), d_out = value(out);
+          if (!(d_in - d_out > 0.2 * glm::length(in - out))) continue;  // not across the border
+          const double share = d_in / (d_in - d_out);
+          // Above 0 where the wall lies further out than the label.
+          const double off = (share - 0.5) * glm::length(out - in);
+          sum += off;
+          squares += off * off;
+          glm::dvec3 normal;
+          const glm::dvec3 at = glm::mix(in, out, std::clamp(share, -1.0, 2.0));
+          for (int axis = 0; axis < 3; ++axis) {
+            glm::dvec3 aside(0.0);
+            aside[axis] = 0.4;
+            normal[axis] = value(at + aside) - value(at - aside);
+          }
+          crossings.emplace_back(at, glm::normalize(normal));
+        }
+  Border border;
+  const double count = double(crossings.size());
+  border.mean_mm = sum / count;
+  border.rms_mm = std::sqrt(squares / count);
+  double angles = 0.0, pairs = 0.0;
+  for (size_t n = 0; n < crossings.size(); ++n)
+    for (size_t m = n + 1; m < std::min(n + 400, crossings.size()); ++m) {
+      const double apart = glm::distance(crossings[n].first, crossings[m].first);
+      if (apart > 1.2 || apart < 0.4) continue;
+      const double angle = glm::degrees(
+          std::acos(std::clamp(glm::dot(crossings[n].second, crossings[m].second), -1.0, 1.0)));
+      angles += angle * angle;
+      ++pairs;
+    }
+  border.angle_rms_degrees = std::sqrt(angles / pairs);
+  return border;
+}
+
+TEST(SegmentOfARealHeart, IsNeitherMovedNorStepped) {
+  const std::filesystem::path file =
+      std::filesystem::path(PALPATE_SHARED_DATA) / "heart_cine/lv_00.mha";
+  if (!std::filesystem::exists(file)) GTEST_SKIP() << "There is no heart_cine here.";
+  const auto read = read_segmentation(file);
+  ASSERT_TRUE(read) << read.error().message;
+  for (const std::vector<std::string>& labels :
+       std::vector<std::vector<std::string>>{{"2"}, {"1", "2"}, {"1"}}) {
+    const auto mask = read->front().mask(labels);
+    ASSERT_TRUE(mask);
+    const Border smooth = border_of(*mask, signed_distance(*mask));
+    const Border exact = border_of(*mask, exact_signed_distance(*mask));
+    // A quarter of a voxel of 0.82 mm on average, and half a voxel is what a label knows. Measured:
+    // the pool is 0.13 mm smaller, as a Gaussian makes what is curved.
+    EXPECT_LT(std::abs(smooth.mean_mm), 0.2);
+    EXPECT_LT(smooth.rms_mm, 0.41);
+    // Where the myocardium alone is one to two voxels thick it keeps their steps, so as to be
+    // there.
+    const bool is_thin = labels == std::vector<std::string>{"1"};
+    EXPECT_LT(smooth.angle_rms_degrees, (is_thin ? 0.8 : 0.25) * exact.angle_rms_degrees);
+  }
 }
 
 TEST_F(SegmentationReader, RefusesAnImageWithManyValues) {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <functional>
 #include <limits>
 
@@ -37,6 +38,46 @@ VolumeData some_data() {
   data.frames.times_s = {2.0, 2.25, 2.5};
   data.frames.times_known = true;
   return data;
+}
+
+TEST(MakeVolume, MakesSmoothDistancesOfSegmentsAndSaysWhatIsWrongWithThem) {
+  const auto built = [](size_t masks, const std::function<void(SegmentData&)>& change) {
+    VolumeData data = some_data();
+    SegmentData segment{"pool", {1.0F, 0.0F, 0.0F}, true, {}};
+    for (size_t k = 0; k < masks; ++k) {
+      Mask mask{test::oblique_grid(), {}};
+      mask.values.assign(mask.grid.count(), 1);
+      segment.masks.push_back(std::move(mask));
+    }
+    if (change) change(segment);
+    data.segments.push_back(std::move(segment));
+    VolumeSpec spec = some_spec();
+    spec.segments.frame = 1;
+    return build(spec, std::move(data));
+  };
+  const auto one = built(1, {});
+  ASSERT_TRUE(one) << one.error().message;
+  EXPECT_EQ(one->segments_frame, 1U);
+  EXPECT_EQ(one->segments[0].distance_mm.size(), 1U);
+  const glm::dvec3 there = volume_from_lps(
+      test::oblique_grid().lps_from_index(0.5 * glm::dvec3(test::oblique_grid().size - 1)));
+  EXPECT_GT(one->segments[0].distance_mm[0]->scalar(there), 0.0);
+  const auto all = built(3, {});
+  ASSERT_TRUE(all) << all.error().message;
+  EXPECT_EQ(all->segments[0].distance_mm.size(), 3U);
+  const auto refusal = [&](size_t masks, const std::function<void(SegmentData&)>& change) {
+    const auto volume = built(masks, change);
+    EXPECT_FALSE(volume);
+    return volume ? std::string() : volume.error().message;
+  };
+  EXPECT_THAT(refusal(2, {}), HasSubstr("has 2 label maps for 3 frames"));
+  EXPECT_THAT(refusal(1, [](SegmentData& s) { s.masks[0].grid.origin_mm.x += 1e4; }),
+              HasSubstr("\"pool\" lies somewhere else in space"));
+  EXPECT_THAT(refusal(1,
+                      [](SegmentData& s) {
+                        std::fill_n(s.masks[0].values.begin(), s.masks[0].values.size(), 0);
+                      }),
+              HasSubstr("has no voxel"));
 }
 
 TEST(MakeVolume, KeepsFramesFieldsAndTimesTogether) {

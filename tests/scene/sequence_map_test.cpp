@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "compute/volume/phantom.h"
+#include "compute/volume/signed_distance.h"
 #include "module/scene/make_volume.h"
 #include "tests/support/random.h"
 
@@ -166,6 +167,52 @@ TEST(CarriedVolume, HoldsOneFrameAndIsTheMaterialInAll) {
     if (k == 2) continue;
     EXPECT_LT(sum, 0.02 * before) << "frame " << k;
   }
+}
+
+TEST(CarriedVolume, HasTheSegmentsOfAnotherFrameWhereTheirMaterialIs) {
+  constexpr int kFrames = 4;
+  const Grid grid = heart_grid(64);
+  const Sequence shells = shell_phantom(grid, kFrames, 1, 0.0);
+  MovingVolume own;
+  own.name = "shell";
+  own.times = {shells.times_s, 1.0};
+  for (const Volume& frame : shells.frames) own.frames.push_back(sampled_scalar(frame));
+  // A ball of frame 1.
+  constexpr double kRadiusMm = 28.0;
+  Mask ball{grid, std::vector<uint8_t>(grid.count())};
+  for (int k = 0; k < 64; ++k)
+    for (int j = 0; j < 64; ++j)
+      for (int i = 0; i < 64; ++i)
+        ball.values[grid.offset(i, j, k)] = glm::length(grid.lps_from_index({i, j, k})) < kRadiusMm;
+  own.segments = {{"ball", glm::vec3(1.0F), {sampled_scalar(signed_distance(ball))}}};
+  own.segments_frame = 1;
+  SequenceMotion motion;
+  motion.reference = 2;
+  motion.basis = {shells.times_s, 1.0, 0};
+  for (int k = 0; k < kFrames; ++k) motion.terms.push_back(shell_truth(grid, 2, k, kFrames));
+  const auto volume = carried(own, motion);
+  ASSERT_TRUE(volume) << volume.error().message;
+  ASSERT_EQ(volume->segments.size(), 1U);
+  const FrameData& distance = *volume->segments[0].distance_mm.front();
+  double largest_mm = 0.0;
+  for (const glm::dvec3 way :
+       {glm::dvec3(1, 0, 0), glm::dvec3(0, -1, 0), glm::dvec3(0.6, 0.0, 0.8)})
+    for (const double r_mm : {24.0, 28.0, 32.0}) {
+      const glm::dvec3 x = r_mm * way, u = sample_at_lps(motion.terms[1], x);
+      largest_mm = std::max(largest_mm, glm::length(u));
+      // Read once more from samples 2 mm apart.
+      EXPECT_NEAR(distance.scalar(volume_from_lps(x)),
+                  own.segments[0].distance_mm[0]->scalar(volume_from_lps(x + u)), 0.1);
+    }
+  EXPECT_GT(largest_mm, 1.0) << "the ball has another size there";
+
+  const auto standing = standing_at(own, 1);
+  ASSERT_TRUE(standing) << standing.error().message;
+  EXPECT_EQ(standing->frames.front(), own.frames[1]);
+  EXPECT_EQ(standing->segments[0].distance_mm, own.segments[0].distance_mm);
+  EXPECT_EQ(standing->whole->largest_u_m(), 0.0);
+  EXPECT_EQ(standing->times.times_s, own.times.times_s);
+  EXPECT_FALSE(standing_at(own, 4));
 }
 
 TEST(CarriedVolume, RefusesTheMotionOfAnotherSequence) {
