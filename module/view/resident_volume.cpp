@@ -246,7 +246,6 @@ std::shared_ptr<const ResidentTerms> upload_terms(const std::shared_ptr<vulkan::
                                                   const ResidentFrames& frames,
                                                   const SequenceMap& map) {
   auto resident = std::make_shared<ResidentTerms>();
-  // Trilinear between these is at most a tenth of a voxel off the hand's spline (heart_cine), one
   // Rays read trilinear, the hand its spline. At the motion's own samples they are 0.10 voxels
   // apart at one place in twenty (heart_cine), twice as fine a quarter of that, for eight times the
   // memory.
