@@ -55,6 +55,35 @@ TEST(Feel, PressesTheBeatingHeartAndDrawsWhatItFelt) {
   EXPECT_EQ(ticks.force(ticks.size() - 1), 0.0);
 }
 
+const std::filesystem::path kCine = std::filesystem::path(PALPATE_SHARED_DATA) / "heart_cine";
+
+#define NEEDS_CINE()                                 \
+  if (!std::filesystem::exists(kCine / "lv_00.mha")) \
+  GTEST_SKIP() << "There is no heart_cine "          \
+                  "here."
+
+TEST(Feel, PressesTheSegmentsOfARealHeart) {
+  NEEDS_CINE();
+  const TemporaryFolder folder;
+  const Outcome result =
+      run(feel(kCine / "frame_00.mha", {"--segments", kCine / "lv_00.mha", "--csv",
+                                        folder / "ticks.csv", "--black-box", folder / "."}));
+  ASSERT_EQ(result.exit_code, 0) << result.out << result.err;
+  EXPECT_THAT(result.out,
+              AllOf(HasSubstr("Segment   label 1, colour"), HasSubstr("Segment   label 2, colour"),
+                    HasSubstr("a wall of 4 N, 4000 N/m")));
+  const Table ticks(folder / "ticks.csv");
+  double most = 0.0, step = 0.0;
+  for (size_t k = 1; k < ticks.size(); ++k) {
+    most = std::max(most, ticks.force(k));
+    step = std::max(step, std::abs(ticks.force(k) - ticks.force(k - 1)));
+  }
+  // A wall that drops the hand changes the force by 1.6 N in a tick. What is left is the hand,
+  // which comes with up to 0.14 m/s on a spring of 600 N/m.
+  EXPECT_GT(most, 0.5);
+  EXPECT_LT(step, 0.1);
+}
+
 TEST(Feel, ReportsTheServosPeriodsAloneBesideThoseOfTheRun) {
   const TemporaryFolder folder;
   const Outcome result =

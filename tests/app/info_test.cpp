@@ -76,6 +76,21 @@ TEST(Info, OfRealVolumesMasksAndLabels) {
   EXPECT_THAT(mask["use"], HasSubstr("--mask"));
 }
 
+TEST(Info, OfASegmentation) {
+  const files::TemporaryFolder folder;
+  std::string bytes =
+      "NRRD0004\ntype: unsigned char\ndimension: 3\nspace: left-posterior-superior\nsizes: 3 2 2\n"
+      "space directions: (1,0,0) (0,1,0) (0,0,2)\nkinds: domain domain domain\nencoding: raw\n"
+      "Segment0_Color:=1 0.5 0\nSegment0_ID:=Segment_1\nSegment0_LabelValue:=3\nSegment0_Layer:=0\n"
+      "Segment0_Name:=left ventricle\n\n";
+  bytes += std::string("\0\3\3\0\0\0\0\3\0\0\0\0", 12);
+  files::write_bytes(folder / "a.seg.nrrd", bytes);
+  const auto json = info(folder / "a.seg.nrrd");
+  EXPECT_EQ(json["kind"], "segmentation");
+  EXPECT_THAT(json["use"], HasSubstr("--segments"));
+  EXPECT_EQ(json["more"][0][1], "left ventricle: label 3, colour 1 0.5 0, 0.006 ml");
+}
+
 TEST(Info, OfARealField) {
   NEEDS_SHARED("lung/pair_truth.mha");
   const auto field = info(kShared / "lung/pair_truth.mha");

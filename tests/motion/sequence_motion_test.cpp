@@ -38,6 +38,27 @@ double largest_difference_mm(const Field& a, const Field& b) {
   return largest;
 }
 
+TEST(MotionOfSteps, GoesForwardAndBackwardFromItsReference) {
+  // Shifts add up: the sum of all of a cycle's steps is nothing.
+  const std::vector<glm::dvec3> at_mm = {
+      {0, 0, 0}, {1, 0, 0.5}, {1, 2, 0}, {-1, 1, 0.25}, {0, -1, 0}};
+  for (const bool cyclic : {true, false})
+    for (size_t reference = 0; reference < at_mm.size(); ++reference) {
+      std::vector<Field> steps;
+      for (size_t k = 0; k + (cyclic ? 0 : 1) < at_mm.size(); ++k)
+        steps.push_back(shift(at_mm[(k + 1) % at_mm.size()] - at_mm[k]));
+      const TimeBasis times{{0.0, 1.0, 2.0, 3.0, 4.0}, cyclic ? 5.0 : 0.0, 0};
+      const auto motion = motion_of_steps(steps, times, reference);
+      ASSERT_TRUE(motion) << motion.error().message;
+      EXPECT_EQ(motion->reference, reference);
+      for (size_t k = 0; k < at_mm.size(); ++k)
+        EXPECT_LT(largest_difference_mm(motion->at_frame(k), shift(at_mm[k] - at_mm[reference])),
+                  0.01)
+            << reference << " to " << k;
+    }
+  EXPECT_FALSE(motion_of_steps(std::vector<Field>(3, shift({})), {{0.0, 1.0, 2.0}, 0.0, 0}, 0));
+}
+
 TEST(Harmonics, AreFoundExactlyAtUnevenTimes) {
   for (uint32_t seed = 1; seed <= 5; ++seed) {
     test::Random random(seed);

@@ -19,6 +19,7 @@
 #include "integration/files/read_sequence.h"
 #include "integration/files/read_volume.h"
 #include "integration/files/scene_file.h"
+#include "integration/files/segmentation.h"
 #include "integration/files/sentences.h"
 #include "integration/files/sequence_motion_file.h"
 #include "integration/files/text.h"
@@ -156,8 +157,32 @@ void describe_labels(const Values& values, Contents& contents) {
   contents.what =
       mask ? "a mask" : fmt::format("labels ({} different whole numbers)", values.different.size());
   contents.use =
-      "--mask of 'palpate motion' and 'palpate check', where what is not 0 counts; as a volume, "
-      "too";
+      "--mask of 'palpate motion' and 'palpate check', where what is not 0 counts; --segments of "
+      "'palpate feel', where each label is a wall; as a volume, too";
+}
+
+/// Names, colours and sizes of what a segmentation of 3D Slicer marks out.
+Status describe_segments(Contents& contents) {
+  const auto read = files::read_segmentation(contents.path);
+  if (!read) return read.error();
+  const files::Segmentation& segmentation = read->front();
+  contents.kind = "segmentation";
+  contents.what = fmt::format("a segmentation of {} segment{}", segmentation.parts.size(),
+                              segmentation.parts.size() == 1 ? "" : "s");
+  contents.use = "--segments of 'palpate feel' and 'palpate view': its segments are walls";
+  const glm::dvec3 edges = segmentation.grid.spacing_mm;
+  for (const files::LabelledPart& part : segmentation.parts) {
+    const std::vector<int32_t>& layer = segmentation.layers[part.layer];
+    const auto voxels = std::count(layer.begin(), layer.end(), part.label);
+    contents.more.emplace_back(
+        "Segment",
+        fmt::format("{}: label {}{}, colour {:.2g} {:.2g} {:.2g}, {:.4g} ml", part.name, part.label,
+                    segmentation.layers.size() > 1 ? fmt::format(" of layer {}", part.layer)
+                                                   : std::string(),
+                    part.colour.r, part.colour.g, part.colour.b,
+                    1e-3 * double(voxels) * edges.x * edges.y * edges.z));
+  }
+  return Nothing{};
 }
 
 /// kind, what and use of scalar frames.
@@ -229,7 +254,9 @@ Result<Contents> contents_of_image(const fs::path& path, const OnShare& on_share
   for (const std::string& note : raster->notes) contents.problems.push_back(note);
   judge_times(contents.times_s, contents.problems);
   judge_finite(contents.values, contents.problems);
-  if (files::is_colour_picture(*raster)) {
+  if (files::is_slicer_segmentation(contents.path)) {
+    if (const Status done = describe_segments(contents); !done) return done.error();
+  } else if (files::is_colour_picture(*raster)) {
     contents.kind = "picture";
     contents.what = "a colour picture";
     contents.use = "none: convert it to one gray value per voxel";
