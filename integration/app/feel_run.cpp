@@ -86,22 +86,20 @@ void announce(const FeelCommand& command, const FeltScene& scene, const OpenedDe
         std::any_of(scene.missing.begin(), scene.missing.end(),
                     [&](const MissingMotion& motion) { return motion.volume == v; });
     const bool stands = volume.whole && volume.whole->largest_u_m() == 0.0;
-    console.say(fmt::format(
-        "Volume    {}: {}", volume.name,
-        volume.whole
-            ? fmt::format("{} frames in {:.3g} s, with one motion for all of them: frame {} is "
-                          "carried",
-                          volume.times.times_s.size(), volume.times.length_s(),
-                          volume.whole->reference())
-        : frames == 1
-            ? "one frame, which stands still"
-            : fmt::format("{} frames in {:.3g} s{}", frames, volume.times.length_s(),
-                          missing  ? ", still at first: its motion is estimated while you "
-                                     "feel it"
-                          : stands ? fmt::format(", of which frame {} stands still",
-                                                 volume.whole->reference())
-                          : volume.motions.empty() && !volume.whole ? ", frame by frame"
-                                                                    : ", with its motion")));
+    std::string motion = ", with its motion";
+    if (missing)
+      motion = ", still at first: its motion is estimated while you feel it";
+    else if (stands)
+      motion = fmt::format(", of which frame {} stands still", volume.whole->reference());
+    else if (volume.whole)
+      motion = fmt::format(", with one motion for all of them: frame {} is carried",
+                           volume.whole->reference());
+    else if (volume.motions.empty())
+      motion = ", frame by frame";
+    console.say(fmt::format("Volume    {}: {}", volume.name,
+                            frames == 1 ? "one frame, which stands still"
+                                        : fmt::format("{} frames in {:.3g} s{}", frames,
+                                                      volume.times.length_s(), motion)));
     for (const Segment& segment : volume.segments)
       console.say(segment_text(segment, scene.spec.volumes[v].segments));
   }

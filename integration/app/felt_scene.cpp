@@ -15,6 +15,7 @@
 #include "integration/files/segmentation.h"
 #include "integration/files/sentences.h"
 #include "integration/files/sequence_motion_file.h"
+#include "module/haptics/haptic_scene.h"
 #include "module/scene/built_in.h"
 #include "module/scene/make_volume.h"
 #include "module/scene/wall_value.h"
@@ -168,11 +169,19 @@ Status read_segments(VolumeSpec& spec, VolumeData& data, const OnDoing& doing) {
     std::move(of_file->begin(), of_file->end(), std::back_inserter(read));
   }
   if (read.empty()) return Nothing{};
-  if (segments.parts.empty())
+  if (segments.parts.empty()) {
+    const size_t parts = read.front().parts.size();
+    if (parts > size_t(kMostModes))
+      return files::bad_input(
+          segments.files.front(),
+          "holds {} labels, and at most {} parts can be felt at once: name those "
+          "that you mean (--segment), if it is no image",
+          parts, kMostModes);
     for (const files::LabelledPart& part : read.front().parts) {
       segments.parts.emplace_back();
       segments.parts.back().name = part.name;
     }
+  }
   for (const SegmentSpec& part : segments.parts) {
     const std::vector<std::string> labels =
         part.labels.empty() ? std::vector<std::string>{part.name} : part.labels;

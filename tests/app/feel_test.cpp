@@ -84,6 +84,32 @@ TEST(Feel, PressesTheSegmentsOfARealHeart) {
   EXPECT_LT(step, 0.1);
 }
 
+TEST(Feel, FeelsTheHeartOfTheExamplesStillUntilItsMotionIsKnown) {
+  NEEDS_CINE();
+  const Outcome result = run(feel(std::string(PALPATE_SOURCE_DIR) + "/docs/examples/heart.json",
+                                  {"--folder", kCine, "--no-motion", "--seconds", "1"}));
+  ASSERT_EQ(result.exit_code, 0) << result.out << result.err;
+  EXPECT_THAT(result.out,
+              AllOf(HasSubstr("20 frames in 0.601 s, of which frame 0 stands still"),
+                    HasSubstr("Segment   epicardium"), HasSubstr("a wall of 2 N, 800 N/m")));
+}
+
+TEST(Feel, SaysWhatIsWrongWithASegmentation) {
+  NEEDS_CINE();
+  const Outcome image = run(feel(kCine / "frame_00.mha", {"--segments", kCine / "frame_00.mha"}));
+  EXPECT_EQ(image.exit_code, 2);
+  EXPECT_THAT(image.err, HasSubstr("frame_00.mha' holds"));
+  const Outcome name =
+      run(feel(kCine / "frame_00.mha", {"--segments", kCine / "lv_00.mha", "--segment", "atrium"}));
+  EXPECT_EQ(name.exit_code, 2);
+  EXPECT_THAT(name.err, HasSubstr("has no segment \"atrium\": it has \"label 1\", \"label 2\""));
+  std::vector<std::string> own = {kCine / "frame_01.mha", "--segments", kCine / "lv_00.mha",
+                                  "--values", "own"};
+  const Outcome values = run(feel(kCine / "frame_00.mha", own));
+  EXPECT_EQ(values.exit_code, 2);
+  EXPECT_THAT(values.err, HasSubstr("--values own needs a segmentation of each frame"));
+}
+
 TEST(Feel, ReportsTheServosPeriodsAloneBesideThoseOfTheRun) {
   const TemporaryFolder folder;
   const Outcome result =
