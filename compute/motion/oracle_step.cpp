@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "compute/motion/oracle.h"
+#include "shaders/interface/motion.h"
 
 namespace palpate::oracle {
 namespace {
@@ -9,6 +10,22 @@ namespace {
 bool nearly_inside(glm::ivec3 size, glm::dvec3 index) {
   return glm::all(glm::greaterThanEqual(index, glm::dvec3(-0.5))) &&
          glm::all(glm::lessThanEqual(index, glm::dvec3(size) - 0.5));
+}
+
+double smooth_step(double low, double high, double x) {
+  const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
+  return t * t * (3.0 - 2.0 * t);
+}
+
+/// Of I + dv/dx by differences of neighbours `step` cells on along each axis, on the border 0.
+double determinant_of(const Vectors& v, glm::ivec3 i, glm::dvec3 cell_mm, int step) {
+  glm::dmat3 m(1.0);
+  for (int axis = 0; axis < 3; ++axis) {
+    glm::ivec3 aside = i;
+    aside[axis] = std::clamp(i[axis] + step, 0, v.size[axis] - 1);
+    m[axis] += (v.at(aside) - v.at(i)) / (double(step) * cell_mm[axis]);
+  }
+  return glm::determinant(m);
 }
 
 }  // namespace
@@ -64,8 +81,10 @@ TwoWindowsStep update_two(const Samples<NormalEquations>& wide,
     const double beyond_noise =
         std::max(0.0, left.residual - with.noise * std::max(0.0, left.counted - left.structure));
     const double rho = beyond_noise / (2.0 * left.structure + with.flat * left.counted + 1e-4);
-    const double t = std::clamp((rho - with.low) / (with.high - with.low), 0.0, 1.0);
-    const double s = t * t * (3.0 - 2.0 * t);
+    const double det =
+        std::min(determinant_of(v, i, cell_mm, 1), determinant_of(v, i, cell_mm, -1));
+    const double s = smooth_step(with.low, with.high, rho) *
+                     smooth_step(shaders::kSteepest, shaders::kGentle, det);
     const glm::dmat3 damping(glm::mix(with.damping_per_mm2[0], with.damping_per_mm2[1], s));
 
     glm::dvec3 d = shortened(glm::inverse(wide.at(i).a + damping) * wide.at(i).b);

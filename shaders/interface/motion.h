@@ -16,11 +16,16 @@ constexpr int kMaxRadius = 11;
 // Gradients are held within this, in 1/mm, so that they are finite in fp16: an infinite one marks a voxel that lies
 // outside the mask.
 constexpr float kLargestGradient = 60000.0F;
+// A level yields wholly where the determinant of its field is above the second, and not at all below the first.
+constexpr float kSteepest = 0.5F;
+constexpr float kGentle = 0.8F;
 #else
 #define PALPATE_SIZE(type, bytes)
 const int kBrick = 8;
 const int kMaxRadius = 11;
 const float kLargestGradient = 60000.0;
+const float kSteepest = 0.5;
+const float kGentle = 0.8;
 #endif
 
 struct DownsamplePush {

@@ -6,9 +6,11 @@
 // The Gauss-Newton step of two windows: that of the wide one, and in the share s of what the narrow one adds to it that
 // the coarser level's remaining differences call for; composed with the field.
 //   rho = max(0, r^2 - W (w - q)) / (2 q + flat w)                        (what is left there, beyond noise)
-//   s = smoothstep(low, high, rho),  l = mix(l_0, l_1, s)                 (damping)
+//   s = smoothstep(low, high, rho) smoothstep(kSteepest, kGentle, det),  l = mix(l_0, l_1, s)                 (damping)
 //   d_w = (A_w + l I)^-1 b_w,  d = d_w + s (A_n + l I)^-1 (b_n - A_n d_w),  |d_w|, |d| <= limit
 //   w(x) = v(x + d) + d                                                   (compositive update, Vercauteren 2009)
+// det is that of I + dv/dx, the smaller one of differences forwards and backwards: where the field is about to fold,
+// nothing yields.
 // The weight of the total variation, as a share to add: where s is 0, none; where it is 1, that of `strong`, which gives
 // way to what the narrow window says for certain.
 //   T = N g / (r_n^2 - g),  g = b_n . (A_n + l I)^-1 b_n                  (explained by a step, in units of its noise)
@@ -35,12 +37,25 @@ layout(set = 0, binding = 8) uniform sampler3D coarser;
 layout(set = 0, binding = 9) uniform writeonly image3D composed;
 layout(push_constant) uniform Push { UpdateTwoPush push; };
 
+// Differences of neighbours `step` cells on along each axis, on the border 0.
+float determinant_of(ivec3 cell, int step) {
+  const vec3 here = texelFetch(field, cell, 0).xyz;
+  mat3 m = mat3(1.0);
+  for (int axis = 0; axis < 3; ++axis) {
+    ivec3 aside = cell;
+    aside[axis] = clamp(cell[axis] + step, 0, push.cells[axis] - 1);
+    m[axis] += (texelFetch(field, aside, 0).xyz - here) / (float(step) * push.cell_mm[axis]);
+  }
+  return determinant(m);
+}
+
 void main() {
   const ivec3 cell = brick_cell();
   if (beyond(cell, push.cells.xyz)) return;
   const vec4 left = texelFetch(coarser, cell, 0);
   const float rho = max(left.y - push.share.z * max(left.z - left.w, 0.0), 0.0) / (2.0 * left.w + push.share.w * left.z + 1e-4);
-  const float s = smoothstep(push.share.x, push.share.y, rho);
+  const float det = min(determinant_of(cell, 1), determinant_of(cell, -1));
+  const float s = smoothstep(push.share.x, push.share.y, rho) * smoothstep(kSteepest, kGentle, det);
   const float damping = mix(push.step.x, push.step.y, s);
 
   const vec4 w0 = texelFetch(wide0, cell, 0);
