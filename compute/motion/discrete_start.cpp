@@ -10,10 +10,10 @@ namespace palpate {
 namespace {
 
 constexpr double kCut = 1.5;  // local SDs: a larger difference says no more than "does not match"
-constexpr double kSmoothing = 1.0;  // nodes: SD of the Gaussian between rounds
-// Price of a squared voxel of distance from the smooth field, round by round: free choice first,
-// agreement last.
-constexpr std::array<double, 6> kPrices = {0.0, 0.01, 0.025, 0.0625, 0.156, 0.39};
+constexpr double kSmoothing = 0.5;  // nodes: SD of the Gaussian between rounds
+// Price of a squared voxel of distance from the smooth field, round by round: nearly free choice
+// first. It ends before all agree, since what is searched for is what does not go with the rest.
+constexpr std::array<double, 4> kPrices = {0.0005, 0.005, 0.0125, 0.03};
 
 }  // namespace
 
@@ -23,65 +23,85 @@ DiscreteStart::DiscreteStart(std::shared_ptr<vulkan::Context> context,
     : context_(std::move(context)),
       kernels_(std::move(kernels)),
       search_(search),
-      spacing_mm_(plan.levels[search.level].spacing_mm),
-      image_size_(plan.levels[search.level].image_size),
-      bricks_(upload_bricks(context_, all_bricks(search.nodes))),
-      choice_(context_, search.nodes, VK_FORMAT_R32G32B32A32_SFLOAT),
-      smooth_(context_, search.nodes, VK_FORMAT_R32G32B32A32_SFLOAT) {
-  const glm::ivec3 n = search_.nodes;
-  const uint64_t bytes =
-      uint64_t(n.x) * uint64_t(n.y) * uint64_t(n.z) * uint64_t(search_.labels()) * sizeof(float);
-  for (vulkan::Buffer& cost : cost_) cost = vulkan::Buffer(context_, bytes);
+      level_(plan.levels[search.level]),
+      list_(context_, search.count() * sizeof(uint32_t), vulkan::Buffer::Kind::kHostVisible),
+      places_(context_, search.count() * sizeof(int32_t), vulkan::Buffer::Kind::kHostVisible),
+      bricks_(upload_bricks(context_, all_bricks(search.nodes))) {
   vulkan::Recorder recorder(context_);
-  recorder.prepare(choice_);
-  recorder.prepare(smooth_);
+  for (vulkan::Image* image : {&base_, &choice_, &smooth_, &scratch_}) {
+    *image = vulkan::Image(context_, search.nodes, VK_FORMAT_R32G32B32A32_SFLOAT);
+    recorder.prepare(*image);
+  }
   recorder.run();
 }
 
 void DiscreteStart::record_cost(vulkan::Recorder& recorder, const FramePyramid& fixed,
-                                const FramePyramid& moving) {
+                                const FramePyramid& moving, const Costs& cost, int count,
+                                glm::ivec3 reach) {
   const glm::ivec3 n = search_.nodes;
-  const glm::ivec3 groups{(n.x * n.y * n.z + 63) / 64, search_.labels(), 1};
+  const glm::ivec3 groups{(count + 63) / 64, SearchPlan::labels(reach), 1};
+  const vulkan::Sampler& nearest = kernels_->nearest();
   recorder.dispatch(kernels_->matching_cost(),
-                    {{fixed.level(search_.level), kernels_->nearest()},
-                     {moving.level(search_.level), kernels_->nearest()},
-                     cost_[0]},
-                    shaders::MatchingPush{glm::ivec4(image_size_, 0),
-                                          glm::ivec4(n, 0),
-                                          glm::ivec4(search_.cell, 0),
-                                          glm::ivec4(search_.reach, 0),
-                                          {float(kCut), 0, 0, 0}},
+                    {list_,
+                     {fixed.level(search_.level), nearest},
+                     {moving.level(search_.level), nearest},
+                     {base_, nearest},
+                     cost[0]},
+                    shaders::MatchingPush{glm::ivec4(level_.image_size, 0), glm::ivec4(n, count),
+                                          glm::ivec4(search_.cell, 0), glm::ivec4(reach, 0),
+                                          glm::vec4(level_.spacing_mm, kCut)},
                     groups);
   for (int axis = 0; axis < 3; ++axis) {
-    recorder.dispatch(kernels_->smooth_cost(), {cost_[axis % 2], cost_[1 - axis % 2]},
-                      shaders::SmoothCostPush{glm::ivec4(n, axis)}, groups);
+    recorder.dispatch(kernels_->smooth_cost(), {list_, places_, cost[axis % 2], cost[1 - axis % 2]},
+                      shaders::SmoothCostPush{glm::ivec4(n, axis), {count, 0, 0, 0}}, groups);
   }
 }
 
-void DiscreteStart::record_rounds(vulkan::Recorder& recorder) {
+void DiscreteStart::record_rounds(vulkan::Recorder& recorder, const vulkan::Buffer& cost, int count,
+                                  glm::ivec3 reach) {
   const glm::ivec3 n = search_.nodes;
-  const glm::dvec3 node_mm = spacing_mm_ * glm::dvec3(search_.cell);
+  const glm::dvec3 node_mm = level_.spacing_mm * glm::dvec3(search_.cell);
   const double widest = std::max({node_mm.x, node_mm.y, node_mm.z});
-  result_ = &smooth_;
-  for (size_t round = 0; round < kPrices.size(); ++round) {
-    const vulkan::Image& from = *result_;
-    const vulkan::Image& to = result_ == &smooth_ ? choice_ : smooth_;
-    recorder.dispatch(
-        kernels_->coupled_choice(), {cost_[1], {from, kernels_->nearest()}, to},
-        shaders::CoupledChoicePush{glm::ivec4(n, 0), glm::ivec4(search_.reach, round == 0),
-                                   glm::vec4(spacing_mm_, kPrices[round])},
-        {(n.x * n.y * n.z + 63) / 64, 1, 1});
-    const bool swapped = record_gauss(recorder, *kernels_, bricks_, brick_groups(all_bricks(n)),
-                                      kSmoothing * widest / node_mm, {&to}, {&from});
-    result_ = swapped ? &from : &to;
+  const vulkan::Sampler& nearest = kernels_->nearest();
+  const vulkan::Image* smooth = &base_;
+  for (const double price : kPrices) {
+    recorder.dispatch(kernels_->coupled_choice(),
+                      {places_, cost, {*smooth, nearest}, {base_, nearest}, choice_},
+                      shaders::CoupledChoicePush{glm::ivec4(n, count), glm::ivec4(reach, 0),
+                                                 glm::vec4(level_.spacing_mm, price)},
+                      {(n.x * n.y * n.z + 63) / 64, 1, 1});
+    if (price == kPrices.back()) return;
+    const glm::dvec3 sigma = kSmoothing * widest / node_mm;
+    record_gauss(recorder, *kernels_, bricks_, brick_groups(all_bricks(n)), sigma, {&choice_},
+                 {&smooth_}, {&scratch_});
+    const int passes = gauss_passes(n, sigma);
+    smooth = passes == 0 ? &choice_ : passes % 2 == 1 ? &smooth_ : &scratch_;
   }
 }
 
-void DiscreteStart::solve(const FramePyramid& fixed, const FramePyramid& moving) {
+int DiscreteStart::solve(const FramePyramid& fixed, const FramePyramid& moving,
+                         const vulkan::Image& current, const std::vector<uint32_t>& nodes) {
+  const glm::ivec3 reach = search_.reach_for(nodes.size());
+  const int labels = SearchPlan::labels(reach);
+  if (nodes.empty() || labels <= 1) return 0;
+  const uint64_t bytes = nodes.size() * uint64_t(labels) * sizeof(float);
+  const Costs cost = {vulkan::Buffer(context_, bytes), vulkan::Buffer(context_, bytes)};
+  std::copy(nodes.begin(), nodes.end(), list_.as<uint32_t>().begin());
+  const auto places = places_.as<int32_t>();
+  std::fill(places.begin(), places.end(), -1);
+  for (size_t i = 0; i < nodes.size(); ++i) places[nodes[i]] = int32_t(i);
+
   vulkan::Recorder recorder(context_, 64);
-  record_cost(recorder, fixed, moving);
-  record_rounds(recorder);
+  const glm::ivec3 n = search_.nodes;
+  const glm::dvec3 scale = glm::dvec3(search_.cell) / glm::dvec3(level_.cell);
+  recorder.dispatch(kernels_->upsample(), {{current, kernels_->linear()}, base_, smooth_},
+                    shaders::UpsamplePush{glm::ivec4(n, 0), glm::ivec4(level_.cells, 0),
+                                          glm::vec4(scale, 0), glm::vec4(0.5 * scale - 0.5, 0)},
+                    {(n.x + 63) / 64, n.y, n.z});
+  record_cost(recorder, fixed, moving, cost, int(nodes.size()), reach);
+  record_rounds(recorder, cost[1], int(nodes.size()), reach);
   recorder.run();
+  return labels;
 }
 
 }  // namespace palpate

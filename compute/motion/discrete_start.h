@@ -1,39 +1,46 @@
 #pragma once
 
+#include <array>
 #include <memory>
+#include <vector>
 
 #include "compute/motion/pyramid.h"
 
 namespace palpate {
 
-/// Coupled convex search over whole-voxel displacements: a start for motions larger than the
-/// spacing of structures, where every gradient method takes the wrong one (Heinrich, Papiez,
-/// Schnabel, Handels, MICCAI workshop WBIR 2014). One thread at a time. Throws vulkan::Failure.
+/// Coupled convex search over whole-voxel displacements from a field that has ended on a level: a
+/// start for motions larger than the spacing of structures, where every gradient method takes the
+/// wrong one (Heinrich, Papiez, Schnabel, Handels, MICCAI workshop WBIR 2014). Only nodes at which
+/// that field leaves something unexplained are searched. One thread at a time. Throws
+/// vulkan::Failure.
 class DiscreteStart {
  public:
   DiscreteStart(std::shared_ptr<vulkan::Context> context, std::shared_ptr<MotionKernels> kernels,
                 const MotionPlan& plan, const SearchPlan& search);
 
-  /// Searches and waits. The result is field(), in mm along the image axes on the nodes.
-  void solve(const FramePyramid& fixed, const FramePyramid& moving);
+  /// Searches at the nodes (numbers, x fastest) and waits. `current` is the field of the level, on
+  /// its cells, mm along the image axes. The result is field(), on the nodes: what was found, or
+  /// `current` where nothing was searched. Returns the number of labels that were tried at each
+  /// node: 0, and no result, if the budget is too small for all nodes.
+  int solve(const FramePyramid& fixed, const FramePyramid& moving, const vulkan::Image& current,
+            const std::vector<uint32_t>& nodes);
 
   const SearchPlan& search() const { return search_; }
-  const vulkan::Image& field() const { return *result_; }
+  const vulkan::Image& field() const { return choice_; }
 
  private:
+  using Costs = std::array<vulkan::Buffer, 2>;
   void record_cost(vulkan::Recorder& recorder, const FramePyramid& fixed,
-                   const FramePyramid& moving);
-  void record_rounds(vulkan::Recorder& recorder);
+                   const FramePyramid& moving, const Costs& cost, int count, glm::ivec3 reach);
+  void record_rounds(vulkan::Recorder& recorder, const vulkan::Buffer& cost, int count,
+                     glm::ivec3 reach);
 
   std::shared_ptr<vulkan::Context> context_;
   std::shared_ptr<MotionKernels> kernels_;
   const SearchPlan search_;
-  const glm::dvec3 spacing_mm_;
-  const glm::ivec3 image_size_;
-  vulkan::Buffer cost_[2];
-  vulkan::Buffer bricks_;
-  vulkan::Image choice_, smooth_;
-  const vulkan::Image* result_ = nullptr;
+  const LevelPlan level_;
+  vulkan::Buffer list_, places_, bricks_;
+  vulkan::Image base_, choice_, smooth_, scratch_;
 };
 
 }  // namespace palpate

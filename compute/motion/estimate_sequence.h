@@ -26,7 +26,8 @@ size_t frame_nearest_the_mean(std::span<const Field> consecutive);
 ///          / (w + w- + w+).
 /// direct: u_k, all on one grid. consecutive: v_k from frame k to k + 1, one less than frames, or
 /// as many if cyclic; backward: their inverses on the same grids. confidence: of the direct fields,
-/// or none (all weights 1). Uses all cores.
+/// smoothed so that the mean does not jump where they disagree, or none (all weights 1). Uses all
+/// cores.
 std::vector<Field> with_neighbours(std::span<const Field> direct,
                                    std::span<const Field> consecutive,
                                    std::span<const Field> backward,
@@ -49,8 +50,8 @@ Field consecutive_field(const SequenceMotion& motion, size_t k, const Grid& onto
 
 /// One motion from the fields of consecutive frames (one less than frames, or as many if cyclic),
 /// told from a frame of them: forward to those after it, and backward by the inverses to those
-/// before it; in a cycle each frame is reached the shorter way round. Straight lines between
-/// frames. kBadInput if a field is missing or their number does not fit. Uses all cores.
+/// before it; in a cycle each frame is reached the shorter way round. No harmonics. kBadInput if a
+/// field is missing or their number does not fit. Uses all cores.
 Result<SequenceMotion> motion_of_steps(std::span<const Field> consecutive, const TimeBasis& times,
                                        size_t reference);
 

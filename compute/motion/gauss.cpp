@@ -57,8 +57,8 @@ void record_gauss(vulkan::Recorder& recorder, MotionKernels& kernels, const vulk
     if (push.radius.x == 0) continue;
     recorder.begin_concurrent();
     for (size_t i = 0; i < source.size(); ++i) {
-      recorder.dispatch(kernels.gauss(), {bricks, {*(*from)[i], kernels.nearest()}, *(*to)[i]},
-                        push, groups);
+      recorder.dispatch(kernels.gauss(push.radius.x, (*from)[i]->format()),
+                        {bricks, {*(*from)[i], kernels.nearest()}, *(*to)[i]}, push, groups);
     }
     recorder.end_concurrent();
     from = to;

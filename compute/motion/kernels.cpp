@@ -2,46 +2,64 @@
 
 #include "shaders/interface/motion.h"
 #include "spirv/motion/blend.h"
+#include "spirv/motion/choose.h"
 #include "spirv/motion/classic_force.h"
+#include "spirv/motion/classic_force_loads.h"
 #include "spirv/motion/confidence.h"
 #include "spirv/motion/coupled_choice.h"
 #include "spirv/motion/downsample.h"
 #include "spirv/motion/folds.h"
 #include "spirv/motion/gauss.h"
+#include "spirv/motion/gauss_loads.h"
 #include "spirv/motion/matching_cost.h"
+#include "spirv/motion/matching_cost_loads.h"
 #include "spirv/motion/measure.h"
+#include "spirv/motion/measure_loads.h"
 #include "spirv/motion/moments.h"
+#include "spirv/motion/moments_loads.h"
 #include "spirv/motion/normal_equations.h"
+#include "spirv/motion/normal_equations_loads.h"
 #include "spirv/motion/normalise.h"
+#include "spirv/motion/normalise_loads.h"
 #include "spirv/motion/pack.h"
+#include "spirv/motion/pack_loads.h"
 #include "spirv/motion/smooth_cost.h"
 #include "spirv/motion/tv_dual.h"
+#include "spirv/motion/tv_dual_loads.h"
 #include "spirv/motion/tv_primal.h"
+#include "spirv/motion/tv_primal_loads.h"
 #include "spirv/motion/update.h"
+#include "spirv/motion/update_loads.h"
 #include "spirv/motion/update_two.h"
+#include "spirv/motion/update_two_loads.h"
 #include "spirv/motion/upsample.h"
 
 namespace palpate {
 
-MotionKernels::MotionKernels(std::shared_ptr<vulkan::Context> context)
+MotionKernels::MotionKernels(std::shared_ptr<vulkan::Context> context, Texels texels)
     : context_(std::move(context)),
+      loads_(texels == Texels::kAsSuits && context_->is_cpu() &&
+             context_->loads_extended_formats()),
       nearest_(context_, VK_FILTER_NEAREST),
       linear_(context_, VK_FILTER_LINEAR) {}
 
-/// `bindings` names the kinds in order: b buffer, s sampled image, i storage image.
-template <size_t N>
-const vulkan::Kernel& MotionKernels::get(const uint32_t (&spirv)[N], const char* bindings,
+/// `bindings` names the kinds in order: b buffer, s sampled image, i storage image, r image whose
+/// single texels are read (shaders/include/read.glsl).
+const vulkan::Kernel& MotionKernels::get(const Code& code, const char* bindings,
                                          uint32_t push_bytes,
                                          std::vector<uint32_t> specialisation) {
+  const bool loads = loads_ && !code.loads.empty();
+  const std::span<const uint32_t> spirv = loads ? code.loads : code.fetches;
   const std::lock_guard lock(mutex_);
-  vulkan::Kernel& kernel = kernels_[{spirv, specialisation}];
+  vulkan::Kernel& kernel = kernels_[{spirv.data(), specialisation}];
   if (!kernel.pipeline()) {
     vulkan::KernelOptions options;
     options.spirv = spirv;
     for (const char* kind = bindings; *kind; ++kind) {
-      options.bindings.push_back(*kind == 'b'   ? vulkan::BindingKind::kBuffer
-                                 : *kind == 's' ? vulkan::BindingKind::kSampledImage
-                                                : vulkan::BindingKind::kStorageImage);
+      const bool sampled = *kind == 's' || (*kind == 'r' && !loads);
+      options.bindings.push_back(*kind == 'b' ? vulkan::BindingKind::kBuffer
+                                 : sampled    ? vulkan::BindingKind::kSampledImage
+                                              : vulkan::BindingKind::kStorageImage);
     }
     options.push_bytes = push_bytes;
     options.specialisation = std::move(specialisation);
@@ -56,38 +74,42 @@ const vulkan::Kernel& MotionKernels::downsample() {
   return get(k_motion_downsample, "si", sizeof(DownsamplePush));
 }
 const vulkan::Kernel& MotionKernels::moments() {
-  return get(k_motion_moments, "si", sizeof(MomentsPush));
+  return get({k_motion_moments, k_motion_moments_loads}, "ri", sizeof(MomentsPush));
 }
-const vulkan::Kernel& MotionKernels::gauss() {
-  return get(k_motion_gauss, "bsi", sizeof(GaussPush));
+const vulkan::Kernel& MotionKernels::gauss(int radius, VkFormat format) {
+  Code code{k_motion_gauss, k_motion_gauss_loads};
+  if (format != VK_FORMAT_R16G16B16A16_SFLOAT) code.loads = {};
+  return get(code, "bri", sizeof(GaussPush), {uint32_t(radius)});
 }
 const vulkan::Kernel& MotionKernels::normalise() {
-  return get(k_motion_normalise, "ssi", sizeof(NormalisePush));
+  return get({k_motion_normalise, k_motion_normalise_loads}, "rsi", sizeof(NormalisePush));
 }
 const vulkan::Kernel& MotionKernels::pack(bool masked) {
-  return get(k_motion_pack, "ssi", sizeof(PackPush), {masked ? 1U : 0U});
+  return get({k_motion_pack, k_motion_pack_loads}, "rri", sizeof(PackPush), {masked ? 1U : 0U});
 }
 const vulkan::Kernel& MotionKernels::normal_equations(glm::ivec3 cell) {
-  return get(k_motion_normal_equations, "bsssiiisss", sizeof(NormalEquationsPush),
-             {uint32_t(cell.x), uint32_t(cell.y), uint32_t(cell.z)});
+  return get({k_motion_normal_equations, k_motion_normal_equations_loads}, "brsriiirrr",
+             sizeof(NormalEquationsPush), {uint32_t(cell.x), uint32_t(cell.y), uint32_t(cell.z)});
 }
 const vulkan::Kernel& MotionKernels::update() {
-  return get(k_motion_update, "bssssi", sizeof(UpdatePush));
+  return get({k_motion_update, k_motion_update_loads}, "brrrsi", sizeof(UpdatePush));
 }
 const vulkan::Kernel& MotionKernels::update_two() {
-  return get(k_motion_update_two, "bssssssssi", sizeof(UpdateTwoPush));
+  return get({k_motion_update_two, k_motion_update_two_loads}, "brrrrrrsrir",
+             sizeof(UpdateTwoPush));
 }
 const vulkan::Kernel& MotionKernels::tv_primal(bool last) {
-  return get(k_motion_tv_primal, "bsssssii", sizeof(TotalVariationPush), {last ? 1U : 0U});
+  return get({k_motion_tv_primal, k_motion_tv_primal_loads}, "brrrrrii", sizeof(TotalVariationPush),
+             {last ? 1U : 0U});
 }
 const vulkan::Kernel& MotionKernels::tv_dual() {
-  return get(k_motion_tv_dual, "bssssiii", sizeof(TotalVariationPush));
+  return get({k_motion_tv_dual, k_motion_tv_dual_loads}, "brrrriii", sizeof(TotalVariationPush));
 }
 const vulkan::Kernel& MotionKernels::upsample() {
   return get(k_motion_upsample, "sii", sizeof(UpsamplePush));
 }
 const vulkan::Kernel& MotionKernels::measure() {
-  return get(k_motion_measure, "bssisb", sizeof(MeasurePush));
+  return get({k_motion_measure, k_motion_measure_loads}, "brrirb", sizeof(MeasurePush));
 }
 const vulkan::Kernel& MotionKernels::folds() {
   return get(k_motion_folds, "bsib", sizeof(FoldsPush));
@@ -97,19 +119,22 @@ const vulkan::Kernel& MotionKernels::blend() {
 }
 
 const vulkan::Kernel& MotionKernels::confidence() {
-  return get(k_motion_confidence, "bssssi", sizeof(ConfidencePush));
+  return get(k_motion_confidence, "bsssssi", sizeof(ConfidencePush));
 }
 const vulkan::Kernel& MotionKernels::matching_cost() {
-  return get(k_motion_matching_cost, "ssb", sizeof(MatchingPush));
+  return get({k_motion_matching_cost, k_motion_matching_cost_loads}, "brrsb", sizeof(MatchingPush));
 }
 const vulkan::Kernel& MotionKernels::smooth_cost() {
-  return get(k_motion_smooth_cost, "bb", sizeof(SmoothCostPush));
+  return get(k_motion_smooth_cost, "bbbb", sizeof(SmoothCostPush));
 }
 const vulkan::Kernel& MotionKernels::coupled_choice() {
-  return get(k_motion_coupled_choice, "bsi", sizeof(CoupledChoicePush));
+  return get(k_motion_coupled_choice, "bbssi", sizeof(CoupledChoicePush));
+}
+const vulkan::Kernel& MotionKernels::choose() {
+  return get(k_motion_choose, "bssssii", sizeof(ChoosePush));
 }
 const vulkan::Kernel& MotionKernels::classic_force() {
-  return get(k_motion_classic_force, "bsssi", sizeof(ClassicPush));
+  return get({k_motion_classic_force, k_motion_classic_force_loads}, "brsri", sizeof(ClassicPush));
 }
 
 }  // namespace palpate

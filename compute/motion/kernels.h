@@ -3,6 +3,8 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <span>
+#include <vector>
 
 #include "compute/vulkan/image.h"
 #include "compute/vulkan/kernel.h"
@@ -12,11 +14,17 @@ namespace palpate {
 /// Every kernel of the motion engine, compiled when first asked for and kept. Any thread.
 class MotionKernels {
  public:
-  explicit MotionKernels(std::shared_ptr<vulkan::Context> context);
+  /// How kernels read single texels (shaders/include/read.glsl): as suits the device, from images
+  /// of the engine's formats only, or fetched through samplers from images of any format. The
+  /// numbers are the same.
+  enum class Texels { kAsSuits, kFetched };
+  explicit MotionKernels(std::shared_ptr<vulkan::Context> context,
+                         Texels texels = Texels::kAsSuits);
 
   const vulkan::Kernel& downsample();
   const vulkan::Kernel& moments();
-  const vulkan::Kernel& gauss();
+  /// radius: taps on one side, as the push constants say. format: of what is smoothed.
+  const vulkan::Kernel& gauss(int radius, VkFormat format);
   const vulkan::Kernel& normalise();
   const vulkan::Kernel& pack(bool masked);
   const vulkan::Kernel& normal_equations(glm::ivec3 cell);
@@ -32,17 +40,27 @@ class MotionKernels {
   const vulkan::Kernel& matching_cost();
   const vulkan::Kernel& smooth_cost();
   const vulkan::Kernel& coupled_choice();
+  const vulkan::Kernel& choose();
   const vulkan::Kernel& classic_force();
 
   const vulkan::Sampler& nearest() const { return nearest_; }
   const vulkan::Sampler& linear() const { return linear_; }
 
  private:
-  template <size_t N>
-  const vulkan::Kernel& get(const uint32_t (&spirv)[N], const char* bindings, uint32_t push_bytes,
+  /// A kernel as it was compiled for devices that fetch single texels through samplers, and for
+  /// those that load them from storage images; without the second for all.
+  struct Code {
+    template <size_t N>
+    Code(const uint32_t (&all)[N]) : fetches(all) {}
+    Code(std::span<const uint32_t> fetching, std::span<const uint32_t> loading)
+        : fetches(fetching), loads(loading) {}
+    std::span<const uint32_t> fetches, loads;
+  };
+  const vulkan::Kernel& get(const Code& code, const char* bindings, uint32_t push_bytes,
                             std::vector<uint32_t> specialisation = {});
 
   std::shared_ptr<vulkan::Context> context_;
+  bool loads_;
   vulkan::Sampler nearest_;
   vulkan::Sampler linear_;
   std::mutex mutex_;

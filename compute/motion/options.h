@@ -67,9 +67,13 @@ struct MotionOptions {
       0.02;  ///< bricks that move less than this (in h) per iteration rest; 0: none do
   double structure =
       0.25;  ///< bricks with a smaller mean squared normalised intensity that stay in place rest
-  double search_mm = 24.0;  ///< reach of the discrete start for large motion; 0: none
-  double search_work =
-      6e7;  ///< voxels times labels that it may take: decides the level it works on
+  /// How far around a mask frames are prepared, so that the discrete start for large motion finds
+  /// its partners there; 0: no discrete start. How far it looks says search_reach.
+  double search_mm = 24.0;
+  double search_above =
+      0.07;  ///< rho (see YieldOptions) of a level above which the discrete start looks further
+  double search_reach = 4.0;      ///< how far it looks from the field there is, in the level's h
+  double search_work = 1e7;       ///< voxels times labels that it may take on a level
   double min_determinant = 0.01;  ///< no voxel corner of the result has a smaller det(I + grad u)
   double classic_sigma_mm =
       0.0;  ///< classic only: SD of the Gaussian over the field; 0: one voxel of the level

@@ -177,19 +177,34 @@ Vectors upsample(const Vectors& from, glm::ivec3 to_cells, glm::dvec3 scale, glm
 Vectors measure(const Vectors& field, const Vectors& seen,
                 const Samples<NormalEquations>& equations, double unit_mm);
 
-/// How far the field may be trusted, 0 to 1, from its smoothed normal equations.
-///   SD^2 = r^2 / (N l), l the smallest eigenvalue of A;  match = 1 - r^2 / (2 structure) in [0, 1]
-/// where an axis of one cell is as certain as all others together (nothing moves across a slice).
-///   confidence = match * min(1, counted) / (1 + SD^2 / half_mm^2)
-/// voxels: N, what the window averages. normalised: false for plain intensities, for which match
-/// is 1. 0 where less than a hundredth of the cell counted.
-Scalars confidence(const Samples<NormalEquations>& equations, double voxels, double half_mm,
-                   bool normalised);
+/// What a coarser level left unexplained of a cell: max(0, r^2 - W (counted - q)) / (2 q + flat
+/// counted), W = noise.
+double left_over(const NormalEquations& left, double noise, double flat);
+
+/// What confidence is reckoned with, beside the equations and the field.
+struct Judging {
+  double voxels = 1.0;  ///< N, what the window averages
+  double h_mm = 1.0;
+  glm::dvec3 spacing_mm{1.0}, cell_mm{1.0};
+  double damping_per_mm2 = 0.0;
+  double noise = 0.0, flat = 0.0;  ///< of left_over()
+};
+
+/// How far the field may be trusted, 0 to 1, from its normal equations under the narrow window.
+///   SD^2 = r^2 / (N l h^2), l the smallest eigenvalue of A without what noise of r^2 makes of
+///   gradients, where an axis of one cell is as certain as all others together;
+///   rest = |(A + damping)^-1 b| / h;  g = the largest difference to one of the six neighbours per
+///   mm;  rho = left_over() of the coarser level, 0 without one (null);
+///   odds = kRightOdds / ((rest + kRest)^2 (g + kSteep) (rho + kLeft))
+///   confidence = (1 + 1 / (1 + 4 SD^2)) / 2 odds / (1 + odds) min(1, counted)
+/// 0 where less than a hundredth of the cell counted.
+Scalars confidence(const Samples<NormalEquations>& equations, const Vectors& field,
+                   const Samples<NormalEquations>* coarser, const Judging& with);
 
 /// Per cell the smallest det(I + grad u) at any of the 8 corners of the unit cubes of voxels whose
-/// lowest voxel lies in the cell, with the cube's three edges at the corner as differences; 1 where
-/// there is no cube. Along an axis of one voxel nothing changes. The cell folds if that is at most
-/// the limit.
+/// lowest voxel lies in the cell, with the cube's three edges at the corner as differences, and at
+/// the cell's middle likewise with cubes of cells; 1 where there is no cube. Along an axis of one
+/// voxel nothing changes. The cell folds if that is at most the limit.
 Scalars folds(const Vectors& field, glm::ivec3 cell, glm::ivec3 image_size, glm::dvec3 spacing_mm);
 
 /// Cells with a flagged cell within 1 get (1 2 1)/4 along each axis of the field, the others keep
@@ -201,13 +216,23 @@ Vectors blend(const Scalars& flags, const Vectors& field);
 /// The displacement that label number `label` stands for, voxels.
 glm::ivec3 label_of(int label, glm::ivec3 reach);
 
-/// cost[label](node) = mean over the node's voxels in the mask of min(|F(x) - M(x + label)|, cut);
-/// a partner outside the image costs the cut. 0 for a node without any voxel.
-std::vector<Scalars> matching_cost(const Texels& fixed, const Texels& moving, glm::ivec3 cell,
-                                   glm::ivec3 reach, double cut);
+/// cost[label](node) = mean over the node's voxels in the mask of
+///   min(|F(x) - M(x + round(base(node)) + label)|, cut),
+/// base in voxels; a partner outside the image costs the cut. 0 for a node without any voxel.
+std::vector<Scalars> matching_cost(const Texels& fixed, const Texels& moving, const Vectors& base,
+                                   glm::ivec3 cell, glm::ivec3 reach, double cut);
 
-/// (1 2 1)/4 along one axis, border held.
-Scalars smooth_cost(const Scalars& cost, int axis);
+/// (1 2 1)/4 along one axis; held at the border and where a neighbour is not `listed` (above 0).
+Scalars smooth_cost(const Scalars& cost, const Scalars& listed, int axis);
+
+/// Where a parabola through the costs of three neighbouring labels has its lowest point, from -1/2
+/// to 1/2 of a voxel from the middle one; 0 where the middle one is not the lowest.
+double lowest_between(double before, double here, double after);
+
+/// u + s (other - u), s = smoothstep(least, all, (r^2_now - r^2_then - 2 max(0, w_now - w_then)) /
+/// (2 q_now + flat w_now)): of two fields the one that brings the frames nearer together.
+Vectors choose(const Samples<NormalEquations>& now, const Samples<NormalEquations>& then,
+               const Vectors& u, const Vectors& other, double least, double all, double flat);
 
 /// What label `label` costs node `node` when its distance from u (in voxels) has a price.
 double coupled_cost(const std::vector<Scalars>& cost, int label, glm::ivec3 node, glm::ivec3 reach,

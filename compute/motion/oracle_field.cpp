@@ -62,23 +62,45 @@ Vectors measure(const Vectors& field, const Vectors& seen,
   return looks;
 }
 
-Scalars confidence(const Samples<NormalEquations>& equations, double voxels, double half_mm,
-                   bool normalised) {
+double left_over(const NormalEquations& left, double noise, double flat) {
+  const double beyond_noise =
+      std::max(0.0, left.residual - noise * std::max(0.0, left.counted - left.structure));
+  return beyond_noise / (2.0 * left.structure + flat * left.counted + 1e-4);
+}
+
+Scalars confidence(const Samples<NormalEquations>& equations, const Vectors& field,
+                   const Samples<NormalEquations>* coarser, const Judging& with) {
   Scalars result(equations.size);
-  for (size_t i = 0; i < equations.values.size(); ++i) {
-    const NormalEquations& e = equations.values[i];
-    if (e.counted <= kCountsAtAll) continue;
+  for_each(equations.size, [&](glm::ivec3 i) {
+    const NormalEquations& e = equations.at(i);
+    if (e.counted <= kCountsAtAll) return;
     glm::dmat3 a = e.a;
-    const double others = a[0][0] + a[1][1] + a[2][2];
+    double others = 0.0, steep = 0.0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double edge_mm = with.spacing_mm[axis];
+      a[axis][axis] -= shaders::kNoiseOfGradient * e.residual / (edge_mm * edge_mm);
+      others += std::max(0.0, a[axis][axis]);
+      for (const int side : {-1, 1}) {
+        glm::ivec3 next = i;
+        next[axis] += side;
+        steep = std::max(steep, glm::length(field.held(next) - field.at(i)) / with.cell_mm[axis]);
+      }
+    }
     for (int axis = 0; axis < 3; ++axis)
       if (equations.size[axis] == 1) a[axis][axis] = others;
     // Both are means over counted voxels, so that their share cancels.
-    const double variance_mm2 = e.residual / (voxels * std::max(smallest_eigenvalue(a), 1e-12));
-    const double unlike = e.structure > 0.0 ? 0.5 * e.residual / e.structure : 1.0;
-    const double match = normalised ? std::clamp(1.0 - unlike, 0.0, 1.0) : 1.0;
-    result.values[i] =
-        match * std::min(1.0, e.counted) / (1.0 + variance_mm2 / (half_mm * half_mm));
-  }
+    const double variance =
+        (e.residual + shaders::kLeastResidual * e.counted) /
+        (with.voxels * with.h_mm * with.h_mm * std::max(smallest_eigenvalue(a), 1e-12));
+    const double rest =
+        glm::length(glm::inverse(e.a + glm::dmat3(with.damping_per_mm2)) * e.b) / with.h_mm +
+        shaders::kRest;
+    const double rho = coarser ? left_over(coarser->at(i), with.noise, with.flat) : 0.0;
+    const double odds =
+        shaders::kRightOdds / (rest * rest * (steep + shaders::kSteep) * (rho + shaders::kLeft));
+    result.at(i) =
+        0.5 * (1.0 + 1.0 / (1.0 + 4.0 * variance)) * odds / (1.0 + odds) * std::min(1.0, e.counted);
+  });
   return result;
 }
 
@@ -92,6 +114,13 @@ Scalars folds(const Vectors& field, glm::ivec3 cell, glm::ivec3 image_size, glm:
     double& least = smallest.at(x / cell);
     for_each(glm::ivec3(2), [&](glm::ivec3 side) {
       least = std::min(least, corner_determinant(u, x, side, spacing_mm));
+    });
+  });
+  // In the cubes of cells, at the middles of their cells.
+  for_each(glm::max(field.size - 1, glm::ivec3(1)), [&](glm::ivec3 x) {
+    for_each(glm::min(field.size, glm::ivec3(2)), [&](glm::ivec3 side) {
+      double& least = smallest.at(x + side);
+      least = std::min(least, corner_determinant(field, x, side, spacing_mm * glm::dvec3(cell)));
     });
   });
   return smallest;

@@ -77,10 +77,7 @@ TwoWindowsStep update_two(const Samples<NormalEquations>& wide,
     return length > with.largest_mm ? d * (with.largest_mm / length) : d;
   };
   for_each(v.size, [&](glm::ivec3 i) {
-    const NormalEquations& left = coarser.at(i);
-    const double beyond_noise =
-        std::max(0.0, left.residual - with.noise * std::max(0.0, left.counted - left.structure));
-    const double rho = beyond_noise / (2.0 * left.structure + with.flat * left.counted + 1e-4);
+    const double rho = left_over(coarser.at(i), with.noise, with.flat);
     const double det =
         std::min(determinant_of(v, i, cell_mm, 1), determinant_of(v, i, cell_mm, -1));
     const double s = smooth_step(with.low, with.high, rho) *

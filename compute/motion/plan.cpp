@@ -8,8 +8,9 @@ namespace {
 
 constexpr int kCoarsestWidth =
     24;  // voxels: wide enough for structure, narrow enough that any motion is a few voxels
-constexpr int kNodeVoxels = 2;     // voxels per node along each axis
-constexpr int kSmallestCells = 2;  // a field needs a neighbour to be smooth with
+constexpr int kNodeVoxels = 2;         // voxels per node along each axis
+constexpr size_t kFinestSearched = 2;  // level after which the discrete start still searches
+constexpr int kSmallestCells = 2;      // a field needs a neighbour to be smooth with
 
 int longest(glm::ivec3 v) {
   return std::max(v.x, std::max(v.y, v.z));
@@ -95,10 +96,14 @@ uint64_t solver_bytes(const MotionPlan& plan) {
                      : 4 * image_bytes(level.cells, 16) +
                            (yields(plan, l) ? 15 : 11) * image_bytes(level.cells, 8);
   }
-  if (const auto search = plan_search(plan)) {
-    bytes += 2 * sizeof(float) * count(search->nodes) * uint64_t(search->labels()) +
-             2 * image_bytes(search->nodes, 16);
+  // DiscreteStart: costs of one search at a time.
+  uint64_t costs = 0;
+  for (const SearchPlan& search : plan_searches(plan)) {
+    bytes += 4 * image_bytes(search.nodes, 16) + 2 * sizeof(uint32_t) * search.count();
+    const double most = double(search.count()) * SearchPlan::labels(search.most);
+    costs = std::max(costs, 2 * sizeof(float) * uint64_t(std::min(most, search.work)));
   }
+  bytes += costs;
   return bytes;
 }
 
@@ -200,30 +205,39 @@ bool fit_into(MotionPlan& plan, uint64_t budget_bytes) {
   return true;
 }
 
-std::optional<SearchPlan> plan_search(const MotionPlan& plan) {
-  if (plan.options.search_mm <= 0.0) return std::nullopt;
-  // Not on the finest level, unless it is the only one: its wide window does not find what whole
-  // voxels leave, and where it is cut into slabs it is not compared as a whole. (A slice of 64 x 64
-  // was 0.3 to 0.7 voxel wrong.)
-  const auto finest =
-      std::max(size_t(plan.options.finest_level), std::min<size_t>(1, plan.levels.size() - 1));
-  for (size_t l = finest; l < plan.levels.size(); ++l) {
+glm::ivec3 SearchPlan::reach_for(size_t searched) const {
+  const double h = std::min({spacing_mm.x, spacing_mm.y, spacing_mm.z});
+  for (int voxels = std::max({most.x, most.y, most.z}); voxels >= 2; --voxels) {
+    const glm::ivec3 reach = glm::min(most, glm::ivec3(glm::floor(voxels * h / spacing_mm + 0.5)));
+    if (double(searched) * labels(reach) <= work) return reach;
+  }
+  return glm::ivec3(0);
+}
+
+std::vector<SearchPlan> plan_searches(const MotionPlan& plan) {
+  std::vector<SearchPlan> all;
+  if (plan.options.search_mm <= 0.0 || plan.options.method == MotionMethod::kClassic) return all;
+  // Not after the finest levels but one: there nodes are many, and what level 2 explains they
+  // explain too.
+  const size_t finest = std::max(size_t(plan.options.finest_level) + 1,
+                                 std::min<size_t>(kFinestSearched, plan.levels.size() - 1));
+  for (size_t l = plan.levels.size(); l-- > finest;) {
     const LevelPlan& level = plan.levels[l];
     SearchPlan search;
     search.level = l;
+    search.spacing_mm = level.spacing_mm;
+    search.work = plan.options.search_work / (kNodeVoxels * kNodeVoxels * kNodeVoxels);
     for (int a = 0; a < 3; ++a) {
       search.cell[a] = level.image_size[a] >= 2 * kNodeVoxels ? kNodeVoxels : 1;
       // Not further than half the image: what moves more has left it.
-      search.reach[a] = std::min(int(std::floor(plan.options.search_mm / level.spacing_mm[a])),
-                                 level.image_size[a] / 2);
+      search.most[a] = std::min(
+          int(std::floor(plan.options.search_reach * level.h_mm / level.spacing_mm[a] + 0.5)),
+          level.image_size[a] / 2);
     }
     search.nodes = (level.image_size + search.cell - 1) / search.cell;
-    const glm::dvec3 n(level.image_size);
-    if (n.x * n.y * n.z * search.labels() > plan.options.search_work) continue;
-    const bool worth_it = std::max({search.reach.x, search.reach.y, search.reach.z}) >= 2;
-    return worth_it ? std::optional(search) : std::nullopt;
+    if (search.reach_for(1) != glm::ivec3(0)) all.push_back(search);
   }
-  return std::nullopt;
+  return all;
 }
 
 Grid level_grid(const MotionPlan& plan, size_t level) {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "compute/motion/options.h"
@@ -59,19 +58,28 @@ std::vector<Slab> slabs_of(const MotionPlan& plan);
 /// Slices on each side of a slab that local normalisation needs to come out as in the whole image.
 int normalisation_halo(const MotionPlan& plan);
 
-/// Where and over what the discrete start searches; all from the plan, before any work.
+/// Where and over what the discrete start searches after a level; all from the plan, before any
+/// work.
 struct SearchPlan {
-  size_t level = 0;    ///< of the pyramid whose images are compared
+  size_t level = 0;    ///< of the pyramid, whose images are compared
   glm::ivec3 cell{1};  ///< voxels per node
   glm::ivec3 nodes{0};
-  glm::ivec3 reach{0};  ///< labels go from -reach to +reach voxels
-  int labels() const { return (2 * reach.x + 1) * (2 * reach.y + 1) * (2 * reach.z + 1); }
+  glm::dvec3 spacing_mm{1.0};  ///< of the level
+  glm::ivec3 most{0};          ///< voxels that labels may go to each side
+  double work = 0.0;           ///< nodes times labels that may be tried
+
+  size_t count() const { return size_t(nodes.x) * size_t(nodes.y) * size_t(nodes.z); }
+  static int labels(glm::ivec3 reach) {
+    return (2 * reach.x + 1) * (2 * reach.y + 1) * (2 * reach.z + 1);
+  }
+  /// The largest reach, at most `most`, with which that many nodes can be searched; 0 if less than
+  /// two voxels of the finest axis are left of it.
+  glm::ivec3 reach_for(size_t searched) const;
 };
 
-/// The finest level on which all whole-voxel displacements within options.search_mm can be tried
-/// within options.search_work; nothing if the search is off, or reaches less than two voxels on
-/// every level.
-std::optional<SearchPlan> plan_search(const MotionPlan& plan);
+/// The searches of a plan, coarsest first: after each level from the third finest up, or after the
+/// second if there are only two; none if the search is off.
+std::vector<SearchPlan> plan_searches(const MotionPlan& plan);
 
 /// Grid in physical space of a level's images and of its field.
 Grid level_grid(const MotionPlan& plan, size_t level);

@@ -98,9 +98,12 @@ class CyclePoints {
 Result<Distances> cycle_drift(std::span<const Field> fields, const Grid& grid,
                               const Mask* mask = nullptr);
 
+/// Below this confidence a vector is more likely wrong by more than half a voxel than right.
+inline constexpr double kLowConfidence = 0.5;
+
 /// The share of a mask's voxels (of all, without a mask) at which the confidence is below `low`, 0
 /// to 1. Errors: kBadInput if the mask is empty.
 Result<double> low_confidence_share(const Confidence& confidence, const Mask* mask = nullptr,
-                                    double low = 0.3);
+                                    double low = kLowConfidence);
 
 }  // namespace palpate

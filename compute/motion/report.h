@@ -12,6 +12,8 @@ struct LevelReport {
   bool converged = false;  ///< ended because nothing moved any more, not because of the limit
   double seconds = 0.0;
   double brick_iterations = 0.0;      ///< bricks of the field computed, summed over iterations
+  double searched = 0.0;              ///< nodes times labels of the discrete start before it
+  double search_seconds = 0.0;        ///< of it, in `seconds`
   double all_brick_iterations = 0.0;  ///< the same if nothing had been left out
 };
 

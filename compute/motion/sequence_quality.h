@@ -12,8 +12,8 @@ namespace palpate {
 /// u at every frame of a motion, on its own grid.
 std::vector<Field> fields_at_frames(const SequenceMotion& motion);
 
-/// The motion that fields of consecutive frames tell, one after the other: told from frame 0, in
-/// straight lines. As many fields as frames: a cycle, which then closes only as well as they do.
+/// The motion that fields of consecutive frames tell, one after the other, told from frame 0. As
+/// many fields as frames: a cycle, which then closes only as well as they do.
 SequenceMotion chained(std::span<const Field> consecutive, std::span<const double> times_s);
 
 /// rms over all samples (of the mask, on the fields' grid, if not null) of u_{k+1} - 2 u_k +

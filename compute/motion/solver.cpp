@@ -8,6 +8,7 @@
 #include <glm/gtc/packing.hpp>
 
 #include "compute/motion/activity.h"
+#include "compute/motion/gauss.h"
 #include "compute/motion/noise.h"
 
 namespace palpate {
@@ -15,12 +16,23 @@ namespace {
 
 constexpr int kBatch =
     5;  // iterations per submission: also how often convergence and stop are looked at
-constexpr double kHalfTrust = 0.5;           // h: expected error at which trust is a half
 constexpr double kAllIsNoise = 2.0;          // r^2 of normalised frames that share nothing
+constexpr double kLeastCounted = 0.1;        // share of a cell's voxels below which it says nothing
+constexpr double kChoiceSigma = 1.0;         // cells: over what two fields leave, to choose by it
+constexpr float kChoiceWidth = 0.02F;        // rho: between the one field and the other
 constexpr int kMaxRepairs = 200;             // smoothing rounds; a few are enough on any data seen
 constexpr int kDispatchesPerIteration = 24;  // without the filter's steps, two each
 glm::ivec4 wide(glm::ivec3 v, int w = 0) {
   return {v, w};
+}
+
+/// What noise leaves on a level, see noise_left(); `unknown` if its cells are too few to say.
+double noise_of(const std::vector<glm::vec4>& left, double unknown) {
+  std::vector<CellLeft> cells;
+  cells.reserve(left.size());
+  for (const glm::vec4& e : left)
+    if (e.z > 0.5F) cells.push_back({e.w / e.z, e.y / e.z});
+  return noise_left(std::move(cells)).value_or(unknown);
 }
 
 }  // namespace
@@ -45,9 +57,8 @@ PairSolver::PairSolver(std::shared_ptr<vulkan::Context> context,
       counter_(context_, sizeof(uint32_t), vulkan::Buffer::Kind::kHostVisible),
       download_(context_, plan.field.count() * sizeof(glm::vec4),
                 vulkan::Buffer::Kind::kHostVisible) {
-  if (const auto search = plan_search(plan_)) {
-    start_ = std::make_unique<DiscreteStart>(context_, kernels_, plan_, *search);
-  }
+  for (const SearchPlan& search : plan_searches(plan_))
+    starts_.push_back(std::make_unique<DiscreteStart>(context_, kernels_, plan_, search));
   for (const LevelRegion& level : region.levels) bricks_.push_back(level.bricks);
   vulkan::Recorder recorder(context_);
   if (plan_.slabs > 1) {
@@ -93,60 +104,136 @@ PairSolver::Active PairSolver::activate(BrickList bricks) {
   return active;
 }
 
-/// The field of the level above, of the discrete start, or zero becomes the start of this one; the
+/// The field of the level above or zero becomes the start of this one; the
 /// filter's memory is cleared.
-void PairSolver::begin_level(size_t l, bool searched) {
+void PairSolver::begin_level(size_t l) {
   LevelImages& images = levels_[l];
   vulkan::Recorder recorder(context_);
   std::optional<Active> all;
   if (yields(plan_, l)) {
     all = activate(all_bricks(plan_.levels[l + 1].cells));
-    noise_ = measure_noise(l + 1);
+    noise_ = noise_of(left_on(l + 1), kAllIsNoise);
     record_coarser(recorder, l, *all);
     for (const vulkan::Image& wide : images.wide) recorder.clear(wide);
   }
   for (const vulkan::Image& dual : images.dual) recorder.clear(dual);
   for (const vulkan::Image& equations : images.equations) recorder.clear(equations);
   for (const vulkan::Image& smoothed : images.smoothed) recorder.clear(smoothed);
-  if (!searched && l + 1 == plan_.levels.size()) {
+  if (l + 1 == plan_.levels.size()) {
     recorder.clear(images.field);
     recorder.clear(images.ahead);
     recorder.clear(images.seen);
   } else {
-    const LevelPlan& to = plan_.levels[l];
-    // Cell centre in voxels of this level, in voxels of the other, in its cells: all are affine per
-    // axis.
-    const glm::dvec3 ratio = searched ? glm::dvec3(1.0) : glm::dvec3(plan_.levels[l + 1].ratio);
-    const glm::dvec3 from_cell(searched ? start_->search().cell : plan_.levels[l + 1].cell);
-    const glm::ivec3 from_cells = searched ? start_->search().nodes : plan_.levels[l + 1].cells;
-    const glm::dvec3 scale = glm::dvec3(to.cell) / ratio / from_cell;
-    const shaders::UpsamplePush push{wide(to.cells), wide(from_cells), glm::vec4(scale, 0),
-                                     glm::vec4(0.5 * scale - 0.5, 0)};
-    const vulkan::Image& from = searched ? start_->field() : levels_[l + 1].field;
-    const glm::ivec3 groups{(to.cells.x + 63) / 64, to.cells.y, to.cells.z};
-    recorder.dispatch(kernels_->upsample(),
-                      {{from, kernels_->linear()}, images.field, images.ahead}, push, groups);
-    recorder.dispatch(kernels_->upsample(),
-                      {{from, kernels_->linear()}, images.seen, images.primal}, push, groups);
+    const LevelPlan& from = plan_.levels[l + 1];
+    const glm::ivec3 voxels = from.cell * from.ratio;
+    const vulkan::Image& field = levels_[l + 1].field;
+    record_upsampled(recorder, l, field, from.cells, voxels, images.field, images.ahead);
+    record_upsampled(recorder, l, field, from.cells, voxels, images.seen, images.primal);
   }
   recorder.run();
 }
 
-/// What noise leaves on a level that has ended, see noise_left().
-double PairSolver::measure_noise(size_t l) {
+/// A field on coarser cells, `from_cell` voxels of level l wide, on the cells of level l.
+void PairSolver::record_upsampled(vulkan::Recorder& recorder, size_t l, const vulkan::Image& from,
+                                  glm::ivec3 from_cells, glm::ivec3 from_cell,
+                                  const vulkan::Image& to, const vulkan::Image& to_as_well) {
+  const LevelPlan& level = plan_.levels[l];
+  // Cell centre in voxels, in the other's cells: both are affine per axis.
+  const glm::dvec3 scale = glm::dvec3(level.cell) / glm::dvec3(from_cell);
+  recorder.dispatch(kernels_->upsample(), {{from, kernels_->linear()}, to, to_as_well},
+                    shaders::UpsamplePush{wide(level.cells), wide(from_cells), glm::vec4(scale, 0),
+                                          glm::vec4(0.5 * scale - 0.5, 0)},
+                    {(level.cells.x + 63) / 64, level.cells.y, level.cells.z});
+}
+
+/// What a level that has ended leaves: . r^2 w q of each cell, see normal_equations.comp.
+std::vector<glm::vec4> PairSolver::left_on(size_t l) {
   const glm::ivec3 cells = plan_.levels[l].cells;
   const size_t count = size_t(cells.x) * size_t(cells.y) * size_t(cells.z);
   vulkan::Buffer values(context_, count * sizeof(uint64_t), vulkan::Buffer::Kind::kHostVisible);
   vulkan::Recorder recorder(context_);
   recorder.copy(windowed(l)[2], values);
   recorder.run();
-  std::vector<CellLeft> left;
-  left.reserve(count);
-  for (const uint64_t texel : values.as<uint64_t>().first(count)) {
-    const glm::vec4 e = glm::unpackHalf4x16(texel);
-    if (e.z > 0.5F) left.push_back({e.w / e.z, e.y / e.z});
+  std::vector<glm::vec4> left(count);
+  const auto texels = values.as<uint64_t>();
+  for (size_t i = 0; i < count; ++i) left[i] = glm::unpackHalf4x16(texels[i]);
+  return left;
+}
+
+/// The nodes at and beside the cells in which a level that has ended leaves more unexplained than
+/// noise does, as their numbers.
+std::vector<uint32_t> PairSolver::unexplained(const SearchPlan& search) {
+  const LevelPlan& level = plan_.levels[search.level];
+  const YieldOptions& yield = plan_.options.yield;
+  const std::vector<glm::vec4> left = left_on(search.level);
+  // Where the noise can not be measured it counts as none: a search in vain only costs time.
+  const double noise = yield.noise * noise_of(left, 0.0);
+  std::vector<bool> wanted(search.count());
+  for (size_t c = 0; c < left.size(); ++c) {
+    const glm::vec4& e = left[c];
+    const double beyond = e.y - noise * std::max(0.0F, e.z - e.w);
+    if (e.z < kLeastCounted ||
+        beyond <= plan_.options.search_above * (2.0 * e.w + yield.flat * e.z))
+      continue;
+    const glm::ivec3 n = level.cells;
+    const glm::ivec3 cell(int(c) % n.x, int(c) / n.x % n.y, int(c) / (n.x * n.y));
+    const glm::ivec3 begin = glm::max(cell * level.cell / search.cell - 1, glm::ivec3(0));
+    const glm::ivec3 end = glm::min((cell + 1) * level.cell / search.cell + 1, search.nodes);
+    for (int z = begin.z; z < end.z; ++z)
+      for (int y = begin.y; y < end.y; ++y)
+        for (int x = begin.x; x < end.x; ++x)
+          wanted[size_t(x) +
+                 size_t(search.nodes.x) * (size_t(y) + size_t(search.nodes.y) * size_t(z))] = true;
   }
-  return noise_left(std::move(left)).value_or(kAllIsNoise);
+  std::vector<uint32_t> nodes;
+  for (size_t i = 0; i < wanted.size(); ++i)
+    if (wanted[i]) nodes.push_back(uint32_t(i));
+  return nodes;
+}
+
+/// Looks for larger motion where level l + 1 left something unexplained, and takes it where it
+/// brings the frames nearer together on level l than the field that has just begun there.
+double PairSolver::search(size_t l, DiscreteStart& start, const FramePyramid& fixed,
+                          const FramePyramid& moving) {
+  const LevelPlan& level = plan_.levels[l];
+  const SearchPlan& search = start.search();
+  LevelImages& i = levels_[l];
+  const glm::dvec3 sigma(kChoiceSigma);
+  const int passes = gauss_passes(level.cells, sigma);
+  if (passes == 0) return 0.0;  // a field of one cell: there is nothing to choose between
+  const std::vector<uint32_t> nodes = unexplained(search);
+  const int labels = start.solve(fixed, moving, levels_[l + 1].field, nodes);
+  if (labels == 0) return 0.0;
+  const Active all = activate(bricks_[l]);
+  const vulkan::Sampler& nearest = kernels_->nearest();
+  vulkan::Recorder recorder(context_, uint32_t(64 + 2 * plan_.slabs * plan_.slabs));
+  const auto left = [&](const vulkan::Image& first, const vulkan::Image& second) {
+    record_equations(recorder, l, fixed, moving, all, -1);
+    record_gauss(recorder, *kernels_, all.list, brick_groups(all.bricks), sigma, {&i.equations[2]},
+                 {&first}, {&second});
+    return passes % 2 == 1 ? &first : &second;
+  };
+  const vulkan::Image* now = left(i.dual[0], i.dual[1]);
+  record_upsampled(recorder, l, start.field(), search.nodes,
+                   search.cell * plan_.levels[search.level].ratio, i.primal, i.ahead);
+  const vulkan::Image* other = left(i.smoothed[0], i.smoothed[1]);
+  recorder.dispatch(
+      kernels_->choose(),
+      {all.list,
+       {*now, nearest},
+       {*other, nearest},
+       {i.field, nearest},
+       {i.primal, nearest},
+       i.field,
+       i.ahead},
+      shaders::ChoosePush{wide(level.cells),
+                          {-kChoiceWidth, kChoiceWidth, float(plan_.options.yield.flat), 0}},
+      slice_groups(all.bricks));
+  for (const vulkan::Image& dual : i.dual) recorder.clear(dual);
+  for (const vulkan::Image& equations : i.equations) recorder.clear(equations);
+  for (const vulkan::Image& smoothed : i.smoothed) recorder.clear(smoothed);
+  recorder.run();
+  return double(nodes.size()) * labels;
 }
 
 /// The first iteration is done wherever the mask leaves something and is looked at alone: it finds
@@ -232,15 +319,18 @@ void PairSolver::repair(size_t l, SolveReport& report) {
   }
 }
 
-/// Writes the confidence beside the field.
+/// Writes the field with its confidence into `primal`, and fetches it.
 void PairSolver::judge(size_t l) {
   const LevelPlan& level = plan_.levels[l];
+  const YieldOptions& yield = plan_.options.yield;
   LevelImages& i = levels_[l];
   const Active all = activate(all_bricks(level.cells));
-  const double voxels = window_voxels(level, level.options.window);
-  const double half_trust_mm = kHalfTrust * level.h_mm;
+  const bool two = yields(plan_, l);
+  const double voxels = window_voxels(level, two ? yield.window : level.options.window);
+  const glm::dvec3 noise =
+      double(shaders::kNoiseOfGradient) / (level.spacing_mm * level.spacing_mm);
   vulkan::Recorder recorder(context_);
-  const vulkan::Image* equations = windowed(l);
+  const vulkan::Image* equations = narrow(l);
   const vulkan::Sampler& nearest = kernels_->nearest();
   recorder.dispatch(
       kernels_->confidence(),
@@ -249,12 +339,16 @@ void PairSolver::judge(size_t l) {
        {equations[1], nearest},
        {equations[2], nearest},
        {i.field, nearest},
-       i.field},
-      shaders::ConfidencePush{wide(level.cells),
-                              {float(1.0 / voxels), float(1.0 / (half_trust_mm * half_trust_mm)),
-                               plan_.options.normalise ? 1.0F : 0.0F, 0}},
+       {two ? i.coarser : equations[2], nearest},
+       i.primal},
+      shaders::ConfidencePush{
+          wide(level.cells),
+          glm::vec4(level.cell_mm, 1.0 / level.h_mm),
+          glm::vec4(noise, 1.0 / (voxels * level.h_mm * level.h_mm)),
+          {float(yield.noise * noise_), float(yield.flat),
+           float(std::pow(plan_.options.damping / level.h_mm, 2)), two ? 1.0F : 0.0F}},
       slice_groups(all.bricks));
-  recorder.copy(i.field, download_);
+  recorder.copy(i.primal, download_);
   recorder.run();
 }
 
@@ -268,7 +362,7 @@ std::optional<SolveReport> PairSolver::solve(const FramePyramid& fixed, const Fr
   const auto begin = Clock::now();
   SolveReport report;
   const auto finest = size_t(plan_.options.finest_level);
-  const size_t levels = start_ ? start_->search().level + 1 : plan_.levels.size();
+  const size_t levels = plan_.levels.size();
   // Work is counted in image voxels visited.
   const auto work = [&](size_t l) {
     const glm::dvec3 n(plan_.levels[l].image_size);
@@ -277,13 +371,17 @@ std::optional<SolveReport> PairSolver::solve(const FramePyramid& fixed, const Fr
   double all_work = 0.0, done_work = 0.0;
   for (size_t l = finest; l < levels; ++l) all_work += work(l);
 
-  if (start_) start_->solve(fixed, moving);
   for (size_t l = levels; l-- > finest;) {
     if (stop.stop_requested()) return std::nullopt;
     const auto level_begin = Clock::now();
     LevelReport& level = report.levels.emplace_back();
     level.h_mm = plan_.levels[l].h_mm;
-    begin_level(l, start_ && l + 1 == levels);
+    begin_level(l);
+    for (const std::unique_ptr<DiscreteStart>& start : starts_) {
+      if (l + 1 != start->search().level) continue;
+      level.searched = search(l, *start, fixed, moving);
+      level.search_seconds = since(level_begin);
+    }
     const bool in_reach = iterate(l, fixed, moving, stop, level, [&](int iterations) {
       const double share = double(iterations) / std::max(1, plan_.levels[l].options.iterations);
       if (progress) progress((done_work + work(l) * share) / all_work);

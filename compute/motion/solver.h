@@ -34,10 +34,11 @@ class FieldSolver {
   virtual void download(Field& field, Confidence& confidence) = 0;
 };
 
-/// palpate's own method: a discrete start, then coarse to fine, each level an iteration of
+/// palpate's own method: coarse to fine, each level an iteration of
 ///   data term (normal_equations) - Gaussian window, on the finest level two - Gauss-Newton step,
 ///   composed (update, update_two) - total variation (tv_*),
-/// on the bricks that still need it, and a repair after which nothing folds.
+/// on the bricks that still need it, where a coarse level leaves something unexplained a search for
+/// larger motion, and a repair after which nothing folds.
 class PairSolver : public FieldSolver {
  public:
   PairSolver(std::shared_ptr<vulkan::Context> context, std::shared_ptr<MotionKernels> kernels,
@@ -67,9 +68,16 @@ class PairSolver : public FieldSolver {
   Active activate(BrickList bricks);
   const vulkan::Image* narrow(size_t l) const;
   const vulkan::Image* windowed(size_t l) const;
-  double measure_noise(size_t l);
+  std::vector<glm::vec4> left_on(size_t l);
   void record_coarser(vulkan::Recorder& recorder, size_t l, const Active& all);
-  void begin_level(size_t l, bool searched);
+  void begin_level(size_t l);
+  void record_upsampled(vulkan::Recorder& recorder, size_t l, const vulkan::Image& from,
+                        glm::ivec3 from_cells, glm::ivec3 from_cell, const vulkan::Image& to,
+                        const vulkan::Image& to_as_well);
+  std::vector<uint32_t> unexplained(const SearchPlan& search);
+  /// Returns the work that was done, nodes times labels.
+  double search(size_t l, DiscreteStart& start, const FramePyramid& fixed,
+                const FramePyramid& moving);
   void record_iteration(vulkan::Recorder& recorder, size_t l, const FramePyramid& fixed,
                         const FramePyramid& moving, const Active& active, int colour);
   void record_equations(vulkan::Recorder& recorder, size_t l, const FramePyramid& fixed,
@@ -89,7 +97,7 @@ class PairSolver : public FieldSolver {
   const MotionPlan plan_;
   std::vector<BrickList> bricks_;  // per level: what the mask leaves
   std::vector<LevelImages> levels_;
-  std::unique_ptr<DiscreteStart> start_;
+  std::vector<std::unique_ptr<DiscreteStart>> starts_;
   vulkan::Image fixed_slab_, moving_slab_;  // where slabs of the finest images visit the device
   double noise_ = 0.0;                      // what it leaves on the level above one that yields
   vulkan::Buffer counter_;

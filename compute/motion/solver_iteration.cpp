@@ -226,7 +226,8 @@ void PairSolver::record_step(vulkan::Recorder& recorder, size_t l, const Active&
        {n[2], nearest},
        {i.ahead, kernels_->linear()},
        {i.coarser, nearest},
-       i.composed},
+       i.composed,
+       {i.ahead, nearest}},
       shaders::UpdateTwoPush{
           wide(level.cells),
           glm::vec4(level.cell_mm, 0),

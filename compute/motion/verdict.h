@@ -78,8 +78,9 @@ struct Limits {
   /// Drift after one cycle, mean, voxels of each axis. 0.3 is what palpate demands of itself, one
   /// is what plain chaining reaches.
   Limit drift_mean_voxels{1.0, 4.0};
-  /// Share of the voxels with structure at which confidence is low. Good: up to 0.17.
-  Limit low_confidence{0.5, 0.9};
+  /// Share of the voxels with structure at which confidence is low. Good: up to 0.17, and 0.57
+  /// between the two ends of a heart's beat; two bodies: 0.95 and more, but for one with 0.65.
+  Limit low_confidence{0.75, 0.9};
 };
 
 /// What was measured about one field (or, for drift, about one cycle). What is absent is not

@@ -9,12 +9,12 @@ namespace palpate {
 
 /// Why something that depends on the outside world (a file, a device, a driver) did not work.
 enum class ErrorKind {
-  kBadInput,       ///< The user's data or arguments are wrong: say what to change. Exit code 2.
-  kBadOutput,      ///< The result could not be written: nothing was touched. Exit code 2.
-  kNoDevice,       ///< No Vulkan device that can do the work. Exit code 2.
-  kDeviceFailed,   ///< The device was lost or the driver refused. Exit code 1.
-  kOutOfMemory,    ///< Neither host nor device can hold the work. Exit code 2.
-  kCancelled,      ///< The caller asked to stop. Exit code 1.
+  kBadInput,      ///< The user's data or arguments are wrong: say what to change. Exit code 2.
+  kBadOutput,     ///< The result could not be written: nothing was touched. Exit code 2.
+  kNoDevice,      ///< No Vulkan device that can do the work. Exit code 2.
+  kDeviceFailed,  ///< The device was lost or the driver refused. Exit code 1.
+  kOutOfMemory,   ///< Neither host nor device can hold the work. Exit code 2.
+  kCancelled,     ///< The caller asked to stop. Exit code 1.
 };
 
 /// One clear sentence for a person: which file, what is wrong, what to do.
@@ -23,8 +23,9 @@ struct Error {
   std::string message;
 };
 
-/// A value, or the reason why there is none. Library code never prints and never exits: it returns this.
-/// Reason: Error, or the own error type of a folder whose callers must tell more kinds of trouble apart.
+/// A value, or the reason why there is none. Library code never prints and never exits: it returns
+/// this. Reason: Error, or the own error type of a folder whose callers must tell more kinds of
+/// trouble apart.
 template <class T, class Reason = Error>
 class [[nodiscard]] Result {
  public:

@@ -6,6 +6,11 @@
 
 namespace palpate {
 
+double TimeBasis::step_s(int frame) const noexcept {
+  const double to = frame + 1 < int(times_s.size()) ? times_s[size_t(frame) + 1] : cycle_s;
+  return to - times_s[size_t(frame)];
+}
+
 TimeWeights TimeBasis::at(double time_s) const noexcept {
   const auto frames = int(times_s.size());
   double t = std::isfinite(time_s) ? time_s : 0.0;
@@ -37,11 +42,41 @@ TimeWeights TimeBasis::at(int frame, double phase) const noexcept {
     return at(from + phase * ((is_last ? cycle_s : times_s[size_t(frame) + 1]) - from));
   }
   TimeWeights weights;
-  weights.count = phase > 0.0 && frames > 1 ? 2 : 1;
-  weights.term[0] = frame;
-  weights.term[1] = is_last ? (cycle_s > 0.0 ? 0 : frame) : frame + 1;
-  weights.weight[0] = float(1.0 - phase);
-  weights.weight[1] = float(phase);
+  const auto add = [&](int term, double weight) {
+    weights.term[size_t(weights.count)] = term;
+    weights.weight[size_t(weights.count++)] = float(weight);
+  };
+  const bool cyclic = cycle_s > 0.0;
+  if (!(phase > 0.0) || frames < 2 || (is_last && !cyclic)) {
+    add(frame, 1.0);
+    return weights;
+  }
+  // Hermite's polynomial between the frame and the next with, as slope at a frame, that of the
+  // parabola through it and its two neighbours; at an open end that of the only step there.
+  const int next = (frame + 1) % frames, before = (frame + frames - 1) % frames;
+  const double length = step_s(frame), s = phase, r = 1.0 - phase;
+  const double slope_here = s * r * r * length, slope_next = -s * s * r * length;
+  double here = r * r * (1.0 + 2.0 * s), there = s * s * (1.0 + 2.0 * r);
+  if (cyclic || frame > 0) {
+    const double last = step_s(before), both = last + length;
+    add(before, -slope_here * length / (last * both));
+    here += slope_here * (length / last - last / length) / both;
+    there += slope_here * last / (length * both);
+  } else {
+    here -= slope_here / length;
+    there += slope_here / length;
+  }
+  if (cyclic || next + 1 < frames) {
+    const double after = step_s(next), both = length + after;
+    add((next + 1) % frames, slope_next * length / (after * both));
+    here -= slope_next * after / (length * both);
+    there += slope_next * (after / length - length / after) / both;
+  } else {
+    here -= slope_next / length;
+    there += slope_next / length;
+  }
+  add(frame, here);
+  add(next, there);
   return weights;
 }
 

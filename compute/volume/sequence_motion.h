@@ -22,7 +22,8 @@ struct TimeBasis {
   std::vector<double> times_s;  ///< one per frame, rising, the first 0
   double cycle_s = 0.0;         ///< T, above the last time; 0: not cyclic
   /// H: terms are c_0, a_1, b_1, ... a_H, b_H of the cycle (cyclic only, at most kMostHarmonics).
-  /// 0: one term per frame, and straight lines between the frames.
+  /// 0: one term per frame, and between them a cubic curve in time whose velocity does not jump at
+  /// the frames (at each the slope of the parabola through it and its neighbours).
   int harmonics = 0;
   static constexpr int kMostHarmonics = (TimeWeights::kMost - 1) / 2;
 
@@ -31,6 +32,9 @@ struct TimeBasis {
   TimeWeights at(double time_s) const noexcept;
   /// At the share `phase` of the way from a frame to the next one.
   TimeWeights at(int frame, double phase) const noexcept;
+
+ private:
+  double step_s(int frame) const noexcept;  ///< from the frame to the next
 };
 
 /// One motion for a whole sequence: the material that is at X (LPS mm) in the reference frame is at
@@ -40,8 +44,8 @@ struct TimeBasis {
 ///
 /// Cyclic data have u as harmonics of the cycle,
 ///   u(X, t) = c_0(X) + sum_h [a_h(X) cos(2 pi h t / T) + b_h(X) sin(2 pi h t / T)],
-/// smooth in time and periodic. Without harmonics u is known at the frames and goes in straight
-/// lines between them.
+/// smooth in time and periodic. Without harmonics u is known at the frames and goes in smooth
+/// curves between them.
 struct SequenceMotion {
   size_t reference = 0;  ///< the frame that tells all others; the one nearest to the mean
   TimeBasis basis;

@@ -7,7 +7,8 @@
 
 namespace palpate {
 
-/// One scalar frame. Values carry the unit of the file after rescale slope and intercept (HU for CT). Shape (nz, ny, nx).
+/// One scalar frame. Values carry the unit of the file after rescale slope and intercept (HU for
+/// CT). Shape (nz, ny, nx).
 struct Volume {
   Grid grid;
   std::vector<float> values;
@@ -21,7 +22,8 @@ struct Mask {
   std::vector<uint8_t> values;
 };
 
-/// The value at a continuous index, trilinear, the border value held outside. Any thread; does not allocate.
+/// The value at a continuous index, trilinear, the border value held outside. Any thread; does not
+/// allocate.
 double sample(const Volume& volume, glm::dvec3 index);
 
 /// The volume on another grid, trilinear in physical space, border values held outside.

@@ -1,5 +1,6 @@
 #include "compute/vulkan/buffer.h"
 
+#include <cassert>
 #include <utility>
 
 namespace palpate::vulkan {
@@ -50,7 +51,12 @@ TexelView::TexelView(std::shared_ptr<Context> context, const Buffer& buffer, VkF
   VkBufferViewCreateInfo create{VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO};
   create.buffer = buffer.handle();
   create.format = format;
-  create.range = VK_WHOLE_SIZE;
+  assert((format == VK_FORMAT_R32_UINT || format == VK_FORMAT_R32G32B32A32_SFLOAT) &&
+         "no kernel reads texels of another format");
+  const uint64_t texel_bytes = format == VK_FORMAT_R32_UINT ? 4 : 16;
+  const uint64_t most_bytes = context_->limits().maxTexelBufferElements * texel_bytes;
+  whole_ = buffer.bytes() <= most_bytes;
+  create.range = whole_ ? VK_WHOLE_SIZE : most_bytes;
   check(vkCreateBufferView(context_->device(), &create, nullptr, &view_), "viewing a buffer");
 }
 
@@ -61,6 +67,7 @@ TexelView::~TexelView() {
 void TexelView::swap(TexelView& other) noexcept {
   std::swap(context_, other.context_);
   std::swap(view_, other.view_);
+  std::swap(whole_, other.whole_);
 }
 
 }  // namespace palpate::vulkan

@@ -46,8 +46,9 @@ class Buffer {
   Kind kind_ = Kind::kDevice;
 };
 
-/// A whole buffer as texels of a format, for kernels that read single ones (BindingKind::kTexels).
-/// The buffer must outlive it. Move-only. Creation throws Failure.
+/// A buffer as texels of a format (R32_UINT or R32G32B32A32_SFLOAT), for kernels that read single
+/// ones (BindingKind::kTexels). Shows as many texels as the device allows, from the first on:
+/// Vulkan promises 65536. The buffer must outlive it. Move-only. Creation throws Failure.
 class TexelView {
  public:
   TexelView() = default;
@@ -59,12 +60,16 @@ class TexelView {
   }
   ~TexelView();
   VkBufferView handle() const { return view_; }
+  /// False where the device allows fewer texels than the buffer has: kernels then have to read the
+  /// buffer itself.
+  bool whole() const { return whole_; }
 
  private:
   void swap(TexelView& other) noexcept;
 
   std::shared_ptr<Context> context_;
   VkBufferView view_ = VK_NULL_HANDLE;
+  bool whole_ = true;
 };
 
 }  // namespace palpate::vulkan

@@ -315,6 +315,10 @@ Result<std::shared_ptr<Context>> Context::open(const ContextOptions& options) {
   // images.
   VkPhysicalDeviceFeatures features{};
   features.shaderStorageImageWriteWithoutFormat = VK_TRUE;
+  VkPhysicalDeviceFeatures offered;
+  vkGetPhysicalDeviceFeatures(self->physical_device_, &offered);
+  features.shaderStorageImageExtendedFormats = offered.shaderStorageImageExtendedFormats;
+  self->loads_extended_formats_ = offered.shaderStorageImageExtendedFormats == VK_TRUE;
   VkDeviceCreateInfo create{VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO};
   create.pEnabledFeatures = &features;
   create.queueCreateInfoCount = 1;

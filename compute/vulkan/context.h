@@ -83,6 +83,8 @@ class Context {
   const DeviceInfo& info() const { return info_; }
   const VkPhysicalDeviceLimits& limits() const { return limits_; }
   bool is_cpu() const { return is_cpu_; }
+  /// Whether kernels may load from storage images of r8, r16f and rg32f too.
+  bool loads_extended_formats() const { return loads_extended_formats_; }
 
   /// Device memory that one estimation may use, with the cap.
   uint64_t memory_budget_bytes() const;
@@ -124,6 +126,7 @@ class Context {
   VkPhysicalDeviceMemoryProperties memory_{};
   DeviceInfo info_;
   bool is_cpu_ = false;
+  bool loads_extended_formats_ = false;
   uint64_t memory_cap_ = 0;
   std::atomic<uint64_t> memory_used_{0};
   std::atomic<uint64_t> memory_peak_{0};

@@ -5,7 +5,7 @@
 namespace palpate::vulkan {
 
 Image::Image(std::shared_ptr<Context> context, glm::ivec3 size, VkFormat format)
-    : context_(std::move(context)), size_(size) {
+    : context_(std::move(context)), size_(size), format_(format) {
   const VkDevice device = context_->device();
   VkImageCreateInfo create{VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO};
   create.imageType = VK_IMAGE_TYPE_3D;
@@ -51,6 +51,7 @@ void Image::swap(Image& other) noexcept {
   std::swap(memory_, other.memory_);
   std::swap(reserved_, other.reserved_);
   std::swap(size_, other.size_);
+  std::swap(format_, other.format_);
 }
 
 Sampler::Sampler(std::shared_ptr<Context> context, VkFilter filter) : context_(std::move(context)) {

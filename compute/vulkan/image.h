@@ -23,6 +23,7 @@ class Image {
   VkImage handle() const { return image_; }
   VkImageView view() const { return view_; }
   glm::ivec3 size() const { return size_; }
+  VkFormat format() const { return format_; }
   explicit operator bool() const { return image_ != VK_NULL_HANDLE; }
 
  private:
@@ -34,6 +35,7 @@ class Image {
   VkDeviceMemory memory_ = VK_NULL_HANDLE;
   uint64_t reserved_ = 0;
   glm::ivec3 size_{0};
+  VkFormat format_ = VK_FORMAT_UNDEFINED;
 };
 
 /// The sampler kernels read images through: normalised coordinates, border held, nearest or linear.

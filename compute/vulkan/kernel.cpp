@@ -5,6 +5,8 @@
 namespace palpate::vulkan {
 namespace {
 
+thread_local uint64_t compiled_here = 0;
+
 VkDescriptorType type_of(BindingKind kind) {
   switch (kind) {
     case BindingKind::kBuffer:
@@ -67,6 +69,11 @@ Kernel::Kernel(std::shared_ptr<Context> context, const KernelOptions& options)
       vkCreateComputePipelines(device, VK_NULL_HANDLE, 1, &create, nullptr, &pipeline_);
   vkDestroyShaderModule(device, shader_module, nullptr);
   check(result, "compiling a kernel");
+  ++compiled_here;
+}
+
+uint64_t Kernel::compiled_on_this_thread() {
+  return compiled_here;
 }
 
 Kernel::~Kernel() {

@@ -33,6 +33,9 @@ class Kernel {
   }
   ~Kernel();
 
+  /// Kernels that the calling thread has compiled so far: a frame loop compiles none.
+  static uint64_t compiled_on_this_thread();
+
   VkPipeline pipeline() const { return pipeline_; }
   VkPipelineLayout layout() const { return layout_; }
   VkDescriptorSetLayout set_layout() const { return set_layout_; }

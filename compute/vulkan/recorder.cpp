@@ -7,7 +7,7 @@ namespace palpate::vulkan {
 namespace {
 
 constexpr uint32_t kMaxStamps = 256;
-constexpr uint32_t kMaxBindingsPerDispatch = 13;
+constexpr uint32_t kMaxBindingsPerDispatch = 18;
 
 }  // namespace
 

@@ -12,8 +12,8 @@ namespace palpate::stability {
 enum class Colour { kError, kFolds };
 
 /// What becomes of a pair. A failure: more than 5 % of the scored voxels are wrong by more than a
-/// voxel, or a fold. palpate flags it if its verdict is not ok, or if its confidence is below 0.3
-/// at nine tenths of what is wrong; "classic" has no word for either.
+/// voxel, or a fold. palpate flags it if its verdict is not ok, or if its confidence is low
+/// (below kLowConfidence) at nine tenths of what is wrong; "classic" has no word for either.
 Cell motion_cell(const std::shared_ptr<vulkan::Context>& context, const MotionPair& pair,
                  bool palpate, Colour colour = Colour::kError);
 Cell motion_cell(const Found& found, const MotionPair& pair, bool palpate, Colour colour);

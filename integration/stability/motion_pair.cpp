@@ -10,7 +10,6 @@ namespace palpate::stability {
 namespace {
 
 constexpr double kMargin_voxels = 4.0;
-constexpr double kSpeaksFor = 0.3;  // as in low_confidence_share()
 constexpr double kSampleCost = 200.0;
 
 template <class Work>
@@ -121,7 +120,7 @@ Score scored(const Found& found, const MotionPair& pair) {
         sum += error;
         if (error <= 1.0) continue;
         ++wrong;
-        unseen += confidence_at(found.confidence, x) >= kSpeaksFor;
+        unseen += confidence_at(found.confidence, x) >= kLowConfidence;
       }
   if (!count) throw std::runtime_error("Nothing of the pair is seen in both frames.");
   return {sum / double(count), double(wrong) / double(count),

@@ -24,7 +24,10 @@ class Palpate final : public PairMethod {
     if (first && setting_.is_preset() && setting_.options.method == MotionMethod::kPalpate)
       demand_same_as_public(context_, run, fixed, moving, setting_.options, patience.stop);
     const double seconds = run.total_s(), work = work_bytes(warm_->plan(), run.report);
-    return PairResult{std::move(run.field), seconds, work};
+    PairResult result{std::move(run.field), seconds, work};
+    if (setting_.options.method == MotionMethod::kPalpate)
+      result.confidence = std::move(run.confidence);
+    return result;
   }
   std::string name() const override { return setting_.name; }
   std::string family() const override {

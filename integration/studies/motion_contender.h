@@ -2,6 +2,7 @@
 
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "compute/volume/field.h"
@@ -21,6 +22,7 @@ struct PairResult {
   Field field;  ///< mm, LPS, on any grid
   double seconds = 0.0;
   double work_bytes = std::numeric_limits<double>::quiet_NaN();  ///< see motion_work.h; peers: none
+  std::optional<Confidence> confidence = {};  ///< nothing where a method has no word for it
 };
 
 /// A method that finds the motion between two frames on one grid. One thread at a time.

@@ -106,6 +106,21 @@ std::string caption_of(const MotionMeasures& measures) {
       measures.still_error_mm);
 }
 
+/// What the presets' confidence is worth on the pair; nothing where no true field is known.
+Result<std::optional<report::Figure>> reliability_figure(const MotionMeasures& measures) {
+  std::vector<NamedReliability> presets;
+  for (const MotionMeasure& row : measures.rows)
+    if (row.reliability) presets.emplace_back(row.name, *row.reliability);
+  if (presets.empty()) return std::optional<report::Figure>();
+  const Chart chart = reliability_chart(presets, "Calibration of confidence: " + measures.name);
+  auto svg = drawn(chart, "reliability" + measures.id);
+  if (!svg) return svg.error();
+  report::Table table = reliability_table(presets, chart.title);
+  const std::string caption =
+      table.note + " On the dashed line it is perfectly calibrated; above it, it is too low.";
+  return std::optional(report::Figure{chart.title, std::move(*svg), caption, std::move(table)});
+}
+
 Result<std::vector<report::Part>> parts_of(const MotionMeasures& measures) {
   std::vector<report::Part> parts;
   const Chart chart = chart_of(measures);
@@ -117,6 +132,9 @@ Result<std::vector<report::Part>> parts_of(const MotionMeasures& measures) {
                        joined(error_sentences(measures)) + "\n\n" +
                        joined(preset_sentences(measures));
   parts.push_back(report::Note{choose, false});
+  auto reliability = reliability_figure(measures);
+  if (!reliability) return reliability.error();
+  if (*reliability) parts.emplace_back(std::move(**reliability));
   for (const std::string& missing : measures.missing) parts.push_back(report::Note{missing, true});
   report::Table sweeps{"What each change does: " + measures.name, "", {{"finding", "finding"}}, {}};
   for (std::string& sentence : sweep_sentences(measures))

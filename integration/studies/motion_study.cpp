@@ -73,6 +73,10 @@ Result<MotionMeasure> measured(const StudyRun& run, PairMethod& method, const Mo
   if (!error) return error.error();
   row.error_mm = error->mean;
   row.error_p95_mm = error->p95;
+  if (method.is_preset() && known.truth && all->result.confidence)
+    row.reliability =
+        reliability_of(all->result.field, *all->result.confidence, *known.truth,
+                       known.mask ? &*known.mask : nullptr, kRightVoxels * known.voxel_mm());
   const Field field = resampled(all->result.field, known.fixed.grid);
   row.folded = folds(field).folded;
   if (goes_back(run, method, row)) {

@@ -3,6 +3,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include "integration/report/table.h"
 #include "integration/studies/motion_case.h"
 #include "integration/studies/motion_contender.h"
+#include "integration/studies/reliability.h"
 #include "integration/studies/study.h"
 
 namespace palpate::studies {
@@ -26,6 +28,7 @@ struct MotionMeasure {
   size_t folded = 0;      ///< voxels of the image that fold
   double there_and_back_mm = std::numeric_limits<double>::quiet_NaN();  ///< mean; NaN: not measured
   double work_bytes = std::numeric_limits<double>::quiet_NaN();
+  std::optional<Reliability> reliability = {};  ///< of palpate's presets, where a field is known
 
   double error_voxels() const { return error_mm / voxel_mm; }
   report::Costs costs() const { return {seconds, error_mm}; }

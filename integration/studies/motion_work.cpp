@@ -30,11 +30,7 @@ double work_bytes(const MotionPlan& plan, const SolveReport& report) {
         classic
             ? kClassicBytes
             : kBytesPerCell + kBytesPerFilterStep * plan.options.filter_steps + per_voxel * voxels;
-    bytes += done.brick_iterations * kBrickCells * per_cell;
-  }
-  if (const auto search = plan_search(plan); search && !classic) {
-    bytes += double(search->nodes.x) * search->nodes.y * search->nodes.z * search->labels() *
-             kBytesPerLabel;
+    bytes += done.brick_iterations * kBrickCells * per_cell + done.searched * kBytesPerLabel;
   }
   return bytes;
 }

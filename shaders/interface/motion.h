@@ -1,5 +1,5 @@
-// Push constants of the motion kernels, read by GLSL and by C++ alike. Only 16-byte members, so that both languages
-// lay them out the same way; C++ asserts the sizes.
+// Push constants of the motion kernels, read by GLSL and by C++ alike. Only 16-byte members, so
+// that both languages lay them out the same way; C++ asserts the sizes.
 #ifndef PALPATE_SHADERS_INTERFACE_MOTION_H
 #define PALPATE_SHADERS_INTERFACE_MOTION_H
 
@@ -9,16 +9,28 @@ namespace palpate::shaders {
 using glm::ivec4;
 using glm::vec4;
 #define PALPATE_SIZE(type, bytes) static_assert(sizeof(type) == (bytes))
-// Cells along each edge of a brick, the unit in which work is left out. A work group is one slice of a brick.
+// Cells along each edge of a brick, the unit in which work is left out. A work group is one slice
+// of a brick.
 constexpr int kBrick = 8;
 // Taps of a smoothing kernel on one side of its centre, at most.
 constexpr int kMaxRadius = 11;
-// Gradients are held within this, in 1/mm, so that they are finite in fp16: an infinite one marks a voxel that lies
-// outside the mask.
+// Gradients are held within this, in 1/mm, so that they are finite in fp16: an infinite one marks a
+// voxel that lies outside the mask.
 constexpr float kLargestGradient = 60000.0F;
-// A level yields wholly where the determinant of its field is above the second, and not at all below the first.
+// A level yields wholly where the determinant of its field is above the second, and not at all
+// below the first.
 constexpr float kSteepest = 0.5F;
 constexpr float kGentle = 0.8F;
+// Confidence, see confidence.comp. kRightOdds is fitted on 22 pairs of 9 anatomies with known
+// motion; with any one anatomy left out it is 0.0091 to 0.0166 (docs/decisions/motion-engine.md).
+// White noise of two frames that share nothing makes gradients of r^2 / 8 per voxel and axis; a
+// quarter more, so that chance leaves nothing of it.
+constexpr float kRightOdds = 0.012F;
+constexpr float kRest = 0.03F;
+constexpr float kSteep = 0.3F;
+constexpr float kLeft = 0.01F;
+constexpr float kNoiseOfGradient = 0.15625F;
+constexpr float kLeastResidual = 1e-6F;
 #else
 #define PALPATE_SIZE(type, bytes)
 const int kBrick = 8;
@@ -26,122 +38,142 @@ const int kMaxRadius = 11;
 const float kLargestGradient = 60000.0;
 const float kSteepest = 0.5;
 const float kGentle = 0.8;
+const float kRightOdds = 0.012;
+const float kRest = 0.03;
+const float kSteep = 0.3;
+const float kLeft = 0.01;
+const float kNoiseOfGradient = 0.15625;
+const float kLeastResidual = 1e-6;
 #endif
 
 struct DownsamplePush {
   ivec4 fine_size;    // of the bound image; w: its first slice in the whole
   ivec4 coarse_size;  // of the whole; w: first slice to write
-  ivec4 ratio;        // fine voxels per coarse voxel along each axis, 1 or 2; w: slices to write, 0 = all
+  ivec4 ratio;  // fine voxels per coarse voxel along each axis, 1 or 2; w: slices to write, 0 = all
 };
 PALPATE_SIZE(DownsamplePush, 48);
 
 struct MomentsPush {
-  ivec4 size;    // of the image
-  ivec4 cells;   // of the moments
-  ivec4 cell;    // voxels per cell
-  ivec4 begin;   // first cell that is written
+  ivec4 size;   // of the image
+  ivec4 cells;  // of the moments
+  ivec4 cell;   // voxels per cell
+  ivec4 begin;  // first cell that is written
 };
 PALPATE_SIZE(MomentsPush, 64);
 
 struct GaussPush {
-  ivec4 size;                // of the image smoothed; w: axis 0, 1, 2
-  ivec4 radius;              // x: taps on one side
-  vec4 weights[3];           // weight of tap 0, 1, ... kMaxRadius
+  ivec4 size;       // of the image smoothed; w: axis 0, 1, 2
+  ivec4 radius;     // x: taps on one side
+  vec4 weights[3];  // weight of tap 0, 1, ... kMaxRadius
 };
 PALPATE_SIZE(GaussPush, 80);
 
 struct NormalisePush {
   ivec4 size;
-  ivec4 cells;   // of the moments
-  ivec4 cell;    // voxels per moments cell
-  vec4 noise;    // x: f^2, the noise variance; y: 1 = normalise locally, 0 = keep the intensity
-  ivec4 begin;   // first voxel that is written
+  ivec4 cells;  // of the moments
+  ivec4 cell;   // voxels per moments cell
+  vec4 noise;   // x: f^2, the noise variance; y: 1 = normalise locally, 0 = keep the intensity
+  ivec4 begin;  // first voxel that is written
 };
 PALPATE_SIZE(NormalisePush, 80);
 
 struct PackPush {
   ivec4 size;
   vec4 spacing_mm;
-  ivec4 begin;   // first voxel that is written
+  ivec4 begin;  // first voxel that is written
 };
 PALPATE_SIZE(PackPush, 48);
 
 struct NormalEquationsPush {
-  ivec4 cells;          // of the field; w: colour of the checkerboard that is read, 0 or 1; -1 = every voxel
-  ivec4 fixed_size;     // of the fixed image; w: z of the first slice that the bound slab holds
-  ivec4 moving_size;    // of the moving image; w: z of the first slice that the bound slab holds
-  ivec4 moving_slab;    // x: slices in the bound slab; y, z: first and last + 1 sample floor(z) this slab answers for
-                        // w: 1 = add to what is there, 0 = write
-  ivec4 fixed_slab;     // x: slices in the bound slab; y, z: first and last + 1 slice of it that count
-  vec4 spacing_mm;      // of the images
+  ivec4
+      cells;  // of the field; w: colour of the checkerboard that is read, 0 or 1; -1 = every voxel
+  ivec4 fixed_size;   // of the fixed image; w: z of the first slice that the bound slab holds
+  ivec4 moving_size;  // of the moving image; w: z of the first slice that the bound slab holds
+  ivec4 moving_slab;  // x: slices in the bound slab; y, z: first and last + 1 sample floor(z) this
+                      // slab answers for w: 1 = add to what is there, 0 = write
+  ivec4 fixed_slab;  // x: slices in the bound slab; y, z: first and last + 1 slice of it that count
+  vec4 spacing_mm;   // of the images
 };
 PALPATE_SIZE(NormalEquationsPush, 96);
 
 struct UpdatePush {
   ivec4 cells;
   vec4 cell_mm;
-  vec4 step;   // x: alpha^2 / h^2 in 1/mm^2; y: largest |d| in mm
+  vec4 step;  // x: alpha^2 / h^2 in 1/mm^2; y: largest |d| in mm
 };
 PALPATE_SIZE(UpdatePush, 48);
 
 struct UpdateTwoPush {
   ivec4 cells;
   vec4 cell_mm;
-  vec4 step;            // x, y: alpha^2 / h^2 in 1/mm^2 where the share s is 0 and 1; z: largest |d| in mm
-  vec4 share;           // x, y: rho at which s leaves 0 and reaches 1; z: W, r^2 that noise leaves where it is flat; w: flat
-  vec4 filter_weight;   // x: of the total variation where s is 1, as a multiple; y: T at which it is halved
-                        // z: voxels that the narrow window averages
+  vec4 step;   // x, y: alpha^2 / h^2 in 1/mm^2 where the share s is 0 and 1; z: largest |d| in mm
+  vec4 share;  // x, y: rho at which s leaves 0 and reaches 1; z: W, r^2 that noise leaves where it
+               // is flat; w: flat
+  vec4 filter_weight;  // x: of the total variation where s is 1, as a multiple; y: T at which it is
+                       // halved z: voxels that the narrow window averages
 };
 PALPATE_SIZE(UpdateTwoPush, 80);
 
 struct TotalVariationPush {
   ivec4 cells;
-  vec4 slope;    // per axis: weight of the difference of neighbours
-  vec4 weight;   // x: lambda h in mm where the field's .w is 0; y: dual step; z: Huber threshold in mm; w: momentum
+  vec4 slope;   // per axis: weight of the difference of neighbours
+  vec4 weight;  // x: lambda h in mm where the field's .w is 0; y: dual step; z: Huber threshold in
+                // mm; w: momentum
 };
 PALPATE_SIZE(TotalVariationPush, 48);
 
 struct UpsamplePush {
   ivec4 to_cells;
   ivec4 from_cells;
-  vec4 scale;    // index in `from` = scale * index in `to` + offset
+  vec4 scale;  // index in `from` = scale * index in `to` + offset
   vec4 offset;
 };
 PALPATE_SIZE(UpsamplePush, 64);
 
 struct MeasurePush {
   ivec4 cells;
-  vec4 unit;     // x: 1 / (length in mm that counts as one unit)
+  vec4 unit;  // x: 1 / (length in mm that counts as one unit)
 };
 PALPATE_SIZE(MeasurePush, 32);
 
 struct ConfidencePush {
   ivec4 cells;
-  vec4 scale;    // x: 1 / (voxels averaged by the window); y: 1 / (SD in mm at which trust is a half)^2
-                 // z: 1 = intensities are locally normalised
+  vec4 cell_mm;  // w: 1 / h in 1/mm
+  vec4 noise;    // xyz: kNoiseOfGradient / (voxel edge in mm)^2; w: 1 / (voxels averaged by the
+                 // window, times h^2)
+  vec4 left;     // x: W, r^2 that noise leaves on the coarser level where it is flat; y: flat; z:
+                 // alpha^2 / h^2 in 1/mm^2 w: 1 = there is a coarser level, 0 = rho is 0
 };
-PALPATE_SIZE(ConfidencePush, 32);
+PALPATE_SIZE(ConfidencePush, 64);
 
 struct MatchingPush {
-  ivec4 size;      // of the images
-  ivec4 nodes;
-  ivec4 cell;      // voxels per node
-  ivec4 reach;     // labels go from -reach to +reach voxels along each axis
-  vec4 cut;        // x: differences above this count as this
+  ivec4 size;       // of the images
+  ivec4 nodes;      // w: listed nodes
+  ivec4 cell;       // voxels per node
+  ivec4 reach;      // labels go from -reach to +reach voxels along each axis
+  vec4 spacing_mm;  // of the images; w: differences above this count as this
 };
 PALPATE_SIZE(MatchingPush, 80);
 
 struct SmoothCostPush {
-  ivec4 nodes;   // w: axis
+  ivec4 nodes;  // w: axis
+  ivec4 count;  // x: listed nodes
 };
-PALPATE_SIZE(SmoothCostPush, 16);
+PALPATE_SIZE(SmoothCostPush, 32);
 
 struct CoupledChoicePush {
-  ivec4 nodes;
-  ivec4 reach;       // w: 1 = first round, nothing to stay near to
-  vec4 spacing_mm;   // of the images; w: price of one squared voxel of distance from the smooth field
+  ivec4 nodes;  // w: listed nodes
+  ivec4 reach;  // labels go from -reach to +reach voxels along each axis
+  vec4
+      spacing_mm;  // of the images; w: price of one squared voxel of distance from the smooth field
 };
 PALPATE_SIZE(CoupledChoicePush, 48);
+
+struct ChoosePush {
+  ivec4 cells;
+  vec4 gain;  // x, y: gain from which on, and at which wholly, the other field is taken; z: flat
+};
+PALPATE_SIZE(ChoosePush, 32);
 
 struct ClassicPush {
   ivec4 size;
@@ -151,9 +183,9 @@ PALPATE_SIZE(ClassicPush, 32);
 
 struct FoldsPush {
   ivec4 cells;
-  ivec4 cell;          // image voxels per cell
+  ivec4 cell;  // image voxels per cell
   ivec4 image_size;
-  vec4 spacing_mm;     // of the image; w: smallest determinant allowed
+  vec4 spacing_mm;  // of the image; w: smallest determinant allowed
 };
 PALPATE_SIZE(FoldsPush, 64);
 

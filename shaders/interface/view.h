@@ -16,27 +16,28 @@ using glm::vec4;
 #define PALPATE_CONSTANT const
 #endif
 
-PALPATE_CONSTANT int kBrick = 8;       // voxels along the edge of a brick: the unit of skipping
-PALPATE_CONSTANT int kNode = 4;        // voxels from one back-tracked node to the next
-PALPATE_CONSTANT int kMostVolumes = 8; // drawn into one picture, surfaces of segments among them
-PALPATE_CONSTANT int kMostPlanes = 8;  // that clip
+PALPATE_CONSTANT int kBrick = 8;        // voxels along the edge of a brick: the unit of skipping
+PALPATE_CONSTANT int kNode = 4;         // voxels from one back-tracked node to the next
+PALPATE_CONSTANT int kMostVolumes = 8;  // drawn into one picture, surfaces of segments among them
+PALPATE_CONSTANT int kMostPlanes = 8;   // that clip
 PALPATE_CONSTANT int kMostEyes = 2;
-PALPATE_CONSTANT int kTable = 2048;    // entries of a transfer table, each colour and extinction
-// Per brick: its first word (see kSolid), two words with a bit for each of its 64 blocks of 2 x 2 x 2
-// cells that shows anything, two with a bit for each block of which every cell does, 16 with a bit
-// for each cell. Bit x + 4 y + 16 z of blocks, x + 8 y + 64 z of cells, from the lowest on.
+PALPATE_CONSTANT int kTable = 2048;  // entries of a transfer table, each colour and extinction
+// Per brick: its first word (see kSolid), two words with a bit for each of its 64 blocks of 2 x 2 x
+// 2 cells that shows anything, two with a bit for each block of which every cell does, 16 with a
+// bit for each cell. Bit x + 4 y + 16 z of blocks, x + 8 y + 64 z of cells, from the lowest on.
 PALPATE_CONSTANT int kSkipWords = 21;
 PALPATE_CONSTANT int kBlockWord = 1;
 PALPATE_CONSTANT int kFullBlockWord = 3;
 PALPATE_CONSTANT int kCellWord = 5;
-PALPATE_CONSTANT int kFarthest = 63;   // bricks that can be skipped at once
-PALPATE_CONSTANT int kPart = 4;        // cells along the edge of a part whose bounds are kept
-PALPATE_CONSTANT int kMostLevels = 12; // powers of two of entries of which the most is kept
-PALPATE_CONSTANT int kPrefilterRun = 8; // voxels that an invocation smooths
-PALPATE_CONSTANT int kStride = 4;      // steps at once where a volume is thin
-PALPATE_CONSTANT int kMostTerms = 41;  // of a motion for a whole sequence: TimeWeights::kMost
-// The first skip word of a brick holds how many bricks away the nearest one is that is occupied (bits
-// 0 to 7), not solid (8 to 15) and not thin (16 to 23), 0 if it is so itself; while it is made, flags.
+PALPATE_CONSTANT int kFarthest = 63;     // bricks that can be skipped at once
+PALPATE_CONSTANT int kPart = 4;          // cells along the edge of a part whose bounds are kept
+PALPATE_CONSTANT int kMostLevels = 12;   // powers of two of entries of which the most is kept
+PALPATE_CONSTANT int kPrefilterRun = 8;  // voxels that an invocation smooths
+PALPATE_CONSTANT int kStride = 4;        // steps at once where a volume is thin
+PALPATE_CONSTANT int kMostTerms = 41;    // of a motion for a whole sequence: TimeWeights::kMost
+// The first skip word of a brick holds how many bricks away the nearest one is that is occupied
+// (bits 0 to 7), not solid (8 to 15) and not thin (16 to 23), 0 if it is so itself; while it is
+// made, flags.
 #ifdef __cplusplus
 constexpr unsigned kSolid = 0x100U;  // every block is occupied, and it is not thin
 constexpr unsigned kThin = 0x200U;   // little light is lost across it, so longer steps will do
@@ -55,25 +56,25 @@ struct ViewRays {
 };
 
 struct ViewVolumeParameters {
-  ViewRays rays[2];    // in voxels of the volume
-  vec4 size;           // voxels; w: 1 if the volume is drawn
-  ivec4 bricks;        // along each axis; w: first word of its skip structure
-  vec4 spacing_mm;     // of its voxels, w: samples per voxel
-  vec4 table;          // x, y: entry = x * value + y; z: first entry; w: slope (1/mm) of a full surface
-  vec4 shine;          // ambient, diffuse, specular, exponent
-  vec4 light;          // towards the light, along the volume's axes (of voxels)
-  vec4 head;           // towards the eyes, the same
-  vec4 stretch;        // normal = stretch * slope, for volumes scaled more along one axis; w: 1/2 if the
-                       // volume is read as curve.comp says, else 0
+  ViewRays rays[2];  // in voxels of the volume
+  vec4 size;         // voxels; w: 1 if the volume is drawn
+  ivec4 bricks;      // along each axis; w: first word of its skip structure
+  vec4 spacing_mm;   // of its voxels, w: samples per voxel
+  vec4 table;    // x, y: entry = x * value + y; z: first entry; w: slope (1/mm) of a full surface
+  vec4 shine;    // ambient, diffuse, specular, exponent
+  vec4 light;    // towards the light, along the volume's axes (of voxels)
+  vec4 head;     // towards the eyes, the same
+  vec4 stretch;  // normal = stretch * slope, for volumes scaled more along one axis; w: 1/2 if the
+                 // volume is read as curve.comp says, else 0
 };
 
 struct ViewParameters {
-  ViewRays rays[2];    // in the world, m
-  vec4 planes[8];      // kept is where dot(xyz, point) >= w, world, m
-  vec4 background;     // linear colour; w: nearest depth t, m
-  vec4 background_low; // at the bottom of the picture
-  vec4 light;          // towards the light, world
-  ivec4 counts;        // eyes, planes, width, height
+  ViewRays rays[2];     // in the world, m
+  vec4 planes[8];       // kept is where dot(xyz, point) >= w, world, m
+  vec4 background;      // linear colour; w: nearest depth t, m
+  vec4 background_low;  // at the bottom of the picture
+  vec4 light;           // towards the light, world
+  ivec4 counts;         // eyes, planes, width, height
   ViewVolumeParameters volumes[8];
 };
 PALPATE_SIZE(ViewRays, 64);
@@ -82,13 +83,14 @@ PALPATE_SIZE(ViewParameters, 2368);
 
 // A round cone: all spheres between two.
 struct ViewThing {
-  vec4 from;    // world, m; w: radius
+  vec4 from;  // world, m; w: radius
   vec4 to;
   vec4 colour;  // linear
 };
 PALPATE_SIZE(ViewThing, 48);
 
-PALPATE_CONSTANT int kItemPixels = 64;  // along the edge of the part of a picture that a group draws
+PALPATE_CONSTANT int kItemPixels =
+    64;  // along the edge of the part of a picture that a group draws
 
 struct ThingsPush {
   ivec4 pass;  // x: 0 depth, 1 colour
@@ -107,11 +109,11 @@ struct MotionAtPush {
 PALPATE_SIZE(MotionAtPush, 16);
 
 struct TrackPush {
-  ivec4 nodes;          // along each axis; w: 1 = start from the nodes of the last phase
-  ivec4 field_size;     // samples of the field
-  vec4 field_from[3];   // rows: index of the field = row . (voxel, 1)
-  vec4 phase;           // x: g; y: how close is close enough, voxels; z: 1 = of a motion for all times
-                        // (track.comp); w: 1 = nodes before a brick's first one are looked at
+  ivec4 nodes;         // along each axis; w: 1 = start from the nodes of the last phase
+  ivec4 field_size;    // samples of the field
+  vec4 field_from[3];  // rows: index of the field = row . (voxel, 1)
+  vec4 phase;  // x: g; y: how close is close enough, voxels; z: 1 = of a motion for all times
+               // (track.comp); w: 1 = nodes before a brick's first one are looked at
   ivec4 bricks;
 };
 PALPATE_SIZE(TrackPush, 112);
@@ -124,18 +126,18 @@ struct PartRange {
 PALPATE_SIZE(PartRange, 48);
 
 struct RangesPush {
-  ivec4 size;           // voxels; w: 1 = there is a field
+  ivec4 size;  // voxels; w: 1 = there is a field
   ivec4 parts;
   ivec4 field_size;
-  vec4 field_from[3];   // rows: index of the field = row . (voxel, 1)
+  vec4 field_from[3];  // rows: index of the field = row . (voxel, 1)
 };
 PALPATE_SIZE(RangesPush, 96);
 
 struct MarkPush {
   ivec4 parts;
   ivec4 bricks;
-  vec4 table;  // x, y: entry = x * value + y; z: first entry of the table; w: last one
-  vec4 phase;  // x: of the motion; y: weight of the next frame; z: 1 = nodes are looked at
+  vec4 table;          // x, y: entry = x * value + y; z: first entry of the table; w: last one
+  vec4 phase;          // x: of the motion; y: weight of the next frame; z: 1 = nodes are looked at
   ivec4 field_size;    // samples of the field, if it is looked at
   vec4 field_from[3];  // rows: index of the field = row . (voxel, 1)
 };
@@ -143,12 +145,12 @@ PALPATE_SIZE(MarkPush, 128);
 
 struct BrickPush {
   ivec4 size;
-  ivec4 bricks;   // w: first word of the skip structure
-  vec4 nodes;     // of the back-tracked nodes
-  vec4 frames;    // x, y: weight of frame and next frame; z: a brick with less extinction (1/mm) is
-                  // thin; w: 1 / phase
-  vec4 table;     // as in MarkPush
-  vec4 per_mm;    // voxels per mm along each axis
+  ivec4 bricks;  // w: first word of the skip structure
+  vec4 nodes;    // of the back-tracked nodes
+  vec4 frames;   // x, y: weight of frame and next frame; z: a brick with less extinction (1/mm) is
+                 // thin; w: 1 / phase
+  vec4 table;    // as in MarkPush
+  vec4 per_mm;   // voxels per mm along each axis
 };
 PALPATE_SIZE(BrickPush, 96);
 

@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "include/read.glsl"
 #include "interface/motion.h"
 #include "include/bricks.glsl"
 // The paper's iteration (34), as it stands there, in units of the voxel; the Gaussian that follows is gauss.comp.
@@ -15,9 +16,9 @@
 //
 // One invocation: one voxel. Border: L1 held; outside the mask (an infinite gradient) M stays. Precision: fp32.
 // Race: each output written once. CPU oracle: oracle::classic_force.
-layout(set = 0, binding = 1) uniform sampler3D fixed_image;
+TEXELS(1, fixed_image, rgba16f);
 layout(set = 0, binding = 2) uniform sampler3D moving_image;
-layout(set = 0, binding = 3) uniform sampler3D field;
+TEXELS(3, field, rgba32f);
 layout(set = 0, binding = 4) uniform writeonly image3D updated;
 layout(push_constant) uniform Push { ClassicPush push; };
 
@@ -25,8 +26,8 @@ void main() {
   const ivec3 i = brick_cell();
   if (beyond(i, push.size.xyz)) return;
   const vec3 spacing = push.spacing_mm.xyz;
-  vec3 u = texelFetch(field, i, 0).xyz;
-  const vec4 f = texelFetch(fixed_image, i, 0);
+  vec3 u = READ(field, i).xyz;
+  const vec4 f = READ(fixed_image, i);
   const vec3 at = (vec3(i) + 0.5 + u / spacing) / vec3(push.size.xyz);
   const float d = textureLod(moving_image, at, 0.0).w - f.w;
   const vec3 g = f.xyz * spacing;  // per voxel

@@ -2,26 +2,35 @@
 #extension GL_GOOGLE_include_directive : require
 #include "interface/motion.h"
 #include "include/bricks.glsl"
-// How far the field may be trusted at a cell, from the normal equations that made it.
-//   SD^2 = r^2 / (N l),  l the smallest eigenvalue of A, N the voxels that the window averages   (Cramer-Rao bound
-//          of the least certain direction: flat regions and edges without corners have a small l; an axis of one cell
-//          is no direction, since nothing moves across a single slice)
-//   match = max(0, 1 - r^2 / (2 q)),  the local correlation that is left: 0 for unrelated images
-//   confidence = match min(1, w) / (1 + SD^2 / SD_half^2),  w the share of the window's voxels that counted
+#include "include/left_over.glsl"
+#include "include/symmetric.glsl"
+// How far the field may be trusted at a cell: of cells with confidence c a share of about c is within half a voxel.
+//   A' = A - kNoiseOfGradient r^2 diag(1 / spacing^2)       (what noise of r^2 makes of gradients is no structure)
+//   SD^2 = r^2 / (N l h^2),  l the smallest eigenvalue of A', N the voxels that the narrow window averages
+//                                      (Cramer-Rao bound of the least certain direction, in voxels; an axis of one cell
+//                                      is no direction, since nothing moves across a single slice)
+//   rest = |(A + damping I)^-1 b| / h                                (the motion that the narrow window still asks for)
+//   g = max |u(next) - u| / distance over the six neighbours                                   (an edge of the field)
+//   rho: what the coarser level left unexplained, see left_over.glsl
+//   odds = kRightOdds / ((rest + kRest)^2 (g + kSteep) (rho + kLeft))
+//   confidence = (1 + 1 / (1 + 4 SD^2)) / 2 odds / (1 + odds) min(1, w),  w the share of the voxels that counted
+// Where the data determine nothing it is a half at most, however smooth the field is.
 //
 // binding  direction  format                        shape            unit
 // 0        in         uint                          bricks listed    packed brick coordinates
-// 1-3      in         rgba, see normal_equations.comp, smoothed      cells (z, y, x)
+// 1-3      in         rgba, see normal_equations.comp, under the narrow window    cells (z, y, x)
 // 4        in         rgba32f: u                    cells            mm
-// 5        out        rgba32f: u, confidence        cells            mm, 0 to 1
+// 5        in         rgba: . r^2 w q               cells            of the coarser level when it ended
+// 6        out        rgba32f: u, confidence        cells            mm, 0 to 1
 //
-// One invocation: one cell. Border: none. Precision: fp32. Race: 4 is read only at the own cell, so 4 and 5 may be the
-// same image. CPU oracle: oracle::confidence.
+// One invocation: one cell. Border: no neighbour there. Precision: fp32. Race: each output written once.
+// CPU oracle: oracle::confidence.
 layout(set = 0, binding = 1) uniform sampler3D equations0;
 layout(set = 0, binding = 2) uniform sampler3D equations1;
 layout(set = 0, binding = 3) uniform sampler3D equations2;
 layout(set = 0, binding = 4) uniform sampler3D field;
-layout(set = 0, binding = 5) uniform writeonly image3D with_confidence;
+layout(set = 0, binding = 5) uniform sampler3D coarser;
+layout(set = 0, binding = 6) uniform writeonly image3D with_confidence;
 layout(push_constant) uniform Push { ConfidencePush push; };
 
 // Smallest eigenvalue of a symmetric 3 x 3 in closed form (Smith 1961).
@@ -36,24 +45,45 @@ float smallest_eigenvalue(vec3 diagonal, vec3 mixed) {  // xx yy zz, xy xz yz
   return mean + 2.0 * spread * cos(angle + 2.0943951);  // 2 pi / 3
 }
 
+// Voxels^2.
+float variance_of(vec4 e0, vec4 e1, vec4 e2) {
+  vec3 diagonal = vec3(e0.w, e1.z, e2.x) - e2.y * push.noise.xyz;
+  // As certain as all others together, so that it is never the least.
+  const float others = dot(max(diagonal, vec3(0.0)), vec3(1.0));
+  for (int axis = 0; axis < 3; ++axis)
+    if (push.cells[axis] == 1) diagonal[axis] = others;
+  const float least = max(smallest_eigenvalue(diagonal, vec3(e1.x, e1.y, e1.w)), 1e-12);
+  return (e2.y + kLeastResidual * e2.z) * push.noise.w / least;
+}
+
+// The field's steepest difference to a neighbour, squared.
+float steepness2(ivec3 cell, vec3 here) {
+  float most = 0.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (int side = -1; side <= 1; side += 2) {
+      ivec3 next = cell;
+      next[axis] = clamp(cell[axis] + side, 0, push.cells[axis] - 1);
+      const vec3 d = (texelFetch(field, next, 0).xyz - here) / push.cell_mm[axis];
+      most = max(most, dot(d, d));
+    }
+  }
+  return most;
+}
+
 void main() {
   const ivec3 cell = brick_cell();
   if (beyond(cell, push.cells.xyz)) return;
   const vec4 e0 = texelFetch(equations0, cell, 0);
   const vec4 e1 = texelFetch(equations1, cell, 0);
   const vec4 e2 = texelFetch(equations2, cell, 0);
+  const vec3 u = texelFetch(field, cell, 0).xyz;
   float confidence = 0.0;
   if (e2.z > 0.01) {
-    vec3 diagonal = vec3(e0.w, e1.z, e2.x);
-    // As certain as all others together, so that it is never the least.
-    const float others = diagonal.x + diagonal.y + diagonal.z;
-    for (int axis = 0; axis < 3; ++axis)
-      if (push.cells[axis] == 1) diagonal[axis] = others;
-    const float least = max(smallest_eigenvalue(diagonal, vec3(e1.x, e1.y, e1.w)), 1e-12) / e2.z;
-    const float residual = e2.y / e2.z;
-    const float match = push.scale.z != 0.0 ? clamp(1.0 - 0.5 * e2.y / max(e2.w, 1e-12), 0.0, 1.0) : 1.0;
-    const float variance = residual * push.scale.x / least;
-    confidence = match * min(1.0, e2.z) / (1.0 + variance * push.scale.y);
+    const float determined = 0.5 + 0.5 / (1.0 + 4.0 * variance_of(e0, e1, e2));
+    const float rest = length(solved(matrix_of(e0, e1, e2), push.left.z, e0.xyz)) * push.cell_mm.w;
+    const float rho = push.left.w * left_over(texelFetch(coarser, cell, 0), push.left.x, push.left.y);
+    const float odds = kRightOdds / ((rest + kRest) * (rest + kRest) * (sqrt(steepness2(cell, u)) + kSteep) * (rho + kLeft));
+    confidence = determined * odds / (1.0 + odds) * min(1.0, e2.z);
   }
-  imageStore(with_confidence, cell, vec4(texelFetch(field, cell, 0).xyz, confidence));
+  imageStore(with_confidence, cell, vec4(u, confidence));
 }

@@ -1,33 +1,42 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "include/read.glsl"
 #include "interface/motion.h"
-// The discrete start: what each whole-voxel displacement of a grid of choices would cost at each node, whatever lies
-// between. Finds motions larger than the spacing of structures, where a gradient points to the wrong one.
-//   cost(label, node) = mean over the node's voxels of min(|F(x) - M(x + label)|, cut)
+#include "include/push.glsl"
+// The discrete start: what each whole-voxel displacement from the field that there is would cost at the listed nodes,
+// whatever lies between. Finds motions larger than the spacing of structures, where a gradient points to the wrong one.
+//   cost(label, node) = mean over the node's voxels of min(|F(x) - M(x + round(u(node)) + label)|, cut)    (in voxels)
 //
 // binding  direction  format                shape                        unit
-// 0        in         rgba: gx . . F        image (z, y, x)              gx: infinite outside the mask; 1
-// 1        in         rgba: . . . M         image                        1
-// 2        out        float                 labels (z, y, x), nodes (z, y, x)   1
+// 0        in         uint                  nodes listed                 number of the node, x fastest
+// 1        in         rgba: gx . . F        image (z, y, x)              gx: infinite outside the mask; 1
+// 2        in         rgba: . . . M         image                        1
+// 3        in         rgba32f: u            nodes (z, y, x)              mm along the image axes
+// 4        out        float                 labels (z, y, x), nodes listed   1
 //
 // One invocation: one node and one label; y of the group is the label. Border: a partner outside the image costs the
 // cut; a voxel outside the mask does not count, a partner does. Precision: fp32. Race: each output written once.
 // CPU oracle: oracle::matching_cost.
 layout(local_size_x = 64) in;
-layout(set = 0, binding = 0) uniform sampler3D fixed_image;
-layout(set = 0, binding = 1) uniform sampler3D moving_image;
-layout(set = 0, binding = 2) writeonly buffer Cost { float cost[]; };
-layout(push_constant) uniform Push { MatchingPush push; };
+layout(set = 0, binding = 0) readonly buffer List { uint listed[]; };
+TEXELS(1, fixed_image, rgba16f);
+TEXELS(2, moving_image, rgba16f);
+layout(set = 0, binding = 3) uniform sampler3D base;
+layout(set = 0, binding = 4) writeonly buffer Cost { float cost[]; };
+PUSH_CONSTANTS(MatchingPush);
 
 void main() {
+  push = push_constants;
   const ivec3 nodes = push.nodes.xyz;
-  const int count = nodes.x * nodes.y * nodes.z;
+  const int count = push.nodes.w;
   const int n = int(gl_GlobalInvocationID.x);
   if (n >= count) return;
-  const ivec3 node = ivec3(n % nodes.x, n / nodes.x % nodes.y, n / (nodes.x * nodes.y));
+  const int number = int(listed[n]);
+  const ivec3 node = ivec3(number % nodes.x, number / nodes.x % nodes.y, number / (nodes.x * nodes.y));
   const int l = int(gl_WorkGroupID.y);
   const ivec3 width = 2 * push.reach.xyz + 1;
   const ivec3 label = ivec3(l % width.x, l / width.x % width.y, l / (width.x * width.y)) - push.reach.xyz;
+  const ivec3 shift = label + ivec3(round(texelFetch(base, node, 0).xyz / push.spacing_mm.xyz));
 
   const ivec3 begin = node * push.cell.xyz;
   const ivec3 end = min(begin + push.cell.xyz, push.size.xyz);
@@ -37,12 +46,12 @@ void main() {
     for (int y = begin.y; y < end.y; ++y) {
       for (int x = begin.x; x < end.x; ++x) {
         const ivec3 at = ivec3(x, y, z);
-        const vec4 f = texelFetch(fixed_image, at, 0);
+        const vec4 f = READ(fixed_image, at);
         if (!(abs(f.x) <= kLargestGradient)) continue;
-        const ivec3 partner = at + label;
+        const ivec3 partner = at + shift;
         const bool outside = any(lessThan(partner, ivec3(0))) || any(greaterThanEqual(partner, push.size.xyz));
-        const float m = texelFetch(moving_image, clamp(partner, ivec3(0), push.size.xyz - 1), 0).w;
-        sum += outside ? push.cut.x : min(abs(f.w - m), push.cut.x);
+        const float m = READ(moving_image, clamp(partner, ivec3(0), push.size.xyz - 1)).w;
+        sum += outside ? push.spacing_mm.w : min(abs(f.w - m), push.spacing_mm.w);
         counted += 1.0;
       }
     }

@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "include/read.glsl"
 #include "interface/motion.h"
 #include "include/bricks.glsl"
 // What happened in each brick since the last look: the grounds for leaving it out of the next iterations.
@@ -18,10 +19,10 @@
 // One invocation: a column of 8 cells, so that atomics stay rare. Border: none. Precision: fp32. Race: atomic maxima
 // of the bits, which order like the numbers since none is negative; seen only at the own cell. `seen` may be one image.
 // CPU oracle: oracle::measure.
-layout(set = 0, binding = 1) uniform sampler3D field;
-layout(set = 0, binding = 2) uniform sampler3D seen;
+TEXELS(1, field, rgba32f);
+TEXELS(2, seen, rgba16f);
 layout(set = 0, binding = 3) uniform writeonly image3D now_seen;
-layout(set = 0, binding = 4) uniform sampler3D equations2;
+TEXELS(4, equations2, rgba16f);
 layout(set = 0, binding = 5) buffer Looks { uint looks[]; };
 layout(push_constant) uniform Push { MeasurePush push; };
 
@@ -33,11 +34,11 @@ void main() {
   for (int z = 0; z < kBrick; ++z) {
     const ivec3 cell = first + ivec3(0, 0, z);
     if (beyond(cell, push.cells.xyz)) continue;
-    const vec3 u = texelFetch(field, cell, 0).xyz;
-    moved = max(moved, length(u - texelFetch(seen, cell, 0).xyz) * push.unit.x);
+    const vec3 u = READ(field, cell).xyz;
+    moved = max(moved, length(u - READ(seen, cell).xyz) * push.unit.x);
     reach = max(reach, length(u) * push.unit.x);
     imageStore(now_seen, cell, vec4(u, 0.0));
-    const vec4 e = texelFetch(equations2, cell, 0);
+    const vec4 e = READ(equations2, cell);
     structure = max(structure, e.z > 0.01 ? e.w / e.z : 0.0);
   }
   if (beyond(first, push.cells.xyz)) return;

@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "include/read.glsl"
 #include "interface/motion.h"
 // First and second moment of the intensity in cells of a few voxels, the raw material of local normalisation
 // (normalise.comp): m1 = mean(I), m2 = mean(I^2). On a coarser grid than the image because what follows is a wide
@@ -12,7 +13,7 @@
 // One invocation: one cell, from `begin` on. Border: a cell that reaches beyond the image averages what is inside.
 // Precision: fp32 and stored so: m2 - m1^2 cancels. Race: each output written once. CPU oracle: oracle::moments.
 layout(local_size_x = 64) in;
-layout(set = 0, binding = 0) uniform sampler3D image;
+TEXELS(0, image, r16f);
 layout(set = 0, binding = 1) uniform writeonly image3D moments;
 layout(push_constant) uniform Push { MomentsPush push; };
 
@@ -25,7 +26,7 @@ void main() {
   for (int z = begin.z; z < end.z; ++z) {
     for (int y = begin.y; y < end.y; ++y) {
       for (int x = begin.x; x < end.x; ++x) {
-        const float value = texelFetch(image, ivec3(x, y, z), 0).r;
+        const float value = READ(image, ivec3(x, y, z)).r;
         sum += vec2(value, value * value);
       }
     }

@@ -1,6 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "include/read.glsl"
 #include "interface/motion.h"
+#include "include/push.glsl"
 #include "include/bricks.glsl"
 // The data term: per cell of the field the mean, over the cell's voxels, of the normal equations of optical flow at
 // the current field (Lucas & Kanade 1981, with the symmetric gradient of Benhimane & Malis 2004).
@@ -28,16 +30,16 @@
 layout(constant_id = 0) const int kCellX = 2;
 layout(constant_id = 1) const int kCellY = 2;
 layout(constant_id = 2) const int kCellZ = 2;
-layout(set = 0, binding = 1) uniform sampler3D fixed_image;
+TEXELS(1, fixed_image, rgba16f);
 layout(set = 0, binding = 2) uniform sampler3D moving_image;
-layout(set = 0, binding = 3) uniform sampler3D field;
+TEXELS(3, field, rgba32f);
 layout(set = 0, binding = 4) uniform writeonly image3D equations0;
 layout(set = 0, binding = 5) uniform writeonly image3D equations1;
 layout(set = 0, binding = 6) uniform writeonly image3D equations2;
-layout(set = 0, binding = 7) uniform sampler3D so_far0;
-layout(set = 0, binding = 8) uniform sampler3D so_far1;
-layout(set = 0, binding = 9) uniform sampler3D so_far2;
-layout(push_constant) uniform Push { NormalEquationsPush push; };
+TEXELS(7, so_far0, rgba16f);
+TEXELS(8, so_far1, rgba16f);
+TEXELS(9, so_far2, rgba16f);
+PUSH_CONSTANTS(NormalEquationsPush);
 
 // Weights of the cell before, the cell itself and the cell after for voxel `o` of a cell of `n`.
 vec3 weights(int o, int n) {
@@ -46,6 +48,7 @@ vec3 weights(int o, int n) {
 }
 
 void main() {
+  push = push_constants;
   const ivec3 cell = brick_cell();
   const ivec3 cells = push.cells.xyz;
   if (beyond(cell, cells)) return;
@@ -59,7 +62,7 @@ void main() {
     if (size.x == 1) step.x = 0;
     if (size.y == 1) step.y = 0;
     if (size.z == 1) step.z = 0;
-    u[k] = texelFetch(field, clamp(cell + step, ivec3(0), last), 0).xyz;
+    u[k] = READ(field, clamp(cell + step, ivec3(0), last)).xyz;
   }
 
   vec3 b = vec3(0.0);
@@ -87,7 +90,7 @@ void main() {
       for (int ox = first; ox < kCellX; ox += colour < 0 ? 1 : 2) {
         const vec3 wx = weights(ox, kCellX);
         const ivec3 x = ivec3(begin.xy + ivec2(ox, oy), z);
-        const vec4 f = texelFetch(fixed_image, ivec3(min(x.xy, push.fixed_size.xy - 1), z - push.fixed_size.w), 0);
+        const vec4 f = READ(fixed_image, ivec3(min(x.xy, push.fixed_size.xy - 1), z - push.fixed_size.w));
         const vec3 partner = vec3(x) + per_mm * (wx.x * left + wx.y * middle + wx.z * right);
         const vec3 at = vec3(partner.xy, partner.z - float(push.moving_size.w)) + 0.5;
         const vec4 m = textureLod(moving_image, at / vec3(moving_size.xy, float(push.moving_slab.x)), 0.0);
@@ -114,9 +117,9 @@ void main() {
   vec4 e1 = per_voxel * vec4(mixed.xy, diagonal.y, mixed.z);
   vec4 e2 = per_voxel * vec4(diagonal.z, residual, counted, structure);
   if (push.moving_slab.w != 0) {
-    e0 += texelFetch(so_far0, cell, 0);
-    e1 += texelFetch(so_far1, cell, 0);
-    e2 += texelFetch(so_far2, cell, 0);
+    e0 += READ(so_far0, cell);
+    e1 += READ(so_far1, cell);
+    e2 += READ(so_far2, cell);
   }
   imageStore(equations0, cell, e0);
   imageStore(equations1, cell, e1);

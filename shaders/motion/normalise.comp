@@ -1,6 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "include/read.glsl"
 #include "interface/motion.h"
+#include "include/push.glsl"
 // Local normalisation: what is left of an image when gain, offset and slow bias are taken out.
 //   N = (I - m) / sqrt(v + f^2), m and v = m2 - m^2 local mean and variance, f the noise SD
 // m1 and m2 come smoothed on a coarser grid and are read trilinearly.
@@ -13,15 +15,16 @@
 // One invocation: one voxel, from `begin` on. Border: held. Precision: fp32. Race: each output written once.
 // CPU oracle: oracle::normalise.
 layout(local_size_x = 64) in;
-layout(set = 0, binding = 0) uniform sampler3D image;
+TEXELS(0, image, r16f);
 layout(set = 0, binding = 1) uniform sampler3D moments;
 layout(set = 0, binding = 2) uniform writeonly image3D normalised;
-layout(push_constant) uniform Push { NormalisePush push; };
+PUSH_CONSTANTS(NormalisePush);
 
 void main() {
+  push = push_constants;
   const ivec3 i = push.begin.xyz + ivec3(gl_GlobalInvocationID);
   if (any(greaterThanEqual(i, push.size.xyz))) return;
-  float value = texelFetch(image, i, 0).r;
+  float value = READ(image, i).r;
   if (push.noise.y != 0.0) {
     const vec3 at = (vec3(i) + 0.5) / vec3(push.cell.xyz * push.cells.xyz);
     const vec2 m = textureLod(moments, at, 0.0).rg;

@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "include/read.glsl"
 #include "interface/motion.h"
 // Puts an image and its gradient into one texel, so that the data term reads one texel instead of seven.
 //   (gx gy gz I), g = central difference in 1/mm, one-sided at the border; infinite outside the mask
@@ -18,8 +19,8 @@
 // One invocation: one voxel, from `begin` on. Border: held, so the difference is halved there. Precision: fp32.
 // Race: each output written once. CPU oracle: oracle::pack.
 layout(local_size_x = 64) in;
-layout(set = 0, binding = 0) uniform sampler3D image;
-layout(set = 0, binding = 1) uniform sampler3D mask;
+TEXELS(0, image, r16f);
+TEXELS(1, mask, r8);
 layout(set = 0, binding = 2) uniform writeonly image3D packed_image;
 layout(push_constant) uniform Push { PackPush push; };
 layout(constant_id = 0) const int kMasked = 0;
@@ -36,9 +37,9 @@ void main() {
   const ivec3 hi = min(i + 1, last);
   const vec3 s = push.spacing_mm.xyz;
   vec3 g = vec3(
-      slope(texelFetch(image, ivec3(lo.x, i.yz), 0).r, texelFetch(image, ivec3(hi.x, i.yz), 0).r, s.x),
-      slope(texelFetch(image, ivec3(i.x, lo.y, i.z), 0).r, texelFetch(image, ivec3(i.x, hi.y, i.z), 0).r, s.y),
-      slope(texelFetch(image, ivec3(i.xy, lo.z), 0).r, texelFetch(image, ivec3(i.xy, hi.z), 0).r, s.z));
-  if (kMasked != 0 && texelFetch(mask, i, 0).r == 0.0) g = vec3(uintBitsToFloat(0x7f800000u));
-  imageStore(packed_image, i, vec4(g, texelFetch(image, i, 0).r));
+      slope(READ(image, ivec3(lo.x, i.yz)).r, READ(image, ivec3(hi.x, i.yz)).r, s.x),
+      slope(READ(image, ivec3(i.x, lo.y, i.z)).r, READ(image, ivec3(i.x, hi.y, i.z)).r, s.y),
+      slope(READ(image, ivec3(i.xy, lo.z)).r, READ(image, ivec3(i.xy, hi.z)).r, s.z));
+  if (kMasked != 0 && READ(mask, i).r == 0.0) g = vec3(uintBitsToFloat(0x7f800000u));
+  imageStore(packed_image, i, vec4(g, READ(image, i).r));
 }

@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "include/read.glsl"
 #include "interface/motion.h"
 #include "include/bricks.glsl"
 // Dual step of the vectorial Huber total variation filter: gradient ascent, then projection onto the ball. All nine
@@ -16,10 +17,10 @@
 //
 // One invocation: one cell. Border: no difference beyond the last cell. Precision: fp32, stored as the images are.
 // Race: p is read only at the own cell, so 2-4 and 5-7 may be the same images. CPU oracle: oracle::tv_dual.
-layout(set = 0, binding = 1) uniform sampler3D field;
-layout(set = 0, binding = 2) uniform sampler3D dual_x;
-layout(set = 0, binding = 3) uniform sampler3D dual_y;
-layout(set = 0, binding = 4) uniform sampler3D dual_z;
+TEXELS(1, field, rgba32f);
+TEXELS(2, dual_x, rgba16f);
+TEXELS(3, dual_y, rgba16f);
+TEXELS(4, dual_z, rgba16f);
 layout(set = 0, binding = 5) uniform writeonly image3D new_x;
 layout(set = 0, binding = 6) uniform writeonly image3D new_y;
 layout(set = 0, binding = 7) uniform writeonly image3D new_z;
@@ -32,15 +33,15 @@ void main() {
   const ivec3 i = brick_cell();
   if (beyond(i, push.cells.xyz)) return;
   const ivec3 last = push.cells.xyz - 1;
-  const vec4 here = texelFetch(field, i, 0);
-  const vec4 after_x = texelFetch(field, ivec3(min(i.x + 1, last.x), i.yz), 0);
-  const vec4 after_y = texelFetch(field, ivec3(i.x, min(i.y + 1, last.y), i.z), 0);
-  const vec4 after_z = texelFetch(field, ivec3(i.xy, min(i.z + 1, last.z)), 0);
+  const vec4 here = READ(field, i);
+  const vec4 after_x = READ(field, ivec3(min(i.x + 1, last.x), i.yz));
+  const vec4 after_y = READ(field, ivec3(i.x, min(i.y + 1, last.y), i.z));
+  const vec4 after_z = READ(field, ivec3(i.xy, min(i.z + 1, last.z)));
   const vec3 u = here.xyz;
   const vec3 step = push.weight.y * push.slope.xyz;
-  vec3 px = texelFetch(dual_x, i, 0).xyz + step.x * (after_x.xyz - u);
-  vec3 py = texelFetch(dual_y, i, 0).xyz + step.y * (after_y.xyz - u);
-  vec3 pz = texelFetch(dual_z, i, 0).xyz + step.z * (after_z.xyz - u);
+  vec3 px = READ(dual_x, i).xyz + step.x * (after_x.xyz - u);
+  vec3 py = READ(dual_y, i).xyz + step.y * (after_y.xyz - u);
+  vec3 pz = READ(dual_z, i).xyz + step.z * (after_z.xyz - u);
   const float more = 0.25 * (here.w + after_x.w + after_y.w + after_z.w);
   const float c = push.weight.x * max(1.0 + more, kLeastWeight);
   const float shrink = 1.0 / (1.0 + push.weight.y * push.weight.z / c);

@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "include/read.glsl"
 #include "interface/motion.h"
 #include "include/bricks.glsl"
 // Primal step of the vectorial Huber total variation filter: the field that belongs to the dual p, and, in the last
@@ -18,11 +19,11 @@
 // One invocation: one cell. Border: p is 0 before the first cell and on the last. Precision: fp32.
 // Race: each output written once. CPU oracle: oracle::tv_primal.
 layout(constant_id = 0) const int kLast = 0;
-layout(set = 0, binding = 1) uniform sampler3D composed;
-layout(set = 0, binding = 2) uniform sampler3D dual_x;
-layout(set = 0, binding = 3) uniform sampler3D dual_y;
-layout(set = 0, binding = 4) uniform sampler3D dual_z;
-layout(set = 0, binding = 5) uniform sampler3D before;
+TEXELS(1, composed, rgba32f);
+TEXELS(2, dual_x, rgba16f);
+TEXELS(3, dual_y, rgba16f);
+TEXELS(4, dual_z, rgba16f);
+TEXELS(5, before, rgba32f);
 layout(set = 0, binding = 6) uniform writeonly image3D field;
 layout(set = 0, binding = 7) uniform writeonly image3D ahead;
 layout(push_constant) uniform Push { TotalVariationPush push; };
@@ -30,17 +31,17 @@ layout(push_constant) uniform Push { TotalVariationPush push; };
 void main() {
   const ivec3 i = brick_cell();
   if (beyond(i, push.cells.xyz)) return;
-  const vec4 w = texelFetch(composed, i, 0);
+  const vec4 w = READ(composed, i);
   vec3 u = w.xyz;
-  u += push.slope.x * texelFetch(dual_x, i, 0).xyz;
-  u += push.slope.y * texelFetch(dual_y, i, 0).xyz;
-  u += push.slope.z * texelFetch(dual_z, i, 0).xyz;
-  if (i.x > 0) u -= push.slope.x * texelFetch(dual_x, i - ivec3(1, 0, 0), 0).xyz;
-  if (i.y > 0) u -= push.slope.y * texelFetch(dual_y, i - ivec3(0, 1, 0), 0).xyz;
-  if (i.z > 0) u -= push.slope.z * texelFetch(dual_z, i - ivec3(0, 0, 1), 0).xyz;
+  u += push.slope.x * READ(dual_x, i).xyz;
+  u += push.slope.y * READ(dual_y, i).xyz;
+  u += push.slope.z * READ(dual_z, i).xyz;
+  if (i.x > 0) u -= push.slope.x * READ(dual_x, i - ivec3(1, 0, 0)).xyz;
+  if (i.y > 0) u -= push.slope.y * READ(dual_y, i - ivec3(0, 1, 0)).xyz;
+  if (i.z > 0) u -= push.slope.z * READ(dual_z, i - ivec3(0, 0, 1)).xyz;
   if (kLast != 0) {
     // Read before the write below: in the last step both are the same image.
-    const vec3 u_before = texelFetch(before, i, 0).xyz;
+    const vec3 u_before = READ(before, i).xyz;
     imageStore(ahead, i, vec4(u + push.weight.w * (u - u_before), 0.0));
   }
   imageStore(field, i, vec4(u, kLast != 0 ? 0.0 : w.w));

@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "include/read.glsl"
 #include "interface/motion.h"
 #include "include/bricks.glsl"
 #include "include/symmetric.glsl"
@@ -15,9 +16,9 @@
 //
 // One invocation: one cell. Border: held. Precision: fp32. Race: each output written
 // once. CPU oracle: oracle::update.
-layout(set = 0, binding = 1) uniform sampler3D equations0;
-layout(set = 0, binding = 2) uniform sampler3D equations1;
-layout(set = 0, binding = 3) uniform sampler3D equations2;
+TEXELS(1, equations0, rgba16f);
+TEXELS(2, equations1, rgba16f);
+TEXELS(3, equations2, rgba16f);
 layout(set = 0, binding = 4) uniform sampler3D field;
 layout(set = 0, binding = 5) uniform writeonly image3D composed;
 layout(push_constant) uniform Push { UpdatePush push; };
@@ -25,8 +26,8 @@ layout(push_constant) uniform Push { UpdatePush push; };
 void main() {
   const ivec3 cell = brick_cell();
   if (beyond(cell, push.cells.xyz)) return;
-  const vec4 e0 = texelFetch(equations0, cell, 0);
-  const Symmetric a = matrix_of(e0, texelFetch(equations1, cell, 0), texelFetch(equations2, cell, 0));
+  const vec4 e0 = READ(equations0, cell);
+  const Symmetric a = matrix_of(e0, READ(equations1, cell), READ(equations2, cell));
   const vec3 d = shortened(solved(a, push.step.x, e0.xyz), push.step.y);
 
   const vec3 at = (vec3(cell) + 0.5 + d / push.cell_mm.xyz) / vec3(push.cells.xyz);

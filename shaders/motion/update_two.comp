@@ -1,7 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "include/read.glsl"
 #include "interface/motion.h"
 #include "include/bricks.glsl"
+#include "include/left_over.glsl"
 #include "include/symmetric.glsl"
 // The Gauss-Newton step of two windows: that of the wide one, and in the share s of what the narrow one adds to it that
 // the coarser level's remaining differences call for; composed with the field.
@@ -23,28 +25,30 @@
 // 7        in         rgba32f: vx vy vz .  cells            mm along the image axes
 // 8        in         rgba: . r^2 w q      cells            of the coarser level when it ended
 // 9        out        rgba32f: w, more     cells            mm, 1
+// 10       in         the image of 7, for its single texels
 //
 // One invocation: one cell. Border: held. Precision: fp32. Race: each output written once.
 // CPU oracle: oracle::update_two.
-layout(set = 0, binding = 1) uniform sampler3D wide0;
-layout(set = 0, binding = 2) uniform sampler3D wide1;
-layout(set = 0, binding = 3) uniform sampler3D wide2;
-layout(set = 0, binding = 4) uniform sampler3D narrow0;
-layout(set = 0, binding = 5) uniform sampler3D narrow1;
-layout(set = 0, binding = 6) uniform sampler3D narrow2;
+TEXELS(1, wide0, rgba16f);
+TEXELS(2, wide1, rgba16f);
+TEXELS(3, wide2, rgba16f);
+TEXELS(4, narrow0, rgba16f);
+TEXELS(5, narrow1, rgba16f);
+TEXELS(6, narrow2, rgba16f);
 layout(set = 0, binding = 7) uniform sampler3D field;
-layout(set = 0, binding = 8) uniform sampler3D coarser;
+TEXELS(8, coarser, rgba16f);
 layout(set = 0, binding = 9) uniform writeonly image3D composed;
+TEXELS(10, field_texels, rgba32f);
 layout(push_constant) uniform Push { UpdateTwoPush push; };
 
 // Differences of neighbours `step` cells on along each axis, on the border 0.
 float determinant_of(ivec3 cell, int step) {
-  const vec3 here = texelFetch(field, cell, 0).xyz;
+  const vec3 here = READ(field_texels, cell).xyz;
   mat3 m = mat3(1.0);
   for (int axis = 0; axis < 3; ++axis) {
     ivec3 aside = cell;
     aside[axis] = clamp(cell[axis] + step, 0, push.cells[axis] - 1);
-    m[axis] += (texelFetch(field, aside, 0).xyz - here) / (float(step) * push.cell_mm[axis]);
+    m[axis] += (READ(field_texels, aside).xyz - here) / (float(step) * push.cell_mm[axis]);
   }
   return determinant(m);
 }
@@ -52,19 +56,18 @@ float determinant_of(ivec3 cell, int step) {
 void main() {
   const ivec3 cell = brick_cell();
   if (beyond(cell, push.cells.xyz)) return;
-  const vec4 left = texelFetch(coarser, cell, 0);
-  const float rho = max(left.y - push.share.z * max(left.z - left.w, 0.0), 0.0) / (2.0 * left.w + push.share.w * left.z + 1e-4);
+  const float rho = left_over(READ(coarser, cell), push.share.z, push.share.w);
   const float det = min(determinant_of(cell, 1), determinant_of(cell, -1));
   const float s = smoothstep(push.share.x, push.share.y, rho) * smoothstep(kSteepest, kGentle, det);
   const float damping = mix(push.step.x, push.step.y, s);
 
-  const vec4 w0 = texelFetch(wide0, cell, 0);
-  const Symmetric a_wide = matrix_of(w0, texelFetch(wide1, cell, 0), texelFetch(wide2, cell, 0));
+  const vec4 w0 = READ(wide0, cell);
+  const Symmetric a_wide = matrix_of(w0, READ(wide1, cell), READ(wide2, cell));
   vec3 d = shortened(solved(a_wide, damping, w0.xyz), push.step.z);
 
-  const vec4 n0 = texelFetch(narrow0, cell, 0);
-  const vec4 n2 = texelFetch(narrow2, cell, 0);
-  const Symmetric a_narrow = matrix_of(n0, texelFetch(narrow1, cell, 0), n2);
+  const vec4 n0 = READ(narrow0, cell);
+  const vec4 n2 = READ(narrow2, cell);
+  const Symmetric a_narrow = matrix_of(n0, READ(narrow1, cell), n2);
   d += s * solved(a_narrow, damping, n0.xyz - times(a_narrow, d));
   d = shortened(d, push.step.z);
 

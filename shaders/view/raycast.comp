@@ -25,6 +25,8 @@
 // 7        out        uint              2 per pixel             samples taken and needed (if kCount)
 // 8..15    in         any rgba          volumes (z, y, x)       see brick.comp, carry.comp
 // 16       in         uvec2             tiles of 8 x 8 pixels   bit x + 8 y: the pixel is seen (if kMasked)
+// 17       in         uint              as 2                    the same buffer, read where kTexels is 0: the
+//                                                               device has too few texels for it
 //
 // kVolumes of the images are used. One invocation: one pixel of one eye. Border: a volume ends half
 // a voxel beyond its outermost samples, its value held. Precision: fp32. Race: each output written
@@ -50,14 +52,16 @@ layout(set = 0, binding = 13) uniform sampler3D volume5;
 layout(set = 0, binding = 14) uniform sampler3D volume6;
 layout(set = 0, binding = 15) uniform sampler3D volume7;
 layout(set = 0, binding = 16) readonly buffer Seen { uvec2 seen[]; };
+layout(set = 0, binding = 17) readonly buffer SkipBuffer { uint skip_buffer[]; };
 layout(constant_id = 0) const int kVolumes = 1;
 layout(constant_id = 1) const int kThings = 1;
 layout(constant_id = 2) const int kSkip = 1;
 layout(constant_id = 3) const int kCount = 0;
 layout(constant_id = 4) const int kMasked = 0;
+layout(constant_id = 5) const int kTexels = 1;
 
 vec4 table(uint i) { return texelFetch(tables, int(i)); }
-uint skip(uint i) { return texelFetch(skips, int(i)).x; }
+uint skip(uint i) { return kTexels != 0 ? texelFetch(skips, int(i)).x : skip_buffer[i]; }
 
 const float kStop = 1.0 / 256.0;
 const float kNeeded = 0.01;

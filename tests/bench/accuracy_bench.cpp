@@ -135,7 +135,8 @@ int main(int argc, char** argv) {
   CLI::App app(
       "Accuracy and time of palpate's motion fields beside ITK's, on data with known motion");
   app.add_option("data", wishes.data, "Folder that holds lung/ (default: " + wishes.data + ")");
-  app.add_option("--gpu,--device", wishes.device, "Number or part of the name of the Vulkan device");
+  app.add_option("--gpu,--device", wishes.device,
+                 "Number or part of the name of the Vulkan device");
   app.add_option("--runs", wishes.runs, "Timed runs, of which the median counts")
       ->check(CLI::Range(1, 100));
   app.add_option("--threads", wishes.threads, "Cores for everything")->check(CLI::Range(1, 256));

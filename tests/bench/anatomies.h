@@ -30,6 +30,13 @@ struct CaseSource {
 /// Folders of `data` that are missing give no pairs.
 std::vector<CaseSource> known_cases(const std::filesystem::path& data);
 
+/// Pairs of large motion, made of one image each of the kit's anatomies and of the lung: its
+/// material moves mostly along one axis, by as many voxels of the finest axis as the name ends in,
+/// and less and less towards one end and the sides ("fading") or as a cylinder through what stays
+/// ("sliding", whose border is scored beside the rest). Noise and gain differ from pair to pair.
+/// Folders of `data` that are missing give no pairs.
+std::vector<CaseSource> large_motion_cases(const std::filesystem::path& data);
+
 /// Mean endpoint error at the truth's samples in a mask, mm. Each axis its own: in voxels of
 /// fixed's axes instead of mm. NaN if the mask is empty.
 double mean_error_mm(const Field& found, const KnownCase& pair, const Mask& mask);

@@ -1,6 +1,7 @@
 // How well settings of the motion engine do on data that they were not chosen on: every pair with
 // known motion (kit, lung, made), every preset and every candidate setting; and, for the choice
-// between the candidates, what it gives for an anatomy when it is made on all others.
+// between the candidates, what it gives for an anatomy when it is made on all others. The same once
+// more for pairs of large motion.
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
@@ -16,6 +17,8 @@
 #include "bench_commit.h"
 #include "compute/motion/quality_folds.h"
 #include "compute/vulkan/context.h"
+#include "integration/report/page.h"
+#include "integration/studies/reliability.h"
 #include "integration/studies/warm_pair.h"
 #include "tests/bench/anatomies.h"
 #include "tests/bench/settings_by_name.h"
@@ -28,10 +31,11 @@ using namespace palpate::bench;
 
 struct Wishes {
   std::string data = PALPATE_SHARED_DATA;
-  std::string device, csv, markdown, only;
+  std::string device, csv, markdown, only, report;
   std::vector<std::string> presets = {"fast", "balanced", "best"};
   std::vector<std::string> candidates;
   int runs = 0;
+  bool confidence = false;
 };
 
 /// A preset, changed by one candidate's settings.
@@ -47,6 +51,7 @@ struct Score {
   std::optional<double> border;
   size_t folded = 0;
   double seconds = 0.0;
+  Reliability reliability;  ///< empty unless wished for
 };
 
 struct Measured {
@@ -85,7 +90,8 @@ std::vector<Variant> variants_of(const Wishes& wishes) {
 /// A first run makes the kernels ready and gives the field; timed runs follow, all variants by
 /// turns, so that a disturbance hits them alike.
 Measured measure(const std::shared_ptr<vulkan::Context>& context, const CaseSource& source,
-                 const std::vector<Variant>& variants, int runs) {
+                 const std::vector<Variant>& variants, const Wishes& wishes) {
+  const int runs = wishes.runs;
   const KnownCase pair = source.make();
   const double finest = pair.fixed.grid.finest_mm();
   Measured result{source.anatomy, source.name, {}};
@@ -99,6 +105,9 @@ Measured measure(const std::shared_ptr<vulkan::Context>& context, const CaseSour
     if (pair.border) score.border = mean_error_mm(run.field, pair, *pair.border) / finest;
     score.folded = folds(resampled(run.field, pair.fixed.grid)).folded;
     score.seconds = run.total_s();
+    if (wishes.confidence)
+      score.reliability =
+          reliability_of(run.field, run.confidence, pair.truth, &pair.mask, kRightVoxels * finest);
     result.scores.push_back(score);
     if (runs == 0) warm.back().reset();
   }
@@ -111,10 +120,10 @@ Measured measure(const std::shared_ptr<vulkan::Context>& context, const CaseSour
   return result;
 }
 
-Table pairs_table(const std::vector<Variant>& variants, const std::vector<Measured>& all,
-                  int runs) {
+Table pairs_table(const std::string& title, const std::vector<Variant>& variants,
+                  const std::vector<Measured>& all, int runs) {
   Table table;
-  table.title = "Every pair";
+  table.title = title;
   table.note = fmt::format(
       "Endpoint error: mean in the pair's mask, voxels of the finest axis; the same with each axis "
       "in its own voxels; mean about the border of sliding pairs. {}",
@@ -147,12 +156,13 @@ std::map<std::string, double> by_anatomy(const std::vector<Measured>& all, size_
   return result;
 }
 
-Table summary_table(const std::vector<Variant>& variants, const std::vector<Measured>& all) {
+Table summary_table(const std::string& title, const std::vector<Variant>& variants,
+                    const std::vector<Measured>& all) {
   Table table;
-  table.title = "Every anatomy";
+  table.title = title;
   table.note =
       "Geometric means of the errors, voxels of the finest axis: over the pairs of each anatomy, "
-      "over the 12 pairs of the kit, over the anatomies. Folds and seconds: sums.";
+      "over all pairs of the kit's images, over the anatomies. Folds and seconds: sums.";
   table.columns = {{"setting", "setting"}};
   const std::map<std::string, double> first = by_anatomy(all, 0);
   for (const auto& [anatomy, error] : first) table.columns.push_back({anatomy, anatomy});
@@ -183,9 +193,10 @@ Table summary_table(const std::vector<Variant>& variants, const std::vector<Meas
 
 /// For each preset and anatomy: the candidate with the smallest geometric mean over all other
 /// anatomies, and what it gives for this one.
-Table left_out_table(const std::vector<Variant>& variants, const std::vector<Measured>& all) {
+Table left_out_table(const std::string& title, const std::vector<Variant>& variants,
+                     const std::vector<Measured>& all) {
   Table table;
-  table.title = "Leaving one anatomy out";
+  table.title = title;
   table.note =
       "The candidate that is best on all other anatomies (geometric mean over them), and its error "
       "on the one that is left out, beside the preset as it is and the best candidate for it "
@@ -228,6 +239,61 @@ Table left_out_table(const std::vector<Variant>& variants, const std::vector<Mea
   return table;
 }
 
+/// Calibration of confidence for a variant: for every anatomy, its pairs alike; and for all
+/// anatomies alike.
+std::vector<NamedReliability> reliability_by_anatomy(const std::vector<Measured>& all, size_t v) {
+  std::map<std::string, Reliability> anatomies;
+  for (const Measured& pair : all) anatomies[pair.anatomy].add_evenly(pair.scores[v].reliability);
+  Reliability whole;
+  for (const auto& [anatomy, reliability] : anatomies) whole.add_evenly(reliability);
+  std::vector<NamedReliability> named = {{"all anatomies", whole}};
+  named.insert(named.end(), anatomies.begin(), anatomies.end());
+  return named;
+}
+
+std::vector<Table> reliability_tables(const std::vector<Variant>& variants,
+                                      const std::vector<Measured>& all) {
+  std::vector<Table> tables;
+  for (size_t v = 0; v < variants.size(); ++v) {
+    std::vector<NamedReliability> rows;
+    double errors = 0.0;
+    for (const Measured& pair : all) {
+      rows.emplace_back(pair.pair, pair.scores[v].reliability);
+      errors += pair.scores[v].reliability.calibration_error() / double(all.size());
+    }
+    for (NamedReliability& anatomy : reliability_by_anatomy(all, v))
+      rows.push_back(std::move(anatomy));
+    tables.push_back(reliability_table(rows, "Calibration of confidence: " + variants[v].name()));
+    tables.back().note += fmt::format(" Mean of the pairs' calibration errors: {:.3f}.", errors);
+  }
+  return tables;
+}
+
+/// The reliability diagrams as a page.
+Result<std::string> report_of(const std::vector<Variant>& variants,
+                              const std::vector<Measured>& all, const Conditions& about) {
+  Page page;
+  page.conditions = {{"Device", about.device},
+                     {"Driver", about.driver},
+                     {"Commit", about.commit},
+                     {"Date", about.date}};
+  page.title = "Calibration of confidence";
+  page.lead =
+      "Confidence is meant as a share: of the voxels to which it gives c, a share of c should be "
+      "within half a voxel of the truth.";
+  const std::vector<Table> tables = reliability_tables(variants, all);
+  for (size_t v = 0; v < variants.size(); ++v) {
+    const std::string id = fmt::format("confidence{}", v);
+    const Chart chart = reliability_chart(reliability_by_anatomy(all, v), tables[v].title);
+    auto svg = drawn(chart, id);
+    if (!svg) return svg.error();
+    Section section{id, variants[v].name(), "", {}};
+    section.parts.emplace_back(Figure{chart.title, std::move(*svg), tables[v].note, tables[v]});
+    page.sections.push_back(std::move(section));
+  }
+  return html(page);
+}
+
 int fail(const std::string& why) {
   fmt::print(stderr, "anatomy_bench: {}\n", why);
   return 2;
@@ -248,20 +314,31 @@ int run(const Wishes& wishes) {
   const auto context = vulkan::Context::open(options);
   if (!context) return fail(context.error().message);
   const OtherLoad others;
-  std::vector<Measured> all;
-  for (const CaseSource& source : known_cases(wishes.data)) {
-    if (source.name.find(wishes.only) == std::string::npos &&
-        source.anatomy.find(wishes.only) == std::string::npos)
-      continue;
-    all.push_back(measure(*context, source, variants, wishes.runs));
-    for (size_t v = 0; v < variants.size(); ++v)
-      fmt::print("{:18} {:.4f} {}\n", source.name, all.back().scores[v].error, variants[v].name());
-    std::fflush(stdout);
-  }
-  if (all.empty()) return fail("There is no pair named like \"" + wishes.only + "\".");
-  std::vector<Table> tables = {pairs_table(variants, all, wishes.runs),
-                               summary_table(variants, all)};
-  if (!wishes.candidates.empty()) tables.push_back(left_out_table(variants, all));
+  std::vector<Table> tables;
+  const auto measure_all = [&](const std::vector<CaseSource>& sources, const std::string& kind) {
+    std::vector<Measured> all;
+    for (const CaseSource& source : sources) {
+      if (source.name.find(wishes.only) == std::string::npos &&
+          source.anatomy.find(wishes.only) == std::string::npos)
+        continue;
+      all.push_back(measure(*context, source, variants, wishes));
+      for (size_t v = 0; v < variants.size(); ++v)
+        fmt::print("{:26} {:.4f} {}\n", source.name, all.back().scores[v].error,
+                   variants[v].name());
+      std::fflush(stdout);
+    }
+    if (all.empty()) return all;
+    tables.push_back(pairs_table("Every pair" + kind, variants, all, wishes.runs));
+    tables.push_back(summary_table("Every anatomy" + kind, variants, all));
+    if (!wishes.candidates.empty())
+      tables.push_back(left_out_table("Leaving one anatomy out" + kind, variants, all));
+    return all;
+  };
+  const std::vector<Measured> usual = measure_all(known_cases(wishes.data), "");
+  if (wishes.confidence && !usual.empty())
+    for (Table& table : reliability_tables(variants, usual)) tables.push_back(std::move(table));
+  measure_all(large_motion_cases(wishes.data), " of large motion");
+  if (tables.empty()) return fail("There is no pair named like \"" + wishes.only + "\".");
   tables[0].note += others.sentence();
   for (const Table& table : tables) fmt::print("{}", plain_text(table));
 
@@ -276,6 +353,12 @@ int run(const Wishes& wishes) {
     return fail("The file " + wishes.csv + " could not be written: choose another place.");
   if (!write(wishes.markdown, page))
     return fail("The file " + wishes.markdown + " could not be written: choose another place.");
+  if (!wishes.report.empty()) {
+    const auto report = report_of(variants, usual, about);
+    if (!report) return fail(report.error().message);
+    if (!write(wishes.report, *report))
+      return fail("The file " + wishes.report + " could not be written: choose another place.");
+  }
   return 0;
 }
 
@@ -299,6 +382,12 @@ int main(int argc, char** argv) {
   app.add_option("--only", wishes.only, "Pairs or anatomies whose name holds this");
   app.add_option("--runs", wishes.runs, "Timed runs after the first, of which the median counts")
       ->check(CLI::Range(0, 100));
+  app.add_flag(
+      "--confidence", wishes.confidence,
+      "Also say how well confidence is calibrated: how much of what has confidence c is right");
+  app.add_option("--report", wishes.report,
+                 "Draw that as a diagram into this HTML file (needs gnuplot)")
+      ->needs("--confidence");
   app.add_option("--csv", wishes.csv, "Write all numbers to this file");
   app.add_option("--markdown", wishes.markdown, "Write the tables to this file");
   CLI11_PARSE(app, argc, argv);

@@ -97,7 +97,8 @@ int run(const Wishes& wishes) {
 int main(int argc, char** argv) {
   Wishes wishes;
   CLI::App app("Accuracy and speed of palpate's motion estimation on data that it makes itself");
-  app.add_option("--gpu,--device", wishes.device, "Number or part of the name of the Vulkan device");
+  app.add_option("--gpu,--device", wishes.device,
+                 "Number or part of the name of the Vulkan device");
   app.add_option("--runs", wishes.runs, "Timed runs, of which the median counts")
       ->check(CLI::Range(1, 1000));
   app.add_flag("--quick", wishes.quick, "Small grids, one run: does everything work?");

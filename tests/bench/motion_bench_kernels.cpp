@@ -44,17 +44,6 @@ std::vector<double> seconds_of(const Bench& bench, const std::vector<Step>& step
   return result;
 }
 
-double discrete_start_s(const Bench& bench, WarmPair& pair, const SearchPlan& search) {
-  DiscreteStart start(bench.context, pair.kernels(), pair.plan(), search);
-  std::vector<double> samples;
-  for (int k = 0; k <= bench.runs; ++k) {
-    const double begin = now_s();
-    start.solve(pair.fixed(), pair.moving());
-    if (k > 0) samples.push_back(now_s() - begin);
-  }
-  return median(samples);
-}
-
 /// Bytes read and written per second by a plain copy that no cache holds: what the device's memory
 /// can do, for the kernels to be measured by.
 double copy_rate(const Bench& bench) {
@@ -97,9 +86,9 @@ std::vector<Total> totals_of(const Bench& bench, WarmPair& pair, const SolveRepo
       total->calls += step.calls;
     }
   }
-  if (const auto search = plan_search(pair.plan()))
-    totals.push_back(
-        {"discrete start (host's clock)", discrete_start_s(bench, pair, *search), 0, 1});
+  double search_s = 0.0;
+  for (const LevelReport& level : report.levels) search_s += level.search_seconds;
+  totals.push_back({"discrete start (host's clock)", search_s, 0, 1});
   return totals;
 }
 

@@ -29,6 +29,8 @@ std::map<std::string, Set> all_names() {
       {"noise", number(&MotionOptions::noise)},
       {"converged", number(&MotionOptions::converged)},
       {"structure", number(&MotionOptions::structure)},
+      {"search_above", number(&MotionOptions::search_above)},
+      {"search_reach", number(&MotionOptions::search_reach)},
       {"search_mm", number(&MotionOptions::search_mm)},
       {"search_work", number(&MotionOptions::search_work)},
   };

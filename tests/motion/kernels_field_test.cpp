@@ -105,10 +105,26 @@ TEST_F(MeasureKernel, LooksAtListedBricksOnlyInTheOrderOfTheList) {
 
 class ConfidenceKernel : public KernelTest {
  protected:
-  void expect_oracle(glm::ivec3 cells, bool normalised, Format format, uint32_t seed) {
-    const double voxels = 200.0, half_mm = 0.1;
-    EquationImages images = images_of(random_equations(cells, seed));
+  /// Residuals from nothing, where A is certain, to much, where what noise makes of gradients takes
+  /// all of A away.
+  static EquationImages stored_equations(glm::ivec3 cells, Format format, uint32_t seed) {
+    oracle::Samples<oracle::NormalEquations> equations = random_equations(cells, seed);
+    for (size_t i = 0; i < equations.values.size(); ++i) {
+      oracle::NormalEquations& e = equations.values[i];
+      e.residual *= 0.5 * double(i % 4);
+      e.b *= 0.1 * double(i % 3);
+    }
+    EquationImages images = images_of(equations);
     for (Texels& image : images) image = as_stored(image, format);
+    return images;
+  }
+
+  void expect_oracle(glm::ivec3 cells, bool has_coarser, Format format, uint32_t seed) {
+    const oracle::Judging with{200.0, 0.7, {0.7, 0.9, 1.6}, {2.8, 3.6, 3.2}, 0.02, 0.1, 0.3};
+    const EquationImages images = stored_equations(cells, format, seed);
+    const EquationImages left = stored_equations(cells, format, seed + 1);
+    const oracle::Samples<oracle::NormalEquations> coarser = equations_of(left);
+    const Vectors field = stored_vectors(cells, seed + 2, 1.5);
     // The smallest eigenvalue comes out with an error in shares of the trace: what is just below
     // and just above it bounds the confidence.
     EquationImages lower = images, upper = images;
@@ -121,41 +137,100 @@ class ConfidenceKernel : public KernelTest {
         (*bound)[2].values[i].x += by;
       }
     }
-    const Scalars least = oracle::confidence(equations_of(lower), voxels, half_mm, normalised);
-    const Scalars most = oracle::confidence(equations_of(upper), voxels, half_mm, normalised);
-    const Vectors field = stored_vectors(cells, seed + 1, 5.0);
+    const auto* beside = has_coarser ? &coarser : nullptr;
+    const Scalars least = oracle::confidence(equations_of(lower), field, beside, with);
+    const Scalars most = oracle::confidence(equations_of(upper), field, beside, with);
 
     const DeviceImage e[3] = {put(images[0], format), put(images[1], format),
                               put(images[2], format)};
     const DeviceImage u = put(texels_of(field), Format::kRgba32);
+    const DeviceImage c = put(left[2], format);
+    const DeviceImage out = output(cells, Format::kRgba32);
     const BrickList bricks = all_bricks(cells);
     const vulkan::Buffer list = upload_bricks(context(), bricks);
+    const glm::dvec3 noise =
+        double(shaders::kNoiseOfGradient) / (with.spacing_mm * with.spacing_mm);
     dispatch(kernels()->confidence(),
-             {list, nearest(e[0]), nearest(e[1]), nearest(e[2]), nearest(u), u.image},
+             {list, nearest(e[0]), nearest(e[1]), nearest(e[2]), nearest(u), nearest(c), out.image},
              shaders::ConfidencePush{
-                 glm::ivec4(cells, 0),
-                 glm::vec4(1.0 / voxels, 1.0 / (half_mm * half_mm), normalised ? 1.0 : 0.0, 0.0)},
+                 glm::ivec4(cells, 0), glm::vec4(with.cell_mm, 1.0 / with.h_mm),
+                 glm::vec4(noise, 1.0 / (with.voxels * with.h_mm * with.h_mm)),
+                 glm::vec4(with.noise, with.flat, with.damping_per_mm2, has_coarser ? 1.0 : 0.0)},
              slice_groups(bricks));
-    expect_all(u, texels_of(field), 3, 0.0);
-    const Texels actual = get(u);
+    expect_all(out, texels_of(field), 3, 0.0);
+    const Texels actual = get(out);
     oracle::for_each(cells, [&](glm::ivec3 i) {
-      EXPECT_GE(actual.at(i).w, least.at(i) - kSingle) << text(i);
-      EXPECT_LE(actual.at(i).w, most.at(i) + kSingle) << text(i);
+      EXPECT_GE(actual.at(i).w, std::min(least.at(i), most.at(i)) - kSingle) << text(i);
+      EXPECT_LE(actual.at(i).w, std::max(least.at(i), most.at(i)) + kSingle) << text(i);
     });
   }
 };
 
-TEST_F(ConfidenceKernel, FollowsFromTheLeastCertainDirectionAndTheMatch) {
+TEST_F(ConfidenceKernel, FollowsFromWhatIsDeterminedAndWhatIsLeft) {
   uint32_t seed = 640;
   for (const glm::ivec3 cells : kSizes) {
     SCOPED_TRACE(text(cells));
-    expect_oracle(cells, true, Format::kRgba32, seed += 2);
+    expect_oracle(cells, true, Format::kRgba32, seed += 3);
   }
 }
 
-TEST_F(ConfidenceKernel, TakesEquationsInHalfPrecisionAndPlainIntensities) {
+TEST_F(ConfidenceKernel, TakesEquationsInHalfPrecisionAndNoCoarserLevel) {
   expect_oracle({17, 9, 7}, true, Format::kRgba16, 660);
-  expect_oracle({17, 9, 7}, false, Format::kRgba16, 662);
+  expect_oracle({17, 9, 7}, false, Format::kRgba16, 663);
+}
+
+TEST(ConfidenceOracle, FallsWithEachThingThatSpeaksAgainstTheField) {
+  const glm::ivec3 cells(3);
+  const oracle::Judging with{300.0, 1.0, glm::dvec3(1.0), glm::dvec3(4.0), 0.01, 0.01, 0.3};
+  oracle::Samples<oracle::NormalEquations> good(cells), left(cells);
+  for (auto& e : good.values) {
+    e.a = glm::dmat3(0.05);
+    e.residual = 0.02;
+    e.counted = 1.0;
+    e.structure = 0.4;
+  }
+  for (auto& e : left.values) {
+    e.residual = 0.004;
+    e.counted = 1.0;
+    e.structure = 0.4;
+  }
+  Vectors still(cells);
+  const auto middle = [&](const auto& equations, const Vectors& field, const auto& coarser) {
+    return oracle::confidence(equations, field, &coarser, with).at({1, 1, 1});
+  };
+  const double best = middle(good, still, left);
+  EXPECT_GT(best, 0.9);
+  // Noise as flat regions show it: r^2 / 8 of gradient per axis, whatever the window averages.
+  auto flat = good;
+  for (auto& e : flat.values) e.a = glm::dmat3(e.residual / 8.0);
+  EXPECT_LT(middle(flat, still, left), 0.5);
+  // An edge without a corner says nothing along itself.
+  auto edge = good;
+  for (auto& e : edge.values) e.a[2][2] = e.residual / 8.0;
+  EXPECT_LT(middle(edge, still, left), 0.5);
+
+  // All else changes the odds alone.
+  const double sd2 = (0.02 + 1e-6) / (300.0 * (0.05 - 0.15625 * 0.02));
+  const auto odds = [&](double confidence) {
+    const double likely = confidence / (0.5 + 0.5 / (1.0 + 4.0 * sd2));
+    return likely / (1.0 - likely);
+  };
+  // The narrow window still asks for half a voxel.
+  auto asks = good;
+  for (auto& e : asks.values) e.b = glm::dvec3(0.03, 0.0, 0.0);
+  EXPECT_NEAR(odds(best) / odds(middle(asks, still, left)), std::pow(0.53 / 0.03, 2), 1e-2);
+  // The coarser level explained little.
+  auto much = left;
+  for (auto& e : much.values) e.residual = 0.006 + 0.05 * (2.0 * 0.4 + 0.3 + 1e-4);
+  EXPECT_NEAR(odds(best) / odds(middle(good, still, much)), 0.06 / 0.01, 1e-4);
+  // The next cell moves 8 voxels further.
+  Vectors jumps = still;
+  jumps.at({2, 1, 1}) = {0.0, 8.0, 0.0};
+  EXPECT_NEAR(odds(best) / odds(middle(good, jumps, left)), 2.3 / 0.3, 1e-4);
+  // Nothing counted.
+  auto nothing = good;
+  for (auto& e : nothing.values) e.counted = 0.0;
+  EXPECT_EQ(middle(nothing, still, left), 0.0);
 }
 
 TEST_F(FoldsKernel, FlagsCellsWhoseVoxelsFoldAtAnyCorner) {

@@ -92,7 +92,7 @@ class UpdateTwoKernel : public KernelTest {
     const vulkan::Buffer list = upload_bricks(context(), bricks);
     dispatch(kernels()->update_two(),
              {list, nearest(in[0]), nearest(in[1]), nearest(in[2]), nearest(in[3]), nearest(in[4]),
-              nearest(in[5]), linear(v), nearest(c), w.image},
+              nearest(in[5]), linear(v), nearest(c), w.image, nearest(v)},
              shaders::UpdateTwoPush{
                  glm::ivec4(cells, 0),
                  glm::vec4(cell_mm, 0),

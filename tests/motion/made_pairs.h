@@ -62,8 +62,9 @@ inline MadePair made_pair(const Grid& grid, const AffineMap& map, uint32_t seed 
   return pair;
 }
 
-/// A body with structures of 4 and 9 mm in waves along k, `length` mm long: u = gradient / w sin(w z),
-/// w = 2 pi / length. The value at x + u(x) in moving is the value at x in fixed. On a plain grid.
+/// A body with structures of 4 and 9 mm in waves along k, `length` mm long: u = gradient / w sin(w
+/// z), w = 2 pi / length. The value at x + u(x) in moving is the value at x in fixed. On a plain
+/// grid.
 inline MadePair wave_pair(const Grid& grid, double gradient, double length, uint32_t seed = 1) {
   const double w = 2.0 * std::numbers::pi / length;
   const auto body = [&](glm::dvec3 lps_mm) {

@@ -229,5 +229,35 @@ TEST(IntensityScaling, RoundsToTheNearestHalfAndHoldsTheFarOut) {
   EXPECT_EQ(scaled_halves(volume, {}).bits[0], 0);
 }
 
+TEST(PlanSearches, ComeAfterEveryLevelAboveTheSecondAndInSmallVolumesToo) {
+  const MotionOptions options = *motion_preset("balanced");
+  const auto levels = [&](glm::ivec3 size) {
+    std::vector<int> result;
+    for (const SearchPlan& search : plan_searches(plan_motion(plain_grid(size), options)))
+      result.push_back(int(search.level));
+    return result;
+  };
+  EXPECT_THAT(levels(glm::ivec3(128)), ElementsAre(3, 2));
+  EXPECT_THAT(levels(glm::ivec3(64)), ElementsAre(2));
+  EXPECT_THAT(levels(glm::ivec3(48)), ElementsAre(1));
+  EXPECT_THAT(levels(glm::ivec3(24)), IsEmpty());  // a single level: nothing to begin it with
+}
+
+TEST(PlanSearches, ReachLessFarTheMoreNodesThereAre) {
+  MotionOptions options = *motion_preset("balanced");
+  const auto search = plan_searches(plan_motion(plain_grid({128, 128, 64}, {1, 1, 4}), options));
+  ASSERT_FALSE(search.empty());
+  const SearchPlan& finest = search.back();
+  EXPECT_EQ(finest.reach_for(1), finest.most);
+  glm::ivec3 before = finest.most;
+  for (size_t nodes = 1; nodes < 1000000; nodes *= 4) {
+    const glm::ivec3 reach = finest.reach_for(nodes);
+    EXPECT_LE(reach.x, before.x);
+    EXPECT_TRUE(reach == glm::ivec3(0) || double(nodes) * SearchPlan::labels(reach) <= finest.work);
+    before = reach;
+  }
+  EXPECT_EQ(finest.reach_for(size_t(finest.work)), glm::ivec3(0));
+}
+
 }  // namespace
 }  // namespace palpate::test

@@ -97,18 +97,42 @@ TEST(Harmonics, AreFoundExactlyAtUnevenTimes) {
   }
 }
 
-TEST(SequenceMotion, WithoutHarmonicsGoesInStraightLinesAndCloses) {
+TEST(SequenceMotion, WithoutHarmonicsPassesThroughTheFramesAndItsVelocityDoesNotJump) {
   SequenceMotion motion;
-  motion.basis.times_s = {0.0, 1.0, 3.0};
-  motion.terms = {shift({0, 0, 0}), shift({4, 0, 0}), shift({0, 2, 0})};
-  EXPECT_LT(largest_difference_mm(motion.at(0.25), shift({1, 0, 0})), 1e-6);
-  EXPECT_LT(largest_difference_mm(motion.at(2.0), shift({2, 1, 0})), 1e-6);
-  EXPECT_LT(largest_difference_mm(motion.at(-1.0), shift({0, 0, 0})), 1e-6) << "held before";
-  EXPECT_LT(largest_difference_mm(motion.at(9.0), shift({0, 2, 0})), 1e-6) << "held after";
-  motion.basis.cycle_s = 5.0;
-  EXPECT_LT(largest_difference_mm(motion.at(4.0), shift({0, 1, 0})), 1e-6);
-  EXPECT_LT(largest_difference_mm(motion.at(4.0 + 15.0), shift({0, 1, 0})), 1e-6);
-  EXPECT_LT(largest_difference_mm(motion.at(4.0 - 10.0), shift({0, 1, 0})), 1e-6);
+  motion.basis.times_s = {0.0, 1.0, 3.0, 3.5};
+  // A parabola in time, which the curve is between frames that have neighbours on both sides.
+  const auto parabola = [](double t) { return glm::vec3(t * t - 2.0 * t, 0.5 * t, 0.0); };
+  for (const double t : motion.basis.times_s) motion.terms.push_back(shift(parabola(t)));
+  for (const double t : {0.0, 1.0, 1.3, 2.0, 2.9, 3.0, 3.5})
+    EXPECT_LT(largest_difference_mm(motion.at(t), shift(parabola(t))), 1e-5) << t;
+  EXPECT_LT(largest_difference_mm(motion.at(-1.0), shift(parabola(0.0))), 1e-6) << "held before";
+  EXPECT_LT(largest_difference_mm(motion.at(9.0), shift(parabola(3.5))), 1e-6) << "held after";
+  motion.basis.cycle_s = 4.5;
+  for (const double t : {0.3, 2.2, 4.1}) {
+    EXPECT_LT(largest_difference_mm(motion.at(t), motion.at(t + 13.5)), 1e-5);
+    EXPECT_LT(largest_difference_mm(motion.at(t), motion.at(t - 9.0)), 1e-5);
+  }
+  for (const double cycle_s : {0.0, 4.5}) {
+    motion.basis.cycle_s = cycle_s;
+    for (const double t :
+         cycle_s > 0.0 ? std::vector<double>{0.0, 1.0, 3.0, 3.5} : std::vector<double>{1.0, 3.0}) {
+      constexpr double kStep_s = 1e-4;
+      const auto at = [&](double time_s) { return glm::dvec3(motion.at(time_s).u_mm.front()); };
+      const glm::dvec3 before = (at(t) - at(t - kStep_s)) / kStep_s;
+      const glm::dvec3 after = (at(t + kStep_s) - at(t)) / kStep_s;
+      EXPECT_LT(glm::distance(before, after), 0.02) << "mm per s, at " << t << " of " << cycle_s;
+    }
+  }
+}
+
+TEST(SequenceMotion, TwoFramesGoToAndFro) {
+  SequenceMotion motion;
+  motion.basis.times_s = {0.0, 1.0};
+  motion.terms = {shift({0, 0, 0}), shift({4, 0, 0})};
+  EXPECT_LT(largest_difference_mm(motion.at(0.25), shift({1, 0, 0})), 1e-6) << "one step alone";
+  motion.basis.cycle_s = 2.0;
+  EXPECT_LT(largest_difference_mm(motion.at(0.5), shift({2, 0, 0})), 1e-6);
+  EXPECT_LT(largest_difference_mm(motion.at(1.5), shift({2, 0, 0})), 1e-6);
 }
 
 TEST(TheReferenceFrame, IsTheOneNearestToTheMean) {
@@ -145,6 +169,28 @@ TEST(NeighbourConsensus, LeavesWhatAgreesAndHalvesWhatDoesNot) {
       with_neighbours(direct, std::span(steps).first(3), std::span(backward).first(3), {});
   EXPECT_NEAR(open[0].u_mm[0].x, places[0] + 1.5, 1e-5);
   EXPECT_NEAR(open[3].u_mm[0].x, places[3], 1e-5);
+}
+
+TEST(NeighbourConsensus, DoesNotJumpWhereConfidenceDoes) {
+  Grid grid;
+  grid.size = {16, 4, 4};
+  const auto moved = [&](float x_mm) {
+    Field field = still_field(grid);
+    for (glm::vec3& u : field.u_mm) u.x = x_mm;
+    return field;
+  };
+  // The frame in the middle disagrees by 6 mm; it is sure on one half and not on the other.
+  const std::vector<Field> direct = {moved(0.0F), moved(6.0F), moved(0.0F)};
+  const std::vector<Field> steps(2, moved(0.0F));
+  std::vector<Confidence> sure(3, {grid, std::vector<float>(grid.count(), 1.0F)});
+  for (int k = 0; k < 4; ++k)
+    for (int j = 0; j < 4; ++j)
+      for (int i = 8; i < 16; ++i) sure[1].values[grid.offset(i, j, k)] = 0.0F;
+  const Field mean = with_neighbours(direct, steps, steps, sure)[1];
+  EXPECT_NEAR(mean.at(0, 2, 2).x, 2.0, 0.1);
+  EXPECT_LT(mean.at(15, 2, 2).x, 0.2);
+  for (int i = 1; i < 16; ++i)
+    EXPECT_LT(std::abs(mean.at(i, 2, 2).x - mean.at(i - 1, 2, 2).x), 0.6) << i;
 }
 
 TEST(SequenceMotion, ToldFromItsReferenceStandsStillThereAndLeavesPlacesAsTheyWere) {

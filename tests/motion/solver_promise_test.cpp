@@ -66,7 +66,7 @@ TEST_F(SolverPromise, NoFoldsBetweenCheckerboardsThatSwap) {
 TEST_F(SolverPromise, NoFoldsAreLeftWhereTheEstimationItselfFolds) {
   const std::array<Grid, 4> grids = {plain_grid({48, 40, 36}),
                                      plain_grid({40, 36, 9}, {0.7, 0.8, 4.0}),
-                                     plain_grid({48, 40, 2}), plain_grid({48, 40, 1})};
+                                     plain_grid({48, 40, 2}), plain_grid({112, 96, 1})};
   EstimatorOptions options = preset("balanced");
   options.motion.damping = 0.02;
   for (LevelOptions& level : options.motion.levels) {

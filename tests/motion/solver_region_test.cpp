@@ -3,6 +3,7 @@
 #include <cmath>
 #include <glm/gtc/packing.hpp>
 
+#include "compute/motion/classic.h"
 #include "compute/motion/intensity.h"
 #include "compute/motion/oracle.h"
 #include "compute/motion/solver.h"
@@ -106,6 +107,34 @@ TEST_F(SolverRegion, FindsTheSameFieldInItsBricksAsWithWholeImages) {
   }
   ASSERT_EQ(found[0].u_mm.size(), found[1].u_mm.size());
   for (size_t i = 0; i < found[0].u_mm.size(); ++i) EXPECT_EQ(found[0].u_mm[i], found[1].u_mm[i]);
+}
+
+// Where a device loads single texels from storage images, the numbers are those of fetches.
+TEST_F(SolverRegion, FindsTheSameFieldHoweverTexelsAreRead) {
+  for (const char* preset : {"balanced", "classic"}) {
+    MotionOptions options = *motion_preset(preset);
+    options.search_mm = 9.0;
+    for (LevelOptions& level : options.levels) level.iterations = std::min(level.iterations, 7);
+    make({3.0, 2.0, -1.0}, {20, 20, 20}, {84, 52, 52}, options);
+    const Region region = region_of(plan, mask);
+    Field found[2];
+    for (const bool suits : {false, true}) {
+      kernels = std::make_shared<MotionKernels>(
+          context(), suits ? MotionKernels::Texels::kAsSuits : MotionKernels::Texels::kFetched);
+      const FramePyramid fixed = prepared(pair.fixed, region);
+      const FramePyramid moving = prepared(pair.moving, region);
+      std::unique_ptr<FieldSolver> solver;
+      if (options.method == MotionMethod::kClassic)
+        solver = std::make_unique<ClassicSolver>(context(), kernels, plan);
+      else
+        solver = std::make_unique<PairSolver>(context(), kernels, plan, region);
+      ASSERT_TRUE(solver->solve(fixed, moving, {}, {}));
+      Confidence confidence;
+      solver->download(found[suits], confidence);
+    }
+    EXPECT_TRUE(found[0].u_mm == found[1].u_mm) << preset;
+    EXPECT_GT(glm::length(found[0].u_mm[found[0].u_mm.size() / 2]), 0.1F) << preset;
+  }
 }
 
 TEST_F(SolverRegion, SaysSoWhenSomethingMovesOutOfReachAndTheEstimatorPreparesMore) {

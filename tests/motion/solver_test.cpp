@@ -37,6 +37,30 @@ TEST_F(Solver, FindsATranslationByMoreThanTheStructuresAreWide) {
   expect_found(made_pair(plain_grid({56, 56, 48}), map), "balanced");
 }
 
+/// An organ that moves by 20 voxels past still tissue: coarse levels average the two, and what they
+/// leave unexplained is searched. Where they explain all, the search must not change anything.
+TEST_F(Solver, SearchesForMotionThatCoarseLevelsLeaveUnexplained) {
+  EstimatorOptions searching = preset("balanced"), not_searching = searching;
+  not_searching.motion.search_mm = 0.0;
+  const SlidingPhantom slide = sliding_phantom();
+  const auto error = [&](const EstimatorOptions& options) {
+    const PairMotion motion = motion_of(slide.fixed, slide.moving, options);
+    const Result<Distances> distances = endpoint_error(motion.field, slide.truth, &slide.organ);
+    EXPECT_TRUE(distances);
+    return distances ? distances->voxels.mean : 1e30;
+  };
+  const double with = error(searching), without = error(not_searching);
+  EXPECT_LT(with, 0.9 * without);
+  RecordProperty("mean_voxel", std::to_string(with));
+  RecordProperty("without", std::to_string(without));
+
+  AffineMap map;
+  map.shift_mm = {0.6, -0.4, 0.3};
+  const MadePair plain = made_pair(plain_grid({56, 48, 64}), map);
+  EXPECT_LT(error_voxels(plain, motion_of(plain.fixed, plain.moving, searching)).mean,
+            1.02 * error_voxels(plain, motion_of(plain.fixed, plain.moving, not_searching)).mean);
+}
+
 /// Waves shorter than the window: it averages them away, unless it yields to what the level above
 /// could not explain. Where nothing is left unexplained it must not change anything.
 TEST_F(Solver, YieldsToWavesThatAreShorterThanItsWindow) {

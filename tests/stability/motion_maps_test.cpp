@@ -88,8 +88,8 @@ TEST_F(MotionMaps, HoldThickSlicesWithTwoOfThemInAStructure) {
 }
 
 TEST_F(MotionMaps, TrustAFlatRegionLessTheFurtherStructureIs) {
-  // The confidence is that of a window of 7 voxels: it sinks only where the window has nothing.
-  // That it does not sink enough is a known limit; that it sinks is asserted.
+  // Where nothing but noise is within the narrow window (2.5 voxels) the field is a guess, however
+  // smooth: at most as likely right as wrong. Nearer to structure confidence can not tell.
   const auto middle = [&](double radius) {
     const MotionPair pair = flat_pair(64, radius, 1.0, 8);
     const Found found = found_by(context(), pair, true);
@@ -97,8 +97,8 @@ TEST_F(MotionMaps, TrustAFlatRegionLessTheFurtherStructureIs) {
     return found.confidence.values[grid.offset(grid.size.x / 2, grid.size.y / 2, grid.size.z / 2)];
   };
   const float small = middle(4.0), wide = middle(24.0);
-  EXPECT_GT(small, 0.95F);
-  EXPECT_LT(wide, 0.8F);
+  EXPECT_GT(small, 0.9F);
+  EXPECT_LE(wide, float(kLowConfidence));
 }
 
 }  // namespace

@@ -159,6 +159,19 @@ TEST(MotionSection, IsWellFormedAndMarksWhatFolds) {
   EXPECT_THAT(with, HasSubstr("there and back over 0.5 voxel"));
 }
 
+TEST(MotionSection, DrawsWhatConfidenceIsWorthWhereItIsKnown) {
+  auto rows = test::measures({test::ours("fast", 0.4, 0.4, true), test::peer("Demons", 5.0, 0.9)});
+  EXPECT_THAT(page_with(motion_section({rows})), Not(HasSubstr("Calibration of confidence")));
+  Reliability reliability;
+  for (int n = 0; n < 1000; ++n) reliability.add(0.05 + 0.1 * (n % 10), n % 10 >= 5);
+  rows.rows[0].reliability = reliability;
+  const std::string with = page_with(motion_section({rows}));
+  EXPECT_EQ(test::xml_trouble(with), "");
+  EXPECT_THAT(with, HasSubstr("Calibration of confidence: a made pair"));
+  // |0.05 to 0.45 - 0| and |0.55 to 0.95 - 1| are 0.25 on average.
+  EXPECT_THAT(with, HasSubstr("fast (off by 0.250)"));
+}
+
 TEST(LineThrough, FindsTheLineThatMadeThePoints) {
   for (uint32_t seed = 1; seed <= 100; ++seed) {
     test::Random random(seed);

@@ -24,7 +24,8 @@ class OneDevice : public ::testing::Environment {
       return;
     }
     device_.context = *context;
-    device_.kernels = std::make_shared<MotionKernels>(device_.context);
+    device_.kernels =
+        std::make_shared<MotionKernels>(device_.context, MotionKernels::Texels::kFetched);
   }
 
   Device device_;

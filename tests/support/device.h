@@ -14,7 +14,7 @@ namespace palpate::test {
 /// test that asks. `context` is null where no device could be opened, and `why_not` says why.
 struct Device {
   std::shared_ptr<vulkan::Context> context;
-  std::shared_ptr<MotionKernels> kernels;
+  std::shared_ptr<MotionKernels> kernels;  ///< for images of any format
   std::string why_not;
 };
 const Device& device();
