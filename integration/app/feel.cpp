@@ -1,6 +1,7 @@
 #include "integration/app/commands.h"
 #include "integration/app/feel_run.h"
 #include "integration/app/option_checks.h"
+#include "integration/files/scene_file.h"
 #include "module/scene/look.h"
 
 namespace palpate::app {
@@ -84,14 +85,10 @@ void add_sequence(CLI::App& app, FeelCommand& command) {
          "estimated while it is felt")
       ->type_name("PATH")
       ->check(an_existing_path());
+  add_values(app, command.sequence);
   add_segments(app, command.sequence);
   app.add_option("--preset", command.preset, "Effort of the estimation, as in 'palpate motion'")
       ->check(one_of_the_presets())
-      ->capture_default_str();
-  app.add_option("--values", command.values,
-                 "While motion is estimated: reference (one frame's values carried by one motion: "
-                 "the same wall at every phase) or own (each frame's own)")
-      ->check(one_of({"reference", "own"}))
       ->capture_default_str();
   app.add_option("--scale", command.scale,
                  "Size of the volume: fit (into the device's reach), or a number")
@@ -126,6 +123,23 @@ void add_felt_seeing(CLI::App& app, FeelCommand& command) {
 }
 
 }  // namespace
+
+void add_values(CLI::App& app, SequenceChoices& choices) {
+  std::vector<std::string> words;
+  for (const auto& [word, values] : files::SceneWords::kValues) words.emplace_back(word);
+  app.add_option_function<std::string>(
+         "--values",
+         [&choices](const std::string& word) {
+           for (const auto& [name, values] : files::SceneWords::kValues)
+             if (name == word) choices.values = values;
+         },
+         "Whose values: reference (one frame's, carried by one motion: the same wall at every "
+         "phase), mean (of all frames where their material is in that one, carried likewise: less "
+         "noise), own (each frame's own: for flows and simulations). Without it: reference where "
+         "one motion is known or found, else own")
+      ->type_name("WORD")
+      ->check(one_of(std::move(words)));
+}
 
 void add_segments(CLI::App& app, SequenceChoices& choices) {
   app.add_option("--folder", choices.folder,

@@ -196,13 +196,6 @@ class FeelRun {
     auto scene = command_.hand ? load_felt_scene(command_.inputs, command_.sequence, doing)
                                : load_seen_scene(command_.inputs, command_.sequence, doing);
     if (!scene) return scene;
-    if (command_.values == "own")
-      for (const MissingMotion& missing : scene->missing)
-        if (missing.own)
-          return Error{ErrorKind::kBadInput,
-                       fmt::format("--values own needs a segmentation of each frame, but {} has "
-                                   "one: give one per frame, or leave --values out",
-                                   scene->spec.volumes[missing.volume].name)};
     apply_choices(*scene);
     if (command_.hand) doing("looking for a surface to touch");
     auto opened = open_force_device(choice, *scene);
@@ -351,11 +344,9 @@ class FeelRun {
         [this](size_t volume, size_t step, std::shared_ptr<const MotionMap> map) {
           return palpation_->take_motion(volume, step, std::move(map));
         },
-        command_.values == "own"
-            ? LiveMotion::OnWhole()
-            : [this](size_t volume,
-                     std::shared_ptr<const MovingVolume>
-                         data) { return palpation_->take_volume(volume, std::move(data)); },
+        [this](size_t volume, std::shared_ptr<const MovingVolume> data) {
+          return palpation_->take_volume(volume, std::move(data));
+        },
         console_);
     if (outputs_) {
       GalleryOptions options;

@@ -19,7 +19,6 @@ struct FeelCommand {
   ForceDeviceChoice device;
   DeviceOptions gpu;
   std::string preset = "balanced";
-  std::string values = "reference";  ///< what carries a sequence's values: reference or own
   std::string scale = "fit";
   double seconds = 0.0;
   double stiffness_n_per_m = 0.0, max_force_n = 0.0;
@@ -46,6 +45,8 @@ int run_feel(const FeelCommand& command);
 
 /// The options of segmentations and of a scene's folder, which feeling, viewing and planning share.
 void add_segments(CLI::App& app, SequenceChoices& choices);
+/// Whose values a sequence has.
+void add_values(CLI::App& app, SequenceChoices& choices);
 
 /// Where it is seen: options that feeling and viewing share.
 void add_seeing(CLI::App& app, FeelCommand& command);

@@ -79,33 +79,6 @@ fs::path whole_motion_of(const VolumeSpec& spec) {
   return {};
 }
 
-/// Only the reference frame is read and kept: the motion carries it to all times.
-Status read_whole(const fs::path& file, const VolumeSpec& spec, VolumeData& data, Samples& samples,
-                  const OnDoing& doing, std::vector<std::string>& notes) {
-  if (spec.motions.size() > 1 || spec.motions.front().fields.size() > 1)
-    return files::bad_input(file,
-                            "is one motion for all of a volume and all times: name no other beside "
-                            "it");
-  auto motion = files::read_sequence_motion(file);
-  if (!motion) return motion.error();
-  auto reader = files::SequenceReader::open(spec.files);
-  if (!reader) return reader.error();
-  if (reader->frame_count() != motion->frames())
-    return files::bad_input(file,
-                            "is the motion of {} frames, but '{}' holds {}: name the motion "
-                            "of this sequence",
-                            motion->frames(), reader->name(), reader->frame_count());
-  notes.insert(notes.end(), reader->notes().begin(), reader->notes().end());
-  if (doing)
-    doing(fmt::format("reading frame {} of {}", motion->reference + 1, reader->frame_count()));
-  auto frame = reader->frame(motion->reference);
-  if (!frame) return frame.error();
-  samples.add(*frame);
-  data.frames.frames.push_back(std::move(*frame));
-  data.whole = std::move(*motion);
-  return Nothing{};
-}
-
 Result<MotionData> read_motion(const MotionSpec& spec) {
   MotionData motion;
   const auto fields = files_of(spec.fields, "motion_");
@@ -145,6 +118,48 @@ Result<Sequence> read_frames(const std::vector<fs::path>& inputs, Samples& sampl
   return sequence;
 }
 
+/// The reference frame, which the motion carries to all times: of the others only the mean knows.
+/// Where each frame's own values are wanted, all frames and the fields between them.
+Status read_whole(const fs::path& file, VolumeSpec& spec, VolumeData& data, Samples& samples,
+                  const OnDoing& doing, std::vector<std::string>& notes) {
+  if (spec.motions.size() > 1 || spec.motions.front().fields.size() > 1)
+    return files::bad_input(file,
+                            "is one motion for all of a volume and all times: name no other beside "
+                            "it");
+  auto motion = files::read_sequence_motion(file);
+  if (!motion) return motion.error();
+  auto reader = files::SequenceReader::open(spec.files);
+  if (!reader) return reader.error();
+  if (reader->frame_count() != motion->frames())
+    return files::bad_input(file,
+                            "is the motion of {} frames, but '{}' holds {}: name the motion "
+                            "of this sequence",
+                            motion->frames(), reader->name(), reader->frame_count());
+  if (spec.values.value_or(CarriedValues::kReference) != CarriedValues::kReference) {
+    auto frames = read_frames(spec.files, samples, doing, notes);
+    if (!frames) return frames.error();
+    data.frames = std::move(*frames);
+    if (spec.values == CarriedValues::kMean) {
+      data.whole = std::move(*motion);
+      return Nothing{};
+    }
+    data.motions.emplace_back();
+    spec.cyclic = spec.cyclic && motion->basis.cycle_s > 0.0;
+    for (size_t k = 0; k < motion->frames() - (spec.cyclic ? 0 : 1); ++k)
+      data.motions.front().fields.push_back(consecutive_field(*motion, k));
+    return Nothing{};
+  }
+  notes.insert(notes.end(), reader->notes().begin(), reader->notes().end());
+  if (doing)
+    doing(fmt::format("reading frame {} of {}", motion->reference + 1, reader->frame_count()));
+  auto frame = reader->frame(motion->reference);
+  if (!frame) return frame.error();
+  samples.add(*frame);
+  data.frames.frames.push_back(std::move(*frame));
+  data.whole = std::move(*motion);
+  return Nothing{};
+}
+
 /// Whether the segments were read in one frame of many.
 bool has_one_segmentation(const VolumeData& data) {
   return !data.segments.empty() && data.segments.front().masks.size() == 1 &&
@@ -174,8 +189,8 @@ Status read_segments(VolumeSpec& spec, VolumeData& data, const OnDoing& doing) {
     if (parts > size_t(kMostModes))
       return files::bad_input(
           segments.files.front(),
-          "holds {} labels, and at most {} parts can be felt at once: name those "
-          "that you mean (--segment), if it is no image",
+          "holds {} labels, and at most {} parts can be felt at once: is it an image? Of a "
+          "segmentation, name the parts to feel (--segment)",
           parts, kMostModes);
     for (const files::LabelledPart& part : read.front().parts) {
       segments.parts.emplace_back();
@@ -211,6 +226,10 @@ Result<MovingVolume> read_volume_of(VolumeSpec& spec, Samples& samples, const On
     if (!(samples.high > 0.0F))
       return files::bad_input(spec.files.front(),
                               "holds only vectors of length 0: there is nothing to feel");
+    if (spec.values)
+      return files::bad_input(spec.files.front(),
+                              "holds vectors, which have each frame's own values: leave 'values' "
+                              "out");
     data.vectors = std::move(*vectors);
   } else {
     if (const fs::path whole = whole_motion_of(spec); !whole.empty()) {
@@ -226,27 +245,33 @@ Result<MovingVolume> read_volume_of(VolumeSpec& spec, Samples& samples, const On
                               "holds the value {} everywhere: there is nothing to feel",
                               samples.low);
   }
-  if (data.whole) {
-    const Status segments = read_segments(spec, data, doing);
-    if (!segments) return segments.error();
-    if (doing) doing("preparing " + spec.name);
-    return build(spec, std::move(data));
-  }
-  for (const MotionSpec& motion : spec.motions) {
-    auto read = read_motion(motion);
-    if (!read) return read.error();
-    data.motions.push_back(std::move(*read));
-  }
+  if (!data.whole && data.motions.empty())
+    for (const MotionSpec& motion : spec.motions) {
+      auto read = read_motion(motion);
+      if (!read) return read.error();
+      data.motions.push_back(std::move(*read));
+    }
   if (const Status segments = read_segments(spec, data, doing); !segments) return segments.error();
   if (doing) doing("preparing " + spec.name);
+  if (data.whole) return build(spec, std::move(data));
+  // Consecutive fields make one motion for all frames where that is asked for, or where only it
+  // brings the segments of one frame to the others.
+  const bool of_one = has_one_segmentation(data);
+  if (of_one && spec.values == CarriedValues::kOwn)
+    return files::bad_input(
+        spec.segments.files.front(),
+        "is the segmentation of one frame, and each frame's own values need one of each: give one "
+        "per frame, or leave 'own' out");
   std::vector<Field> steps;
-  if (has_one_segmentation(data) && !data.motions.empty()) steps = data.motions.front().fields;
+  if ((of_one || (spec.values && spec.values != CarriedValues::kOwn)) && !data.motions.empty())
+    steps = data.motions.front().fields;
   auto volume = build(spec, std::move(data));
   if (!volume || steps.empty() || volume->is_still()) return volume;
-  // One segmentation is carried by one motion for all frames.
   const TimeBasis times{volume->times.times_s, volume->times.cycle_s, 0};
-  const auto whole = motion_of_steps(steps, times, spec.segments.frame);
-  return whole ? carried(*volume, *whole) : whole.error();
+  const size_t reference = of_one ? spec.segments.frame : frame_nearest_the_mean(steps);
+  const auto whole = motion_of_steps(steps, times, reference);
+  return whole ? carried(*volume, *whole, spec.values.value_or(CarriedValues::kReference))
+               : whole.error();
 }
 
 /// Whether the segments are known in one frame of many, so that only one motion for all brings them
@@ -375,6 +400,7 @@ Result<FeltScene> of_sequence(const std::vector<fs::path>& inputs, const Sequenc
         motion.confidences = {choices.fields};
     spec.motions = {motion};
   }
+  spec.values = choices.values;
   spec.segments.files = choices.segments;
   spec.segments.frame = choices.segments_frame;
   for (const std::string& name : choices.segment_names) {
@@ -434,19 +460,32 @@ void forget_motion(FeltScene& scene) {
 Result<FeltScene> load_felt_scene(const std::vector<fs::path>& inputs,
                                   const SequenceChoices& choices, const OnDoing& doing) {
   const std::string name = inputs.front().string();
-  if (inputs.size() == 1 && name == "heart") return of_spec(name, heart_scene(), doing);
-  if (inputs.size() == 1 && name == "shell") return of_spec(name, shell_scene(), doing);
-  if (inputs.size() == 1 && name == "molecule") return of_spec(name, molecule_scene(), doing);
+  using Made = std::pair<const char*, SceneSpec (*)()>;
+  for (const auto& [made, scene] :
+       {Made{"heart", heart_scene}, Made{"shell", shell_scene}, Made{"molecule", molecule_scene}}) {
+    if (inputs.size() != 1 || name != made) continue;
+    if (choices.values)
+      return Error{ErrorKind::kBadInput,
+                   fmt::format("'{}' is made data, which have their own values at all times: leave "
+                               "--values out",
+                               name)};
+    return of_spec(name, scene(), doing);
+  }
   if (inputs.size() == 1 && inputs.front().extension() == ".json") {
     auto spec = files::read_scene(inputs.front(), {}, choices.folder);
     if (!spec) return spec.error();
+    if (choices.values)
+      for (VolumeSpec& volume : spec->volumes)
+        if (volume.source.empty()) volume.values = choices.values;
     return of_spec(name, std::move(*spec), doing);
   }
   return of_sequence(inputs, choices, doing);
 }
 
-Result<FeltScene> load_seen_scene(const std::vector<fs::path>& inputs,
-                                  const SequenceChoices& choices, const OnDoing& doing) {
+namespace {
+
+Result<FeltScene> seen_scene(const std::vector<fs::path>& inputs, const SequenceChoices& choices,
+                             const OnDoing& doing) {
   const auto vectors = std::count_if(inputs.begin(), inputs.end(), [](const fs::path& input) {
     return files::holds_vectors({input});
   });
@@ -471,6 +510,18 @@ Result<FeltScene> load_seen_scene(const std::vector<fs::path>& inputs,
     }
   }
   return all;
+}
+
+}  // namespace
+
+Result<FeltScene> load_seen_scene(const std::vector<fs::path>& inputs,
+                                  const SequenceChoices& choices, const OnDoing& doing) {
+  auto scene = seen_scene(inputs, choices, doing);
+  if (scene && !scene->missing.empty() && choices.values && choices.values != CarriedValues::kOwn)
+    return files::bad_input(inputs.front(),
+                            "has no motion yet that could carry values: run 'palpate motion' and "
+                            "name its output (--fields), or leave --values out");
+  return scene;
 }
 
 double fit_to_reach(FeltScene& scene, const DeviceInfo& device) {

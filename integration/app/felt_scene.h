@@ -24,7 +24,8 @@ struct SequenceChoices {
   double frames_per_second = 0.0;  ///< 0: as the file says
   std::filesystem::path fields;    ///< of palpate motion: its folder, or its one file; empty: none
   bool cyclic = true;
-  std::filesystem::path folder;  ///< where a scene file's paths begin; empty: beside it
+  std::optional<CarriedValues> values;  ///< of a scene file's volumes of files, too
+  std::filesystem::path folder;         ///< where a scene file's paths begin; empty: beside it
   std::vector<std::filesystem::path> segments;  ///< segmentations whose parts are the walls
   size_t segments_frame = 0;                    ///< to which a single one belongs
   std::vector<std::string> segment_names;       ///< of its parts; none: all

@@ -39,10 +39,11 @@ LiveMotion::LiveMotion(const FeltScene& scene, const DeviceOptions& device,
   for (const MissingMotion& missing : scene.missing) {
     const VolumeSpec& spec = scene.spec.volumes[missing.volume];
     // What is computed changes by itself, and its own values are right.
-    const bool whole = on_whole_ && spec.source.empty();
+    const bool whole = spec.source.empty() && spec.values != CarriedValues::kOwn;
     const auto& volume = missing.own ? missing.own : scene.data[missing.volume];
     needs_whole_ |= missing.own != nullptr;
-    jobs_.push_back({missing, spec.cyclic, whole, volume});
+    jobs_.push_back(
+        {missing, spec.cyclic, whole, spec.values.value_or(CarriedValues::kReference), volume});
     steps_ += size_t(scene.data[missing.volume]->times.steps());
   }
   if (jobs_.empty()) {
@@ -179,7 +180,7 @@ Status LiveMotion::whole(const Job& job, Frames& frames,
   if (!taken) return taken;
   if (!motion) return motion.error();
   for (const std::string& note : report.notes) console_.say("Note      " + note);
-  auto volume = carried(*job.volume, *motion);
+  auto volume = carried(*job.volume, *motion, job.values);
   if (!volume) return volume.error();
   return on_whole_(job.missing.volume, std::make_shared<const MovingVolume>(std::move(*volume)));
 }

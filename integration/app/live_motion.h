@@ -25,8 +25,8 @@ class LiveMotion {
   using OnWhole = std::function<Status(size_t volume, std::shared_ptr<const MovingVolume> carried)>;
 
   /// Starts at once if anything is missing. Steps are handed over one by one as pairs of frames are
-  /// done; then, unless `on_whole` is empty, the whole sequence with one motion. Both come from a
-  /// thread of its own; the console must outlive this.
+  /// done; then, unless its own values are wanted, the whole sequence with one motion. Both come
+  /// from a thread of its own; the console must outlive this.
   LiveMotion(const FeltScene& scene, const DeviceOptions& device, const std::string& preset,
              OnStep on_step, OnWhole on_whole, Console& console);
   /// Cancels what is still running and waits for it.
@@ -59,7 +59,8 @@ class LiveMotion {
     MissingMotion missing;
     bool cyclic = true;
     bool whole = false;  ///< one motion for all frames, beyond consecutive fields
-    std::shared_ptr<const MovingVolume> volume;  ///< with all its frames
+    CarriedValues values = CarriedValues::kReference;  ///< with one motion
+    std::shared_ptr<const MovingVolume> volume;        ///< with all its frames
   };
   void run(std::stop_token stop);
   Status estimate(const Job& job, std::stop_token stop);

@@ -359,6 +359,7 @@ int run(const MotionCommand& command) {
     return command.is_pair() ? open_pair(command.inputs[0], command.inputs[1])
                              : open_sequence(command.inputs);
   };
+  auto opening = begin_open_device(command.device);  // while the files are read
   auto frames = open_frames();
   if (!frames) return fail(console, frames.error());
   if (const Status names = check_names(command, frames->count); !names)
@@ -367,7 +368,7 @@ int run(const MotionCommand& command) {
   if (!mask) return fail(console, mask.error());
   console.say(fmt::format("Frames    {}", frames_text(*frames)));
   for (const std::string& note : frames->notes) console.say("Note      " + note);
-  const auto context = open_device(command.device, console);
+  const auto context = open_device(std::move(opening), command.device, console);
   if (!context) return fail(console, context.error());
   std::vector<studies::Choice> choices;
   if (command.chooses()) {

@@ -43,6 +43,7 @@ Command add_plan(CLI::App& program) {
                   "What 'palpate motion' wrote: its folder or its sequence_motion.nrrd")
       ->type_name("PATH")
       ->check(an_existing_path());
+  add_values(*app, *choices);
   add_segments(*app, *choices);
   return {app,
           [inputs, choices] { return run(*inputs, *choices); },

@@ -35,16 +35,24 @@ void add_device_options(CLI::App& command, DeviceOptions& options) {
       ->check(number_in(kMemory_mb));
 }
 
-Result<std::shared_ptr<vulkan::Context>> open_device(const DeviceOptions& options,
-                                                     Console& console) {
+std::future<OpenedContext> begin_open_device(const DeviceOptions& options) {
+  vulkan::ContextOptions wanted;
+  wanted.device = options.device;
+  wanted.memory_cap_bytes = uint64_t(options.memory_cap_mb * 1e6);
+  return std::async(std::launch::async, [wanted] { return vulkan::Context::open(wanted); });
+}
+
+OpenedContext open_device(const DeviceOptions& options, Console& console) {
+  return open_device(begin_open_device(options), options, console);
+}
+
+OpenedContext open_device(std::future<OpenedContext> opening, const DeviceOptions& options,
+                          Console& console) {
   if (options.old_spelling)
     console.complain(
         "palpate: The Vulkan device is named with --gpu now; --device is the force device in all "
         "commands.");
-  vulkan::ContextOptions wanted;
-  wanted.device = options.device;
-  wanted.memory_cap_bytes = uint64_t(options.memory_cap_mb * 1e6);
-  auto context = vulkan::Context::open(wanted);
+  OpenedContext context = opening.get();
   if (context) {
     const vulkan::DeviceInfo& info = (*context)->info();
     console.say(fmt::format("Device    {} ({})", info.name, info.kind));

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <future>
 #include <memory>
 #include <string>
 
@@ -23,8 +24,14 @@ void add_gpu_option(CLI::App& command, DeviceOptions& options);
 /// in all others, once meant --gpu there and still does.
 void add_device_options(CLI::App& command, DeviceOptions& options);
 
-/// Opens the device and says which one it is, and with --verbose what it can do.
-Result<std::shared_ptr<vulkan::Context>> open_device(const DeviceOptions& options,
-                                                     Console& console);
+using OpenedContext = Result<std::shared_ptr<vulkan::Context>>;
+
+/// Opens the device on a thread of its own, beside what does not need it yet.
+std::future<OpenedContext> begin_open_device(const DeviceOptions& options);
+
+/// Waits for the device, and says which one it is and with --verbose what it can do.
+OpenedContext open_device(std::future<OpenedContext> opening, const DeviceOptions& options,
+                          Console& console);
+OpenedContext open_device(const DeviceOptions& options, Console& console);
 
 }  // namespace palpate::app

@@ -127,7 +127,7 @@ std::string frame_text(const SequenceEvidence& evidence, size_t k) {
 }
 
 std::string time_text(const TimeBasis& basis) {
-  std::string text = "straight lines between the frames";
+  std::string text = "smooth curves between the frames";
   if (basis.harmonics > 0)
     text = fmt::format("{} {}", basis.harmonics, basis.harmonics == 1 ? "harmonic" : "harmonics");
   return basis.cycle_s > 0.0 ? text + fmt::format(" of a cycle of {:.4g} s", basis.cycle_s) : text;

@@ -37,7 +37,7 @@ nlohmann::json json_of(const SequenceEvidence& evidence);
 /// acceleration 0.31 mm/frame^2, local correlation 0.712 -> 0.951, 0.042 voxel of motion left: ok".
 std::string frame_text(const SequenceEvidence& evidence, size_t frame);
 
-/// "6 harmonics of a cycle of 0.8 s", "straight lines between the frames of a cycle of 4 s".
+/// "6 harmonics of a cycle of 0.8 s", "smooth curves between the frames of a cycle of 4 s".
 std::string time_text(const TimeBasis& basis);
 
 /// The drift as a line for a person.

@@ -135,6 +135,7 @@ Command add_view(CLI::App& program) {
                   "picture")
       ->type_name("PATH")
       ->check(an_existing_path());
+  add_values(*app, command->sequence);
   add_segments(*app, command->sequence);
   app->add_flag_callback(
       "--not-cyclic", [command] { command->sequence.cyclic = false; },

@@ -13,7 +13,7 @@ namespace palpate::desktop {
 struct MouseProbeOptions {
   std::string kind = "mouse";
   glm::dvec3 start_m{0.0};  ///< device space
-  bool waits = false;  ///< gives no place before the first hold(), then begins there
+  bool waits = false;       ///< gives no place before the first hold(), then begins there
   double workspace_radius_m = 0.08;
   double settle_per_s = 60.0;   ///< of the follower: a hand's own quickest movements still pass
   double speed_m_per_s = 0.75;  ///< half of what the guards take for a hand that is too fast

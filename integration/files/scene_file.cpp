@@ -83,6 +83,11 @@ class SceneReader {
     o.number("frames_per_second", v.frames_per_second, kSceneFrameRates);
     o.number("rate", v.rate, kPlayingRates);
     o.boolean("cyclic", v.cyclic);
+    CarriedValues values{};
+    if (o.choice("values", values, SceneWords::kValues)) {
+      v.values = values;
+      if (!v.source.empty()) o.refuse("values", "made data have their own: leave this out");
+    }
     o.boolean("blend_values", v.blend_values);
     read_seen(o, "view", v.seen);
     read_segments(o, "segments", v.segments);
@@ -269,6 +274,10 @@ const std::vector<std::pair<std::string_view, PosePath>> SceneWords::kPaths = {
     {"smooth", PosePath::kSmooth}, {"paper", PosePath::kPaper}, {"exact", PosePath::kExact}};
 const std::vector<std::pair<std::string_view, BackTracking>> SceneWords::kBackTrackings = {
     {"newton", BackTracking::kNewton}, {"picard", BackTracking::kPicard}};
+const std::vector<std::pair<std::string_view, CarriedValues>> SceneWords::kValues = {
+    {"reference", CarriedValues::kReference},
+    {"mean", CarriedValues::kMean},
+    {"own", CarriedValues::kOwn}};
 
 bool mode_key_applies(std::string_view kind, std::string_view key) {
   if (std::find(kKinds.begin(), kKinds.end(), kind) == kKinds.end()) return true;

@@ -45,6 +45,7 @@ struct SceneWords {
   static const std::vector<std::pair<std::string_view, DriveSpec::Kind>> kDrives;
   static const std::vector<std::pair<std::string_view, PosePath>> kPaths;
   static const std::vector<std::pair<std::string_view, BackTracking>> kBackTrackings;
+  static const std::vector<std::pair<std::string_view, CarriedValues>> kValues;
 };
 
 }  // namespace palpate::files

@@ -90,6 +90,7 @@ class SceneWriter {
     put(o, "frames_per_second", v.frames_per_second, usual.frames_per_second);
     put(o, "rate", v.rate, usual.rate);
     put(o, "cyclic", v.cyclic, usual.cyclic);
+    if (v.values) o["values"] = word_of(SceneWords::kValues, *v.values);
     put(o, "blend_values", v.blend_values, usual.blend_values);
     const Json view = seen(v.seen);
     if (!view.empty()) o["view"] = view;

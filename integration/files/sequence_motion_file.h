@@ -20,7 +20,7 @@ namespace palpate::files {
 ///   SequenceMotion.ReferenceFrame:=7        counted from 0
 ///   SequenceMotion.FrameTimes_s:=0 0.05 ...  rising, the first 0
 ///   SequenceMotion.Cycle_s:=1               above the last time; 0: not cyclic
-///   SequenceMotion.Harmonics:=5             0: u at the frames, straight lines between them
+///   SequenceMotion.Harmonics:=5             0: u at the frames, smooth curves between them
 ///
 /// Whatever reads NRRD reads it; the same layout without the keys is 3D Slicer's of a sequence of
 /// displacement fields.

@@ -131,15 +131,7 @@ class FlowingCarrier final : public Carrier {
     const glm::dvec3 start = material_ + (target - volume_.volume(at_));
     const BackTrack found =
         back_track(*map, volume_.pointer.phase, target, start, closing_, method_);
-    report_.residual_m = std::max(report_.residual_m, found.ok ? found.residual_m : 0.0);
-    report_.steps = std::max(report_.steps, found.steps);
-    if (!found.ok) {
-      report_.held = true;
-      return false;
-    }
-    material_ = found.x_m;
-    motion_ = found.at;
-    at_ = world;
+    if (!arrive(found, world)) return false;
     look_for_roughness(map);
     return true;
   }
@@ -282,15 +274,7 @@ class MaterialCarrier final : public Carrier {
   bool go_to(glm::dvec3 world) noexcept override {
     const glm::dvec3 target = volume_.volume(world);
     const BackTrack found = back_track(now_, target, material_ + (target - volume_.volume(at_)));
-    report_.residual_m = std::max(report_.residual_m, found.ok ? found.residual_m : 0.0);
-    report_.steps = std::max(report_.steps, found.steps);
-    if (!found.ok) {
-      report_.held = true;
-      return false;
-    }
-    material_ = found.x_m;
-    motion_ = found.at;
-    at_ = world;
+    if (!arrive(found, world)) return false;
     look_for_roughness();
     return true;
   }
@@ -341,6 +325,19 @@ class MaterialCarrier final : public Carrier {
 };
 
 }  // namespace
+
+bool Carrier::arrive(const BackTrack& found, glm::dvec3 world) noexcept {
+  report_.steps = std::max(report_.steps, found.steps);
+  if (!found.ok) {
+    report_.held = true;
+    return false;
+  }
+  report_.residual_m = std::max(report_.residual_m, found.residual_m);
+  material_ = found.x_m;
+  motion_ = found.at;
+  at_ = world;
+  return true;
+}
 
 VolumeRun::VolumeRun(const HapticVolume& volume)
     : plan(&volume), pose(volume.spec.path, volume.spec.transform), playback(&volume.data->times) {

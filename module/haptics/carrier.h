@@ -10,6 +10,8 @@
 
 namespace palpate {
 
+struct BackTrack;
+
 /// A volume as it runs: where it is and where its sequence stands. World from volume as one affine
 /// map, so that a volume that was never turned costs no more than one that was.
 struct VolumeRun {
@@ -81,6 +83,10 @@ class Carrier {
   glm::dvec3 material() const { return material_; }
 
  protected:
+  /// Makes what was found for `world` the material point, and reports it. False, and nothing
+  /// changed, if it was not found.
+  bool arrive(const BackTrack& found, glm::dvec3 world) noexcept;
+
   glm::dvec3 at_{0.0};        ///< world
   glm::dvec3 material_{0.0};  ///< the same point in its data frame, volume space
   MotionSample motion_{};     ///< the field there; stays zero where nothing flows

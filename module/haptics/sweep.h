@@ -20,8 +20,8 @@ struct Sweep {
 /// bisection, to a fifth of a micrometre; and a piece along a surface is done again with the mean
 /// of the primitives at its ends (midpoint rule), so that sliding over a curved surface neither
 /// digs in nor takes off. A carrier whose point can not be found is held where it is. Real-time
-/// safe; after 48 pieces or 96 looks at the data (one per mode and place) the rest of the way is left
-/// to the next frame.
+/// safe; after 48 pieces or 96 looks at the data (one per mode and place) the rest of the way is
+/// left to the next frame.
 Sweep sweep(HapticRun& run, glm::dvec3 probe, double stiffness_n_per_m, double dt_s) noexcept;
 
 }  // namespace palpate

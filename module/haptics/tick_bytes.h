@@ -38,8 +38,8 @@ struct FieldEncoder {
   }
 };
 
-/// Takes fields from bytes. Beyond the end `good` becomes false and fields are zero; at a truth value
-/// that is none `possible` does.
+/// Takes fields from bytes. Beyond the end `good` becomes false and fields are zero; at a truth
+/// value that is none `possible` does.
 struct FieldDecoder {
   std::string_view bytes;
   size_t at = 0;

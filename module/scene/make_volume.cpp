@@ -202,6 +202,43 @@ std::shared_ptr<const FrameData> carried_back(const FrameData& distance, const S
   return sampled_scalar(std::move(at_reference));
 }
 
+/// The mean of all frames where their material is in the reference frame.
+std::shared_ptr<const FrameData> mean_of(
+    const std::vector<std::shared_ptr<const FrameData>>& frames, const SequenceMap& map) {
+  const FrameData& reference = *frames[map.reference()];
+  Volume mean{grid_around(*reference.samples().place, 0.0), {}};
+  mean.values.resize(mean.grid.count());
+  const Grid& grid = mean.grid;
+  parallel_ranges(grid.size.z, 200.0 * double(frames.size()) * grid.size.x * grid.size.y,
+                  [&](int begin, int end) {
+                    std::vector<SequenceMoment> at_frame;
+                    for (size_t k = 0; k < frames.size(); ++k)
+                      at_frame.emplace_back(map, map.basis().at(map.basis().times_s[k]));
+                    std::vector<double> values;
+                    for (int k = begin; k < end; ++k)
+                      for (int j = 0; j < grid.size.y; ++j)
+                        for (int i = 0; i < grid.size.x; ++i) {
+                          const glm::dvec3 x = volume_from_lps(grid.lps_from_index({i, j, k}));
+                          values.clear();
+                          for (size_t f = 0; f < frames.size(); ++f) {
+                            const glm::dvec3 y = x + at_frame[f].displacement(x);
+                            // Frames in which it has left the data say nothing about it.
+                            if (glm::all(glm::greaterThanEqual(y, frames[f]->low_m())) &&
+                                glm::all(glm::lessThanEqual(y, frames[f]->high_m())))
+                              values.push_back(frames[f]->scalar(y));
+                          }
+                          if (values.empty()) values.push_back(reference.scalar(x));
+                          std::sort(values.begin(), values.end());
+                          const size_t beside = values.size() / 4;
+                          double sum = 0.0;
+                          for (size_t n = beside; n < values.size() - beside; ++n) sum += values[n];
+                          mean.values[grid.offset(i, j, k)] =
+                              float(sum / double(values.size() - 2 * beside));
+                        }
+                  });
+  return sampled_scalar(std::move(mean));
+}
+
 Result<MovingVolume> checked(MovingVolume volume) {
   const Status status = check(volume);
   if (!status) return status.error();
@@ -251,9 +288,12 @@ Result<MovingVolume> carried_of(const VolumeSpec& spec, VolumeData data) {
     return refused(spec, "its frames per second are not a number.");
   auto frames = frames_of(spec, data);
   if (!frames) return frames.error();
-  if (frames->size() != 1 || motion.terms.empty() || motion.terms.size() != motion.basis.terms() ||
-      motion.frames() < 2)
-    return refused(spec, "one motion for all its times needs its terms and its reference frame.");
+  const bool all = spec.values == CarriedValues::kMean;
+  if (motion.frames() < 2 || frames->size() != (all ? motion.frames() : 1) ||
+      motion.terms.empty() || motion.terms.size() != motion.basis.terms())
+    return refused(spec,
+                   "one motion for all its times needs its terms and its reference frame, "
+                   "and all frames for the mean of their values.");
   if (!meets(motion.terms.front().grid, *frames->front()))
     return refused(spec,
                    "its motion lies somewhere else in space than the frames; is it another "
@@ -262,9 +302,12 @@ Result<MovingVolume> carried_of(const VolumeSpec& spec, VolumeData data) {
   MovingVolume own;
   own.name = spec.name;
   own.times = {motion.basis.times_s, motion.basis.cycle_s};
-  own.frames.assign(motion.frames(), frames->front());  // only the reference's is asked for
+  if (all)
+    own.frames = std::move(*frames);
+  else
+    own.frames.assign(motion.frames(), frames->front());  // only the reference's is asked for
   if (const Status added = add_segments(spec, data.segments, own); !added) return added.error();
-  return carried(own, motion);
+  return carried(own, motion, spec.values.value_or(CarriedValues::kReference));
 }
 
 }  // namespace
@@ -310,7 +353,8 @@ Result<MovingVolume> build(const VolumeSpec& spec) {
                            "and molecule.");
 }
 
-Result<MovingVolume> carried(const MovingVolume& own, const SequenceMotion& motion) {
+Result<MovingVolume> carried(const MovingVolume& own, const SequenceMotion& motion,
+                             CarriedValues values) {
   if (motion.frames() != own.frames.size() || motion.reference >= own.frames.size())
     return Error{ErrorKind::kBadInput,
                  "The volume \"" + own.name + "\" can not be used: its motion is that of " +
@@ -320,8 +364,9 @@ Result<MovingVolume> carried(const MovingVolume& own, const SequenceMotion& moti
   MovingVolume volume;
   volume.name = own.name;
   volume.times = {motion.basis.times_s, motion.basis.cycle_s};
-  volume.frames = {own.frames[motion.reference]};
   volume.whole = SequenceMap::of(motion);
+  volume.frames = {values == CarriedValues::kMean ? mean_of(own.frames, *volume.whole)
+                                                  : own.frames[motion.reference]};
   const TimeWeights then = motion.basis.at(motion.basis.times_s[own.segments_frame]);
   for (const Segment& segment : own.segments) {
     std::shared_ptr<const FrameData> distance;

@@ -32,7 +32,8 @@ struct VolumeData {
   Sequence frames;                   ///< scalars; its frames are empty where there are vectors
   std::vector<VectorFrame> vectors;  ///< instead of scalars
   std::vector<MotionData> motions;   ///< one per spec.motions, in its order
-  /// Instead of motions: one for all times. Then `frames` holds its reference frame alone.
+  /// Instead of motions: one for all times. Then `frames` holds its reference frame alone, or all
+  /// for the mean of their values.
   std::optional<SequenceMotion> whole;
   std::vector<SegmentData> segments;
 };
@@ -52,10 +53,13 @@ Result<MovingVolume> build(const VolumeSpec& spec, VolumeData data);
 Result<MovingVolume> build(const VolumeSpec& spec);
 
 /// The same volume with one motion for all its times, felt and seen as its reference frame's
-/// values carried by it, and so are its segments: those of another frame f have at X the distance
-/// that f has at X + u(X, t_f). At the motion's times. kBadInput if the motion is not that of the
-/// volume's frames. Uses all cores.
-Result<MovingVolume> carried(const MovingVolume& own, const SequenceMotion& motion);
+/// values carried by it, or as the mean of all frames' (kMean: at X the interquartile mean over k
+/// of frame k at X + u(X, t_k), so that a frame counts little where its motion is wrong; scalars
+/// only). Its segments are carried likewise: those of another frame f have at X the distance that f
+/// has at X + u(X, t_f). At the motion's times. kBadInput if the motion is not that of the volume's
+/// frames. Uses all cores.
+Result<MovingVolume> carried(const MovingVolume& own, const SequenceMotion& motion,
+                             CarriedValues values = CarriedValues::kReference);
 
 /// The volume standing still as its frame k: what is felt until its motion is known. It has all its
 /// times. kBadInput if there is no such frame.

@@ -47,6 +47,7 @@ MotionNeeds needs_of(const SequenceMap& whole) {
   needs.moving_share = whole.moving_share();
   needs.largest_u_m = whole.largest_u_m();
   needs.folded_cells = whole.folded_samples();
+  needs.least_determinant = whole.least_determinant();
   needs.bytes = whole.bytes();
   return needs;
 }
@@ -91,7 +92,7 @@ void plan_data(const VolumeSpec& spec, const MovingVolume& data, VolumeNeeds& ne
     needs.left_out.push_back("back-tracking: no motion of it is known");
   if (data.whole)
     needs.left_out.push_back(
-        "blending, frame borders: one frame's values are carried at all times");
+        "blending, frame borders: one volume's values are carried at all times");
   else if (spec.blend_values)
     needs.each_tick.push_back("blending the values of two frames");
   else
@@ -130,14 +131,15 @@ std::string text(const MotionNeeds& m) {
   std::string line;
   if (m.whole) {
     line = m.harmonics > 0 ? formatted("one for all times, %d harmonics", m.harmonics)
-                           : std::string("one for all times, in straight lines between frames");
+                           : std::string("one for all times, in smooth curves between frames");
   } else {
     line = formatted("%d of %d steps known", m.known, m.steps);
     if (m.known == 0) return line + ": it stands still until they are";
   }
   line += formatted(", %.0f %% of the samples move, by %.1f mm at most%s", 100.0 * m.moving_share,
                     1e3 * m.largest_u_m, m.whole ? "" : " in a step");
-  line += formatted("; contraction %.2f at worst", double(m.worst_contraction));
+  line += m.whole ? formatted("; least determinant %.2f", m.least_determinant)
+                  : formatted("; contraction %.2f at worst", double(m.worst_contraction));
   if (m.folded_cells > 0)
     line += formatted(": %zu cells fold or may fold, there the point is held and the force fades",
                       m.folded_cells);

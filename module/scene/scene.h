@@ -73,6 +73,14 @@ constexpr PosePath usual_path(DriveSpec::Kind drive) {
                                                                              : PosePath::kSmooth;
 }
 
+/// Whose values a sequence shows and lets feel at all times.
+enum class CarriedValues : uint8_t {
+  kReference,  ///< one frame's, carried by one motion for all frames
+  kMean,       ///< the mean of all frames where their material is in that one, carried likewise:
+               ///< less noise
+  kOwn,        ///< each frame's own: right where values change by themselves (flows, simulations)
+};
+
 enum class BackTracking : uint8_t { kNewton, kPicard };
 
 struct MotionSpec {
@@ -133,7 +141,10 @@ struct VolumeSpec {
   double frames_per_second = 0.0;  ///< 0: as the file says
   double rate = 1.0;
   bool cyclic = true;
-  bool blend_values = true;  ///< equation (24); off: the frame's own values are carried
+  /// None: the reference frame's where one motion for all frames is known or found, else its own.
+  /// Made data and vectors have their own.
+  std::optional<CarriedValues> values;
+  bool blend_values = true;  ///< own values: equation (24); off: the frame's own until the next
   SeenSpec seen;
   SegmentsSpec segments;
 };

@@ -65,8 +65,8 @@ const vulkan::Kernel& Kernels::get(const uint32_t (&spirv)[N], const char* bindi
 const vulkan::Kernel& Kernels::prefilter() {
   return get(k_view_prefilter, "si", sizeof(PrefilterPush));
 }
-const vulkan::Kernel& Kernels::motion_at() {
-  return get(k_view_motion_at, "uti", sizeof(MotionAtPush));
+const vulkan::Kernel& Kernels::motion_at(bool texels) {
+  return get(k_view_motion_at, "utib", sizeof(MotionAtPush), {texels ? 1U : 0U});
 }
 const vulkan::Kernel& Kernels::track() {
   return get(k_view_track, "ssibb", sizeof(TrackPush));
@@ -98,11 +98,11 @@ const vulkan::Kernel& Kernels::distance(int axis) {
 const vulkan::Kernel& Kernels::things() {
   return get(k_view_things, "ubbbb", sizeof(ThingsPush));
 }
-const vulkan::Kernel& Kernels::raycast(int volumes, bool things, bool skip, bool count,
-                                       bool masked) {
-  return get(
-      k_view_raycast, "uttbbbbbssssssssb", 0,
-      {uint32_t(volumes), things ? 1U : 0U, skip ? 1U : 0U, count ? 1U : 0U, masked ? 1U : 0U});
+const vulkan::Kernel& Kernels::raycast(int volumes, bool things, bool skip, bool count, bool masked,
+                                       bool texels) {
+  return get(k_view_raycast, "uttbbbbbssssssssbb", 0,
+             {uint32_t(volumes), things ? 1U : 0U, skip ? 1U : 0U, count ? 1U : 0U,
+              masked ? 1U : 0U, texels ? 1U : 0U});
 }
 
 }  // namespace palpate::view

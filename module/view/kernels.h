@@ -17,7 +17,8 @@ class Kernels {
 
   const vulkan::Kernel& prefilter();
   const vulkan::Kernel& curve();
-  const vulkan::Kernel& motion_at();
+  /// texels: the terms are read as texels, not from the buffer that they lie in.
+  const vulkan::Kernel& motion_at(bool texels);
   const vulkan::Kernel& track();
   /// curved: of a frame that curve() made.
   const vulkan::Kernel& ranges(bool curved);
@@ -31,8 +32,9 @@ class Kernels {
   const vulkan::Kernel& distance(int axis);
   const vulkan::Kernel& things();
   /// volumes: 1 to kMostVolumes. skip: off marches everywhere; count: samples are counted. Both
-  /// for measurements. masked: not all pixels are seen.
-  const vulkan::Kernel& raycast(int volumes, bool things, bool skip, bool count, bool masked);
+  /// for measurements. masked: not all pixels are seen. texels: skip words are read as texels.
+  const vulkan::Kernel& raycast(int volumes, bool things, bool skip, bool count, bool masked,
+                                bool texels);
 
   const vulkan::Sampler& linear() const { return linear_; }
   const vulkan::Sampler& nearest() const { return nearest_; }

@@ -154,7 +154,8 @@ void ShownVolume::record_motion(vulkan::Recorder& recorder, const Moment& moment
   const std::span<glm::vec4> weights = weights_.as<glm::vec4>();
   for (size_t n = 0; n < size_t(time.count); ++n)
     weights[n] = glm::vec4(time.weight[n], time.term[n], 0.0F, 0.0F);
-  recorder.dispatch(kernels_.motion_at(), {weights_, moment.whole->texels, motion_},
+  recorder.dispatch(kernels_.motion_at(moment.whole->texels.whole()),
+                    {weights_, moment.whole->texels, motion_, moment.whole->terms},
                     MotionAtPush{glm::ivec4(size, time.count)}, rows(size));
 }
 

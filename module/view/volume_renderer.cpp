@@ -257,6 +257,19 @@ Status VolumeRenderer::start(const ViewScene& scene, std::span<const Eye> eyes, 
   });
 }
 
+Status VolumeRenderer::prepare(const ViewScene& scene, std::span<const Eye> eyes, bool masked) {
+  constexpr int kEdge = 8;  // one tile of pixels
+  const PictureSize size{std::min(kEdge, options_.most.width),
+                         std::min(kEdge, options_.most.height)};
+  std::shared_ptr<const SeenPixels> all;
+  if (masked) {
+    all = std::make_shared<const SeenPixels>(
+        SeenPixels{size, int(eyes.size()), std::vector<uint64_t>(eyes.size(), ~uint64_t(0))});
+  }
+  if (const Status started = start(scene, eyes, size, std::move(all)); !started) return started;
+  return wait();
+}
+
 double VolumeRenderer::thin_per_mm(const view::ResidentVolume& resident) const {
   const glm::dvec3 spacing = resident.frames->spacing_mm;
   const double step_mm = std::min({spacing.x, spacing.y, spacing.z}) / options_.samples_per_voxel;
@@ -327,9 +340,11 @@ void VolumeRenderer::record(const ViewScene& scene, std::span<const Eye> eyes, P
   for (size_t v = 0; v < size_t(kMostVolumes); ++v)
     bindings.emplace_back(drawn[std::min(v, drawn.size() - 1)]->surface(), kernels_->linear());
   bindings.emplace_back(seen_ ? seen_tiles_ : samples_);
-  recorder.dispatch(kernels_->raycast(int(drawn.size()), things, options_.skip_empty,
-                                      options_.count_samples, seen_ != nullptr),
-                    bindings, nullptr, {(size.width + 7) / 8, (size.height + 7) / 8, eyes_});
+  bindings.emplace_back(skip_);
+  recorder.dispatch(
+      kernels_->raycast(int(drawn.size()), things, options_.skip_empty, options_.count_samples,
+                        seen_ != nullptr, skip_texels_.whole()),
+      bindings, nullptr, {(size.width + 7) / 8, (size.height + 7) / 8, eyes_});
   recorder.stamp("rays");
 }
 

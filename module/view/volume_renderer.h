@@ -65,6 +65,11 @@ class VolumeRenderer {
   /// the picture in the making.
   Status set_volumes(std::span<const std::shared_ptr<const MovingVolume>> volumes);
 
+  /// Draws a small picture of the scene and waits for it: the kernels that it takes are compiled
+  /// then, which takes a second on some CPU drivers, and its volumes are at its phase. Off the
+  /// frame loop. masked: for pictures of which not all is seen.
+  Status prepare(const ViewScene& scene, std::span<const Eye> eyes, bool masked);
+
   /// Submits the passes that phases and looks need, and one dispatch for all eyes. Waits for the
   /// picture before. size at most that of the options; 1 or 2 eyes. seen: of these eyes and this
   /// size, or none where all is seen, which costs nothing; the same object is uploaded once.

@@ -21,6 +21,11 @@ void check(const Status& status) {
                         "drawing for the headset");
 }
 
+/// Whether the optics hide any of the frame's pixels.
+bool hides(const Frame& frame) {
+  return !frame.eyes[0].hidden->triangles.empty() || !frame.eyes[1].hidden->triangles.empty();
+}
+
 }  // namespace
 
 palpate::Eye eye_of(const Eye& eye) {
@@ -50,45 +55,52 @@ void VolumeSource::drop() noexcept {
   unmeasured_ = false;
 }
 
-VolumeSource::Made VolumeSource::make(
-    const std::shared_ptr<vulkan::Context>& context, PictureSize most, VkFormat format,
-    std::span<const std::shared_ptr<const MovingVolume>> volumes) {
+VolumeSource::Made VolumeSource::make(const std::shared_ptr<vulkan::Context>& context,
+                                      const Wanted& wanted) {
   auto drawing = std::make_unique<Drawing>();
-  auto renderer = VolumeRenderer::make(context, {.most = most});
+  auto renderer = VolumeRenderer::make(context, {.most = wanted.most});
   if (!renderer) return renderer.error();
   drawing->renderer = std::move(*renderer);
-  const Status set = drawing->renderer->set_volumes(volumes);
+  const Status set = drawing->renderer->set_volumes(wanted.volumes);
   if (!set) return set.error();
-  if (Repacker::needless(format)) return drawing;
+  // A scene that can not be drawn is said by the frame that asks for it.
+  const Status prepared = drawing->renderer->prepare(wanted.scene, wanted.eyes, wanted.masked);
+  if (!prepared && prepared.error().kind != ErrorKind::kBadInput) return prepared.error();
+  if (Repacker::needless(wanted.format)) return drawing;
   try {
-    drawing->repacker = std::make_unique<Repacker>(context, format, most);
+    drawing->repacker = std::make_unique<Repacker>(context, wanted.format, wanted.most);
   } catch (const vulkan::Failure& failure) {
     return failure.error();
   }
   return drawing;
 }
 
-void VolumeSource::start_making(const Scenery& scenery, PictureSize most, VkFormat format) {
+void VolumeSource::start_making(Wanted wanted) {
   drawing_.reset();
   unmeasured_ = false;
-  most_ = most;
-  format_ = format;
-  volumes_.assign(scenery.volumes.begin(), scenery.volumes.end());
-  making_ = std::async(std::launch::async,
-                       [context = context_, most, format, volumes = volumes_]() -> Made {
-                         return make(context, most, format, volumes);
-                       });
+  most_ = wanted.most;
+  format_ = wanted.format;
+  volumes_ = wanted.volumes;
+  making_ = std::async(std::launch::async, [context = context_, wanted = std::move(wanted)]() {
+    return make(context, wanted);
+  });
 }
 
-bool VolumeSource::prepare(const Scenery& scenery, PictureSize most, VkFormat format) {
+bool VolumeSource::prepare(const Scenery& scenery, const Frame& frame, PictureSize most) {
   if (making_.valid()) {
     if (making_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return false;
     Made made = making_.get();
     if (!made) check(made.error());
     drawing_ = std::move(*made);
   }
+  const VkFormat format = frame.color.format;
   if (!drawing_ || format != format_ || most.width > most_.width || most.height > most_.height) {
-    start_making(scenery, most, format);
+    start_making({most,
+                  format,
+                  {scenery.volumes.begin(), scenery.volumes.end()},
+                  scenery.scene,
+                  {eye_of(frame.eyes[0]), eye_of(frame.eyes[1])},
+                  hides(frame)});
     return false;
   }
   if (std::equal(volumes_.begin(), volumes_.end(), scenery.volumes.begin(), scenery.volumes.end()))
@@ -116,7 +128,7 @@ Drawn VolumeSource::record(const Frame& frame, VkCommandBuffer commands) {
     const double left_s = std::max(kShare * period_s - took.update_s, kRaysAtLeast * period_s);
     resolution_ = next_resolution(resolution_, took.rays_s, {.budget_s = left_s});
   }
-  if (!prepare(*scenery, full, frame.color.format)) return {};
+  if (!prepare(*scenery, frame, full)) return {};
   const PictureSize wanted = scaled(full, resolution_.scale);
   size_ = {std::min(wanted.width, full.width), std::min(wanted.height, full.height)};
   const std::array<palpate::Eye, 2> eyes{eye_of(frame.eyes[0]), eye_of(frame.eyes[1])};
@@ -134,8 +146,7 @@ Drawn VolumeSource::record(const Frame& frame, VkCommandBuffer commands) {
 
 std::shared_ptr<const SeenPixels> VolumeSource::seen_of(const Frame& frame,
                                                         const std::array<palpate::Eye, 2>& eyes) {
-  if (frame.eyes[0].hidden->triangles.empty() && frame.eyes[1].hidden->triangles.empty())
-    return nullptr;
+  if (!hides(frame)) return nullptr;
   bool same = mask_.seen && mask_.seen->size.width == size_.width &&
               mask_.seen->size.height == size_.height;
   std::array<HiddenTriangles, 2> hidden;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <functional>
 #include <future>
 #include <memory>
@@ -41,6 +42,8 @@ class VolumeSource final : public FrameSource {
 
   /// Why the last frame that was asked for has no picture: a sentence, or nothing.
   const std::string& trouble() const { return trouble_; }
+  /// Whether frames have no picture because what draws them is still being made.
+  bool preparing() const { return making_.valid(); }
   /// Pixels of each eye's last picture, and what the device took for it.
   PictureSize size() const { return size_; }
   double picture_s() const { return picture_s_; }
@@ -52,11 +55,19 @@ class VolumeSource final : public FrameSource {
     std::unique_ptr<Repacker> repacker;
   };
   using Made = Result<std::unique_ptr<Drawing>>;
-  static Made make(const std::shared_ptr<vulkan::Context>& context, PictureSize most,
-                   VkFormat format, std::span<const std::shared_ptr<const MovingVolume>> volumes);
+  /// What a renderer is made for, and the first picture that it will draw.
+  struct Wanted {
+    PictureSize most;
+    VkFormat format;
+    std::vector<std::shared_ptr<const MovingVolume>> volumes;
+    ViewScene scene;
+    std::array<palpate::Eye, 2> eyes;
+    bool masked;
+  };
+  static Made make(const std::shared_ptr<vulkan::Context>& context, const Wanted& wanted);
   /// True once there is a renderer with the scenery's volumes, for pictures of this format.
-  bool prepare(const Scenery& scenery, PictureSize most, VkFormat format);
-  void start_making(const Scenery& scenery, PictureSize most, VkFormat format);
+  bool prepare(const Scenery& scenery, const Frame& frame, PictureSize most);
+  void start_making(Wanted wanted);
   /// What of pictures of this size the optics let through; null where that is all.
   std::shared_ptr<const SeenPixels> seen_of(const Frame& frame,
                                             const std::array<palpate::Eye, 2>& eyes);

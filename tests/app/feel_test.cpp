@@ -107,7 +107,20 @@ TEST(Feel, SaysWhatIsWrongWithASegmentation) {
                                   "--values", "own"};
   const Outcome values = run(feel(kCine / "frame_00.mha", own));
   EXPECT_EQ(values.exit_code, 2);
-  EXPECT_THAT(values.err, HasSubstr("--values own needs a segmentation of each frame"));
+  EXPECT_THAT(values.err,
+              HasSubstr("lv_00.mha' is the segmentation of one frame, and each frame's own"));
+}
+
+TEST(Feel, SaysWhenValuesCanNotBeCarried) {
+  NEEDS_CINE();
+  const Outcome made = run(feel("heart", {"--values", "mean"}));
+  EXPECT_EQ(made.exit_code, 2);
+  EXPECT_THAT(made.err, HasSubstr("'heart' is made data, which have their own values"));
+  const TemporaryFolder folder;
+  const Outcome seen = run({"view", kCine / "frame_00.mha", kCine / "frame_01.mha", "--values",
+                            "mean", "--picture", folder / "x.png"});
+  EXPECT_EQ(seen.exit_code, 2);
+  EXPECT_THAT(seen.err, HasSubstr("has no motion yet that could carry values"));
 }
 
 TEST(Feel, ReportsTheServosPeriodsAloneBesideThoseOfTheRun) {

@@ -52,6 +52,8 @@ const std::vector<std::pair<std::string, Way>> kWays = {
     {"build/palpate motion fixed.mha moving.mha -o u.mha [--preset fast|balanced|best|classic] "
      "[--mask body.mha]",
      {"palpate motion fixed.mha moving.mha -o u.mha --preset fast --mask body.mha", ""}},
+    {"integration/cohort/palpate-cohort cohort.csv -o cohort --jobs 2",
+     {"", "needs a table of its own: cohort_test.py"}},
     {"build/palpate check fields/motion_1_to_2.mha --truth breathing_truth_1_to_2.mha --mask "
      "breathing_body_1.mha --points breathing_points.csv --frames 1 2",
      {"palpate check fields/motion_1_to_2.mha --truth breathing_truth_1_to_2.mha --mask "

@@ -84,6 +84,7 @@ void expect_same(const SceneSpec& a, const SceneSpec& b) {
     EXPECT_EQ(v.frames_per_second, w.frames_per_second);
     EXPECT_EQ(v.rate, w.rate);
     EXPECT_EQ(v.cyclic, w.cyclic);
+    EXPECT_EQ(v.values, w.values);
     EXPECT_EQ(v.blend_values, w.blend_values);
     EXPECT_EQ(v.seen, w.seen);
     EXPECT_EQ(v.segments.files, w.segments.files);
@@ -123,7 +124,7 @@ const char* const kEverything = R"({
      "centred": false,
      "drive": {"kind": "swing", "axis": [0, 0, 2], "centre_m": [0, 0.1, 0], "rate_hz": -0.5, "amplitude_m": 0.02},
      "path": "paper", "back_tracking": "picard", "frames_per_second": 12.5, "rate": -0.5, "cyclic": false,
-     "blend_values": false,
+     "values": "mean", "blend_values": false,
      "segments": {"files": "lv.seg.nrrd", "frame": 2,
                   "parts": [{"name": "outside", "labels": [1, "pool"], "colour": [0.5, 0, 1], "felt": false,
                              "shown": false, "strength_n": 3, "friction": 0.5, "stiffness_n_per_m": 800},
@@ -193,6 +194,7 @@ TEST(SceneFile, ReadsEveryKey) {
   EXPECT_EQ(a.frames_per_second, 12.5);
   EXPECT_EQ(a.rate, -0.5);
   EXPECT_FALSE(a.cyclic);
+  EXPECT_EQ(a.values, CarriedValues::kMean);
   EXPECT_FALSE(a.blend_values);
   EXPECT_EQ(s.volumes[1].source, "molecule");
   EXPECT_EQ(s.volumes[1].path, PosePath::kExact);

@@ -169,6 +169,52 @@ TEST(CarriedVolume, HoldsOneFrameAndIsTheMaterialInAll) {
   }
 }
 
+TEST(CarriedVolume, TheMeanOfAllFramesHasLessNoiseAndIgnoresAFrameThatIsWrong) {
+  constexpr int kFrames = 8;
+  const Grid grid = heart_grid(48);
+  const Sequence clean = shell_phantom(grid, kFrames, 1, 0.0);
+  Sequence noisy = shell_phantom(grid, kFrames, 1, 0.1);
+  // Something in one frame that is no material: brighter in a ball.
+  constexpr float kBrighter = 1000.0F;
+  const auto is_spoilt = [&](glm::ivec3 i) {
+    return glm::length(grid.lps_from_index(glm::dvec3(i))) < 12.0;
+  };
+  for (int z = 0; z < 48; ++z)
+    for (int y = 0; y < 48; ++y)
+      for (int x = 0; x < 48; ++x)
+        if (is_spoilt({x, y, z})) noisy.frames[5].values[grid.offset(x, y, z)] += kBrighter;
+  SequenceMotion motion;
+  motion.reference = 2;
+  motion.basis = {noisy.times_s, 1.0, 0};
+  for (int k = 0; k < kFrames; ++k) motion.terms.push_back(shell_truth(grid, 2, k, kFrames));
+  const auto mean_of = [&](const Sequence& sequence) {
+    MovingVolume own;
+    own.name = "shell";
+    own.times = {sequence.times_s, 1.0};
+    for (const Volume& frame : sequence.frames) own.frames.push_back(sampled_scalar(frame));
+    return carried(own, motion, CarriedValues::kMean);
+  };
+  const auto of_clean = mean_of(clean), of_noisy = mean_of(noisy);
+  ASSERT_TRUE(of_clean && of_noisy);
+  ASSERT_EQ(of_noisy->frames.size(), 1U);
+  double of_one = 0.0, of_mean = 0.0, spoilt_by = 0.0;
+  for (int z = 4; z < 44; ++z)
+    for (int y = 4; y < 44; ++y)
+      for (int x = 4; x < 44; ++x) {
+        const size_t at = grid.offset(x, y, z);
+        const glm::dvec3 place = volume_from_lps(grid.lps_from_index({x, y, z}));
+        const double one = noisy.frames[2].values[at] - clean.frames[2].values[at];
+        const double mean = of_noisy->frames[0]->scalar(place) - of_clean->frames[0]->scalar(place);
+        of_one += one * one;
+        of_mean += mean * mean;
+        if (is_spoilt({x, y, z})) spoilt_by = std::max(spoilt_by, std::abs(mean));
+      }
+  EXPECT_GT(of_one, 0.0);
+  // The middle half of eight frames: a variance of 0.15, and reading between samples takes some.
+  EXPECT_LT(of_mean, 0.2 * of_one);
+  EXPECT_LT(spoilt_by, 0.1 * kBrighter) << "a mean of all would be off by an eighth, and noise";
+}
+
 TEST(CarriedVolume, HasTheSegmentsOfAnotherFrameWhereTheirMaterialIs) {
   constexpr int kFrames = 4;
   const Grid grid = heart_grid(64);

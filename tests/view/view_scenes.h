@@ -40,7 +40,7 @@ inline std::shared_ptr<const MovingVolume> beating_heart() {
   return heart;
 }
 
-/// The motion of the shell over its frames, told from frame `reference`: straight lines between
+/// The motion of the shell over its frames, told from frame `reference`: curves between
 /// them, or (harmonics) their best first harmonic, which is another motion than the shell's own.
 inline SequenceMotion shell_motion(const Grid& grid, const FrameTimes& times, size_t reference,
                                    bool harmonics) {

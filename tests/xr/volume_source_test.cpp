@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "compute/volume/phantom.h"
+#include "compute/vulkan/kernel.h"
 #include "module/scene/built_in.h"
 #include "module/scene/make_volume.h"
 #include "tests/xr/xr_fixture.h"
@@ -221,6 +222,26 @@ TEST_F(VolumeSourceTest, ShowsTheSameColoursInEveryFormat) {
     }
     // A picture whose red and blue are alike would not tell them apart.
     EXPECT_GT(most[0], most[2] + 0.2);
+  }
+}
+
+// A compiler that works for a second would hold the runtime's loop.
+TEST_F(VolumeSourceTest, CompilesNothingInTheFrameLoop) {
+  for (const bool hides : {false, true}) {
+    xr::VolumeSource drawing(showing(small_heart()));
+    runtime().setup().hidden = hides ? half(1.0F) : std::vector<XrVector2f>{};
+    xr::Headset headset({}, drawing);
+    const uint64_t before = vulkan::Kernel::compiled_on_this_thread();
+    bool has_prepared = false;
+    for (int k = 0; k < 60'000 && headset.report().drawn < 3; ++k) {
+      now_ns_ += 11'111'111;
+      headset.step(now_ns_);
+      has_prepared = has_prepared || drawing.preparing();
+      if (drawing.preparing()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    EXPECT_TRUE(has_prepared);
+    EXPECT_EQ(headset.report().drawn, 3U) << drawing.trouble();
+    EXPECT_EQ(vulkan::Kernel::compiled_on_this_thread(), before);
   }
 }
 

@@ -86,6 +86,11 @@ class HeadsetLoop::Run {
     if (!source_.trouble().empty() && source_.trouble() != trouble_)
       loop_.tell("There is no picture: " + source_.trouble());
     trouble_ = source_.trouble();
+    if (source_.preparing() && !preparing_)
+      loop_.tell(
+          "The picture is being prepared: the data go to the device, and its kernels are "
+          "compiled.");
+    preparing_ = source_.preparing();
     tell_found(report);
     if (!scene_) begin();
     if (scene_) gate(report, now_ns);
@@ -261,6 +266,7 @@ class HeadsetLoop::Run {
   uint64_t frames_ = 0, sessions_ = 0;
   int64_t last_ns_ = 0;
   std::string trouble_;
+  bool preparing_ = false;
 };
 
 HeadsetLoop::HeadsetLoop(bool pass_through) {
