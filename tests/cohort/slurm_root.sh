@@ -14,18 +14,30 @@ root=${PALPATE_SLURM_ROOT:-${XDG_CACHE_HOME:-${HOME:-/tmp}/.cache}/palpate/slurm
 for tool in apt-get dpkg-deb flock; do
   command -v "$tool" >/dev/null || skip "$tool is needed to fetch Slurm."
 done
+# What the test starts; a folder in which one is missing, and the machine has none either, is of no use.
+needed() {
+  local program
+  for program in munged slurmctld slurmd sinfo sbatch; do
+    PATH=$root/usr/sbin:$root/usr/bin:$PATH:/usr/sbin:/sbin command -v "$program" >/dev/null || { echo "$program"; return; }
+  done
+}
+
 mkdir -p "$(dirname "$root")" 2>/dev/null || skip "$(dirname "$root") can not be written."
 exec 9>"$root.lock"
 flock 9
-if [[ ! -e $root/complete ]]; then
+if [[ ! -e $root/complete || -n $(needed) ]]; then
   work=$root.making
   rm -rf "$work" "$root"
-  mkdir -p "$work"/{archives/partial,tree}
-  # What is installed is not fetched again.
-  apt-get -q -y --download-only -o Debug::NoLocking=true -o Dir::Cache="$work" -o Dir::Cache::archives="$work/archives" \
-    -o APT::Sandbox::User="$(id -un)" -o APT::Install-Recommends=false -o Acquire::Retries=2 -o Acquire::http::Timeout=15 \
-    install slurmctld slurmd slurm-client munge >"$work/log" 2>&1 ||
-    skip "Slurm's packages can not be fetched: $(grep -m1 '^E' "$work/log")"
+  mkdir -p "$work"/{archives,tree}
+  # What is installed is not fetched again. The packages are fetched one by one into this folder: "install --download-only"
+  # leaves them where they are when the source is a folder.
+  apt-get -s -o Debug::NoLocking=true -o APT::Install-Recommends=false install slurmctld slurmd slurm-client munge >"$work/plan" 2>"$work/log" ||
+    skip "Slurm's packages are not to be had: $(grep -m1 '^E' "$work/log")"
+  mapfile -t packages < <(sed -nE 's/^Inst ([^ ]+) (\[[^]]*\] )?\(([^ ]+) .*/\1=\3/p' "$work/plan")
+  if ((${#packages[@]})); then
+    (cd "$work/archives" && apt-get -q -o APT::Sandbox::User="$(id -un)" -o Acquire::Retries=2 -o Acquire::http::Timeout=15 \
+      download "${packages[@]}") >"$work/log" 2>&1 || skip "Slurm's packages can not be fetched: $(grep -m1 '^E' "$work/log")"
+  fi
   for package in "$work"/archives/*.deb; do
     [[ -e $package ]] || continue
     dpkg-deb --fsys-tarfile "$package" | tar -x -C "$work/tree" --keep-directory-symlink --no-same-owner 9>&-
@@ -37,5 +49,7 @@ if [[ ! -e $root/complete ]]; then
   touch "$work/tree/complete"
   mv "$work/tree" "$root"
   rm -rf "$work"
+  missing=$(needed)
+  [[ -z $missing ]] || skip "$missing is in none of the packages that were fetched (${packages[*]:-none: apt takes them for installed})."
 fi
 echo "$root"
