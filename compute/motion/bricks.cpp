@@ -23,7 +23,7 @@ BrickList all_bricks(glm::ivec3 cells) {
 vulkan::Buffer upload_bricks(const std::shared_ptr<vulkan::Context>& context,
                              const BrickList& bricks) {
   vulkan::Buffer buffer(context, std::max<size_t>(1, bricks.size()) * sizeof(uint32_t),
-                        vulkan::Buffer::Kind::kHostVisible);
+                        vulkan::Buffer::Kind::kFilledByHost);
   std::copy(bricks.begin(), bricks.end(), buffer.as<uint32_t>().begin());
   return buffer;
 }

@@ -22,33 +22,33 @@ ClassicSolver::ClassicSolver(std::shared_ptr<vulkan::Context> context,
       kernels_(std::move(kernels)),
       plan_(plan),
       download_(context_, plan.field.count() * sizeof(glm::vec4),
-                vulkan::Buffer::Kind::kHostVisible) {
-  vulkan::Recorder recorder(context_);
+                vulkan::Buffer::Kind::kHostVisible),
+      recorder_(context_) {
   for (const LevelPlan& level : plan_.levels) {
     LevelImages& images = levels_.emplace_back();
     for (vulkan::Image* image : {&images.field, &images.other}) {
       *image = vulkan::Image(context_, level.image_size, VK_FORMAT_R32G32B32A32_SFLOAT);
-      recorder.prepare(*image);
+      recorder_.prepare(*image);
     }
   }
-  recorder.run();
+  recorder_.run();
 }
 
 void ClassicSolver::begin_level(size_t l) {
-  vulkan::Recorder recorder(context_);
+  recorder_.restart();
   if (l + 1 == plan_.levels.size()) {
-    recorder.clear(levels_[l].field);
+    recorder_.clear(levels_[l].field);
   } else {
     const glm::dvec3 scale = 1.0 / glm::dvec3(plan_.levels[l + 1].ratio);
     const glm::ivec3 to = plan_.levels[l].image_size;
-    recorder.dispatch(
+    recorder_.dispatch(
         kernels_->upsample(),
         {{levels_[l + 1].field, kernels_->linear()}, levels_[l].field, levels_[l].other},
         shaders::UpsamplePush{glm::ivec4(to, 0), glm::ivec4(plan_.levels[l + 1].image_size, 0),
                               glm::vec4(scale, 0), glm::vec4(0.5 * scale - 0.5, 0)},
         {(to.x + 63) / 64, to.y, to.z});
   }
-  recorder.run();
+  recorder_.run();
 }
 
 void ClassicSolver::record_iteration(vulkan::Recorder& recorder, size_t l,
@@ -93,12 +93,16 @@ std::optional<SolveReport> ClassicSolver::solve(const FramePyramid& fixed,
     begin_level(l);
     const BrickList bricks = all_bricks(level.image_size);
     const vulkan::Buffer list = upload_bricks(context_, bricks);
+    int recorded = 0;  // iterations
     while (about.iterations < level.options.iterations) {
       if (stop.stop_requested()) return std::nullopt;
       const int size = std::min(kBatch, level.options.iterations - about.iterations);
-      vulkan::Recorder recorder(context_, uint32_t(4 * size));
-      for (int k = 0; k < size; ++k) record_iteration(recorder, l, fixed, moving, bricks, list);
-      recorder.run();
+      if (size != recorded) {
+        recorder_.restart();
+        for (int k = 0; k < size; ++k) record_iteration(recorder_, l, fixed, moving, bricks, list);
+        recorded = size;
+      }
+      recorder_.run();
       about.iterations += size;
       // An eighth of the voxels per coarser level: the finest level is nearly all of the work.
       if (progress && l == finest) progress(double(about.iterations) / level.options.iterations);
@@ -107,9 +111,9 @@ std::optional<SolveReport> ClassicSolver::solve(const FramePyramid& fixed,
         double(about.iterations) * double(bricks.size());
     about.seconds = since(level_begin);
   }
-  vulkan::Recorder recorder(context_);
-  recorder.copy(levels_[finest].field, download_);
-  recorder.run();
+  recorder_.restart();
+  recorder_.copy(levels_[finest].field, download_);
+  recorder_.run();
   report.seconds = since(begin);
   return report;
 }

@@ -33,6 +33,7 @@ class ClassicSolver : public FieldSolver {
   const MotionPlan plan_;
   std::vector<LevelImages> levels_;
   vulkan::Buffer download_;
+  vulkan::Recorder recorder_;
 };
 
 }  // namespace palpate

@@ -24,15 +24,15 @@ DiscreteStart::DiscreteStart(std::shared_ptr<vulkan::Context> context,
       kernels_(std::move(kernels)),
       search_(search),
       level_(plan.levels[search.level]),
-      list_(context_, search.count() * sizeof(uint32_t), vulkan::Buffer::Kind::kHostVisible),
-      places_(context_, search.count() * sizeof(int32_t), vulkan::Buffer::Kind::kHostVisible),
-      bricks_(upload_bricks(context_, all_bricks(search.nodes))) {
-  vulkan::Recorder recorder(context_);
+      list_(context_, search.count() * sizeof(uint32_t), vulkan::Buffer::Kind::kFilledByHost),
+      places_(context_, search.count() * sizeof(int32_t), vulkan::Buffer::Kind::kFilledByHost),
+      bricks_(upload_bricks(context_, all_bricks(search.nodes))),
+      recorder_(context_) {
   for (vulkan::Image* image : {&base_, &choice_, &smooth_, &scratch_}) {
     *image = vulkan::Image(context_, search.nodes, VK_FORMAT_R32G32B32A32_SFLOAT);
-    recorder.prepare(*image);
+    recorder_.prepare(*image);
   }
-  recorder.run();
+  recorder_.run();
 }
 
 void DiscreteStart::record_cost(vulkan::Recorder& recorder, const FramePyramid& fixed,
@@ -80,27 +80,29 @@ void DiscreteStart::record_rounds(vulkan::Recorder& recorder, const vulkan::Buff
 }
 
 int DiscreteStart::solve(const FramePyramid& fixed, const FramePyramid& moving,
-                         const vulkan::Image& current, const std::vector<uint32_t>& nodes) {
+                         const vulkan::Image& current, const std::vector<uint32_t>& nodes,
+                         Costs& costs) {
   const glm::ivec3 reach = search_.reach_for(nodes.size());
   const int labels = SearchPlan::labels(reach);
   if (nodes.empty() || labels <= 1) return 0;
   const uint64_t bytes = nodes.size() * uint64_t(labels) * sizeof(float);
-  const Costs cost = {vulkan::Buffer(context_, bytes), vulkan::Buffer(context_, bytes)};
+  for (vulkan::Buffer& cost : costs)
+    if (cost.bytes() < bytes) cost = vulkan::Buffer(context_, bytes);
   std::copy(nodes.begin(), nodes.end(), list_.as<uint32_t>().begin());
   const auto places = places_.as<int32_t>();
   std::fill(places.begin(), places.end(), -1);
   for (size_t i = 0; i < nodes.size(); ++i) places[nodes[i]] = int32_t(i);
 
-  vulkan::Recorder recorder(context_, 64);
+  recorder_.restart();
   const glm::ivec3 n = search_.nodes;
   const glm::dvec3 scale = glm::dvec3(search_.cell) / glm::dvec3(level_.cell);
-  recorder.dispatch(kernels_->upsample(), {{current, kernels_->linear()}, base_, smooth_},
-                    shaders::UpsamplePush{glm::ivec4(n, 0), glm::ivec4(level_.cells, 0),
-                                          glm::vec4(scale, 0), glm::vec4(0.5 * scale - 0.5, 0)},
-                    {(n.x + 63) / 64, n.y, n.z});
-  record_cost(recorder, fixed, moving, cost, int(nodes.size()), reach);
-  record_rounds(recorder, cost[1], int(nodes.size()), reach);
-  recorder.run();
+  recorder_.dispatch(kernels_->upsample(), {{current, kernels_->linear()}, base_, smooth_},
+                     shaders::UpsamplePush{glm::ivec4(n, 0), glm::ivec4(level_.cells, 0),
+                                           glm::vec4(scale, 0), glm::vec4(0.5 * scale - 0.5, 0)},
+                     {(n.x + 63) / 64, n.y, n.z});
+  record_cost(recorder_, fixed, moving, costs, int(nodes.size()), reach);
+  record_rounds(recorder_, costs[1], int(nodes.size()), reach);
+  recorder_.run();
   return labels;
 }
 

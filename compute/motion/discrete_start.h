@@ -18,18 +18,21 @@ class DiscreteStart {
   DiscreteStart(std::shared_ptr<vulkan::Context> context, std::shared_ptr<MotionKernels> kernels,
                 const MotionPlan& plan, const SearchPlan& search);
 
+  /// What labels cost at the nodes, and room to smooth that. Kept from search to search.
+  using Costs = std::array<vulkan::Buffer, 2>;
+
   /// Searches at the nodes (numbers, x fastest) and waits. `current` is the field of the level, on
-  /// its cells, mm along the image axes. The result is field(), on the nodes: what was found, or
-  /// `current` where nothing was searched. Returns the number of labels that were tried at each
-  /// node: 0, and no result, if the budget is too small for all nodes.
+  /// its cells, mm along the image axes. `costs` is made larger where needed. The result is
+  /// field(), on the nodes: what was found, or `current` where nothing was searched. Returns the
+  /// number of labels that were tried at each node: 0, and no result, if the budget is too small
+  /// for all nodes.
   int solve(const FramePyramid& fixed, const FramePyramid& moving, const vulkan::Image& current,
-            const std::vector<uint32_t>& nodes);
+            const std::vector<uint32_t>& nodes, Costs& costs);
 
   const SearchPlan& search() const { return search_; }
   const vulkan::Image& field() const { return choice_; }
 
  private:
-  using Costs = std::array<vulkan::Buffer, 2>;
   void record_cost(vulkan::Recorder& recorder, const FramePyramid& fixed,
                    const FramePyramid& moving, const Costs& cost, int count, glm::ivec3 reach);
   void record_rounds(vulkan::Recorder& recorder, const vulkan::Buffer& cost, int count,
@@ -41,6 +44,7 @@ class DiscreteStart {
   const LevelPlan level_;
   vulkan::Buffer list_, places_, bricks_;
   vulkan::Image base_, choice_, smooth_, scratch_;
+  vulkan::Recorder recorder_;
 };
 
 }  // namespace palpate

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <vector>
+
+#include "compute/volume/parallel.h"
 
 namespace palpate {
 namespace {
@@ -28,19 +31,21 @@ inline uint16_t half_bits(float value) {
   return uint16_t(sign | (magnitude < 0x38800000U ? 0U : half));
 }
 
-float quantile(std::vector<float>& values, double q) {
-  const auto at = values.begin() + std::ptrdiff_t(q * double(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
-
 }  // namespace
 
 IntensityScale intensity_scale(const Volume& volume) {
   const size_t step = std::max<size_t>(1, volume.values.size() / kSamples);
   std::vector<float> sampled;
   for (size_t i = 0; i < volume.values.size(); i += step) sampled.push_back(volume.values[i]);
-  const float low = quantile(sampled, 0.01), high = quantile(sampled, 0.99);
+  const auto place = [&](double q) {
+    return sampled.begin() + std::ptrdiff_t(q * double(sampled.size() - 1));
+  };
+  // After the first selection all that is larger lies behind it.
+  const auto low_at = place(0.01), high_at = place(0.99);
+  std::nth_element(sampled.begin(), low_at, sampled.end());
+  const float low = *low_at;
+  std::nth_element(low_at, high_at, sampled.end());
+  const float high = *high_at;
   const auto [smallest, largest] = std::minmax_element(sampled.begin(), sampled.end());
   // A small bright object in an empty frame: the percentiles coincide, the extremes do not.
   const float range = high > low ? high - low : *largest - *smallest;
@@ -54,15 +59,17 @@ double noise_floor(const Volume& volume, const IntensityScale& scale, double ask
 }
 
 HalfVolume scaled_halves(const Volume& volume, const IntensityScale& scale) {
-  HalfVolume result;
-  result.bits.resize(volume.values.size());
-  const float* from = volume.values.data();
-  uint16_t* to = result.bits.data();
   const size_t n = volume.values.size();
-  for (size_t i = 0; i < n; ++i) {
-    to[i] = half_bits(
-        std::clamp((from[i] - scale.offset) * scale.scale, -kLargestScaled, kLargestScaled));
-  }
+  HalfVolume result{std::make_unique_for_overwrite<uint16_t[]>(n), n};
+  const float* from = volume.values.data();
+  uint16_t* to = result.bits.get();
+  constexpr size_t kPart = 1 << 16;
+  parallel_ranges(int((n + kPart - 1) / kPart), 4.0 * kPart, [&](int begin, int end) {
+    for (size_t i = size_t(begin) * kPart; i < std::min(n, size_t(end) * kPart); ++i) {
+      to[i] = half_bits(
+          std::clamp((from[i] - scale.offset) * scale.scale, -kLargestScaled, kLargestScaled));
+    }
+  });
   return result;
 }
 

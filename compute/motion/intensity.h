@@ -1,7 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
-#include <vector>
+#include <memory>
 
 #include "compute/motion/noise.h"
 #include "compute/volume/volume.h"
@@ -26,7 +27,8 @@ double noise_floor(const Volume& volume, const IntensityScale& scale, double ask
 
 /// Scaled intensities as fp16 bits, ready for upload: half the memory of a frame that waits.
 struct HalfVolume {
-  std::vector<uint16_t> bits;
+  std::unique_ptr<uint16_t[]> bits;
+  size_t count = 0;
 };
 
 HalfVolume scaled_halves(const Volume& volume, const IntensityScale& scale);

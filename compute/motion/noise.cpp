@@ -4,6 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "compute/volume/parallel.h"
+
 namespace palpate {
 namespace {
 
@@ -50,16 +52,19 @@ double noise_sd(const Volume& volume) {
   if (gain == 1.0 || count == 0) return 0.0;
   // An odd stride, so that it does not fall into step with rows of even length.
   const size_t every = (count / kNoiseSamples) | 1U;
-  std::vector<float> magnitudes;
-  magnitudes.reserve(count / every + 1);
-  for (size_t n = 0; n < count; n += every) {
-    const glm::ivec3 at(int(n % size_t(inner.x)), int(n / size_t(inner.x) % size_t(inner.y)),
-                        int(n / size_t(inner.x) / size_t(inner.y)));
-    const Filtered filtered = second_differences(volume, at + reach, reach);
-    if (!filtered.flat && std::isfinite(filtered.value)) {
-      magnitudes.push_back(float(std::abs(filtered.value)));
+  constexpr float kNone = -1.0F;
+  std::vector<float> magnitudes((count + every - 1) / every);
+  parallel_ranges(int(magnitudes.size()), 100.0, [&](int begin, int end) {
+    for (int sample = begin; sample < end; ++sample) {
+      const size_t n = size_t(sample) * every;
+      const glm::ivec3 at(int(n % size_t(inner.x)), int(n / size_t(inner.x) % size_t(inner.y)),
+                          int(n / size_t(inner.x) / size_t(inner.y)));
+      const Filtered filtered = second_differences(volume, at + reach, reach);
+      const bool counts = !filtered.flat && std::isfinite(filtered.value);
+      magnitudes[size_t(sample)] = counts ? float(std::abs(filtered.value)) : kNone;
     }
-  }
+  });
+  std::erase(magnitudes, kNone);
   if (magnitudes.empty()) return 0.0;
   const auto middle = magnitudes.begin() + std::ptrdiff_t(magnitudes.size() / 2);
   std::nth_element(magnitudes.begin(), middle, magnitudes.end());

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "compute/motion/activity.h"
+
 namespace palpate {
 namespace {
 
@@ -95,6 +97,13 @@ uint64_t solver_bytes(const MotionPlan& plan) {
     bytes += classic ? 2 * image_bytes(level.image_size, 16)
                      : 4 * image_bytes(level.cells, 16) +
                            (yields(plan, l) ? 15 : 11) * image_bytes(level.cells, 8);
+  }
+  // PairSolver: what is looked at in each brick.
+  if (!classic) {
+    uint64_t bricks = 0;
+    for (const LevelPlan& level : plan.levels)
+      bricks = std::max(bricks, count(brick_count(level.cells)));
+    bytes += bricks * sizeof(BrickLook);
   }
   // DiscreteStart: costs of one search at a time.
   uint64_t costs = 0;

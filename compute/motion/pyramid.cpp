@@ -4,9 +4,11 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "compute/motion/bricks.h"
 #include "compute/motion/gauss.h"
+#include "compute/volume/parallel.h"
 
 namespace palpate {
 namespace {
@@ -72,10 +74,10 @@ PyramidBuilder::PyramidBuilder(std::shared_ptr<vulkan::Context> context,
       kernels_(std::move(kernels)),
       plan_(plan),
       staging_(context_, plan.image.count() * sizeof(uint16_t), vulkan::Buffer::Kind::kHostVisible),
-      no_mask_(context_, glm::ivec3(1), VK_FORMAT_R8_UNORM) {
-  vulkan::Recorder recorder(context_);
-  recorder.prepare(no_mask_);
-  recorder.run();
+      no_mask_(context_, glm::ivec3(1), VK_FORMAT_R8_UNORM),
+      recorder_(context_, uint32_t(16 * plan.levels.size())) {
+  recorder_.prepare(no_mask_);
+  recorder_.run();
   for (size_t l = 0; l < plan_.levels.size(); ++l) {
     const bool on_host = l == 0 && plan_.slabs > 1;
     levels_.emplace_back(context_, on_host ? glm::ivec3(1) : plan_.levels[l].image_size,
@@ -189,7 +191,7 @@ void PyramidBuilder::build_slab(const HalfVolume& volume, const Slab& slab, doub
   if (masked) mask = upload_mask(finest_mask_.data() + slice * size_t(low), size);
   vulkan::Buffer staging(context_, slice * size_t(size.z) * sizeof(uint16_t),
                          vulkan::Buffer::Kind::kHostVisible);
-  std::copy_n(volume.bits.begin() + std::ptrdiff_t(slice * size_t(low)), slice * size_t(size.z),
+  std::copy_n(volume.bits.get() + slice * size_t(low), slice * size_t(size.z),
               staging.as<uint16_t>().begin());
 
   vulkan::Recorder recorder(context_, 16);
@@ -209,36 +211,44 @@ void PyramidBuilder::build_slab(const HalfVolume& volume, const Slab& slab, doub
 }
 
 void PyramidBuilder::build(const HalfVolume& volume, double noise, FramePyramid& target) {
-  assert(volume.bits.size() == plan_.image.count() && "the frame must have the plan's size");
+  assert(volume.count == plan_.image.count() && "the frame must have the plan's size");
   const size_t first_whole = plan_.slabs > 1 ? 1 : 0;
-  vulkan::Recorder recorder(context_, uint32_t(16 * plan_.levels.size()));
+  recorder_.restart();
   if (target.reach_mm_ != reach_mm_ && std::isfinite(reach_mm_)) {
     // What lies outside the boxes must not look like an image.
-    for (size_t l = 0; l < plan_.levels.size(); ++l) recorder.clear(target.level(l), kOutside);
+    for (size_t l = 0; l < plan_.levels.size(); ++l) recorder_.clear(target.level(l), kOutside);
   }
   target.reach_mm_ = reach_mm_;
   if (plan_.slabs > 1) {
     const std::vector<Slab> slabs = slabs_of(plan_);
     for (size_t s = 0; s < slabs.size(); ++s) build_slab(volume, slabs[s], noise, target.slab(s));
   } else {
-    std::copy(volume.bits.begin(), volume.bits.end(), staging_.as<uint16_t>().begin());
-    recorder.copy(staging_, levels_[0].raw);
+    constexpr size_t kPart = 1 << 16;
+    const std::span<uint16_t> to = staging_.as<uint16_t>();
+    parallel_ranges(int((volume.count + kPart - 1) / kPart), double(kPart),
+                    [&](int begin, int end) {
+                      const size_t first = size_t(begin) * kPart;
+                      std::copy_n(volume.bits.get() + first,
+                                  std::min(volume.count, size_t(end) * kPart) - first,
+                                  to.begin() + std::ptrdiff_t(first));
+                    });
+    recorder_.copy(staging_, levels_[0].raw);
   }
   for (size_t l = first_whole; l < plan_.levels.size(); ++l) {
     const LevelPlan& level = plan_.levels[l];
     if (l > first_whole) {
-      recorder.dispatch(
+      recorder_.dispatch(
           kernels_->downsample(), {{levels_[l - 1].raw, kernels_->linear()}, levels_[l].raw},
           shaders::DownsamplePush{glm::ivec4(plan_.levels[l - 1].image_size, 0),
                                   glm::ivec4(level.image_size, 0), glm::ivec4(level.ratio, 0)},
           groups_of(level.image_size));
     }
     if (int(l) >= plan_.options.finest_level) {
-      record_level(recorder, l, levels_[l], noise, masks_.empty() ? nullptr : &masks_[l],
+      record_level(recorder_, l, levels_[l], noise, masks_.empty() ? nullptr : &masks_[l],
                    target.level(l));
     }
   }
-  recorder.run();
+  recorder_.run();
 }
 
 }  // namespace palpate

@@ -77,6 +77,7 @@ class PyramidBuilder {
   std::vector<uint8_t> finest_mask_;  // for slabs, only with a mask
   double reach_mm_ = 0.0;
   vulkan::Image no_mask_;
+  vulkan::Recorder recorder_;
 };
 
 }  // namespace palpate

@@ -1,6 +1,7 @@
 #include "compute/motion/solver.h"
 
 #include <algorithm>
+#include <cassert>
 #include <chrono>
 #include <cmath>
 #include <numbers>
@@ -56,16 +57,27 @@ PairSolver::PairSolver(std::shared_ptr<vulkan::Context> context,
       plan_(plan),
       counter_(context_, sizeof(uint32_t), vulkan::Buffer::Kind::kHostVisible),
       download_(context_, plan.field.count() * sizeof(glm::vec4),
-                vulkan::Buffer::Kind::kHostVisible) {
+                vulkan::Buffer::Kind::kHostVisible),
+      recorder_(context_, uint32_t(64 + 2 * plan.slabs * plan.slabs)),
+      batch_(context_, uint32_t(kBatch * (kDispatchesPerIteration + 2 * plan.options.filter_steps +
+                                          plan.slabs * plan.slabs) +
+                                2)) {
   for (const SearchPlan& search : plan_searches(plan_))
     starts_.push_back(std::make_unique<DiscreteStart>(context_, kernels_, plan_, search));
   for (const LevelRegion& level : region.levels) bricks_.push_back(level.bricks);
-  vulkan::Recorder recorder(context_);
+  size_t most_bricks = 1;
+  for (const LevelPlan& level : plan_.levels)
+    most_bricks = std::max(most_bricks, all_bricks(level.cells).size());
+  active_list_ =
+      vulkan::Buffer(context_, most_bricks * sizeof(uint32_t), vulkan::Buffer::Kind::kFilledByHost);
+  looks_ = vulkan::Buffer(context_, most_bricks * sizeof(BrickLook));
+  read_looks_ =
+      vulkan::Buffer(context_, most_bricks * sizeof(BrickLook), vulkan::Buffer::Kind::kHostVisible);
   if (plan_.slabs > 1) {
     const glm::ivec3 size{plan_.image.size.x, plan_.image.size.y, slabs_of(plan_).front().depth};
     for (vulkan::Image* slab : {&fixed_slab_, &moving_slab_}) {
       *slab = vulkan::Image(context_, size, VK_FORMAT_R16G16B16A16_SFLOAT);
-      recorder.prepare(*slab);
+      recorder_.prepare(*slab);
     }
   }
   constexpr VkFormat kFloat = VK_FORMAT_R32G32B32A32_SFLOAT;
@@ -76,61 +88,56 @@ PairSolver::PairSolver(std::shared_ptr<vulkan::Context> context,
     const glm::ivec3 cells = plan_.levels[l].cells;
     for (vulkan::Image* image : {&images.field, &images.ahead, &images.composed, &images.primal}) {
       *image = vulkan::Image(context_, cells, kFloat);
-      recorder.prepare(*image);
+      recorder_.prepare(*image);
     }
     for (vulkan::Image* image :
          {&images.seen, &images.flags, &images.equations[0], &images.equations[1],
           &images.equations[2], &images.smoothed[0], &images.smoothed[1], &images.smoothed[2],
           &images.dual[0], &images.dual[1], &images.dual[2]}) {
       *image = vulkan::Image(context_, cells, kHalf);
-      recorder.prepare(*image);
+      recorder_.prepare(*image);
     }
     if (!yields(plan_, l)) continue;
     for (vulkan::Image* image :
          {&images.wide[0], &images.wide[1], &images.wide[2], &images.coarser}) {
       *image = vulkan::Image(context_, cells, kHalf);
-      recorder.prepare(*image);
+      recorder_.prepare(*image);
     }
   }
-  recorder.run();
+  recorder_.run();
 }
 
-PairSolver::Active PairSolver::activate(BrickList bricks) {
-  Active active;
-  active.list = upload_bricks(context_, bricks);
-  active.looks = vulkan::Buffer(context_, std::max<size_t>(1, bricks.size()) * sizeof(BrickLook),
-                                vulkan::Buffer::Kind::kHostVisible);
-  active.bricks = std::move(bricks);
-  return active;
+void PairSolver::activate(BrickList bricks) {
+  std::copy(bricks.begin(), bricks.end(), active_list_.as<uint32_t>().begin());
+  active_ = std::move(bricks);
 }
 
 /// The field of the level above or zero becomes the start of this one; the
 /// filter's memory is cleared.
 void PairSolver::begin_level(size_t l) {
   LevelImages& images = levels_[l];
-  vulkan::Recorder recorder(context_);
-  std::optional<Active> all;
+  if (yields(plan_, l)) noise_ = noise_of(left_on(l + 1), kAllIsNoise);
+  recorder_.restart();
   if (yields(plan_, l)) {
-    all = activate(all_bricks(plan_.levels[l + 1].cells));
-    noise_ = noise_of(left_on(l + 1), kAllIsNoise);
-    record_coarser(recorder, l, *all);
-    for (const vulkan::Image& wide : images.wide) recorder.clear(wide);
+    activate(all_bricks(plan_.levels[l + 1].cells));
+    record_coarser(recorder_, l);
+    for (const vulkan::Image& wide : images.wide) recorder_.clear(wide);
   }
-  for (const vulkan::Image& dual : images.dual) recorder.clear(dual);
-  for (const vulkan::Image& equations : images.equations) recorder.clear(equations);
-  for (const vulkan::Image& smoothed : images.smoothed) recorder.clear(smoothed);
+  for (const vulkan::Image& dual : images.dual) recorder_.clear(dual);
+  for (const vulkan::Image& equations : images.equations) recorder_.clear(equations);
+  for (const vulkan::Image& smoothed : images.smoothed) recorder_.clear(smoothed);
   if (l + 1 == plan_.levels.size()) {
-    recorder.clear(images.field);
-    recorder.clear(images.ahead);
-    recorder.clear(images.seen);
+    recorder_.clear(images.field);
+    recorder_.clear(images.ahead);
+    recorder_.clear(images.seen);
   } else {
     const LevelPlan& from = plan_.levels[l + 1];
     const glm::ivec3 voxels = from.cell * from.ratio;
     const vulkan::Image& field = levels_[l + 1].field;
-    record_upsampled(recorder, l, field, from.cells, voxels, images.field, images.ahead);
-    record_upsampled(recorder, l, field, from.cells, voxels, images.seen, images.primal);
+    record_upsampled(recorder_, l, field, from.cells, voxels, images.field, images.ahead);
+    record_upsampled(recorder_, l, field, from.cells, voxels, images.seen, images.primal);
   }
-  recorder.run();
+  recorder_.run();
 }
 
 /// A field on coarser cells, `from_cell` voxels of level l wide, on the cells of level l.
@@ -150,12 +157,13 @@ void PairSolver::record_upsampled(vulkan::Recorder& recorder, size_t l, const vu
 std::vector<glm::vec4> PairSolver::left_on(size_t l) {
   const glm::ivec3 cells = plan_.levels[l].cells;
   const size_t count = size_t(cells.x) * size_t(cells.y) * size_t(cells.z);
-  vulkan::Buffer values(context_, count * sizeof(uint64_t), vulkan::Buffer::Kind::kHostVisible);
-  vulkan::Recorder recorder(context_);
-  recorder.copy(windowed(l)[2], values);
-  recorder.run();
+  // The field to download comes later and is larger.
+  assert(count * sizeof(uint64_t) <= download_.bytes());
+  recorder_.restart();
+  recorder_.copy(windowed(l)[2], download_);
+  recorder_.run();
   std::vector<glm::vec4> left(count);
-  const auto texels = values.as<uint64_t>();
+  const auto texels = download_.as<uint64_t>();
   for (size_t i = 0; i < count; ++i) left[i] = glm::unpackHalf4x16(texels[i]);
   return left;
 }
@@ -202,24 +210,24 @@ double PairSolver::search(size_t l, DiscreteStart& start, const FramePyramid& fi
   const int passes = gauss_passes(level.cells, sigma);
   if (passes == 0) return 0.0;  // a field of one cell: there is nothing to choose between
   const std::vector<uint32_t> nodes = unexplained(search);
-  const int labels = start.solve(fixed, moving, levels_[l + 1].field, nodes);
+  const int labels = start.solve(fixed, moving, levels_[l + 1].field, nodes, costs_);
   if (labels == 0) return 0.0;
-  const Active all = activate(bricks_[l]);
+  activate(bricks_[l]);
   const vulkan::Sampler& nearest = kernels_->nearest();
-  vulkan::Recorder recorder(context_, uint32_t(64 + 2 * plan_.slabs * plan_.slabs));
+  recorder_.restart();
   const auto left = [&](const vulkan::Image& first, const vulkan::Image& second) {
-    record_equations(recorder, l, fixed, moving, all, -1);
-    record_gauss(recorder, *kernels_, all.list, brick_groups(all.bricks), sigma, {&i.equations[2]},
-                 {&first}, {&second});
+    record_equations(recorder_, l, fixed, moving, -1);
+    record_gauss(recorder_, *kernels_, active_list_, brick_groups(active_), sigma,
+                 {&i.equations[2]}, {&first}, {&second});
     return passes % 2 == 1 ? &first : &second;
   };
   const vulkan::Image* now = left(i.dual[0], i.dual[1]);
-  record_upsampled(recorder, l, start.field(), search.nodes,
+  record_upsampled(recorder_, l, start.field(), search.nodes,
                    search.cell * plan_.levels[search.level].ratio, i.primal, i.ahead);
   const vulkan::Image* other = left(i.smoothed[0], i.smoothed[1]);
-  recorder.dispatch(
+  recorder_.dispatch(
       kernels_->choose(),
-      {all.list,
+      {active_list_,
        {*now, nearest},
        {*other, nearest},
        {i.field, nearest},
@@ -228,11 +236,11 @@ double PairSolver::search(size_t l, DiscreteStart& start, const FramePyramid& fi
        i.ahead},
       shaders::ChoosePush{wide(level.cells),
                           {-kChoiceWidth, kChoiceWidth, float(plan_.options.yield.flat), 0}},
-      slice_groups(all.bricks));
-  for (const vulkan::Image& dual : i.dual) recorder.clear(dual);
-  for (const vulkan::Image& equations : i.equations) recorder.clear(equations);
-  for (const vulkan::Image& smoothed : i.smoothed) recorder.clear(smoothed);
-  recorder.run();
+      slice_groups(active_));
+  for (const vulkan::Image& dual : i.dual) recorder_.clear(dual);
+  for (const vulkan::Image& equations : i.equations) recorder_.clear(equations);
+  for (const vulkan::Image& smoothed : i.smoothed) recorder_.clear(smoothed);
+  recorder_.run();
   return double(nodes.size()) * labels;
 }
 
@@ -247,31 +255,27 @@ bool PairSolver::iterate(size_t l, const FramePyramid& fixed, const FramePyramid
   const bool prunes = plan_.options.converged > 0.0;
   const bool bounded = std::isfinite(moving.reach_mm());
   const auto all = double(all_bricks(level.cells).size());
-  Active active = activate(bricks_[l]);
-  std::optional<vulkan::Recorder> batch;
-  int batch_size = 0;
-  while (report.iterations < wanted && !stop.stop_requested() && !active.bricks.empty()) {
+  activate(bricks_[l]);
+  int batch_size = 0;  // iterations recorded for the active bricks
+  while (report.iterations < wanted && !stop.stop_requested() && !active_.empty()) {
     const int size =
         std::min(prunes && report.iterations == 0 ? 1 : kBatch, wanted - report.iterations);
-    if (!batch || size != batch_size) {
-      batch.emplace(context_,
-                    uint32_t(size * (kDispatchesPerIteration + 2 * plan_.options.filter_steps +
-                                     plan_.slabs * plan_.slabs) +
-                             2));
+    if (size != batch_size) {
+      batch_.restart();
       for (int k = 0; k < size; ++k) {
         // Odd and even voxels take turns, except in the first iteration, which decides what rests.
         const int turn = plan_.options.checkerboard && report.iterations > 0 ? k % 2 : -1;
-        record_iteration(*batch, l, fixed, moving, active, turn);
+        record_iteration(batch_, l, fixed, moving, turn);
       }
-      if (prunes || bounded) record_look(*batch, l, active);
+      if (prunes || bounded) record_look(batch_, l);
       batch_size = size;
     }
-    batch->run();
+    batch_.run();
     report.iterations += size;
-    report.brick_iterations += size * double(active.bricks.size());
+    report.brick_iterations += size * double(active_.size());
     report.all_brick_iterations += size * all;
     done(report.iterations);
-    const std::span<BrickLook> looks = active.looks.as<BrickLook>().first(active.bricks.size());
+    const std::span<BrickLook> looks = read_looks_.as<BrickLook>().first(active_.size());
     if (bounded && std::any_of(looks.begin(), looks.end(), [&](const BrickLook& look) {
           return double(look.reach) * level.h_mm > moving.reach_mm();
         })) {
@@ -280,12 +284,12 @@ bool PairSolver::iterate(size_t l, const FramePyramid& fixed, const FramePyramid
     if (!prunes || report.iterations == wanted) continue;
     const RestRule rule{plan_.options.converged * size,
                         plan_.options.normalise ? plan_.options.structure : 0.0};
-    BrickList left = active_bricks(active.bricks, looks, level.cells, rule);
-    if (left.size() == active.bricks.size()) continue;
-    batch.reset();
-    active = activate(std::move(left));
+    BrickList left = active_bricks(active_, looks, level.cells, rule);
+    if (left.size() == active_.size()) continue;
+    activate(std::move(left));
+    batch_size = 0;
   }
-  report.converged = active.bricks.empty();
+  report.converged = active_.empty();
   report.all_brick_iterations += (wanted - report.iterations) * all;
   return true;
 }
@@ -293,28 +297,29 @@ bool PairSolver::iterate(size_t l, const FramePyramid& fixed, const FramePyramid
 void PairSolver::repair(size_t l, SolveReport& report) {
   const LevelPlan& level = plan_.levels[l];
   LevelImages& images = levels_[l];
-  const Active all = activate(all_bricks(level.cells));
-  const glm::ivec3 groups = slice_groups(all.bricks);
+  activate(all_bricks(level.cells));
+  const glm::ivec3 groups = slice_groups(active_);
   for (int round = 0; round < kMaxRepairs; ++round) {
-    vulkan::Recorder look(context_);
-    look.fill(counter_, 0);
-    look.dispatch(kernels_->folds(),
-                  {all.list, {images.field, kernels_->linear()}, images.flags, counter_},
-                  shaders::FoldsPush{wide(level.cells), wide(level.cell), wide(level.image_size),
-                                     glm::vec4(level.spacing_mm, plan_.options.min_determinant)},
-                  groups);
-    look.run();
+    recorder_.restart();
+    recorder_.fill(counter_, 0);
+    recorder_.dispatch(
+        kernels_->folds(),
+        {active_list_, {images.field, kernels_->linear()}, images.flags, counter_},
+        shaders::FoldsPush{wide(level.cells), wide(level.cell), wide(level.image_size),
+                           glm::vec4(level.spacing_mm, plan_.options.min_determinant)},
+        groups);
+    recorder_.run();
     report.folded_cells = counter_.as<uint32_t>()[0];
     if (report.folded_cells == 0) return;
     ++report.repaired;
-    vulkan::Recorder mend(context_);
-    mend.dispatch(kernels_->blend(),
-                  {all.list,
-                   {images.flags, kernels_->nearest()},
-                   {images.field, kernels_->nearest()},
-                   images.primal},
-                  shaders::BlendPush{wide(level.cells)}, groups);
-    mend.run();
+    recorder_.restart();
+    recorder_.dispatch(kernels_->blend(),
+                       {active_list_,
+                        {images.flags, kernels_->nearest()},
+                        {images.field, kernels_->nearest()},
+                        images.primal},
+                       shaders::BlendPush{wide(level.cells)}, groups);
+    recorder_.run();
     std::swap(images.field, images.primal);
   }
 }
@@ -324,17 +329,17 @@ void PairSolver::judge(size_t l) {
   const LevelPlan& level = plan_.levels[l];
   const YieldOptions& yield = plan_.options.yield;
   LevelImages& i = levels_[l];
-  const Active all = activate(all_bricks(level.cells));
+  activate(all_bricks(level.cells));
   const bool two = yields(plan_, l);
   const double voxels = window_voxels(level, two ? yield.window : level.options.window);
   const glm::dvec3 noise =
       double(shaders::kNoiseOfGradient) / (level.spacing_mm * level.spacing_mm);
-  vulkan::Recorder recorder(context_);
+  recorder_.restart();
   const vulkan::Image* equations = narrow(l);
   const vulkan::Sampler& nearest = kernels_->nearest();
-  recorder.dispatch(
+  recorder_.dispatch(
       kernels_->confidence(),
-      {all.list,
+      {active_list_,
        {equations[0], nearest},
        {equations[1], nearest},
        {equations[2], nearest},
@@ -347,9 +352,9 @@ void PairSolver::judge(size_t l) {
           glm::vec4(noise, 1.0 / (voxels * level.h_mm * level.h_mm)),
           {float(yield.noise * noise_), float(yield.flat),
            float(std::pow(plan_.options.damping / level.h_mm, 2)), two ? 1.0F : 0.0F}},
-      slice_groups(all.bricks));
-  recorder.copy(i.primal, download_);
-  recorder.run();
+      slice_groups(active_));
+  recorder_.copy(i.primal, download_);
+  recorder_.run();
 }
 
 std::optional<SolveReport> PairSolver::solve(const FramePyramid& fixed, const FramePyramid& moving,

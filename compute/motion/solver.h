@@ -58,18 +58,12 @@ class PairSolver : public FieldSolver {
     // level left of them.
     vulkan::Image wide[3], coarser;
   };
-  /// The bricks in work, here and on the device.
-  struct Active {
-    BrickList bricks;
-    vulkan::Buffer list;
-    vulkan::Buffer looks;
-  };
-
-  Active activate(BrickList bricks);
+  /// What follows works on these bricks. The device must be done with the ones before.
+  void activate(BrickList bricks);
   const vulkan::Image* narrow(size_t l) const;
   const vulkan::Image* windowed(size_t l) const;
   std::vector<glm::vec4> left_on(size_t l);
-  void record_coarser(vulkan::Recorder& recorder, size_t l, const Active& all);
+  void record_coarser(vulkan::Recorder& recorder, size_t l);
   void begin_level(size_t l);
   void record_upsampled(vulkan::Recorder& recorder, size_t l, const vulkan::Image& from,
                         glm::ivec3 from_cells, glm::ivec3 from_cell, const vulkan::Image& to,
@@ -79,12 +73,12 @@ class PairSolver : public FieldSolver {
   double search(size_t l, DiscreteStart& start, const FramePyramid& fixed,
                 const FramePyramid& moving);
   void record_iteration(vulkan::Recorder& recorder, size_t l, const FramePyramid& fixed,
-                        const FramePyramid& moving, const Active& active, int colour);
+                        const FramePyramid& moving, int colour);
   void record_equations(vulkan::Recorder& recorder, size_t l, const FramePyramid& fixed,
-                        const FramePyramid& moving, const Active& active, int colour);
-  void record_step(vulkan::Recorder& recorder, size_t l, const Active& active, int colour);
-  void record_filter(vulkan::Recorder& recorder, size_t l, const Active& active);
-  void record_look(vulkan::Recorder& recorder, size_t l, const Active& active);
+                        const FramePyramid& moving, int colour);
+  void record_step(vulkan::Recorder& recorder, size_t l, int colour);
+  void record_filter(vulkan::Recorder& recorder, size_t l);
+  void record_look(vulkan::Recorder& recorder, size_t l);
   /// False if something moved out of the moving frame's reach.
   bool iterate(size_t l, const FramePyramid& fixed, const FramePyramid& moving,
                const std::stop_token& stop, LevelReport& report,
@@ -98,10 +92,17 @@ class PairSolver : public FieldSolver {
   std::vector<BrickList> bricks_;  // per level: what the mask leaves
   std::vector<LevelImages> levels_;
   std::vector<std::unique_ptr<DiscreteStart>> starts_;
+  DiscreteStart::Costs costs_;
+  BrickList active_;                        // the bricks in work
+  vulkan::Buffer active_list_;              // the same on the device
+  vulkan::Buffer looks_, read_looks_;       // BrickLook of each, on the device and here
   vulkan::Image fixed_slab_, moving_slab_;  // where slabs of the finest images visit the device
   double noise_ = 0.0;                      // what it leaves on the level above one that yields
   vulkan::Buffer counter_;
   vulkan::Buffer download_;
+  // Kept, since making and freeing what lists of commands need takes longer than running them on a
+  // GPU: one for what runs once, one for iterations.
+  vulkan::Recorder recorder_, batch_;
 };
 
 /// Voxels whose noise a window (SD in h) over a level's cells averages: a Gaussian of SD s averages

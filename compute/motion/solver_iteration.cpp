@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "compute/motion/activity.h"
 #include "compute/motion/gauss.h"
 #include "compute/motion/solver.h"
 
@@ -64,13 +65,13 @@ const vulkan::Image* PairSolver::windowed(size_t l) const {
 
 /// What level l + 1 leaves unexplained, on the cells of level l. The dual of that level, which has
 /// ended, is the scratch space.
-void PairSolver::record_coarser(vulkan::Recorder& recorder, size_t l, const Active& all) {
+void PairSolver::record_coarser(vulkan::Recorder& recorder, size_t l) {
   const LevelPlan& from = plan_.levels[l + 1];
   const LevelPlan& to = plan_.levels[l];
   LevelImages& i = levels_[l + 1];
   const vulkan::Image& left = windowed(l + 1)[2];
   const glm::dvec3 sigma(kCoarserSigma);
-  record_gauss(recorder, *kernels_, all.list, brick_groups(all.bricks), sigma, {&left},
+  record_gauss(recorder, *kernels_, active_list_, brick_groups(active_), sigma, {&left},
                {&i.dual[0]}, {&i.dual[1]});
   const int passes = gauss_passes(from.cells, sigma);
   const vulkan::Image& smooth = passes == 0 ? left : passes % 2 == 1 ? i.dual[0] : i.dual[1];
@@ -82,11 +83,11 @@ void PairSolver::record_coarser(vulkan::Recorder& recorder, size_t l, const Acti
                     {(to.cells.x + 63) / 64, to.cells.y, to.cells.z});
 }
 
-void PairSolver::record_filter(vulkan::Recorder& recorder, size_t l, const Active& active) {
+void PairSolver::record_filter(vulkan::Recorder& recorder, size_t l) {
   const LevelPlan& level = plan_.levels[l];
   LevelImages& i = levels_[l];
   const vulkan::Sampler& nearest = kernels_->nearest();
-  const glm::ivec3 groups = slice_groups(active.bricks);
+  const glm::ivec3 groups = slice_groups(active_);
   const glm::dvec3 slope = slopes(level);
   const shaders::TotalVariationPush push{
       wide(level.cells),
@@ -95,7 +96,7 @@ void PairSolver::record_filter(vulkan::Recorder& recorder, size_t l, const Activ
        float(plan_.options.huber_mm), float(plan_.options.momentum)}};
   const auto primal = [&](bool last) {
     recorder.dispatch(kernels_->tv_primal(last),
-                      {active.list,
+                      {active_list_,
                        {i.composed, nearest},
                        {i.dual[0], nearest},
                        {i.dual[1], nearest},
@@ -108,7 +109,7 @@ void PairSolver::record_filter(vulkan::Recorder& recorder, size_t l, const Activ
   for (int step = 0; step < plan_.options.filter_steps; ++step) {
     primal(false);
     recorder.dispatch(kernels_->tv_dual(),
-                      {active.list,
+                      {active_list_,
                        {i.primal, nearest},
                        {i.dual[0], nearest},
                        {i.dual[1], nearest},
@@ -124,7 +125,7 @@ void PairSolver::record_filter(vulkan::Recorder& recorder, size_t l, const Activ
 /// The data term. Images cut into slabs visit the device pair by pair of slabs; each dispatch adds
 /// the voxels whose own and whose partner's slice the two answer for.
 void PairSolver::record_equations(vulkan::Recorder& recorder, size_t l, const FramePyramid& fixed,
-                                  const FramePyramid& moving, const Active& active, int colour) {
+                                  const FramePyramid& moving, int colour) {
   const LevelPlan& level = plan_.levels[l];
   LevelImages& i = levels_[l];
   const vulkan::Sampler& nearest = kernels_->nearest();
@@ -132,7 +133,7 @@ void PairSolver::record_equations(vulkan::Recorder& recorder, size_t l, const Fr
   const auto dispatch = [&](const vulkan::Image& f, const vulkan::Image& m,
                             const shaders::NormalEquationsPush& push) {
     recorder.dispatch(kernels_->normal_equations(level.cell),
-                      {active.list,
+                      {active_list_,
                        {f, nearest},
                        {m, kernels_->linear()},
                        {i.ahead, nearest},
@@ -142,7 +143,7 @@ void PairSolver::record_equations(vulkan::Recorder& recorder, size_t l, const Fr
                        {i.equations[0], nearest},
                        {i.equations[1], nearest},
                        {i.equations[2], nearest}},
-                      push, slice_groups(active.bricks));
+                      push, slice_groups(active_));
   };
   const int nz = level.image_size.z;
   shaders::NormalEquationsPush push{
@@ -168,31 +169,30 @@ void PairSolver::record_equations(vulkan::Recorder& recorder, size_t l, const Fr
 }
 
 void PairSolver::record_iteration(vulkan::Recorder& recorder, size_t l, const FramePyramid& fixed,
-                                  const FramePyramid& moving, const Active& active, int colour) {
-  record_equations(recorder, l, fixed, moving, active, colour);
-  record_step(recorder, l, active, colour);
-  record_filter(recorder, l, active);
+                                  const FramePyramid& moving, int colour) {
+  record_equations(recorder, l, fixed, moving, colour);
+  record_step(recorder, l, colour);
+  record_filter(recorder, l);
 }
 
 /// The windows over the equations, and the step from them.
-void PairSolver::record_step(vulkan::Recorder& recorder, size_t l, const Active& active,
-                             int colour) {
+void PairSolver::record_step(vulkan::Recorder& recorder, size_t l, int colour) {
   const LevelPlan& level = plan_.levels[l];
   const YieldOptions& yield = plan_.options.yield;
   LevelImages& i = levels_[l];
   const vulkan::Sampler& nearest = kernels_->nearest();
-  const glm::ivec3 groups = slice_groups(active.bricks);
+  const glm::ivec3 groups = slice_groups(active_);
   using Images = std::vector<const vulkan::Image*>;
   const auto all = [](const vulkan::Image* images) {
     return Images{&images[0], &images[1], &images[2]};
   };
   const bool two = yields(plan_, l);
-  record_gauss(recorder, *kernels_, active.list, brick_groups(active.bricks),
+  record_gauss(recorder, *kernels_, active_list_, brick_groups(active_),
                window_sigma(level, two ? yield.window : level.options.window), all(i.equations),
                all(i.smoothed));
   const vulkan::Image* n = narrow(l);
   if (two) {
-    record_gauss(recorder, *kernels_, active.list, brick_groups(active.bricks),
+    record_gauss(recorder, *kernels_, active_list_, brick_groups(active_),
                  widening_sigma(level, yield.window), all(n), all(i.wide),
                  all(n == i.smoothed ? i.equations : i.smoothed));
   }
@@ -202,7 +202,7 @@ void PairSolver::record_step(vulkan::Recorder& recorder, size_t l, const Active&
   const auto largest_mm = float(plan_.options.largest_step * level.h_mm);
   if (!two) {
     recorder.dispatch(kernels_->update(),
-                      {active.list,
+                      {active_list_,
                        {w[0], nearest},
                        {w[1], nearest},
                        {w[2], nearest},
@@ -217,7 +217,7 @@ void PairSolver::record_step(vulkan::Recorder& recorder, size_t l, const Active&
   const double voxels = window_voxels(level, yield.window) * (colour < 0 ? 1.0 : 0.5);
   recorder.dispatch(
       kernels_->update_two(),
-      {active.list,
+      {active_list_,
        {w[0], nearest},
        {w[1], nearest},
        {w[2], nearest},
@@ -238,19 +238,21 @@ void PairSolver::record_step(vulkan::Recorder& recorder, size_t l, const Active&
       groups);
 }
 
-void PairSolver::record_look(vulkan::Recorder& recorder, size_t l, const Active& active) {
+void PairSolver::record_look(vulkan::Recorder& recorder, size_t l) {
   const LevelPlan& level = plan_.levels[l];
   LevelImages& i = levels_[l];
-  recorder.fill(active.looks, 0);
+  const uint64_t bytes = active_.size() * sizeof(BrickLook);
+  recorder.fill(looks_, 0, bytes);
   recorder.dispatch(kernels_->measure(),
-                    {active.list,
+                    {active_list_,
                      {i.field, kernels_->nearest()},
                      {i.seen, kernels_->nearest()},
                      i.seen,
                      {windowed(l)[2], kernels_->nearest()},
-                     active.looks},
+                     looks_},
                     shaders::MeasurePush{wide(level.cells), {float(1.0 / level.h_mm), 0, 0, 0}},
-                    brick_groups(active.bricks));
+                    brick_groups(active_));
+  recorder.copy(looks_, read_looks_, bytes);
 }
 
 }  // namespace palpate

@@ -17,15 +17,15 @@ Buffer::Buffer(std::shared_ptr<Context> context, uint64_t bytes, Kind kind)
   VkMemoryRequirements needed;
   vkGetBufferMemoryRequirements(device, buffer_, &needed);
   try {
-    memory_ = context_->allocate(needed, kind == Kind::kHostVisible);
+    memory_ = context_->allocate(needed, kind);
     reserved_ = needed.size;
     check(vkBindBufferMemory(device, buffer_, memory_, 0), "binding a buffer to memory");
-    if (kind == Kind::kHostVisible) {
+    if (kind != Kind::kDevice) {
       check(vkMapMemory(device, memory_, 0, VK_WHOLE_SIZE, 0, &mapped_), "mapping a buffer");
     }
   } catch (...) {
     vkDestroyBuffer(device, buffer_, nullptr);
-    if (memory_) context_->release(memory_, reserved_, kind == Kind::kHostVisible);
+    if (memory_) context_->release(memory_, reserved_, kind);
     throw;
   }
 }
@@ -33,7 +33,7 @@ Buffer::Buffer(std::shared_ptr<Context> context, uint64_t bytes, Kind kind)
 Buffer::~Buffer() {
   if (!buffer_) return;
   vkDestroyBuffer(context_->device(), buffer_, nullptr);
-  context_->release(memory_, reserved_, kind_ == Kind::kHostVisible);
+  context_->release(memory_, reserved_, kind_);
 }
 
 void Buffer::swap(Buffer& other) noexcept {

@@ -8,11 +8,11 @@
 
 namespace palpate::vulkan {
 
-/// A buffer of any use with its own memory. Host-visible ones stay mapped. Move-only; freed with
+/// A buffer of any use with its own memory. All but kDevice stay mapped. Move-only; freed with
 /// the object, which must not be in use by the device then. Creation throws Failure.
 class Buffer {
  public:
-  enum class Kind { kDevice, kHostVisible };
+  using Kind = MemoryKind;
 
   Buffer() = default;
   Buffer(std::shared_ptr<Context> context, uint64_t bytes, Kind kind = Kind::kDevice);
@@ -27,10 +27,10 @@ class Buffer {
   uint64_t bytes() const { return bytes_; }
   explicit operator bool() const { return buffer_ != VK_NULL_HANDLE; }
 
-  /// The mapped memory of a host-visible buffer as values of T.
+  /// The mapped memory as values of T. What is kFilledByHost is slow to read.
   template <class T>
   std::span<T> as() {
-    assert(mapped_ && "only a host-visible buffer is mapped");
+    assert(mapped_ && "device memory is not mapped");
     return {static_cast<T*>(mapped_), bytes_ / sizeof(T)};
   }
 

@@ -350,17 +350,19 @@ uint64_t Context::memory_budget_bytes() const {
   return memory_cap_ ? std::min(whole, memory_cap_) : whole;
 }
 
-VkDeviceMemory Context::allocate(const VkMemoryRequirements& needed, bool host_visible) {
-  if (!host_visible && memory_cap_ && memory_used_ + needed.size > memory_cap_) {
+VkDeviceMemory Context::allocate(const VkMemoryRequirements& needed, MemoryKind kind) {
+  const bool counted = kind == MemoryKind::kDevice;
+  if (counted && memory_cap_ && memory_used_ + needed.size > memory_cap_) {
     throw Failure(VK_ERROR_OUT_OF_DEVICE_MEMORY, "reserving device memory under the given cap");
   }
+  constexpr VkMemoryPropertyFlags kMapped =
+      VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
   const VkMemoryPropertyFlags wanted =
-      host_visible ? VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT
-                   : VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
-  // Reading back through uncached memory is an order of magnitude slower: prefer cached where it is
-  // offered.
-  const VkMemoryPropertyFlags preferred =
-      host_visible ? wanted | VK_MEMORY_PROPERTY_HOST_CACHED_BIT : wanted;
+      counted ? VkMemoryPropertyFlags(VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT) : kMapped;
+  VkMemoryPropertyFlags preferred = wanted;
+  // Reading back through uncached memory is an order of magnitude slower.
+  if (kind == MemoryKind::kHostVisible) preferred |= VK_MEMORY_PROPERTY_HOST_CACHED_BIT;
+  if (kind == MemoryKind::kFilledByHost) preferred |= VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
   for (const VkMemoryPropertyFlags flags : {preferred, wanted}) {
     for (uint32_t type = 0; type < memory_.memoryTypeCount; ++type) {
       if (!(needed.memoryTypeBits >> type & 1U)) continue;
@@ -369,8 +371,11 @@ VkDeviceMemory Context::allocate(const VkMemoryRequirements& needed, bool host_v
       allocate.allocationSize = needed.size;
       allocate.memoryTypeIndex = type;
       VkDeviceMemory memory = VK_NULL_HANDLE;
-      check(vkAllocateMemory(device_, &allocate, nullptr, &memory), "reserving device memory");
-      if (host_visible) return memory;
+      const VkResult reserved = vkAllocateMemory(device_, &allocate, nullptr, &memory);
+      // What of the device's memory the host can write may be a small window: then the host's own.
+      if (reserved == VK_ERROR_OUT_OF_DEVICE_MEMORY && flags != wanted) continue;
+      check(reserved, "reserving device memory");
+      if (!counted) return memory;
       const uint64_t used = memory_used_ += needed.size;
       uint64_t peak = memory_peak_;
       while (used > peak && !memory_peak_.compare_exchange_weak(peak, used)) {
@@ -381,9 +386,9 @@ VkDeviceMemory Context::allocate(const VkMemoryRequirements& needed, bool host_v
   throw Failure(VK_ERROR_OUT_OF_DEVICE_MEMORY, "looking for a fitting kind of memory");
 }
 
-void Context::release(VkDeviceMemory memory, uint64_t bytes, bool host_visible) {
+void Context::release(VkDeviceMemory memory, uint64_t bytes, MemoryKind kind) {
   vkFreeMemory(device_, memory, nullptr);
-  if (!host_visible) memory_used_ -= bytes;
+  if (kind == MemoryKind::kDevice) memory_used_ -= bytes;
 }
 
 void Context::submit(VkCommandBuffer commands, VkFence fence) {

@@ -66,6 +66,11 @@ struct ContextOptions {
   DeviceMaker* maker = nullptr;   ///< makes and chooses the device; `device` is not looked at then
 };
 
+/// Where memory lies. kDevice: near the device. kHostVisible: the host's, coherent, quick to read
+/// for the host. kFilledByHost: written by the host, read by kernels: near the device where the
+/// host can write there, since kernels that read the host's memory wait for the bus.
+enum class MemoryKind { kDevice, kHostVisible, kFilledByHost };
+
 /// An opened device with one compute queue: owner of everything below it, so it must outlive
 /// buffers, images, kernels and recorders. Creating resources is allowed from any thread; submit()
 /// serialises on the one queue.
@@ -92,10 +97,9 @@ class Context {
   uint64_t memory_peak_bytes() const { return memory_peak_; }
   void reset_memory_peak() { memory_peak_ = memory_used_.load(); }
 
-  /// Allocates. Host-visible memory is coherent and is not counted: it is the host's. Throws
-  /// Failure.
-  VkDeviceMemory allocate(const VkMemoryRequirements& needed, bool host_visible);
-  void release(VkDeviceMemory memory, uint64_t bytes, bool host_visible);
+  /// Allocates. Only kDevice is counted. Throws Failure.
+  VkDeviceMemory allocate(const VkMemoryRequirements& needed, MemoryKind kind);
+  void release(VkDeviceMemory memory, uint64_t bytes, MemoryKind kind);
 
   void submit(VkCommandBuffer commands, VkFence fence);
 

@@ -21,7 +21,7 @@ Image::Image(std::shared_ptr<Context> context, glm::ivec3 size, VkFormat format)
   VkMemoryRequirements needed;
   vkGetImageMemoryRequirements(device, image_, &needed);
   try {
-    memory_ = context_->allocate(needed, false);
+    memory_ = context_->allocate(needed, MemoryKind::kDevice);
     reserved_ = needed.size;
     check(vkBindImageMemory(device, image_, memory_, 0), "binding an image to memory");
     VkImageViewCreateInfo view{VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO};
@@ -32,7 +32,7 @@ Image::Image(std::shared_ptr<Context> context, glm::ivec3 size, VkFormat format)
     check(vkCreateImageView(device, &view, nullptr, &view_), "creating an image view");
   } catch (...) {
     vkDestroyImage(device, image_, nullptr);
-    if (memory_) context_->release(memory_, reserved_, false);
+    if (memory_) context_->release(memory_, reserved_, MemoryKind::kDevice);
     throw;
   }
 }
@@ -41,7 +41,7 @@ Image::~Image() {
   if (!image_) return;
   vkDestroyImageView(context_->device(), view_, nullptr);
   vkDestroyImage(context_->device(), image_, nullptr);
-  context_->release(memory_, reserved_, false);
+  context_->release(memory_, reserved_, MemoryKind::kDevice);
 }
 
 void Image::swap(Image& other) noexcept {

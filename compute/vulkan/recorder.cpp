@@ -215,9 +215,9 @@ void Recorder::copy(const Buffer& from, const Buffer& to, uint64_t bytes) {
   vkCmdCopyBuffer(commands_, from.handle(), to.handle(), 1, &region);
 }
 
-void Recorder::fill(const Buffer& buffer, uint32_t word) {
+void Recorder::fill(const Buffer& buffer, uint32_t word, uint64_t bytes) {
   barrier();
-  vkCmdFillBuffer(commands_, buffer.handle(), 0, VK_WHOLE_SIZE, word);
+  vkCmdFillBuffer(commands_, buffer.handle(), 0, bytes, word);
 }
 
 void Recorder::clear(const Image& image, glm::vec4 value) {

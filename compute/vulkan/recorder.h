@@ -54,7 +54,8 @@ class Recorder {
   void copy(const Buffer& from, const Buffer& to, uint64_t bytes);
   /// Slices [first, first + slices) of the image to the start of the buffer.
   void copy_slices(const Image& from, int first, int slices, const Buffer& to);
-  void fill(const Buffer& buffer, uint32_t word);
+  /// The first `bytes` of the buffer, a multiple of 4.
+  void fill(const Buffer& buffer, uint32_t word, uint64_t bytes = VK_WHOLE_SIZE);
   void clear(const Image& image, glm::vec4 value = glm::vec4(0.0F));
   void begin_concurrent();
   void end_concurrent();

@@ -146,7 +146,7 @@ void ShownVolume::record_motion(vulkan::Recorder& recorder, const Moment& moment
   if (!weights_ || motion_.size() != size) {
     motion_ = vulkan::Image(context_, size, VK_FORMAT_R32G32B32A32_SFLOAT);
     weights_ = vulkan::Buffer(context_, sizeof(glm::vec4) * kMostTerms,
-                              vulkan::Buffer::Kind::kHostVisible);
+                              vulkan::Buffer::Kind::kFilledByHost);
     recorder.prepare(motion_);
   }
   const TimeWeights time =

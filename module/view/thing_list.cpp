@@ -77,10 +77,10 @@ void ThingList::record(vulkan::Recorder& recorder, Kernels& kernels, const Thing
   // Half as much again, so that a tube or two more do not make another.
   if (things_.bytes() < packed.size() * sizeof(ViewThing))
     things_ = vulkan::Buffer(context_, packed.size() * 3 / 2 * sizeof(ViewThing) + 4096,
-                             vulkan::Buffer::Kind::kHostVisible);
+                             vulkan::Buffer::Kind::kFilledByHost);
   if (items_.bytes() < items.size() * sizeof(glm::uvec4))
     items_ = vulkan::Buffer(context_, items.size() * 3 / 2 * sizeof(glm::uvec4) + 4096,
-                            vulkan::Buffer::Kind::kHostVisible);
+                            vulkan::Buffer::Kind::kFilledByHost);
   std::copy(packed.begin(), packed.end(), things_.as<ViewThing>().begin());
   std::copy(items.begin(), items.end(), items_.as<glm::uvec4>().begin());
   for (int pass = 0; pass < 2; ++pass)

@@ -87,7 +87,7 @@ VolumeRenderer::VolumeRenderer(std::shared_ptr<vulkan::Context> context,
       looks_(kMostVolumes) {
   const uint64_t pixels =
       uint64_t(options_.most.width) * uint64_t(options_.most.height) * uint64_t(options_.most_eyes);
-  parameters_ = Buffer(context_, sizeof(ViewParameters), Buffer::Kind::kHostVisible);
+  parameters_ = Buffer(context_, sizeof(ViewParameters), Buffer::Kind::kFilledByHost);
   const auto tables = [&](Buffer::Kind kind) {
     const uint64_t entries = uint64_t(kMostVolumes) * kTable;
     return std::make_unique<view::LookTables>(
