@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "compute/motion/selection.h"
 #include "compute/volume/parallel.h"
 
 namespace palpate {
@@ -35,17 +36,15 @@ inline uint16_t half_bits(float value) {
 
 IntensityScale intensity_scale(const Volume& volume) {
   const size_t step = std::max<size_t>(1, volume.values.size() / kSamples);
-  std::vector<float> sampled;
-  for (size_t i = 0; i < volume.values.size(); i += step) sampled.push_back(volume.values[i]);
-  const auto place = [&](double q) {
-    return sampled.begin() + std::ptrdiff_t(q * double(sampled.size() - 1));
+  std::vector<float> sampled((volume.values.size() + step - 1) / step);
+  // Each sample of a large frame is a line of memory to wait for.
+  parallel_ranges(int(sampled.size()), 30.0, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) sampled[size_t(i)] = volume.values[size_t(i) * step];
+  });
+  const auto quantile = [&](double q) {
+    return kth_smallest(sampled, size_t(q * double(sampled.size() - 1)));
   };
-  // After the first selection all that is larger lies behind it.
-  const auto low_at = place(0.01), high_at = place(0.99);
-  std::nth_element(sampled.begin(), low_at, sampled.end());
-  const float low = *low_at;
-  std::nth_element(low_at, high_at, sampled.end());
-  const float high = *high_at;
+  const float low = quantile(0.01), high = quantile(0.99);
   const auto [smallest, largest] = std::minmax_element(sampled.begin(), sampled.end());
   // A small bright object in an empty frame: the percentiles coincide, the extremes do not.
   const float range = high > low ? high - low : *largest - *smallest;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "compute/motion/selection.h"
 #include "compute/volume/parallel.h"
 
 namespace palpate {
@@ -66,9 +67,7 @@ double noise_sd(const Volume& volume) {
   });
   std::erase(magnitudes, kNone);
   if (magnitudes.empty()) return 0.0;
-  const auto middle = magnitudes.begin() + std::ptrdiff_t(magnitudes.size() / 2);
-  std::nth_element(magnitudes.begin(), middle, magnitudes.end());
-  return 1.4826 * double(*middle) / gain;
+  return 1.4826 * double(kth_smallest(magnitudes, magnitudes.size() / 2)) / gain;
 }
 
 std::optional<double> noise_left(std::vector<CellLeft> cells) {

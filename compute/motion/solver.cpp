@@ -11,6 +11,7 @@
 #include "compute/motion/activity.h"
 #include "compute/motion/gauss.h"
 #include "compute/motion/noise.h"
+#include "compute/volume/parallel.h"
 
 namespace palpate {
 namespace {
@@ -418,10 +419,13 @@ void unpack_field(std::span<const glm::vec4> device, const MotionPlan& plan, Fie
   field.u_mm.resize(field.grid.count());
   confidence.values.resize(field.grid.count());
   const glm::mat3 lps_from_axes(plan.image.direction);
-  for (size_t i = 0; i < field.u_mm.size(); ++i) {
-    field.u_mm[i] = lps_from_axes * glm::vec3(device[i]);
-    confidence.values[i] = device[i].w;
-  }
+  const size_t slice = size_t(plan.field.size.x) * size_t(plan.field.size.y);
+  parallel_ranges(plan.field.size.z, 20.0 * double(slice), [&](int begin, int end) {
+    for (size_t i = size_t(begin) * slice; i < size_t(end) * slice; ++i) {
+      field.u_mm[i] = lps_from_axes * glm::vec3(device[i]);
+      confidence.values[i] = device[i].w;
+    }
+  });
 }
 
 }  // namespace palpate

@@ -9,6 +9,7 @@
 #include "compute/motion/noise.h"
 #include "compute/motion/oracle.h"
 #include "compute/motion/plan.h"
+#include "compute/motion/selection.h"
 #include "compute/volume/phantom_texture.h"
 #include "tests/motion/made_pairs.h"
 #include "tests/support/random.h"
@@ -201,6 +202,22 @@ TEST(IntensityScaling, TakesTheExtremesOfASmallObjectInAnEmptyFrame) {
   EXPECT_EQ(nothing.scale, 1.0F);
   empty.values[4000] = 105.0F;
   EXPECT_FLOAT_EQ(intensity_scale(empty).scale, 0.01F);
+}
+
+TEST(KthSmallest, IsWhatSortingPutsThere) {
+  Random random(11);
+  for (const size_t n : {size_t(1), size_t(2), size_t(1000)}) {
+    std::vector<float> values;
+    // Of both signs and many magnitudes, most of them several times.
+    for (size_t i = 0; i < n; ++i)
+      values.push_back(float(std::round(random.draw(-8.0, 8.0)) *
+                             std::pow(10.0, std::round(random.draw(-30.0, 30.0)))));
+    if (n > 2) values[5] = std::numeric_limits<float>::infinity(), values[6] = -values[5];
+    std::vector<float> sorted = values;
+    std::sort(sorted.begin(), sorted.end());
+    for (size_t k = 0; k < n; ++k)
+      EXPECT_EQ(kth_smallest(values, k), sorted[k]) << k << " of " << n;
+  }
 }
 
 TEST(NoiseFloor, FollowsTheNoiseInScaledUnitsBetweenItsBounds) {
