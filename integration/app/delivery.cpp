@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "integration/app/frames.h"
 #include "integration/app/summary.h"
 #include "integration/charts/charts.h"
 #include "integration/files/write_field.h"

@@ -8,6 +8,7 @@
 #include "integration/app/commands.h"
 #include "integration/app/delivery.h"
 #include "integration/app/exit_code.h"
+#include "integration/app/frames.h"
 #include "integration/app/option_checks.h"
 #include "integration/app/session.h"
 #include "integration/app/summary.h"

@@ -89,6 +89,11 @@ bool has_image_ending(const fs::path& path) {
   return false;
 }
 
+std::string grid_text(const Grid& grid) {
+  return fmt::format("{} x {} x {} voxels of {:.4g} x {:.4g} x {:.4g} mm", grid.size.x, grid.size.y,
+                     grid.size.z, grid.spacing_mm.x, grid.spacing_mm.y, grid.spacing_mm.z);
+}
+
 std::string frames_text(const Frames& frames) {
   std::string text = fmt::format("{} of {}", frames.count, grid_text(frames.grid));
   if (frames.times_s.size() < 2) return text;

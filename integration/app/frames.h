@@ -41,6 +41,9 @@ Result<std::optional<Mask>> read_mask_for(const std::filesystem::path& file, con
 /// The name of an image file that palpate can write; folders have none of these endings.
 bool has_image_ending(const std::filesystem::path& path);
 
+/// "115 x 157 x 129 voxels of 1.37 x 1.37 x 2.5 mm".
+std::string grid_text(const Grid& grid);
+
 /// "8 of 115 x 157 x 129 voxels of 1.37 x 1.37 x 2.5 mm, 0.5 s apart".
 std::string frames_text(const Frames& frames);
 

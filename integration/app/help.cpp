@@ -2,8 +2,8 @@
 #include <fmt/ranges.h>
 
 #include "integration/app/command_line.h"
-#include "integration/app/commands.h"
 #include "integration/app/exit_code.h"
+#include "integration/app/program.h"
 #include "integration/files/json_object.h"
 
 namespace palpate::app {
@@ -41,8 +41,8 @@ int run(const CLI::App& program, const std::vector<std::string>& words) {
     std::vector<std::string> names;
     for (const CLI::App* one : commands) names.push_back(one->get_name());
     const std::string near = files::nearest_word(word, {names.begin(), names.end()});
-    fmt::print(stderr,
-               "palpate: There is no command and no option '{}': {}. See 'palpate --help'.\n", word,
+    fmt::print(stderr, "{0}: There is no command and no option '{1}': {2}. See '{0} --help'.\n",
+               kProgramName, word,
                near.empty() ? fmt::format("name one of {}", fmt::join(names, ", "))
                             : fmt::format("did you mean '{}'", near));
     return kExitBad;

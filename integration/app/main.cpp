@@ -1,149 +1,22 @@
-#include <fmt/format.h>
-
-#include <csignal>
-#include <cstdlib>
-#include <exception>
-#include <new>
-#include <system_error>
-
-#include "integration/app/command_line.h"
 #include "integration/app/commands.h"
-#include "integration/app/exit_code.h"
-#include "integration/app/overwrite.h"
-#include "integration/app/progress.h"
 
 namespace palpate::app {
-namespace {
 
-/// "Exit codes: 0 ok, 1 ...", in lines of a terminal's width.
-std::string exit_codes_text() {
-  constexpr size_t kWidth = 90;
-  std::string text = "Exit codes:";
-  size_t line = text.size();
-  for (const ExitMeaning& one : kExitMeanings) {
-    const std::string next =
-        fmt::format(" {} {}{}", int(one.code), one.meaning, one.code == kExitFailed ? "." : ",");
-    if (line + next.size() > kWidth) {
-      text += '\n' + next.substr(1);
-      line = next.size() - 1;
-    } else {
-      text += next;
-      line += next.size();
-    }
-  }
-  return text;
-}
-
-/// In --help, outputs are told apart from inputs: FILE becomes OUTPUT_FILE, DIR OUTPUT_DIR, and
-/// what may be either OUTPUT.
-void mark_outputs(const std::vector<Command>& commands) {
-  for (const Command& command : commands) {
-    for (const std::string& name : command.writes) {
-      CLI::Option* option = command.app->get_option(name);
-      const std::string type = option->get_type_name();
-      option->type_name(type == "FILE" || type == "DIR" ? "OUTPUT_" + type : "OUTPUT");
-    }
-    mark_outputs(command.below);
-  }
-}
-
-}  // namespace
+const char* const kProgramName = "palpate";
 
 Program make_program() {
-  Program program;
-  program.app = std::make_unique<CLI::App>(
-      fmt::format("palpate: put a hand into a moving volume: how its data move, what they feel and "
-                  "look like.\n{}",
-                  exit_codes_text()),
-      "palpate");
+  Program program = described_program(
+      "put a hand into a moving volume: how its data move, what they feel and look like.");
   CLI::App& app = *program.app;
-  app.require_subcommand(1);
-  app.set_version_flag("--version", "palpate " PALPATE_VERSION);
-  program.commands = {add_motion(app),      add_chart(app),   add_check(app), add_devices(app),
-                      add_info(app),        add_phantom(app), add_feel(app),  add_view(app),
-                      add_calibrate(app),   add_plan(app),    add_demo(app),  add_help(app),
-                      add_write_manual(app)};
-  mark_outputs(program.commands);
-  // Before the command or behind it.
-  for (CLI::App* one : with_nested_commands(app))
-    if (!one->get_group().empty())
-      one->add_flag(
-          "--verbose", *program.verbose,
-          "Also print details of the Vulkan device and the messages of the OpenXR loader");
+  add_commands(program,
+               {add_motion(app), add_chart(app), add_check(app), add_devices(app), add_info(app),
+                add_phantom(app), add_feel(app), add_view(app), add_calibrate(app), add_plan(app),
+                add_demo(app), add_help(app), add_write_manual(app)});
   return program;
 }
 
-namespace {
-
-/// The command that was named, the innermost one; null if none.
-const Command* chosen(const std::vector<Command>& commands) {
-  for (const Command& command : commands) {
-    if (!command.app->parsed()) continue;
-    const Command* below = chosen(command.below);
-    return below ? below : &command;
-  }
-  return nullptr;
-}
-
-std::vector<std::filesystem::path> paths_of(const CLI::App& app,
-                                            const std::vector<std::string>& options) {
-  std::vector<std::filesystem::path> paths;
-  for (const std::string& name : options) {
-    const CLI::Option* option = app.get_option(name);
-    for (const std::string& value : option->results()) paths.emplace_back(value);
-    if (option->empty() && !option->get_default_str().empty())
-      paths.emplace_back(option->get_default_str());
-  }
-  return paths;
-}
-
-int run_checked(const Command& command) {
-  const auto inputs = paths_of(*command.app, command.reads);
-  Status sound = check_are_files(inputs);
-  if (sound) sound = check_overwrites(inputs, paths_of(*command.app, command.writes));
-  if (sound) return command.run();
-  fmt::print(stderr, "palpate: {}.\n", sound.error().message);
-  return exit_code(sound.error());
-}
-
-int run(int argc, char** argv) {
-  const Program program = make_program();
-  try {
-    program.app->parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == int(CLI::ExitCodes::Success)) return program.app->exit(error);
-    fmt::print(stderr, "palpate: {}\n", sentence_of(*program.app, error));
-    return kExitBad;
-  }
-  Console::set_verbose(*program.verbose);
-  // The loader would tell the terminal in words of its own what we say in ours. Before any thread.
-  if (!Console::verbose()) setenv("XR_LOADER_DEBUG", "none", 0);
-  const Command* command = chosen(program.commands);
-  return command ? run_checked(*command) : int(kExitBad);
-}
-
-}  // namespace
 }  // namespace palpate::app
 
 int main(int argc, char** argv) {
-  // A file that may not grow and a reader that has gone are errors of a write, not the end of a
-  // program that may be holding a hand.
-  std::signal(SIGXFSZ, SIG_IGN);
-  std::signal(SIGPIPE, SIG_IGN);
-  try {
-    return palpate::app::run(argc, argv);
-  } catch (const std::system_error& error) {
-    // The program that read stdout has ended (as 'head' does): it wants no more.
-    if (error.code() == std::errc::broken_pipe) return palpate::app::kExitInternal;
-    fmt::print(stderr, "palpate: The system refused something: {}.\n", error.what());
-    return palpate::app::kExitInternal;
-  } catch (const std::bad_alloc&) {
-    fmt::print(stderr,
-               "palpate: The memory of this machine is used up: crop the volumes, or use fewer "
-               "frames.\n");
-    return palpate::app::kExitBad;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "palpate: An error that should not happen: {}.\n", error.what());
-    return palpate::app::kExitInternal;
-  }
+  return palpate::app::run_program(argc, argv);
 }

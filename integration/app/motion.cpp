@@ -4,7 +4,8 @@
 #include <filesystem>
 
 #include "integration/app/cancel.h"
-#include "integration/app/chart/wish.h"
+#include "integration/app/choice/front_file.h"
+#include "integration/app/choice/quantity.h"
 #include "integration/app/commands.h"
 #include "integration/app/delivery.h"
 #include "integration/app/exit_code.h"
@@ -19,7 +20,6 @@
 #include "integration/files/sentences.h"
 #include "integration/files/sequence_motion_file.h"
 #include "integration/files/write_volume.h"
-#include "integration/studies/quantity.h"
 
 namespace palpate::app {
 namespace {
@@ -70,10 +70,9 @@ std::string joined_presets() {
 /// Wishes that can not be read are refused before any file is.
 Status check_wish(const MotionCommand& command) {
   if (!command.within.empty())
-    if (const auto seconds = studies::parse_seconds(command.within); !seconds)
-      return seconds.error();
+    if (const auto seconds = parse_seconds(command.within); !seconds) return seconds.error();
   if (!command.most_error.empty())
-    if (const auto mm = studies::parse_millimetres(command.most_error); !mm) return mm.error();
+    if (const auto mm = parse_millimetres(command.most_error); !mm) return mm.error();
   return Nothing{};
 }
 
@@ -228,7 +227,7 @@ int conclude(const MotionCommand& command, double slowest_s, const std::optional
              const nlohmann::json& summary, Console& console) {
   console.say(fmt::format("Wrote     {}", command.output.string()));
   if (!command.within.empty()) {
-    const double limit_s = *studies::parse_seconds(command.within);
+    const double limit_s = *parse_seconds(command.within);
     if (slowest_s > limit_s) {
       console.say(fmt::format(
           "Late      a pair took {:.2f} s, not the {:.3g} s asked for: the machine was busier than "
@@ -370,7 +369,7 @@ int run(const MotionCommand& command) {
   for (const std::string& note : frames->notes) console.say("Note      " + note);
   const auto context = open_device(std::move(opening), command.device, console);
   if (!context) return fail(console, context.error());
-  std::vector<studies::Choice> choices;
+  std::vector<Choice> choices;
   if (command.chooses()) {
     auto found =
         choose_settings(command.within, command.most_error, frames->grid, (*context)->info().name);

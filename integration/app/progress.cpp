@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "integration/app/exit_code.h"
+#include "integration/app/program.h"
 
 namespace palpate::app {
 namespace {
@@ -151,7 +152,7 @@ void Console::draw_bar() {
 
 int fail(Console& console, const Error& error) {
   console.end_progress();
-  std::string sentence = "palpate: " + error.message;
+  std::string sentence = std::string(kProgramName) + ": " + error.message;
   if (!sentence.ends_with('.')) sentence += '.';
   console.complain(sentence);
   return exit_code(error);

@@ -143,11 +143,6 @@ std::string cycle_text(const CycleDrift& drift) {
                      numbers(*drift.structure), drift.everywhere.mm.mean);
 }
 
-std::string grid_text(const Grid& grid) {
-  return fmt::format("{} x {} x {} voxels of {:.4g} x {:.4g} x {:.4g} mm", grid.size.x, grid.size.y,
-                     grid.size.z, grid.spacing_mm.x, grid.spacing_mm.y, grid.spacing_mm.z);
-}
-
 std::string folds_text(const Folds& folds) {
   if (folds.folded == 0) return "no folds";
   return fmt::format("{} of {} voxels fold", folds.folded, folds.voxels);

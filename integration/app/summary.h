@@ -43,9 +43,6 @@ std::string time_text(const TimeBasis& basis);
 /// The drift as a line for a person.
 std::string cycle_text(const CycleDrift& drift);
 
-/// "115 x 157 x 129 voxels of 1.37 x 1.37 x 2.5 mm".
-std::string grid_text(const Grid& grid);
-
 /// "no folds" or "12 of 2000 voxels fold".
 std::string folds_text(const Folds& folds);
 

@@ -69,8 +69,6 @@ TEST(MotionCommand, SaysHowFarApartFramesAreThatDoNotOverlap) {
   EXPECT_EQ(folder.entry_count(), 2U);
   const std::string field = written(still_field(frame.grid), folder / "u.mha");
   expect_refused(run({"check", field, "--fixed", fixed, "--moving", moving}), words);
-  expect_refused(run({"chart", fixed, moving, "--truth", field, "--out", folder / "c.html"}),
-                 words);
 }
 
 TEST(MotionCommand, NeedsMoreThanOneFrame) {

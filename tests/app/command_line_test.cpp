@@ -57,8 +57,6 @@ TEST(CommandLine, NamesTheOptionThatWasMeant) {
   EXPECT_THAT(refusal({"check", "u.mha", "--something-else"}),
               AllOf(HasSubstr("'palpate check' has no option '--something-else'."),
                     HasSubstr("See 'palpate check --help'.")));
-  EXPECT_THAT(refusal({"chart", "stability", "--sed", "3"}),
-              HasSubstr("'palpate chart stability' has no option '--sed': did you mean '--seed'?"));
 }
 
 TEST(CommandLine, NamesTheCommandThatHasTheOption) {
@@ -87,21 +85,18 @@ TEST(CommandLine, SaysWhatIsMissingAndWhatThatIs) {
   EXPECT_THAT(refusal({"motion", "a", "b", "-o", "u", "--within", "2s", "--preset", "fast"}),
               AllOf(HasSubstr("can not be used together with"), HasSubstr("--within"),
                     HasSubstr("--preset")));
-  EXPECT_THAT(refusal({"chart", "stabilty"}), HasSubstr("did you mean 'stability'?"));
 }
 
 TEST(CommandLine, HelpExplainsCommandsAndFindsOptions) {
   EXPECT_EQ(run({"help"}).out, run({"--help"}).out);
-  for (const char* command : {"motion", "feel", "info", "chart"}) {
+  for (const char* command : {"motion", "feel", "info"}) {
     const Outcome help = run({"help", command});
     EXPECT_EQ(help.exit_code, 0);
     EXPECT_EQ(help.out, run({command, "--help"}).out);
   }
-  EXPECT_EQ(run({"help", "chart", "stability"}).out, run({"chart", "stability", "--help"}).out);
   const Outcome option = run({"help", "--csv"});
   EXPECT_EQ(option.exit_code, 0);
-  EXPECT_THAT(option.out, AllOf(HasSubstr("palpate feel\n"), HasSubstr("palpate chart\n"),
-                                HasSubstr("palpate chart stability\n"), HasSubstr("Write every"),
+  EXPECT_THAT(option.out, AllOf(HasSubstr("palpate feel\n"), HasSubstr("Write every"),
                                 Not(HasSubstr("palpate motion\n"))));
   EXPECT_EQ(run({"help", "csv"}).out, option.out);
   EXPECT_THAT(refusal({"help", "mtoion"}), HasSubstr("did you mean 'motion'"));
@@ -192,9 +187,6 @@ TEST(CommandLine, EveryNumberHasARangeAndTheSentenceSaysIt) {
       {calibrate, "--seconds", {"0", "nan", "601"}, "from 5 to 600"},
       {calibrate, "--tip", {"0,0", "1e9,0,0", "nan,0,0", "x"}, "from -1000 to 1000"},
       {calibrate, "--wait", {"-1", "nan"}, "from 0 to 1000000"},
-      {{"chart"}, "--runs", {"0", "-1", "101"}, "from 1 to 100"},
-      {{"chart"}, "--minutes", {"0", "-1", "nan"}, "from 0.1 to 10000"},
-      {{"chart", "stability"}, "--seed", {"-1", "x"}, "from 0 to 4294967295"},
   };
   for (const Nonsense& one : all) {
     for (const std::string& value : one.values) {

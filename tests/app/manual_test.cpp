@@ -72,7 +72,6 @@ TEST_F(Manual, HasAPageForEveryCommandAndNoOther) {
   for (const auto& entry : fs::directory_iterator(folder / "man1"))
     found.insert(entry.path().filename().string());
   EXPECT_EQ(found, expected);
-  EXPECT_EQ(found.count("palpate-chart-stability.1"), 1U);
 }
 
 TEST_F(Manual, IsReadWithoutAWarning) {
@@ -160,7 +159,6 @@ TEST_F(Manual, CompletesInBash) {
               UnorderedElementsAre("--headless", "--headset"));
   EXPECT_THAT(complete({"palpate", "feel", "--look", "CT"}),
               UnorderedElementsAre("CT\\ bone", "CT\\ heart", "CT\\ lung"));
-  EXPECT_THAT(complete({"palpate", "chart", "stability", "back"}), ElementsAre("back-tracking"));
   EXPECT_THAT(complete({"palpate", "help", "cal"}), ElementsAre("calibrate"));
   EXPECT_THAT(complete({"palpate", "feel", "--fps", ""}), IsEmpty()) << "nothing fits a number";
 }
@@ -213,7 +211,6 @@ TEST_F(Manual, CompletesInZsh) {
   expect("palpate motion --preset bal", "--preset balanced");
   expect("palpate feel --headl", "--headless");
   expect("palpate feel --look MR --look CT\\ b", "CT\\ bone");
-  expect("palpate chart stability back", "stability back-tracking");
 }
 
 TEST(Install, PutsProgramPagesAndCompletionsInPlaceAndTakesThemAway) {

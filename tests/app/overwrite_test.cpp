@@ -113,11 +113,6 @@ std::map<std::string, std::vector<std::vector<std::string>>> rows(const InputFol
                            {"view", a, b, "--picture", b}};
   all["view --headless"] = {{"view", frames, "--headless", frames},
                             {"view", seq, "--fields", frames, "--headless", frames}};
-  all["chart --out"] = {{"chart", a, b, "--truth", seq, "--out", b},
-                        {"chart", a, b, "--truth", seq, "--out", seq}};
-  all["chart --csv"] = {{"chart", a, b, "--truth", seq, "--data", frames, "--csv", frames}};
-  all["chart stability --out"] = {};
-  all["chart stability --csv"] = {};
   all["calibrate --output"] = {
       {"calibrate", "--falcon-firmware", in.at("firmware.bin"), "-o", in.at("firmware.bin")}};
   all["phantom --output"] = {};

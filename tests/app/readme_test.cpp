@@ -62,7 +62,7 @@ const std::vector<std::pair<std::string, Way>> kWays = {
     {"./run chart", {"", "takes 18 minutes: chart_test runs short ones"}},
     {"build/palpate motion pair_fixed.mha pair_moving.mha -o u.mha --within 2s",
      {"", "needs a chart of this machine: chart_test"}},
-    {"build/palpate chart stability [motion|back-tracking|loop] [--quick] [--out FILE.html] [--csv "
+    {"build/palpate-lab maps [motion|back-tracking|loop] [--quick] [--out FILE.html] [--csv "
      "FOLDER]",
      {"", "takes minutes: chart_test"}},
 };

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "integration/stability/shell.h"
+#include "tests/lab/stability/shell.h"
 
 /// The beating shell and the hand on it, under the tests' own name.
 namespace palpate::test {

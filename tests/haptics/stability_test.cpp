@@ -2,8 +2,8 @@
 // the mass does after the loop without rounding would long be at rest.
 #include <gtest/gtest.h>
 
-#include "integration/stability/spring_wall.h"
 #include "module/haptics/delay_lead.h"
+#include "tests/lab/stability/spring_wall.h"
 
 namespace palpate::stability {
 namespace {

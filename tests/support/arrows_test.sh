@@ -20,11 +20,11 @@ only() {
 
 only 'vulkan/vulkan' 'compute/vulkan/|module/view/|module/xr/|tests/xr/' compute module integration tests
 only 'openxr/' 'module/xr/|tests/xr/' compute module integration tests
-only 'itk|gdcm' 'integration/files/|tests/files/|tests/bench/peers/' compute module integration tests
+only 'itk|gdcm' 'integration/files/|tests/files/|tests/lab/bench/peers/' compute module integration tests
 only 'opencv2' 'integration/opencv/|tests/opencv/' compute module integration tests
 only 'GLFW|GL/' 'integration/desktop/' compute module integration tests
-only 'cairo' 'integration/charts/|tests/charts/|tests/report/browser_test' compute module integration tests
-only 'CLI/' 'integration/app/|tests/bench/|tests/soak/' compute module integration tests
+only 'cairo' 'integration/charts/|tests/charts/|tests/lab/tests/report/browser_test' compute module integration tests
+only 'CLI/' 'integration/app/|tests/lab/' compute module integration tests
 only 'integration/' 'integration/|tests/' compute module integration tests
 only 'compute/(motion|vulkan)' 'compute/motion/|compute/vulkan/|module/view/|module/xr/|integration/|tests/' compute module integration tests
 only 'compute/motion' 'compute/motion/|integration/|tests/' compute module integration tests

@@ -9,7 +9,7 @@
 
 #include "compute/vulkan/context.h"
 #include "integration/files/read_volume.h"
-#include "integration/report/child.h"
+#include "tests/lab/report/child.h"
 
 namespace palpate::test {
 namespace {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "integration/app/frames.h"
 #include "integration/app/info/values.h"
 #include "integration/app/progress.h"
 #include "integration/app/replay_key.h"

@@ -5,6 +5,7 @@
 
 #include "integration/app/commands.h"
 #include "integration/app/exit_code.h"
+#include "integration/app/frames.h"
 #include "integration/app/info/contents.h"
 #include "integration/app/progress.h"
 #include "integration/app/summary.h"

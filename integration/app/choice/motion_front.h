@@ -1,0 +1,54 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "compute/volume/result.h"
+#include "integration/app/choice/motion_settings.h"
+
+namespace palpate::app {
+
+/// One choice that was measured: a setting, what it costs per voxel and how wrong it was.
+struct FrontPoint {
+  std::string setting;  ///< a name that motion_setting() knows
+  double seconds = 0.0;
+  double error_voxels = 0.0;
+};
+
+/// What a machine measured of palpate's settings, kept so that `palpate motion --within` can
+/// choose. Only the front: what no other setting beats.
+struct MotionFront {
+  std::string device;              ///< name of the Vulkan device
+  std::string version;             ///< of palpate
+  std::string pair;                ///< what was measured on, for people
+  size_t voxels = 0;               ///< of that pair
+  std::vector<FrontPoint> points;  ///< in rising order of seconds
+};
+
+/// As JSON text, and back. Errors: kBadInput with a sentence that says to run `palpate chart
+/// motion` again.
+std::string front_text(const MotionFront& front);
+Result<MotionFront> parse_front(const std::string& text);
+
+/// What was chosen, and the sentence that says why.
+struct Choice {
+  MotionSetting setting;
+  double expected_s = 0.0;
+  double expected_error_mm = 0.0;
+  std::string why;
+};
+
+/// The most accurate setting that is expected to take at most `seconds` for a pair of `voxels`
+/// voxels (times are scaled by the number of voxels). kBadInput where even the fastest takes
+/// longer: says how long.
+Result<Choice> choose_within(const MotionFront& front, double seconds, size_t voxels,
+                             double voxel_mm);
+
+/// The settings whose error is expected to be at most `error_mm` for voxels of `voxel_mm` (errors
+/// are scaled by the voxel's finest edge), fastest first; each next one is slower and expected to
+/// be more accurate. kBadInput where even the most accurate is worse.
+Result<std::vector<Choice>> choose_by_error(const MotionFront& front, double error_mm,
+                                            size_t voxels, double voxel_mm);
+
+}  // namespace palpate::app

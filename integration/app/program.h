@@ -1,0 +1,45 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace palpate::app {
+
+/// A command of a program: its options, and what to do once they are parsed.
+struct Command {
+  CLI::App* app = nullptr;
+  std::function<int()> run;  ///< returns the exit code
+  /// The options (and positional names) whose values are files or folders that the command reads,
+  /// and those that it writes: no output may be an input, see check_overwrites().
+  std::vector<std::string> reads, writes;
+  std::vector<Command> below;  ///< commands within this one
+};
+
+/// A program: what --help says of it, its options and all commands. The command line, the command
+/// `help`, the manual pages and the completions are made from it.
+struct Program {
+  std::unique_ptr<CLI::App> app;
+  std::vector<Command> commands;
+  std::shared_ptr<bool> verbose = std::make_shared<bool>(false);
+};
+
+/// "palpate": the program's name, as messages begin. Every program defines it, and make_program().
+extern const char* const kProgramName;
+Program make_program();
+
+/// A program without commands: what it is for, the exit codes, --version.
+Program described_program(const std::string& about);
+/// Gives it its commands, in the order of --help, and each of them --verbose.
+void add_commands(Program& program, std::vector<Command> commands);
+
+/// What main() does: parses, checks that no output is an input, runs the command. Returns the exit
+/// code; every error ends in one sentence on stderr.
+int run_program(int argc, char** argv);
+
+/// Every program has it; it knows the other commands once it runs.
+Command add_help(CLI::App& program);
+
+}  // namespace palpate::app

@@ -1,0 +1,19 @@
+#include "tests/lab/chart/commands.h"
+
+namespace palpate::app {
+
+const char* const kProgramName = "palpate-lab";
+
+Program make_program() {
+  Program program = described_program(
+      "measure palpate: how fast and how accurate it and its peers are here, and where they fail.");
+  CLI::App& app = *program.app;
+  add_commands(program, {add_chart(app), add_maps(app), add_help(app)});
+  return program;
+}
+
+}  // namespace palpate::app
+
+int main(int argc, char** argv) {
+  return palpate::app::run_program(argc, argv);
+}

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tests/lab/studies/hearts.h"
+#include "tests/lab/studies/study.h"
+
+/// What a haptic frame costs and how exact its force is, by runs of simulated hands.
+namespace palpate::studies {
+
+/// One way of feeling a sphere whose force is known exactly.
+struct FeelSetting {
+  std::string name, family;
+  bool paper = false;  ///< the paper's loop, built from the same parts
+  Moves moves = Moves::kNothing;
+  BackTracking method = BackTracking::kNewton;
+  double data_mm = 1.0, field_mm = 1.0;  ///< spacing of the samples
+};
+
+struct FeelMeasure {
+  FeelSetting setting;
+  double median_us = 0.0, p99_us = 0.0;  ///< of one haptic frame
+  double rms_n = 0.0, most_n = 0.0;      ///< force error
+  double field_megabytes = 0.0;
+};
+
+/// Strokes a hand at up to 100 mm/s over and into the sphere, `strokes` times 4 s, and holds every
+/// force against the exact one. With transforms, the sphere turns about its middle, which changes
+/// no force. Throws Mismatch.
+FeelMeasure feel(const FeelSetting& setting, int strokes);
+
+/// Microseconds of one frame, median, of so many beating hearts with so many modes each.
+double hearts_us(int volumes, int modes_of_each, Moves moves, int ticks);
+
+/// What turning a motion around by a number of steps left, mean over places in the heart's field.
+struct TurnMeasure {
+  int steps = 0;
+  double residual_um = 0.0;  ///< root mean square
+  double time_us = 0.0;      ///< of one turn, median of batches
+};
+/// The paper's fixed point (27) with so many steps.
+TurnMeasure picard_turn(int steps, int places);
+/// palpate's Newton; steps is the mean number it took, rounded.
+TurnMeasure newton_turn(int places);
+
+}  // namespace palpate::studies

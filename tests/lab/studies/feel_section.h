@@ -1,0 +1,30 @@
+#pragma once
+
+#include "compute/volume/result.h"
+#include "tests/lab/report/page.h"
+#include "tests/lab/studies/feel_runs.h"
+
+namespace palpate::studies {
+
+/// All that the feel study measured.
+struct FeelMeasures {
+  std::vector<FeelMeasure> settings;
+  std::vector<TurnMeasure> picard;
+  TurnMeasure newton;
+  struct Load {
+    int volumes = 1, modes = 1;
+    double median_us = 0.0;
+  };
+  std::vector<Load> loads;  ///< hearts that beat and turn
+};
+
+/// Runs the hands. Throws Mismatch. Ends early where run.stop asks for it.
+FeelMeasures measure_feel(const StudyRun& run);
+
+/// Sentences about the measurements, worked out from them alone.
+std::vector<std::string> feel_sentences(const FeelMeasures& measures);
+
+/// Feel's part of the report. Errors: gnuplot missing.
+Result<report::Section> feel_section(const FeelMeasures& measures);
+
+}  // namespace palpate::studies

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <vector>
+
+#include "tests/lab/report/page.h"
+#include "tests/lab/studies/motion_study.h"
+
+namespace palpate::studies {
+
+/// Motion's part of the report: for each pair the answers in words, error against time with the
+/// front, and the table. Errors: kBadInput where gnuplot is missing.
+Result<report::Section> motion_section(const std::vector<MotionMeasures>& pairs);
+
+}  // namespace palpate::studies

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "compute/volume/field.h"
+#include "compute/volume/volume.h"
+#include "tests/lab/report/plot.h"
+#include "tests/lab/report/table.h"
+
+namespace palpate::studies {
+
+/// The error below which a vector counts as right, voxels of the finest axis: what a confidence is
+/// about.
+constexpr double kRightVoxels = 0.5;
+
+/// How well confidence is calibrated: of the voxels to which it gives c, a share of c should be
+/// right. Voxels are counted in ten bins of equal width over 0 to 1.
+class Reliability {
+ public:
+  static constexpr size_t kBins = 10;
+  struct Bin {
+    double voxels = 0.0;
+    double said = 0.0;   ///< sum of the confidences
+    double right = 0.0;  ///< voxels whose error is at most kRightVoxels
+  };
+
+  /// weight: for how many voxels this one stands. A confidence that is not a number counts as 0.
+  void add(double confidence, bool right, double weight = 1.0);
+  /// Another one's voxels, scaled to a weight of 1 in all, so that pairs count alike.
+  void add_evenly(const Reliability& pair);
+
+  const std::array<Bin, kBins>& bins() const { return bins_; }
+  double voxels() const;
+  double said() const;   ///< mean confidence; NaN without voxels
+  double right() const;  ///< share of the voxels that are right; NaN without voxels
+  /// Expected calibration error: the mean over the voxels of |mean confidence - share that is
+  /// right| of their bin. NaN without voxels.
+  double calibration_error() const;
+
+ private:
+  std::array<Bin, kBins> bins_{};
+};
+
+/// Counts the samples of the truth inside the mask (any grid; where it has no voxel nothing counts;
+/// null: all). right_mm: the error up to which a vector is right.
+Reliability reliability_of(const Field& found, const Confidence& confidence, const Field& truth,
+                           const Mask* mask, double right_mm);
+
+using NamedReliability = std::pair<std::string, Reliability>;
+
+/// A row for each: mean confidence, share that is right, calibration error, and "share of the
+/// voxels / share of them that is right" of each bin.
+report::Table reliability_table(const std::vector<NamedReliability>& all, const std::string& title);
+
+/// The reliability diagram: the share that is right over the mean confidence of each bin that holds
+/// at least a two-hundredth of the voxels, with the diagonal that a calibrated confidence follows.
+report::Chart reliability_chart(const std::vector<NamedReliability>& all, const std::string& title);
+
+}  // namespace palpate::studies

@@ -1,0 +1,314 @@
+#include "tests/lab/studies/view_study.h"
+
+#include <algorithm>
+#include <functional>
+#include <memory>
+#include <tuple>
+
+#include <fmt/format.h>
+
+#include "module/view/volume_renderer.h"
+#include "tests/lab/report/plot.h"
+#include "tests/lab/studies/measuring.h"
+#include "tests/lab/studies/motion_statements.h"
+#include "tests/lab/studies/view_case.h"
+
+namespace palpate::studies {
+namespace {
+
+constexpr double kReferenceRate = 8.0;
+
+const char* const kSteps = "palpate, by samples per voxel";
+const char* const kNoSkip = "palpate, nothing skipped";
+const char* const kMoving = "palpate, moving";
+const char* const kSmaller = "palpate, fewer pixels";
+
+std::shared_ptr<const MovingVolume> beating(int size) {
+  Sequence frames = shell_phantom(heart_grid(size), 4, 1, 0.0);
+  MovingVolume volume;
+  volume.name = "heart";
+  volume.times.times_s = {0.0, 0.25};
+  for (const size_t k : {1, 2})
+    volume.frames.push_back(sampled_scalar(std::move(frames.frames[k])));
+  volume.motions.push_back(
+      {"data", {MotionMap::of(shell_truth(coarsened(heart_grid(size), glm::ivec3(2)), 1, 2, 4))}});
+  return std::make_shared<const MovingVolume>(std::move(volume));
+}
+
+void expect(const Status& status) {
+  if (!status) throw Mismatch(status.error().message);
+}
+
+struct Shot {
+  Look look;
+  double rate = 1.0;
+  int pixels = 512;
+  bool skip = true, moving = false;
+};
+
+struct Drawn {
+  double seconds = 0.0;
+  std::vector<unsigned char> bytes;
+};
+
+Drawn draw(const StudyRun& run, const std::shared_ptr<const MovingVolume>& volume, const Shot& shot,
+           int runs) {
+  const PictureSize size{shot.pixels, shot.pixels};
+  RendererOptions options{size, 2};
+  options.samples_per_voxel = shot.rate;
+  options.skip_empty = shot.skip;
+  auto made = VolumeRenderer::make(run.context, options);
+  if (!made) throw Mismatch(made.error().message);
+  VolumeRenderer& renderer = **made;
+  expect(renderer.set_volumes(std::vector{volume}));
+  ViewScene scene;
+  scene.volumes = {{volume, {}, {}, shot.look}};
+  const auto eyes = view_eyes();
+  std::vector<double> seconds;
+  // The first picture compiles kernels and makes the bricks.
+  for (int n = -1; n < std::max(runs, 0) && !run.stop.stop_requested(); ++n) {
+    if (shot.moving) scene.volumes[0].pointer.phase = 0.3 + 0.05 * (n + 1);
+    const double begin = now_s();
+    expect(renderer.start(scene, std::vector<Eye>(eyes.begin(), eyes.end()), size));
+    expect(renderer.wait());
+    if (n >= 0) seconds.push_back(now_s() - begin);
+  }
+  Drawn drawn;
+  if (!seconds.empty()) drawn.seconds = median(seconds);
+  for (int eye = 0; eye < 2; ++eye) {
+    const Result<Picture> picture = renderer.read_back(eye);
+    if (!picture) throw Mismatch(picture.error().message);
+    for (const uint32_t colour : picture->colours)
+      for (int shift = 0; shift < 24; shift += 8)
+        drawn.bytes.push_back(static_cast<unsigned char>(colour >> shift));
+  }
+  return drawn;
+}
+
+const ViewMeasure* fastest_good(const std::vector<ViewMeasure>& all, const std::string& look,
+                                bool ours) {
+  const ViewMeasure* best = nullptr;
+  for (const ViewMeasure& m : all) {
+    if (m.look != look || m.quality_db < kEnoughDb || m.family == kSmaller) continue;
+    if ((m.family == kSteps) != ours || (!ours && m.family.starts_with("palpate"))) continue;
+    if (!best || m.time_ms < best->time_ms) best = &m;
+  }
+  return best;
+}
+
+const ViewMeasure* find(const std::vector<ViewMeasure>& all, const std::string& look,
+                        const std::string& family) {
+  for (const ViewMeasure& m : all)
+    if (m.look == look && m.family == family) return &m;
+  return nullptr;
+}
+
+/// palpate's plain way at the rate and size of another one.
+const ViewMeasure* plain_beside(const std::vector<ViewMeasure>& all, const ViewMeasure& other) {
+  for (const ViewMeasure& m : all)
+    if (m.look == other.look && m.family == kSteps &&
+        m.samples_per_voxel == other.samples_per_voxel)
+      return &m;
+  return nullptr;
+}
+
+report::Table view_table(const std::vector<ViewMeasure>& all) {
+  report::Table table{"Pictures in stereo",
+                      "Two eyes; PSNR against the same picture with 8 samples per voxel.",
+                      {{"look", "look"},
+                       {"family", "way"},
+                       {"samples_per_voxel", "samples per voxel"},
+                       {"pixels", "pixels a side"},
+                       {"time_ms", "ms"},
+                       {"quality_db", "PSNR, dB"}},
+                      {}};
+  for (const ViewMeasure& m : all)
+    table.rows.push_back({report::words(m.look), report::words(m.family),
+                          report::number(m.samples_per_voxel, 2), report::number(m.pixels, 0),
+                          report::number(m.time_ms, 1), report::number(m.quality_db, 1)});
+  return table;
+}
+
+report::Chart chart_of(const std::vector<ViewMeasure>& all, const std::string& look) {
+  report::Chart chart;
+  chart.title = "Picture quality against time: " + look + " look";
+  chart.x = {"A stereo picture (ms)", true, {}, {}};
+  double least = kEnoughDb;
+  for (const ViewMeasure& m : all)
+    if (m.look == look) least = std::min(least, m.quality_db);
+  chart.y = {"Quality, PSNR (dB)", false, 5.0 * std::floor(least / 5.0 - 1.0), {}};
+  for (const ViewMeasure& m : all) {
+    if (m.look != look) continue;
+    auto found = std::find_if(chart.series.begin(), chart.series.end(),
+                              [&](const report::Series& s) { return s.name == m.family; });
+    if (found == chart.series.end()) {
+      const bool line = m.family == kSteps;
+      found = chart.series.insert(
+          chart.series.end(),
+          {m.family, {}, line ? report::Line::kStraight : report::Line::kNone, {}, {}});
+    }
+    found->points.push_back(
+        {m.time_ms, m.quality_db,
+         m.family == kSmaller ? fmt::format("{} pixels", m.pixels)
+                              : fmt::format("{:g}", m.samples_per_voxel),
+         true,
+         fmt::format("{}\n{:g} samples per voxel, {} x {} pixels\n{:.1f} ms, "
+                     "{:.1f} dB",
+                     m.family, m.samples_per_voxel, m.pixels, m.pixels, m.time_ms, m.quality_db)});
+  }
+  chart.guides = {{false, kEnoughDb, "40 dB: no difference to be seen"}};
+  return chart;
+}
+
+}  // namespace
+
+namespace {
+
+/// One picture series of a look: where time runs out, the last are left out.
+struct Way {
+  const char* family;
+  double rate;
+};
+
+/// The yardstick comes first, then what differs from it in kind, then other rates: the coarsest
+/// first, since the fastest picture that is good enough is what a peer is held against.
+std::vector<Way> ways_of(bool quick) {
+  std::vector<Way> ways = {{kSteps, 1.0}, {kMoving, 1.0}, {kSmaller, 1.0}, {kNoSkip, 1.0}};
+  for (const double rate : quick ? std::vector{0.25, 0.5, 2.0}
+                                 : std::vector{0.125, 0.25, 0.5, 2.0, 0.35, 0.7, 4.0, 1.4})
+    ways.push_back({kSteps, rate});
+  return ways;
+}
+
+int rank(const ViewMeasure& m) {
+  return m.family == kSteps ? 0 : m.family == kNoSkip ? 1 : m.family == kMoving ? 2 : 3;
+}
+
+/// Draws one look until end_s; adds to `all`, and to `left_out` what there was no time for.
+class LookStudy {
+ public:
+  LookStudy(const StudyRun& run, bool dense, double end_s)
+      : run_(run),
+        look_(view_look(dense)),
+        volume_(beating(run.quick ? 128 : 256)),
+        pixels_(run.quick ? 256 : 512),
+        runs_(run.quick ? 2 : 3),
+        end_s_(end_s) {}
+
+  void measure(const std::function<void(double, const std::string&)>& tell,
+               std::vector<ViewMeasure>& all, std::string& left_out) {
+    tell(0.0, "view: reference, " + look_.name);
+    const Drawn best = draw(run_, volume_, {look_, kReferenceRate, pixels_}, 0);
+    const auto ways = ways_of(run_.quick);
+    for (size_t n = 0; n < ways.size() && !run_.stop.stop_requested(); ++n) {
+      const std::string what =
+          fmt::format("{}, {}, {:g} a voxel", look_.name, ways[n].family, ways[n].rate);
+      // The plain way at one sample per voxel is what all others are held against.
+      if (n > 0 && now_s() > end_s_) {
+        left_out += (left_out.empty() ? "" : "; ") + what;
+        continue;
+      }
+      tell(double(n + 1) / double(ways.size() + 1), "view: " + what);
+      all.push_back(measured(ways[n], best));
+    }
+  }
+
+ private:
+  ViewMeasure measured(const Way& way, const Drawn& best) const {
+    Shot shot{look_, way.rate, pixels_};
+    shot.skip = way.family != kNoSkip;
+    shot.moving = way.family == kMoving;
+    const bool smaller = way.family == kSmaller;
+    if (smaller) shot.pixels /= 2;
+    const Drawn drawn = draw(run_, volume_, shot, runs_);
+    // While it moves every picture is another one: its quality is that of the still one.
+    const Drawn still =
+        shot.moving ? draw(run_, volume_, {look_, shot.rate, shot.pixels}, 0) : drawn;
+    const Drawn reference =
+        smaller ? draw(run_, volume_, {look_, kReferenceRate, shot.pixels}, 0) : best;
+    return {look_.name,  way.family,          way.rate,
+            shot.pixels, 1e3 * drawn.seconds, psnr_db(still.bytes, reference.bytes)};
+  }
+
+  const StudyRun& run_;
+  const Look look_;
+  const std::shared_ptr<const MovingVolume> volume_;
+  const int pixels_, runs_;
+  const double end_s_;
+};
+
+}  // namespace
+
+std::vector<ViewMeasure> measure_view(const StudyRun& run, std::vector<std::string>& missing) {
+  std::vector<ViewMeasure> all;
+  std::string left_out;
+  for (const bool dense : {false, true}) {
+    if (run.stop.stop_requested()) return all;
+    // Half of the time for each look.
+    const double end_s = now_s() + run.left_s() * (dense ? 1.0 : 0.5);
+    LookStudy(run, dense, end_s)
+        .measure(
+            [&](double share, const std::string& doing) { run.tell(0.5 * (share + dense), doing); },
+            all, left_out);
+  }
+  // In the plots a line goes from rate to rate.
+  std::stable_sort(all.begin(), all.end(), [](const ViewMeasure& a, const ViewMeasure& b) {
+    return std::tuple(a.look == "dense", rank(a), a.samples_per_voxel) <
+           std::tuple(b.look == "dense", rank(b), b.samples_per_voxel);
+  });
+  if (!left_out.empty())
+    missing.push_back(
+        fmt::format("The time was over before all was drawn (more: --minutes). Left "
+                    "out: {}.",
+                    left_out));
+  return all;
+}
+
+std::vector<std::string> view_sentences(const std::vector<ViewMeasure>& all) {
+  std::vector<std::string> sentences;
+  for (const char* look : {"sparse", "dense"}) {
+    const ViewMeasure* good = fastest_good(all, look, true);
+    if (good) {
+      sentences.push_back(fmt::format(
+          "The fastest {} stereo picture of {} x {} pixels that can not be told from the best one "
+          "(it has {:.0f} dB) takes {}.",
+          look, good->pixels, good->pixels, good->quality_db, time_text(1e-3 * good->time_ms)));
+    }
+    if (const ViewMeasure* peer = fastest_good(all, look, false); peer && good)
+      sentences.push_back(
+          fmt::format("{} takes {} for its fastest that is good enough too ({:.0f} dB), {:.2g} "
+                      "times as long.",
+                      peer->family, time_text(1e-3 * peer->time_ms), peer->quality_db,
+                      peer->time_ms / good->time_ms));
+    for (const auto& [family, what] :
+         {std::pair(kNoSkip, "Without skipping what is empty"), {kMoving, "While it moves"}}) {
+      const ViewMeasure* other = find(all, look, family);
+      const ViewMeasure* plain = other ? plain_beside(all, *other) : nullptr;
+      if (plain)
+        sentences.push_back(fmt::format("{} a {} one takes {:.2g} times as long.", what, look,
+                                        other->time_ms / plain->time_ms));
+    }
+  }
+  return sentences;
+}
+
+Result<report::Section> view_section(const std::vector<ViewMeasure>& all,
+                                     const std::vector<std::string>& missing) {
+  report::Section section{"view", "View: milliseconds against picture quality", "", {}};
+  for (const std::string& sentence : view_sentences(all))
+    section.answer += (section.answer.empty() ? "" : " ") + sentence;
+  for (const char* look : {"sparse", "dense"}) {
+    const report::Chart chart = chart_of(all, look);
+    auto svg = drawn(chart, std::string("view") + look);
+    if (!svg) return svg.error();
+    section.parts.push_back(report::Figure{
+        chart.title, std::move(*svg),
+        "Further left is faster, further up is better. Labels: samples per voxel along a ray.",
+        view_table(all)});
+  }
+  section.parts.push_back(report::TablePart{view_table(all), true});
+  for (const std::string& sentence : missing) section.parts.push_back(report::Note{sentence, true});
+  return section;
+}
+
+}  // namespace palpate::studies

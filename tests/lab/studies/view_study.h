@@ -1,0 +1,34 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "compute/volume/result.h"
+#include "tests/lab/report/page.h"
+#include "tests/lab/studies/study.h"
+
+namespace palpate::studies {
+
+/// One way of drawing, and what came of it.
+struct ViewMeasure {
+  std::string look;    ///< "sparse": a thin shell; "dense": light comes through everything
+  std::string family;  ///< a series of the plot
+  double samples_per_voxel = 1.0;
+  int pixels = 512;         ///< along each side of an eye's picture
+  double time_ms = 0.0;     ///< a stereo picture, median
+  double quality_db = 0.0;  ///< PSNR against the same picture with 8 samples per voxel
+};
+
+/// Draws the heart in stereo in many ways, until run.end_s: a sentence in `missing` says what was
+/// left out. Ends early where run.stop asks for it. Throws vulkan::Failure or Mismatch.
+std::vector<ViewMeasure> measure_view(const StudyRun& run, std::vector<std::string>& missing);
+
+/// Sentences about the measurements, worked out from them alone.
+std::vector<std::string> view_sentences(const std::vector<ViewMeasure>& measures);
+
+/// View's part of the report; missing: sentences about what was left out. Errors: gnuplot missing.
+Result<report::Section> view_section(const std::vector<ViewMeasure>& measures,
+                                     const std::vector<std::string>& missing);
+
+}  // namespace palpate::studies
