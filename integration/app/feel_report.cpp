@@ -58,7 +58,7 @@ std::string summary_text(const FeelNumbers& n, const ServoStatistics& statistics
       n.steepest_n_per_ms);
   if (n.most_newton_steps > 0)
     text += fmt::format(
-        "Motion    turned around in {} steps at most, to {:.2g} um; {} ticks held their point\n",
+        "Motion    inverted in {} steps at most, to {:.2g} um; {} ticks held their point\n",
         n.most_newton_steps, 1e6 * n.worst_residual_m, n.held);
   text += fmt::format(
       "Energy    the scene gave {:.2f} mJ to the hand and took {:.2f} mJ; {:.2f} mJ were refused\n",

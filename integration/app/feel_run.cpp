@@ -14,7 +14,7 @@
 #include "integration/app/exit_code.h"
 #include "integration/app/feel_report.h"
 #include "integration/app/gallery.h"
-#include "integration/app/headset/onlookers.h"
+#include "integration/app/headset/viewers.h"
 #include "integration/app/live_motion.h"
 #include "integration/app/outputs.h"
 #include "integration/app/palpation.h"
@@ -219,7 +219,7 @@ class FeelRun {
       if (!stored) return stored.error();
       calibration_ = std::move(*stored);
     }
-    SeeingChoice choice;
+    ViewerChoice choice;
     choice.headset = command_.headset;
     choice.headless = !command_.headless.empty();
     choice.mirror = command_.mirror;
@@ -227,7 +227,7 @@ class FeelRun {
     choice.scene_name = command_.inputs.front().filename().string();
     choice.gpu = command_.gpu;
     choice.view = command_.view;
-    auto seen = open_onlookers(choice);
+    auto seen = open_viewers(choice);
     if (!seen) return seen.error();
     seen_ = std::move(*seen);
     if (!command_.hand && !seen_.window && !seen_.headset)
@@ -554,7 +554,7 @@ class FeelRun {
   std::optional<DeviceFault> second_hand_fault_;  ///< as it was told
   std::unique_ptr<Palpation> palpation_;  ///< ends its servo thread before what is above goes
   std::unique_ptr<Transport> transport_;
-  Onlookers seen_;                    ///< look at palpation_
+  Viewers seen_;                      ///< look at palpation_
   std::unique_ptr<Gallery> gallery_;  ///< likewise
 };
 

@@ -69,7 +69,7 @@ Status Gallery::look(std::stop_token stop) {
   SceneMoment moment;
   while (!stop.stop_requested()) {
     const auto start = Clock::now();
-    if (!palpation_.newest(Onlooker::kGallery, moment) || moment.volume_count == 0) {
+    if (!palpation_.newest(Viewer::kGallery, moment) || moment.volume_count == 0) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
       continue;
     }

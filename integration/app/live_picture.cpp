@@ -73,7 +73,7 @@ Status LivePicture::draw(std::stop_token stop) {
       const std::lock_guard lock(mutex_);
       wanted = wanted_;
     }
-    palpation_.newest(Onlooker::kWindow, moment);
+    palpation_.newest(Viewer::kWindow, moment);
     if (wanted.size.width < 1 || wanted.size.height < 1 || moment.volume_count == 0) {
       std::this_thread::sleep_for(kPause);
       continue;

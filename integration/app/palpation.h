@@ -12,8 +12,8 @@
 namespace palpate::app {
 
 /// Who looks at what is felt, each on a thread of its own.
-enum class Onlooker { kHeadset, kWindow, kGallery };
-static_assert(int(Onlooker::kGallery) < SceneTicker::kReaders);
+enum class Viewer { kHeadset, kWindow, kGallery };
+static_assert(int(Viewer::kGallery) < SceneTicker::kReaders);
 
 /// A scene that is being felt: joins scene, haptic step and servo thread, sends the poses of
 /// volumes that move by themselves, and takes motion that arrives while it runs. A volume whose
@@ -51,7 +51,7 @@ class Palpation {
 
   Servo& servo() { return *servo_; }
   /// The newest tick as an eye sees it; true if it is another than last time. One thread each.
-  bool newest(Onlooker who, SceneMoment& moment) { return ticker_.newest(int(who), moment); }
+  bool newest(Viewer who, SceneMoment& moment) { return ticker_.newest(int(who), moment); }
   /// Takes along all volumes that a second hand may move: x becomes moved(x), world, a similarity
   /// (equal scales). They follow on a smooth path. Any thread; to be called once per frame as long
   /// as they are held, also if they rest.

@@ -8,7 +8,7 @@
 
 namespace palpate {
 
-/// What turning x + g (u(x) + closing) = target around gave.
+/// What inverting x + g (u(x) + closing) = target gave.
 struct BackTrack {
   glm::dvec3 x_m{0.0};      ///< in the data frame, volume space
   double residual_m = 0.0;  ///< |x + g (u(x) + closing) - target|

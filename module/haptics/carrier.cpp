@@ -22,7 +22,7 @@ constexpr double kNoConfidence = 0.10, kFullConfidence = 0.35;
 // A determinant below this is a fold: directions there are not to be trusted.
 constexpr double kFlattest = 0.02;
 
-// In a field that can not be turned around somewhere, this much is near enough to such a place: a
+// In a field that can not be inverted somewhere, this much is near enough to such a place: a
 // piece of the way may have led through it.
 constexpr double kRough = 0.5;
 

@@ -77,7 +77,7 @@ const char* sentence(Cause cause) noexcept {
     case Cause::kEnergy:
       return "The scene would give more energy to the hand than it may.";
     case Cause::kField:
-      return "The motion field can not be turned around here: the point is held and the force "
+      return "The motion field can not be inverted here: the point is held and the force "
              "fades.";
     case Cause::kConfidence:
       return "The motion field is not to be trusted here: the force fades.";

@@ -20,7 +20,7 @@ enum class Cause : uint8_t {
   kOscillation,    ///< the force buzzes
   kHot,            ///< the motors' thermal model: faded to what they can hold
   kEnergy,         ///< more energy would leave than may
-  kField,          ///< the motion could not be turned around at the proxy: held and faded
+  kField,          ///< the motion could not be inverted at the proxy: held and faded
   kConfidence,     ///< the motion field is not trusted here: faded
   kSceneEmpty,     ///< nothing to feel
   kStopped,        ///< asked to stop: a command, a signal, another thread's crash

@@ -69,7 +69,7 @@ void PassiveReturn::move(double wanted_j, double given_j) noexcept {
 double PassiveReturn::most_n(double wanted_n) noexcept {
   falls_ = wanted_n < wanted_n_;
   wanted_n_ = wanted_n;
-  if (!(wanted_n > 0.0)) *this = PassiveReturn{};  // free, or no number
+  if (!(wanted_n > 0.0)) *this = PassiveReturn{};  // free, or not finite
   if (!falls_ || !(turn_wanted_n_ > 0.0)) return std::numeric_limits<double>::infinity();
   double power = 1.0;
   if (wanted_j_ > 0.0) {

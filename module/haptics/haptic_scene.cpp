@@ -64,7 +64,8 @@ Status check_numbers(const SceneSpec& spec, const std::vector<ModeSpec>& modes) 
     const DriveSpec& drive = volume.drive;
     if (!std::isfinite(glm::dot(drive.axis, drive.centre_m) + drive.rate_hz + drive.amplitude_m +
                        volume.rate))
-      return bad("Volume \"" + volume.name + "\" is driven or played by a number that is none.");
+      return bad("Volume \"" + volume.name +
+                 "\" is driven or played by a number that is not finite.");
   }
   for (const VolumeSpec& volume : spec.volumes)
     for (const SegmentSpec& segment : volume.segments.parts)
@@ -72,10 +73,10 @@ Status check_numbers(const SceneSpec& spec, const std::vector<ModeSpec>& modes) 
             segment.friction >= 0.0) ||
           !std::isfinite(segment.strength_n + segment.stiffness_n_per_m + segment.friction))
         return bad("The segment \"" + segment.name + "\" of volume \"" + volume.name +
-                   "\" has a strength, stiffness or friction that is no number above 0.");
+                   "\" has a strength, stiffness or friction that is not a finite number above 0.");
   for (const ModeSpec& mode : modes)
     if (!std::isfinite(mode.gain + mode.range_m + glm::dot(mode.point_m, glm::dvec3(1.0))))
-      return bad("Mode \"" + mode.name + "\" has a gain, point or range that is no number.");
+      return bad("Mode \"" + mode.name + "\" has a gain, point or range that is not finite.");
   return Nothing{};
 }
 

@@ -268,7 +268,7 @@ TickOutput Haptics::tick(const TickInput& input) noexcept {
     guard.rearm |= input.events[e].kind == ControlEvent::Kind::kRearm;
   }
 
-  // A position that is no number is the guards' to tell; the scene goes on with the last one that
+  // A position that is not finite is the guards' to tell; the scene goes on with the last one that
   // was.
   glm::dvec3 probe = last_probe_;
   if (run_ && finite(led_m)) probe = run_->scene->world_from_device.world_from_volume(led_m);

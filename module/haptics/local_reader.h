@@ -45,7 +45,7 @@ class PointReader {
     return mode_.vector == VectorProperty::kGradient ? both().gradient
                                                      : noted(vector_of(frame_, mode_.vector, x_));
   }
-  /// False if something that was read is no number.
+  /// False if something that was read is not finite.
   bool sound() const noexcept { return sound_; }
 
  private:

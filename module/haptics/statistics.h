@@ -55,7 +55,7 @@ struct ServoStatistics {
   std::array<std::atomic<uint64_t>, kMissCauses> misses{};
   std::atomic<uint64_t> ticks{0};
   std::atomic<uint64_t> late{0};        ///< ticks that the watchdog called late
-  std::atomic<uint64_t> not_finite{0};  ///< forces of the tick that were no numbers: ramped to zero
+  std::atomic<uint64_t> not_finite{0};  ///< forces of the tick that were not finite: ramped to zero
   std::atomic<bool> twice{false};       ///< two exchanges per period now
 
   uint64_t all_misses() const noexcept;

@@ -77,7 +77,7 @@ Result<std::vector<std::shared_ptr<const FrameData>>> frames_of(const VolumeSpec
   };
   const auto not_finite = [&] {
     return refused(spec, "frame " + std::to_string(frames.size()) +
-                             " holds values that are no numbers; replace them, for example by the "
+                             " holds values that are not finite; replace them, for example by the "
                              "value of what surrounds the body.");
   };
   for (VectorFrame& frame : data.vectors) {

@@ -43,7 +43,7 @@ struct VolumeData {
 /// one frame a second where nobody knows. A cycle closes after the median step. With `whole` the
 /// motion says times and cycle, at its own pace or that of the spec's frames_per_second. kBadInput,
 /// in one sentence that names the volume: what is missing, does not fit, lies elsewhere in space,
-/// or is no number. Lays out fields and bounds them, on all cores: not for the servo thread.
+/// or is not finite. Lays out fields and bounds them, on all cores: not for the servo thread.
 Result<MovingVolume> build(const VolumeSpec& spec, VolumeData data);
 
 /// The volume of spec.source: "heart", the beating heart sampled at 1 mm without noise, eight

@@ -17,7 +17,7 @@ struct MotionSample {
   double confidence;    ///< 0 to 1
 };
 
-/// How safely the motion x + g u(x), g in [0, 1], can be turned around, over one cell of the field:
+/// How safely the motion x + g u(x), g in [0, 1], can be inverted, over one cell of the field:
 /// equation (29) bounded.
 struct CellCertificate {
   float contraction;  ///< q: bound of |u(b) - u(a)| / |b - a| within the cell; below 1 the fixed

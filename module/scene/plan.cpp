@@ -145,8 +145,8 @@ std::string text(const MotionNeeds& m) {
                       m.folded_cells);
   else
     line += m.whole || m.worst_contraction < 1.0F
-                ? ": turned around everywhere"
-                : ": no fold, but not all of it is proved to turn around";
+                ? ": inverted everywhere"
+                : ": no fold, but not all of it is proved to be inverted";
   return line + formatted(" (%.1f MB)", 1e-6 * double(m.bytes));
 }
 

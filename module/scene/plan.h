@@ -19,7 +19,7 @@ struct MotionNeeds {
   int known = 0;                   ///< of them; the others stand still until they are
   double moving_share = 0.0;       ///< of the samples of all known steps
   double largest_u_m = 0.0;        ///< displacement of a step
-  float worst_contraction = 0.0F;  ///< q; below 1 every step can be turned around everywhere
+  float worst_contraction = 0.0F;  ///< q; below 1 every step can be inverted everywhere
   double least_determinant = 1.0;  ///< of det(I + du/dx), of one motion for all times
   size_t folded_cells = 0;
   size_t bytes = 0;

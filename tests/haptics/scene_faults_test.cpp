@@ -34,7 +34,7 @@ TEST(SceneFaults, DataThatAreNoNumbersAreRefusedWhenTheVolumeIsMade) {
     data.frames.frames[1].values.back() = wrong;
     const auto made = build(spec, data);
     ASSERT_FALSE(made);
-    EXPECT_NE(made.error().message.find("frame 1 holds values that are no numbers"),
+    EXPECT_NE(made.error().message.find("frame 1 holds values that are not finite"),
               std::string::npos)
         << made.error().message;
     VolumeData flow;
@@ -45,7 +45,7 @@ TEST(SceneFaults, DataThatAreNoNumbersAreRefusedWhenTheVolumeIsMade) {
   }
 }
 
-/// A ball, of which the upper half is no number.
+/// A ball, of which the upper half is not finite.
 class HalfBall final : public FrameData {
  public:
   explicit HalfBall(double border_m, double soft_m = 1.06e-3)

@@ -225,7 +225,7 @@ class HeadsetLoop::Run {
 
   std::optional<xr::Scenery> show(const xr::Frame& frame) {
     if (!scene_) return std::nullopt;
-    scene_->palpation->newest(Onlooker::kHeadset, moment_);
+    scene_->palpation->newest(Viewer::kHeadset, moment_);
     if (moment_.volume_count == 0) return std::nullopt;
     Pose head = frame.eyes[0].world_from_eye;
     head.position_m = 0.5 * (head.position_m + frame.eyes[1].world_from_eye.position_m);

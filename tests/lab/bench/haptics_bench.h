@@ -43,7 +43,7 @@ Findings time_rows(const HapticsBench& bench);
 Findings force_rows(const HapticsBench& bench);
 /// How often a hand gets through a thin wall without being stronger than it.
 Findings pop_through_rows(const HapticsBench& bench);
-/// Turning the motion around: residual and steps, folds, drift.
+/// Inverting the motion: residual and steps, folds, drift.
 Findings back_track_rows(const HapticsBench& bench);
 /// Ticks at the ends of graphics frames.
 Findings frame_end_rows(const HapticsBench& bench);

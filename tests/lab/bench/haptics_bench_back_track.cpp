@@ -67,7 +67,7 @@ void search_all(const MotionMap& map, const std::vector<Draw>& all, BackTracking
 
 /// Smooth random fields of 24^3 samples whose largest contraction bound is q.
 void contracting(const HapticsBench& bench, Findings& findings) {
-  Table table{"Turning the motion around, q < 1",
+  Table table{"Inverting the motion, q < 1",
               "Smooth random fields, started from the last millisecond's point: hand to 1 m/s, a "
               "frame in 10 ms. Steps: reads of the field after the first. Newton is palpate's, "
               "Picard the paper's fixed point (27), both asked for 1e-6 voxel, Picard within 64 "

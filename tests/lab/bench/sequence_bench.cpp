@@ -202,7 +202,7 @@ void tell(const Data& data, const std::string& model, const SequenceMotion& moti
 
 /// How often the hand's Newton does not find where the material of a place is, over the whole
 /// volume and cycle: cold from the place itself, and warm from where it was a millisecond before.
-void tell_turning(const Data& data, const SequenceMotion& motion) {
+void tell_inverting(const Data& data, const SequenceMotion& motion) {
   const auto map = SequenceMap::of(motion);
   const Grid& grid = data.reader.grid();
   std::mt19937 random(1);
@@ -233,7 +233,7 @@ void tell_turning(const Data& data, const SequenceMotion& motion) {
       "{:<11} {:<24} of {} places not found: cold {} ({} beyond a fold, {} not met), warm {}; "
       "{:.2f} "
       "steps cold; least det {:.2f}\n",
-      data.name, "turning around", kTargets, cold, folded, far, warm, double(steps) / kTargets,
+      data.name, "inverting", kTargets, cold, folded, far, warm, double(steps) / kTargets,
       map->least_determinant());
 }
 
@@ -304,7 +304,7 @@ void measure(const std::shared_ptr<vulkan::Context>& context, Data& data,
     fmt::print("{:<11} {:<24} drift over the cycle {:.3f} mm\n", data.name, "consecutive",
                drift->mm.mean);
   tell(data, "sequence", *motion);
-  tell_turning(data, *motion);
+  tell_inverting(data, *motion);
   for (const int factor : {1, 2}) tell_picture(data, *motion, factor);
   fmt::print("{:<11} {:<24} reference {}, {:.1f} s\n", data.name, "sequence", motion->reference,
              took_s);

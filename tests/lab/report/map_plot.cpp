@@ -33,7 +33,7 @@ std::vector<double> edges_of(const std::vector<double>& values, bool logarithmic
 std::string trouble_with(const std::vector<double>& values, const char* axis, bool logarithmic) {
   if (values.empty()) return fmt::format("no values along {}", axis);
   for (size_t n = 0; n < values.size(); ++n) {
-    if (!std::isfinite(values[n])) return fmt::format("a value along {} that is no number", axis);
+    if (!std::isfinite(values[n])) return fmt::format("a value along {} that is not finite", axis);
     if (logarithmic && values[n] <= 0.0)
       return fmt::format("a value along its logarithmic {} that is not above zero", axis);
     if (n && values[n] <= values[n - 1])

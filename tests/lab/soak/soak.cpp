@@ -242,7 +242,7 @@ class Watch final : public TickListener {
 
   std::vector<std::string> broken() const {
     constexpr const char* kNames[] = {
-        "a force is no number", "a force is too large", "a force changes too fast",
+        "a force is not finite", "a force is too large", "a force changes too fast",
         "a force is left while the device is at fault", "there is no force, and no cause is named"};
     std::vector<std::string> all;
     for (size_t k = 0; k < kBrokenKinds; ++k)
@@ -479,7 +479,7 @@ std::string text(const Report& report) {
   const Injected& i = report.injected;
   std::string text = fmt::format(
       "Ticks     {}, of which {} touching\n"
-      "Injected  {} faults: {} unplugged, {} timeouts, {} garbage, {} jumps, {} no numbers, {} "
+      "Injected  {} faults: {} unplugged, {} timeouts, {} garbage, {} jumps, {} not finite, {} "
       "stale, "
       "{} stalls, {} clocks set back\n"
       "Handed    {} scenes with {} new fields, {} events\n",

@@ -74,7 +74,7 @@ struct Report {
   bool long_ticks_explained() const;
   /// Heap in use by the process after the first quarter, at its most after that, and at the end.
   int64_t heap_early_bytes = 0, heap_most_bytes = 0, heap_end_bytes = 0;
-  /// What must never be and was: a force that is no number, too large, too fast, still there while
+  /// What must never be and was: a force that is not finite, too large, too fast, still there while
   /// the device is at fault, a cause that is not named. With the tick it was first seen in.
   std::vector<std::string> broken;
 

@@ -35,7 +35,7 @@ StabilityMap search_map(const char* name, const char* title, const Making& makin
 
 StabilityMap stretch_map(const Making& making) {
   StabilityMap map =
-      search_map("stretched", "Turning a stretching motion around", making, Flow::kStretch);
+      search_map("stretched", "Inverting a stretching motion", making, Flow::kStretch);
   map.made =
       "Material that is stretched q-fold in a step, u = q x, which never folds: 2,000 points "
       "are sought where a hand would ask for them.";
@@ -43,8 +43,7 @@ StabilityMap stretch_map(const Making& making) {
 }
 
 StabilityMap press_map(const Making& making) {
-  StabilityMap map =
-      search_map("pressed", "Turning a pressing motion around", making, Flow::kPress);
+  StabilityMap map = search_map("pressed", "Inverting a pressing motion", making, Flow::kPress);
   map.made =
       "Material that is pressed together, u = -q x: at q times phase = 1 it is a point, beyond "
       "it is inside out and there is nothing to find.";
@@ -52,8 +51,7 @@ StabilityMap press_map(const Making& making) {
 }
 
 StabilityMap waves_map(const Making& making) {
-  StabilityMap map =
-      search_map("waves", "Turning random smooth motion around", making, Flow::kWaves);
+  StabilityMap map = search_map("waves", "Inverting random smooth motion", making, Flow::kWaves);
   map.made = "A random smooth field in each cell whose steepest place has the bound q.";
   return map;
 }

@@ -3,7 +3,7 @@
 #include "module/scene/scene.h"
 #include "tests/lab/stability/map.h"
 
-/// Where turning the motion around fails (equations (26) to (29)), and what of that a hand feels.
+/// Where inverting the motion fails (equations (26) to (29)), and what of that a hand feels.
 namespace palpate::stability {
 
 /// How the material moves, so that |u(b) - u(a)| / |b - a| is q.

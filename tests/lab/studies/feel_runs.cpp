@@ -142,7 +142,7 @@ void run_stroke(AnyHand& hand, const Stroke& path, const FeelSetting& setting, c
     sums.us.push_back(1e-3 * double(steady_ns() - begin));
     const double wanted = exact(probe_m, stability::shell_radius_m(out.first, frames));
     const double error = glm::length(out.wanted_n - wanted * along);
-    if (!std::isfinite(error)) throw Mismatch("A force is no number: " + setting.name + ".");
+    if (!std::isfinite(error)) throw Mismatch("A force is not finite: " + setting.name + ".");
     sums.squares += error * error;
     sums.most = std::max(sums.most, error);
   }
@@ -231,7 +231,7 @@ TurnPlaces turn_places(int count) {
   return places;
 }
 
-constexpr double kPhase = 0.9;  // late in a step the motion is long and hardest to turn around
+constexpr double kPhase = 0.9;  // late in a step the motion is long and hardest to invert
 
 template <class Turn>
 TurnMeasure turn_measure(const TurnPlaces& places, const Turn& turn) {

@@ -33,7 +33,7 @@ FeelMeasure feel(const FeelSetting& setting, int strokes);
 /// Microseconds of one frame, median, of so many beating hearts with so many modes each.
 double hearts_us(int volumes, int modes_of_each, Moves moves, int ticks);
 
-/// What turning a motion around by a number of steps left, mean over places in the heart's field.
+/// What inverting a motion by a number of steps left, mean over places in the heart's field.
 struct TurnMeasure {
   int steps = 0;
   double residual_um = 0.0;  ///< root mean square

@@ -99,7 +99,7 @@ Result<report::Part> force_figure(const FeelMeasures& all) {
 
 Result<report::Part> turn_figure(const FeelMeasures& all) {
   report::Chart chart;
-  chart.title = "Turning the motion around: fixed point against Newton";
+  chart.title = "Inverting the motion: fixed point against Newton";
   chart.x = {"One turn (us)", true, {}, {}};
   // Below a femtometre it is rounding.
   chart.y = {"What is left, root mean square (um)", true, 1e-9, {}};
@@ -167,7 +167,7 @@ FeelMeasures measure_feel(const StudyRun& run) {
     run.tell(0.6 * double(n) / double(settings.size()), "feel: " + settings[n].name);
     all.settings.push_back(feel(settings[n], strokes));
   }
-  run.tell(0.6, "feel: turning the motion around");
+  run.tell(0.6, "feel: inverting the motion");
   for (const int steps : {1, 2, 4, 8, 16, 32})
     if (more()) all.picard.push_back(picard_turn(steps, places));
   all.newton = newton_turn(places);

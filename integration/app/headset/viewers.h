@@ -9,7 +9,7 @@
 namespace palpate::app {
 
 /// Where a person wants to see what is felt.
-struct SeeingChoice {
+struct ViewerChoice {
   std::string headset = "auto";  ///< auto, openxr, none (a window) or off
   bool headless = false;         ///< pictures are written to files
   bool mirror = true;            ///< a window besides the headset, where there is a display
@@ -20,7 +20,7 @@ struct SeeingChoice {
 };
 
 /// Those who look on while a scene is felt, besides the pictures that go to files.
-struct Onlookers {
+struct Viewers {
   std::unique_ptr<HeadsetLoop> headset;
   std::unique_ptr<DesktopLoop> window;
   std::string why;  ///< which, and why: a sentence
@@ -29,6 +29,6 @@ struct Onlookers {
 /// The headset if it is there or was asked for, else a window where there is a display, else none.
 /// kNoDevice, in a sentence, if what was asked for can not be had: no display for a window, no
 /// OpenXR runtime at all; a headset that is only off is waited for.
-Result<Onlookers> open_onlookers(const SeeingChoice& choice);
+Result<Viewers> open_viewers(const ViewerChoice& choice);
 
 }  // namespace palpate::app

@@ -1,4 +1,4 @@
-#include "integration/app/headset/onlookers.h"
+#include "integration/app/headset/viewers.h"
 
 #include <fmt/format.h>
 
@@ -13,12 +13,12 @@ bool has_display() {
   return false;
 }
 
-Result<std::unique_ptr<DesktopLoop>> open_window(const SeeingChoice& choice) {
+Result<std::unique_ptr<DesktopLoop>> open_window(const ViewerChoice& choice) {
   return DesktopLoop::open(choice.scene_name, choice.gpu, choice.view);
 }
 
-Result<Onlookers> in_headset(const SeeingChoice& choice, Onlookers seen,
-                             const HeadsetLoop::Found& found) {
+Result<Viewers> in_headset(const ViewerChoice& choice, Viewers seen,
+                           const HeadsetLoop::Found& found) {
   seen.why = found.headset
                  ? fmt::format("in the headset: {}.", found.sentence)
                  : fmt::format("in a headset, as asked, once it is there: {}", found.sentence);
@@ -33,8 +33,8 @@ Result<Onlookers> in_headset(const SeeingChoice& choice, Onlookers seen,
 
 }  // namespace
 
-Result<Onlookers> open_onlookers(const SeeingChoice& choice) {
-  Onlookers seen;
+Result<Viewers> open_viewers(const ViewerChoice& choice) {
+  Viewers seen;
   if (choice.headset == "off") {
     seen.why = "by nobody, as asked.";
     return seen;
