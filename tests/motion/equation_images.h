@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "compute/motion/oracle.h"
+#include "tests/motion/oracle/oracle.h"
 #include "tests/support/random.h"
 
 namespace palpate::test {

@@ -7,11 +7,11 @@
 #include "compute/motion/activity.h"
 #include "compute/motion/intensity.h"
 #include "compute/motion/noise.h"
-#include "compute/motion/oracle.h"
 #include "compute/motion/plan.h"
 #include "compute/motion/selection.h"
 #include "compute/volume/phantom_texture.h"
 #include "tests/motion/made_pairs.h"
+#include "tests/motion/oracle/oracle.h"
 #include "tests/support/random.h"
 #include "tests/support/tolerances.h"
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <set>
 
-#include "compute/motion/oracle.h"
 #include "tests/motion/made_pairs.h"
+#include "tests/motion/oracle/oracle.h"
 
 /// What a mask leaves of the work.
 namespace palpate::test {

@@ -5,8 +5,8 @@
 
 #include "compute/motion/classic.h"
 #include "compute/motion/intensity.h"
-#include "compute/motion/oracle.h"
 #include "compute/motion/solver.h"
+#include "tests/motion/oracle/oracle.h"
 #include "tests/motion/solver_test.h"
 #include "tests/support/tolerances.h"
 

@@ -3,9 +3,9 @@
 #include <memory>
 
 #include "compute/motion/bricks.h"
-#include "compute/motion/oracle.h"
 #include "compute/vulkan/image.h"
 #include "compute/vulkan/recorder.h"
+#include "tests/motion/oracle/oracle.h"
 
 namespace palpate::test {
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <random>
 
-#include "compute/motion/oracle.h"
+#include "tests/motion/oracle/oracle.h"
 
 namespace palpate::test {
 

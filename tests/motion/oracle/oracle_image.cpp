@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "compute/motion/oracle.h"
 #include "shaders/interface/motion.h"
+#include "tests/motion/oracle/oracle.h"
 
 namespace palpate::oracle {
 

@@ -2,8 +2,8 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "compute/motion/oracle.h"
 #include "shaders/interface/motion.h"
+#include "tests/motion/oracle/oracle.h"
 
 namespace palpate::oracle {
 namespace {

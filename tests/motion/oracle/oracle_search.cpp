@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "compute/motion/oracle.h"
+#include "tests/motion/oracle/oracle.h"
 
 namespace palpate::oracle {
 
