@@ -86,6 +86,7 @@ void add_sequence(CLI::App& app, FeelCommand& command) {
       ->type_name("PATH")
       ->check(an_existing_path());
   add_values(app, command.sequence);
+  add_modes(app, command.sequence);
   add_segments(app, command.sequence);
   app.add_option("--preset", command.preset, "Effort of the estimation, as in 'palpate motion'")
       ->check(one_of_the_presets())
@@ -139,6 +140,14 @@ void add_values(CLI::App& app, SequenceChoices& choices) {
          "one motion is known or found, else own")
       ->type_name("WORD")
       ->check(one_of(std::move(words)));
+}
+
+void add_modes(CLI::App& app, SequenceChoices& choices) {
+  app.add_option("--modes", choices.mode_libraries,
+                 "Libraries (.so) with haptic modes of your own, which a scene file may name: code "
+                 "that is run (docs/writing-a-mode.md)")
+      ->type_name("FILE")
+      ->check(an_existing_file());
 }
 
 void add_segments(CLI::App& app, SequenceChoices& choices) {
@@ -218,7 +227,7 @@ Command add_feel(CLI::App& program) {
   app->add_flag("--quiet", command->quiet, "Print errors only");
   return {app,
           [command] { return run_feel(*command); },
-          {"input", "--fields", "--folder", "--segments", "--replay", "--calibration",
+          {"input", "--fields", "--folder", "--modes", "--segments", "--replay", "--calibration",
            "--falcon-firmware", "--path"},
           {"--csv", "--picture", "--record", "--headless", "--black-box"},
           {}};

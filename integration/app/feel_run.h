@@ -47,6 +47,8 @@ int run_feel(const FeelCommand& command);
 void add_segments(CLI::App& app, SequenceChoices& choices);
 /// Whose values a sequence has.
 void add_values(CLI::App& app, SequenceChoices& choices);
+/// --modes.
+void add_modes(CLI::App& app, SequenceChoices& choices);
 
 /// Where it is seen: options that feeling and viewing share.
 void add_seeing(CLI::App& app, FeelCommand& command);

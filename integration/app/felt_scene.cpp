@@ -8,6 +8,7 @@
 
 #include "compute/motion/estimate_sequence.h"
 #include "compute/volume/heart_phantom.h"
+#include "integration/app/mode_library.h"
 #include "integration/app/summary.h"
 #include "integration/files/read_sequence.h"
 #include "integration/files/read_volume.h"
@@ -460,6 +461,10 @@ void forget_motion(FeltScene& scene) {
 Result<FeltScene> load_felt_scene(const std::vector<fs::path>& inputs,
                                   const SequenceChoices& choices, const OnDoing& doing) {
   const std::string name = inputs.front().string();
+  const bool is_scene = inputs.size() == 1 && inputs.front().extension() == ".json";
+  if (!choices.mode_libraries.empty() && !is_scene)
+    return Error{ErrorKind::kBadInput,
+                 "--modes adds haptic modes that a scene file names: give a scene file (.json)"};
   using Made = std::pair<const char*, SceneSpec (*)()>;
   for (const auto& [made, scene] :
        {Made{"heart", heart_scene}, Made{"shell", shell_scene}, Made{"molecule", molecule_scene}}) {
@@ -471,13 +476,17 @@ Result<FeltScene> load_felt_scene(const std::vector<fs::path>& inputs,
                                name)};
     return of_spec(name, scene(), doing);
   }
-  if (inputs.size() == 1 && inputs.front().extension() == ".json") {
-    auto spec = files::read_scene(inputs.front(), {}, choices.folder);
+  if (is_scene) {
+    auto kinds = load_modes(choices.mode_libraries);
+    if (!kinds) return kinds.error();
+    auto spec = files::read_scene(inputs.front(), added_kinds(*kinds), choices.folder);
     if (!spec) return spec.error();
     if (choices.values)
       for (VolumeSpec& volume : spec->volumes)
         if (volume.source.empty()) volume.values = choices.values;
-    return of_spec(name, std::move(*spec), doing);
+    auto scene = of_spec(name, std::move(*spec), doing);
+    if (scene) scene->kinds = std::move(*kinds);
+    return scene;
   }
   return of_sequence(inputs, choices, doing);
 }

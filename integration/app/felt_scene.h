@@ -10,6 +10,7 @@
 #include "compute/volume/result.h"
 #include "integration/app/frames.h"
 #include "module/haptics/device.h"
+#include "module/haptics/modes/modes.h"
 #include "module/scene/moving_volume.h"
 #include "module/scene/scene.h"
 
@@ -26,9 +27,10 @@ struct SequenceChoices {
   bool cyclic = true;
   std::optional<CarriedValues> values;  ///< of a scene file's volumes of files, too
   std::filesystem::path folder;         ///< where a scene file's paths begin; empty: beside it
-  std::vector<std::filesystem::path> segments;  ///< segmentations whose parts are the walls
-  size_t segments_frame = 0;                    ///< to which a single one belongs
-  std::vector<std::string> segment_names;       ///< of its parts; none: all
+  std::vector<std::filesystem::path> mode_libraries;  ///< with haptic modes that scenes may name
+  std::vector<std::filesystem::path> segments;        ///< segmentations whose parts are the walls
+  size_t segments_frame = 0;                          ///< to which a single one belongs
+  std::vector<std::string> segment_names;             ///< of its parts; none: all
 };
 
 /// A motion that nothing gives: to be estimated while the data are felt.
@@ -51,6 +53,7 @@ struct FeltScene {
   std::vector<MissingMotion> missing;
   std::vector<std::string> notes;  ///< what was chosen for the person, a sentence each
   bool from_sequence = false;      ///< no scene file said where it is: it may be fitted to a device
+  ModeKinds kinds;                 ///< of mode, that the spec may name
 };
 
 /// "heart", "shell" or "molecule", a scene file (.json), or a sequence: a 4D file, a folder, a list

@@ -81,7 +81,7 @@ void Palpation::stop() {
 
 /// With mutex_ held.
 Status Palpation::hand_over() {
-  auto assembled = assemble(felt_.spec, felt_.data);
+  auto assembled = assemble(felt_.spec, felt_.data, felt_.kinds);
   if (!assembled) return assembled.error();
   assembled_ = *assembled;
   waiting_ = !ticker_.offer(assembled_);

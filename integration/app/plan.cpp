@@ -18,7 +18,7 @@ int run(const std::vector<std::filesystem::path>& inputs, const SequenceChoices&
   const auto scene = load_felt_scene(inputs, choices);
   if (!scene) return fail(console, scene.error());
   // What could not be felt is refused here too.
-  if (const auto assembled = assemble(scene->spec, scene->data); !assembled)
+  if (const auto assembled = assemble(scene->spec, scene->data, scene->kinds); !assembled)
     return fail(console, assembled.error());
   console.say(text(plan(scene->spec, scene->data)));
   for (const MissingMotion& missing : scene->missing)
@@ -44,10 +44,11 @@ Command add_plan(CLI::App& program) {
       ->type_name("PATH")
       ->check(an_existing_path());
   add_values(*app, *choices);
+  add_modes(*app, *choices);
   add_segments(*app, *choices);
   return {app,
           [inputs, choices] { return run(*inputs, *choices); },
-          {"input", "--fields", "--folder", "--segments"},
+          {"input", "--fields", "--folder", "--modes", "--segments"},
           {},
           {}};
 }

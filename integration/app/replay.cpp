@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "integration/app/mode_library.h"
 #include "integration/app/replay_key.h"
 #include "integration/files/sentences.h"
 #include "module/haptics/haptic_scene.h"
@@ -11,7 +12,7 @@ namespace palpate::app {
 Result<Replay> replay_felt(const FeltScene& felt, const std::filesystem::path& file) {
   auto recording = Recording::read(file);
   if (!recording) return recording.error();
-  const auto key = parse_replay_key(file, recording->scene());
+  const auto key = parse_replay_key(file, recording->scene(), added_kinds(felt.kinds));
   if (!key) return key.error();
   const SceneSpec& spec = key->scene;
   bool same = spec.volumes.size() == felt.spec.volumes.size();
@@ -20,7 +21,7 @@ Result<Replay> replay_felt(const FeltScene& felt, const std::filesystem::path& f
   if (!same)
     return files::bad_input(file, "was made with another scene: name the scene that was felt");
   // The recorded words, with their places and stiffness, on the data that were read now.
-  auto assembled = assemble(spec, felt.data);
+  auto assembled = assemble(spec, felt.data, felt.kinds);
   if (!assembled) return assembled.error();
   HapticsOptions options;
   options.safety = key->safety;

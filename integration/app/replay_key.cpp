@@ -88,7 +88,8 @@ std::string text_of(const ReplayKey& key) {
   return json.dump();
 }
 
-Result<ReplayKey> parse_replay_key(const std::filesystem::path& file, std::string_view text) {
+Result<ReplayKey> parse_replay_key(const std::filesystem::path& file, std::string_view text,
+                                   const std::vector<std::string>& more_kinds) {
   const Json json = Json::parse(text, nullptr, false);
   const auto foreign = [&] {
     return files::bad_input(file,
@@ -98,7 +99,7 @@ Result<ReplayKey> parse_replay_key(const std::filesystem::path& file, std::strin
     ReplayKey key;
     key.device = device_of(json.at("device"));
     key.safety = safety_of(json.at("options"));
-    auto scene = files::parse_scene(file, json.at("scene").dump());
+    auto scene = files::parse_scene(file, json.at("scene").dump(), more_kinds);
     if (!scene) return scene.error();
     key.scene = std::move(*scene);
     return key;

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "compute/volume/result.h"
 #include "module/haptics/device.h"
@@ -23,7 +24,9 @@ struct ReplayKey {
 std::string text_of(const ReplayKey& key);
 
 /// The key that stands in the recording `file`. Every number in it is finite; limits and times are
-/// not below zero. Error: kBadInput, with the file's name, where it is another text.
-Result<ReplayKey> parse_replay_key(const std::filesystem::path& file, std::string_view text);
+/// not below zero. `more_kinds`: of mode, beside the built-in ones. Error: kBadInput, with the
+/// file's name, where it is another text.
+Result<ReplayKey> parse_replay_key(const std::filesystem::path& file, std::string_view text,
+                                   const std::vector<std::string>& more_kinds = {});
 
 }  // namespace palpate::app

@@ -56,7 +56,7 @@ Status draw(const FeelCommand& command, double frame, Console& console, std::sto
   if (frame >= double(frames_of(*scene)))
     return Error{ErrorKind::kBadInput, fmt::format("There is no frame {}: the frames are 0 to {}",
                                                    frame, frames_of(*scene) - 1)};
-  const auto assembled = assemble(scene->spec, scene->data);
+  const auto assembled = assemble(scene->spec, scene->data, scene->kinds);
   if (!assembled) return assembled.error();
   const PictureSize size{command.picture_size, command.picture_size};
   if (!command.picture.empty()) {
@@ -136,6 +136,7 @@ Command add_view(CLI::App& program) {
       ->type_name("PATH")
       ->check(an_existing_path());
   add_values(*app, command->sequence);
+  add_modes(*app, command->sequence);
   add_segments(*app, command->sequence);
   app->add_flag_callback(
       "--not-cyclic", [command] { command->sequence.cyclic = false; },
@@ -144,7 +145,7 @@ Command add_view(CLI::App& program) {
   app->add_flag("--quiet", command->quiet, "Print errors only");
   return {app,
           [command, frame] { return run(*command, *frame); },
-          {"input", "--fields", "--folder", "--segments"},
+          {"input", "--fields", "--folder", "--modes", "--segments"},
           {"--picture", "--headless"},
           {}};
 }

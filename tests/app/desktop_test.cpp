@@ -137,11 +137,15 @@ TEST(Desktop, KeysGoThroughTimeAndBringViewAndProbeBack) {
   const std::vector<double> phases = rests(ticks, "frame_and_phase", 1e-4);
   ASSERT_GE(phases.size(), 3u);
   // A fortieth of 4 frames is a tenth of a frame; the ends may lie on either side of the cycle's.
-  const auto steps = [](double from, double to) { return std::remainder(to - from, 4.0); };
-  EXPECT_NEAR(steps(phases.front(), phases.back()), 0.2, 2e-3);
-  double furthest = 0.0;
-  for (const double phase : phases) furthest = std::max(furthest, steps(phases.front(), phase));
-  EXPECT_NEAR(furthest, 0.4, 2e-3);
+  // Before it was held it may have rested too, on a machine that is busy: the last places count.
+  const auto beyond_last = [&](double wanted) {
+    return [&phases, wanted](double phase) {
+      return std::abs(std::remainder(phase - phases.back(), 4.0) - wanted) < 2e-3;
+    };
+  };
+  const auto held = std::find_if(phases.begin(), phases.end(), beyond_last(-0.2));
+  ASSERT_NE(held, phases.end()) << "where it was held, two steps before the end";
+  EXPECT_NE(std::find_if(held, phases.end(), beyond_last(0.2)), phases.end()) << "four steps on";
   const std::vector<double> depths = rests(ticks, "probe_z_m", 1e-4);
   ASSERT_GE(depths.size(), 2u);
   const double deepest = *std::max_element(depths.begin(), depths.end());

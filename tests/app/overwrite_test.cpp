@@ -113,6 +113,10 @@ std::map<std::string, std::vector<std::vector<std::string>>> rows(const InputFol
                            {"view", a, b, "--picture", b}};
   all["view --headless"] = {{"view", frames, "--headless", frames},
                             {"view", seq, "--fields", frames, "--headless", frames}};
+  // Those of palpate-lab, which `palpate chart` starts.
+  all["chart --out"] = {{"chart", a, b, "--truth", seq, "--out", b},
+                        {"chart", a, b, "--truth", seq, "--out", seq}};
+  all["chart --csv"] = {{"chart", a, b, "--truth", seq, "--data", frames, "--csv", frames}};
   all["calibrate --output"] = {
       {"calibrate", "--falcon-firmware", in.at("firmware.bin"), "-o", in.at("firmware.bin")}};
   all["phantom --output"] = {};

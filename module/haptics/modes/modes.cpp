@@ -13,6 +13,12 @@ ModeKinds::ModeKinds() {
   add("tissue", make_tissue);
 }
 
+std::vector<std::string> ModeKinds::names() const {
+  std::vector<std::string> names;
+  for (const auto& [name, make] : kinds_) names.push_back(name);
+  return names;
+}
+
 ModeSpec ModeKinds::completed(ModeSpec spec) {
   if (spec.kind == "surface" || spec.kind == "gradient-force" || spec.kind == "tissue")
     spec.vector = VectorProperty::kGradient;

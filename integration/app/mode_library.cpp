@@ -1,0 +1,59 @@
+#include "integration/app/mode_library.h"
+
+#include <dlfcn.h>
+
+#include <algorithm>
+#include <exception>
+#include <iterator>
+
+#include "integration/files/sentences.h"
+
+namespace palpate::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+using Stamp = void (*)(ModeLibraryStamp*);
+using Add = void (*)(ModeKinds*);
+
+Status load(const fs::path& file, ModeKinds& kinds) {
+  // With its folder, so that no other library of this name is taken. Never closed: its modes live
+  // as long as scenes do.
+  void* library = dlopen(fs::absolute(file).c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (!library) return files::bad_input(file, "can not be loaded: {}", dlerror());
+  const auto stamp = reinterpret_cast<Stamp>(dlsym(library, "palpate_modes_stamp"));
+  const auto add = reinterpret_cast<Add>(dlsym(library, "palpate_add_modes"));
+  if (!stamp || !add)
+    return files::bad_input(
+        file, "is no library of haptic modes: it lacks PALPATE_MODES (docs/writing-a-mode.md)");
+  ModeLibraryStamp theirs;
+  stamp(&theirs);
+  if (theirs != ModeLibraryStamp{})
+    return files::bad_input(
+        file,
+        "was compiled for another version of palpate: compile it again with this one's headers");
+  try {
+    add(&kinds);
+  } catch (const std::exception& error) {
+    return files::bad_input(file, "failed while it added its haptic modes: {}", error.what());
+  }
+  return Nothing{};
+}
+
+}  // namespace
+
+Result<ModeKinds> load_modes(const std::vector<fs::path>& libraries) {
+  ModeKinds kinds;
+  for (const fs::path& file : libraries)
+    if (const Status loaded = load(file, kinds); !loaded) return loaded.error();
+  return kinds;
+}
+
+std::vector<std::string> added_kinds(const ModeKinds& kinds) {
+  const std::vector<std::string> all = kinds.names(), ours = ModeKinds{}.names();
+  std::vector<std::string> added;
+  std::set_difference(all.begin(), all.end(), ours.begin(), ours.end(), std::back_inserter(added));
+  return added;
+}
+
+}  // namespace palpate::app

@@ -1,0 +1,77 @@
+// `--modes`: haptic modes that are not compiled into palpate.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/app/program.h"
+
+namespace palpate::app {
+namespace {
+
+using files::TemporaryFolder;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+const std::string kScene = R"({
+  "volumes": [{"name": "ball", "source": "shell"}],
+  "modes": [{"name": "held", "kind": "snap", "volume": "ball", "strength": 2, "gain": 500,
+             "range_m": 0.004}]})";
+
+std::string scene_in(const TemporaryFolder& folder, std::string text = kScene) {
+  files::write_bytes(folder / "scene.json", text);
+  return folder / "scene.json";
+}
+
+TEST(ModeLibrary, AddsAKindThatAScenePlansAndFeels) {
+  const TemporaryFolder folder;
+  const std::string scene = scene_in(folder);
+  const Outcome without = run({"plan", scene});
+  EXPECT_EQ(without.exit_code, 2);
+  EXPECT_THAT(without.err, AllOf(HasSubstr("\"snap\""), HasSubstr("surface")));
+  const Outcome plan = run({"plan", scene, "--modes", PALPATE_SNAP_MODE});
+  EXPECT_EQ(plan.exit_code, 0) << plan.err;
+  EXPECT_THAT(plan.out, HasSubstr("held"));
+
+  // The hand is pressed into the ball, and the mode holds it: a recording of it replays bit by bit.
+  const std::string recording = folder / "run";
+  const Outcome felt =
+      run({"feel", scene, "--modes", PALPATE_SNAP_MODE, "--device", "simulated", "--path", "press",
+           "--seconds", "3", "--headset", "off", "--record", recording});
+  EXPECT_EQ(felt.exit_code, 0) << felt.err;
+  EXPECT_THAT(felt.out, HasSubstr("held"));
+  const Outcome replayed =
+      run({"feel", scene, "--modes", PALPATE_SNAP_MODE, "--replay", recording});
+  EXPECT_EQ(replayed.exit_code, 0) << replayed.err;
+  EXPECT_THAT(replayed.out, HasSubstr("every output is the recorded one"));
+}
+
+TEST(ModeLibrary, LetsTheModeRefuseWhatCanNotWork) {
+  const TemporaryFolder folder;
+  std::string text = kScene;
+  text.replace(text.find("0.004"), 5, "0.0");
+  const Outcome plan = run({"plan", scene_in(folder, text), "--modes", PALPATE_SNAP_MODE});
+  EXPECT_EQ(plan.exit_code, 2);
+  EXPECT_THAT(plan.err, HasSubstr("range_m"));
+}
+
+TEST(ModeLibrary, RefusesWhatIsNoLibraryOfModesInOneSentence) {
+  const TemporaryFolder folder;
+  const std::string scene = scene_in(folder);
+  files::write_bytes(folder / "libtext.so", "not a library");
+  const auto refusal = [&](const std::string& library) {
+    const Outcome result = run({"plan", scene, "--modes", library});
+    EXPECT_EQ(result.exit_code, 2) << library;
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    return result.err;
+  };
+  EXPECT_THAT(refusal(folder / "libtext.so"), HasSubstr("can not be loaded"));
+  EXPECT_THAT(refusal("/usr/lib/x86_64-linux-gnu/libz.so.1"),
+              HasSubstr("is no library of haptic modes"));
+  EXPECT_THAT(refusal(PALPATE_OLD_MODES), HasSubstr("compiled for another version"));
+  EXPECT_THAT(refusal(folder / "absent.so"), HasSubstr("absent.so"));
+  const Outcome made = run({"plan", "heart", "--modes", PALPATE_SNAP_MODE});
+  EXPECT_EQ(made.exit_code, 2);
+  EXPECT_THAT(made.err, HasSubstr("give a scene file"));
+}
+
+}  // namespace
+}  // namespace palpate::app
