@@ -284,8 +284,11 @@ bool waits_for_motion(const MovingVolume& volume) {
 /// Adds a volume with its data at its place.
 Status add(FeltScene& scene, size_t v, MovingVolume volume) {
   VolumeSpec& spec = scene.spec.volumes[v];
-  spec.transform = start_transform(spec, volume);
+  const auto start = start_transform(spec, volume);
+  if (!start) return start.error();
+  spec.transform = *start;
   spec.centred = false;
+  if (spec.source.empty()) spec.box_m.reset();
   if (waits_for_motion(volume)) {
     auto standing = standing_at(volume, volume.segments_frame);
     if (!standing) return standing.error();

@@ -18,9 +18,7 @@ int64_t monotonic_ns() {
 
 bool needs_poses(const VolumeSpec& spec) {
   if (spec.drive.kind == DriveSpec::Kind::kSecondHand) return true;
-  const bool by_itself =
-      spec.drive.kind == DriveSpec::Kind::kTurn || spec.drive.kind == DriveSpec::Kind::kSwing;
-  return by_itself && spec.path != PosePath::kExact;
+  return spec.drive.kind != DriveSpec::Kind::kStill && spec.path != PosePath::kExact;
 }
 
 Result<std::unique_ptr<Palpation>> Palpation::start(FeltScene scene, ForceDevice& device,
