@@ -15,6 +15,7 @@
 #include "integration/files/segmentation.h"
 #include "integration/files/sentences.h"
 #include "integration/files/sequence_motion_file.h"
+#include "integration/x3d/x3d_file.h"
 #include "module/haptics/haptic_scene.h"
 #include "module/scene/built_in.h"
 #include "module/scene/make_volume.h"
@@ -310,19 +311,6 @@ Status add(FeltScene& scene, size_t v, MovingVolume volume) {
   return Nothing{};
 }
 
-Result<FeltScene> of_spec(std::string name, SceneSpec spec, const OnDoing& doing) {
-  FeltScene scene;
-  scene.name = std::move(name);
-  scene.spec = std::move(spec);
-  for (size_t v = 0; v < scene.spec.volumes.size(); ++v) {
-    Samples samples;
-    auto volume = read_volume_of(scene.spec.volumes[v], samples, doing, scene.notes);
-    if (!volume) return volume.error();
-    if (const Status added = add(scene, v, std::move(*volume)); !added) return added.error();
-  }
-  return scene;
-}
-
 Result<ModeSpec> surface_of(const fs::path& file, const Samples& samples,
                             const SequenceChoices& choices, std::vector<std::string>& notes) {
   const WallQuality found =
@@ -382,6 +370,34 @@ Result<ModeSpec> guide_along(const Volume& lengths, const SequenceChoices& choic
   follow.kind = "follow";
   follow.strength = *strength;
   return follow;
+}
+
+/// A scene that says nothing of modes gets for each volume what a sequence without a scene gets.
+Result<FeltScene> of_spec(std::string name, SceneSpec spec, const SequenceChoices& choices,
+                          const OnDoing& doing, std::vector<std::string> notes = {}) {
+  FeltScene scene;
+  scene.name = std::move(name);
+  scene.spec = std::move(spec);
+  scene.notes = std::move(notes);
+  const bool without_modes = scene.spec.modes.empty();
+  for (size_t v = 0; v < scene.spec.volumes.size(); ++v) {
+    Samples samples;
+    auto volume = read_volume_of(scene.spec.volumes[v], samples, doing, scene.notes);
+    if (!volume) return volume.error();
+    if (without_modes && !samples.first.values.empty() &&
+        (volume->segments.empty() || choices.level)) {
+      const VolumeSpec& of = scene.spec.volumes[v];
+      auto mode = volume->frames.front()->is_vector()
+                      ? guide_along(samples.first, choices, scene.notes)
+                      : surface_of(of.files.front(), samples, choices, scene.notes);
+      if (!mode) return mode.error();
+      mode->volume = of.name;
+      if (v > 0) mode->name += fmt::format(" of {}", of.name);
+      scene.spec.modes.push_back(std::move(*mode));
+    }
+    if (const Status added = add(scene, v, std::move(*volume)); !added) return added.error();
+  }
+  return scene;
 }
 
 Result<FeltScene> of_sequence(const std::vector<fs::path>& inputs, const SequenceChoices& choices,
@@ -472,7 +488,7 @@ Result<FeltScene> load_felt_scene(const std::vector<fs::path>& inputs,
                    fmt::format("'{}' is made data, which have their own values at all times: leave "
                                "--values out",
                                name)};
-    return of_spec(name, scene(), doing);
+    return of_spec(name, scene(), choices, doing);
   }
   if (inputs.size() == 1 && inputs.front().extension() == ".json") {
     auto spec = files::read_scene(inputs.front(), {}, choices.folder);
@@ -480,7 +496,15 @@ Result<FeltScene> load_felt_scene(const std::vector<fs::path>& inputs,
     if (choices.values)
       for (VolumeSpec& volume : spec->volumes)
         if (volume.source.empty()) volume.values = choices.values;
-    return of_spec(name, std::move(*spec), doing);
+    return of_spec(name, std::move(*spec), choices, doing);
+  }
+  if (inputs.size() == 1 && x3d::is_x3d(inputs.front())) {
+    auto read = x3d::read_x3d(inputs.front(), choices.folder);
+    if (!read) return read.error();
+    if (choices.values)
+      for (VolumeSpec& volume : read->spec.volumes)
+        if (volume.source.empty()) volume.values = choices.values;
+    return of_spec(name, std::move(read->spec), choices, doing, std::move(read->notes));
   }
   return of_sequence(inputs, choices, doing);
 }

@@ -59,10 +59,10 @@ Program make_program() {
   CLI::App& app = *program.app;
   app.require_subcommand(1);
   app.set_version_flag("--version", "palpate " PALPATE_VERSION);
-  program.commands = {add_motion(app),      add_chart(app),   add_check(app), add_devices(app),
-                      add_info(app),        add_phantom(app), add_feel(app),  add_view(app),
-                      add_calibrate(app),   add_plan(app),    add_demo(app),  add_help(app),
-                      add_write_manual(app)};
+  program.commands = {add_motion(app),    add_chart(app),       add_check(app),   add_devices(app),
+                      add_info(app),      add_phantom(app),     add_feel(app),    add_view(app),
+                      add_calibrate(app), add_plan(app),        add_convert(app), add_demo(app),
+                      add_help(app),      add_write_manual(app)};
   mark_outputs(program.commands);
   // Before the command or behind it.
   for (CLI::App* one : with_nested_commands(app))

@@ -53,6 +53,7 @@ Status write_one_eye(const fs::path& path, const charts::Raster& raster) {
 Status draw(const FeelCommand& command, double frame, Console& console, std::stop_token stop) {
   auto scene = load_seen_scene(command.inputs, command.sequence);
   if (!scene) return scene.error();
+  for (const std::string& note : scene->notes) console.say("Note      " + note);
   if (frame >= double(frames_of(*scene)))
     return Error{ErrorKind::kBadInput, fmt::format("There is no frame {}: the frames are 0 to {}",
                                                    frame, frames_of(*scene) - 1)};
