@@ -63,6 +63,8 @@ TEST(X3dReader, ReadsAVolumeAsABoxOfItsDimensions) {
   EXPECT_EQ(v.drive.kind, DriveSpec::Kind::kStill);
   EXPECT_THAT(scene.spec.modes, IsEmpty());
   EXPECT_THAT(scene.notes, IsEmpty());
+  // H3D's scenes have no root of their own.
+  EXPECT_TRUE(parse_x3d("scene.x3d", "<Group>" + kVolume + "</Group>"));
   // What X3D says where nothing is written.
   EXPECT_EQ(
       accepted("<VolumeData><ImageTexture3D url='a.nrrd'/></VolumeData>").spec.volumes[0].box_m,
