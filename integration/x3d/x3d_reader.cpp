@@ -75,7 +75,7 @@ std::string bare(std::string field) {
 
 bool is_sensor_or_interpolator(std::string_view name) {
   return name == "TimeSensor" || name == "PositionInterpolator" ||
-         name == "OrientationInterpolator";
+         name == "OrientationInterpolator" || name == "SplinePositionInterpolator";
 }
 
 bool is_data(std::string_view name) {
@@ -599,9 +599,11 @@ class SceneReader {
     const auto found = document.names.find(route.from);
     if (found == document.names.end() || bare(route.from_field) != "value") return;
     const Node interpolator{&document, found->second};
+    const char* spline = std::is_same_v<T, glm::dvec3> ? "SplinePositionInterpolator" : kind;
     Node sensor;
-    Route* fraction =
-        interpolator.name() == kind ? fraction_route(document, route.from, sensor) : nullptr;
+    Route* fraction = (interpolator.name() == kind || interpolator.name() == spline)
+                          ? fraction_route(document, route.from, sensor)
+                          : nullptr;
     if (!fraction || !track.keys.empty()) return;  // the ROUTE is named in the end
     KeyTrack<T> read;
     if (!sense(sensor, read.cycle_s, read.loop)) return;
@@ -610,7 +612,6 @@ class SceneReader {
     const auto key_numbers = numbers_of(keys ? *keys : "");
     const auto value_numbers = numbers_of(values ? *values : "");
     constexpr size_t kEach = sizeof(T) / sizeof(double);
-    finish(interpolator);
     if (!key_numbers || !value_numbers || key_numbers->empty() ||
         value_numbers->size() != kEach * key_numbers->size())
       return refuse(interpolator,
@@ -629,9 +630,82 @@ class SceneReader {
                                   k));
       read.values.push_back(*value);
     }
+    if constexpr (std::is_same_v<T, glm::dvec3>)
+      if (interpolator.name() == "SplinePositionInterpolator" && !bend(interpolator, range, read))
+        return;
+    finish(interpolator);
     track = std::move(read);
     route.followed = fraction->followed = true;
     document.driving.insert(interpolator.index);
+  }
+
+  /// Puts a spline through the values, in straight pieces: X3D's cubic Hermite curve, with tangents
+  /// in values per way from key to key.
+  bool bend(const Node& node, const NumberRange& range, KeyTrack<glm::dvec3>& track) {
+    constexpr size_t kMostKeys = 1000;
+    constexpr int kPieces = 32;
+    const size_t n = track.keys.size();
+    bool closed = false, even_speed = false;
+    boolean(node, "closed", closed);
+    boolean(node, "normalizeVelocity", even_speed);
+    const std::string* text = field(node, "keyVelocity");
+    const auto given = numbers_of(text ? *text : "");
+    if (!good()) return false;
+    if (!given || (!given->empty() && given->size() != 3 * n) || n > kMostKeys) {
+      refuse(node, fmt::format("keyVelocity has to hold plain numbers, three for each key or none, "
+                               "and a spline at most {} keys: correct it",
+                               kMostKeys));
+      return false;
+    }
+    if (n < 2) return true;
+    const std::vector<double>& key = track.keys;
+    const std::vector<glm::dvec3>& value = track.values;
+    closed = closed && value.front() == value.back();
+    std::vector<glm::dvec3> tangent(n, glm::dvec3(0.0));
+    double length = 0.0;
+    for (size_t k = 0; k + 1 < n; ++k) length += glm::distance(value[k], value[k + 1]);
+    for (size_t k = 0; k < n; ++k) {
+      if (!given->empty()) {
+        const double* v = given->data() + 3 * k;
+        tangent[k] = {v[0], v[1], v[2]};
+        const double speed = glm::length(tangent[k]);
+        if (even_speed && speed > 0.0) tangent[k] *= length / speed;
+      } else if (k > 0 && k + 1 < n) {
+        tangent[k] = 0.5 * (value[k + 1] - value[k - 1]);
+      } else if (closed) {
+        tangent[k] = 0.5 * (value[1] - value[n - 2]);
+      }
+    }
+    // Keys at uneven distances: the share of the way before a key goes to the tangent with which it
+    // is left, that behind it to the one with which it is reached.
+    const auto share = [&](size_t k, bool before) {
+      const bool end = k == 0 || k + 1 == n;
+      if (end && !closed) return 1.0;
+      const double back = end ? key[n - 1] - key[n - 2] : key[k] - key[k - 1];
+      const double on = end ? key[1] - key[0] : key[k + 1] - key[k];
+      return back + on > 0.0 ? 2.0 * (before ? back : on) / (back + on) : 1.0;
+    };
+    KeyTrack<glm::dvec3> bent{{}, {}, track.cycle_s, track.loop};
+    for (size_t k = 0; k + 1 < n; ++k) {
+      const glm::dvec3 leaving = share(k, true) * tangent[k];
+      const glm::dvec3 arriving = share(k + 1, false) * tangent[k + 1];
+      for (int piece = 0; piece < kPieces; ++piece) {
+        const double s = double(piece) / kPieces, s2 = s * s, s3 = s2 * s;
+        bent.keys.push_back(key[k] + s * (key[k + 1] - key[k]));
+        bent.values.push_back((2.0 * s3 - 3.0 * s2 + 1.0) * value[k] +
+                              (3.0 * s2 - 2.0 * s3) * value[k + 1] + (s3 - 2.0 * s2 + s) * leaving +
+                              (s3 - s2) * arriving);
+      }
+    }
+    bent.keys.push_back(key.back());
+    bent.values.push_back(value.back());
+    for (const glm::dvec3& v : bent.values)
+      if (!is_in(v.x, range) || !is_in(v.y, range) || !is_in(v.z, range)) {
+        refuse(node, "its curve leaves what can be moved or scaled to: give smaller velocities");
+        return false;
+      }
+    track = std::move(bent);
+    return true;
   }
 
   template <class T>

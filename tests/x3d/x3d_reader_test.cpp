@@ -155,6 +155,48 @@ TEST(X3dReader, FollowsRoutesFromASensorThroughInterpolators) {
       expect_near(place_of(v, t, x), expected(t, x));
 }
 
+TEST(X3dReader, BendsPathsThroughSplines) {
+  const auto moved = [](const std::string& fields) {
+    return accepted("<TimeSensor DEF='T' loop='true'/><SplinePositionInterpolator DEF='P' " +
+                    fields + "/><Transform DEF='A'>" + kVolume +
+                    "</Transform><ROUTE fromNode='T' fromField='fraction_changed' toNode='P' "
+                    "toField='set_fraction'/><ROUTE fromNode='P' fromField='value_changed' "
+                    "toNode='A' toField='set_translation'/>");
+  };
+  const auto x = [](const X3dScene& scene, double t) {
+    return place_of(scene.spec.volumes[0], t).x;
+  };
+  // With velocities of a parabola, x = s^2 and y = 3 s over one way from key to key.
+  const X3dScene given = moved("key='0 1' keyValue='0 0 0 1 3 0' keyVelocity='0 3 0 2 3 0'");
+  EXPECT_THAT(given.notes, IsEmpty());
+  // 32 straight pieces: a parabola of second derivative 2 is 2 / 8 / 32^2 away from them at most.
+  for (double t = 0.0; t < 1.0; t += 0.037) {
+    EXPECT_NEAR(x(given, t), t * t, 2.5e-4);
+    EXPECT_NEAR(place_of(given.spec.volumes[0], t).y, 3.0 * t, 1e-12);
+  }
+  // Without: half of the way between the neighbours, 0 at the ends, or round where it is closed.
+  const X3dScene found = moved("key='0 0.5 1' keyValue='0 0 0 1 0 0 0 0 0'");
+  EXPECT_NEAR(x(found, 0.25), 0.5, 1e-12);
+  const X3dScene line = moved("key='0 0.25 0.5 1' keyValue='0 0 0 1 0 0 2 0 0 0 0 0'");
+  // At key 1: tangent (2 - 0) / 2; Hermite in the middle of the second way: (1 + 2) / 2 + (1 - m) /
+  // 8 with m, of key 2, (0 - 1) / 2 times 2 * 0.5 / 0.75.
+  EXPECT_NEAR(x(line, 0.375), 1.5 + (1.0 + 2.0 / 3.0) / 8.0, 1e-12);
+  const X3dScene round =
+      moved("closed='true' key='0 0.25 0.5 0.75 1' keyValue='0 0 0 1 0 0 0 0 0 -1 0 0 0 0 0'");
+  EXPECT_NEAR(x(round, 0.125), 0.5 + 1.0 / 8.0, 1e-12);
+  // At even speed velocities only say directions: as long as the whole way.
+  const X3dScene even = moved(
+      "normalizeVelocity='true' key='0 1' keyValue='0 0 0 1 0 0' "
+      "keyVelocity='7 0 0 0.1 0 0'");
+  EXPECT_NEAR(x(even, 0.4375), 0.4375, 1e-12);
+  EXPECT_THAT(refusal("<TimeSensor DEF='T'/><SplinePositionInterpolator DEF='P' key='0 1' "
+                      "keyValue='0 0 0 1 0 0' keyVelocity='1'/><Transform DEF='A'/>"
+                      "<ROUTE fromNode='T' fromField='fraction_changed' toNode='P' "
+                      "toField='set_fraction'/><ROUTE fromNode='P' fromField='value_changed' "
+                      "toNode='A' toField='set_translation'/>"),
+              is_sentence("keyVelocity"));
+}
+
 TEST(X3dReader, TakesAWholeTurnForTheDriveThatTurns) {
   const auto turning = [](const std::string& around, const std::string& values) {
     return accepted(
