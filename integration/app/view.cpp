@@ -11,6 +11,7 @@
 #include "integration/app/still_picture.h"
 #include "integration/charts/felt_page.h"
 #include "integration/files/number_range.h"
+#include "module/scene/drive.h"
 
 namespace palpate::app {
 namespace {
@@ -24,7 +25,8 @@ SceneMoment moment_at(const FeltScene& scene, double at) {
   for (int v = 0; v < moment.volume_count; ++v) {
     const FrameTimes& times = scene.data[size_t(v)]->times;
     VolumeMoment& volume = moment.volumes[size_t(v)];
-    volume.world_from_volume = scene.spec.volumes[size_t(v)].transform;
+    const VolumeSpec& spec = scene.spec.volumes[size_t(v)];
+    volume.world_from_volume = driven(spec.drive, spec.transform, 0.0);
     // A sequence that is shorter stays at its last frame.
     const double last = double(times.times_s.size()) - 1.0;
     const size_t before = size_t(std::clamp(at, 0.0, last));

@@ -88,6 +88,35 @@ TEST(X3dMolecule, GivesTheForcesOfTheBuiltInOne) {
   EXPECT_LT(farthest, 5e-4);
 }
 
+TEST(X3dMolecule, KeysGiveTheForcesOfTheTurnThatTheySay) {
+  // The molecule beside its middle, as a turn and as keys within a place of its own: from the
+  // first tick on the hand meets the same.
+  SceneSpec turn = molecule_scene(), keys = turn;
+  turn.volumes[0].drive.centre_m = {0.01, 0.0, 0.0};
+  turn.volumes[0].drive.rate_hz = 0.5;
+  turn.volumes[0].transform.translation_m = {0.0, 0.01, 0.005};
+  KeyedPose outer, round;
+  outer.pose.translation_m = turn.volumes[0].drive.centre_m;
+  for (int k = 0; k <= 8; ++k) {
+    round.rotation.keys.push_back(k / 8.0);
+    round.rotation.values.push_back(
+        glm::angleAxis(2.0 * 3.14159265358979323846 * k / 8.0, glm::dvec3(0, 1, 0)));
+  }
+  round.rotation.cycle_s = 2.0;
+  VolumeSpec& volume = keys.volumes[0];
+  volume.drive.kind = DriveSpec::Kind::kKeys;
+  volume.drive.poses = {outer, round};
+  volume.transform.translation_m = glm::dvec3(0.0, 0.01, 0.005) - outer.pose.translation_m;
+  const std::vector<glm::dvec3> a = forces_on(turn), b = forces_on(keys);
+  double largest = 0.0, farthest = 0.0;
+  for (size_t k = 0; k < a.size(); ++k) {
+    largest = std::max(largest, glm::length(a[k]));
+    farthest = std::max(farthest, glm::length(a[k] - b[k]));
+  }
+  EXPECT_GT(largest, 1.0);
+  EXPECT_LT(farthest, 1e-6);
+}
+
 TEST(X3dMolecule, ChargesAreTheMoleculeToTheBit) {
   SceneSpec scene = molecule_scene();
   const auto molecule = build(scene.volumes[0]);
