@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/gtc/constants.hpp>
+#include <limits>
 
 namespace palpate {
 
@@ -11,6 +12,8 @@ namespace {
 Error refused(const std::string& what) {
   return {ErrorKind::kBadInput, "The drive can not be followed: " + what + "."};
 }
+
+constexpr double kFarthest_m = 1.000001e6;  // 1000 km, and what is rounded beyond
 
 glm::dvec3 blend(const glm::dvec3& a, const glm::dvec3& b, double share) noexcept {
   return a + share * (b - a);
@@ -71,6 +74,7 @@ Status check(const DriveSpec& drive, const Transform& start) {
     return refused("an axis, a centre, a rate or an amplitude is no number; correct it");
   if (drive.kind != DriveSpec::Kind::kKeys) return Nothing{};
   bool even = true;
+  double least = 1.0, most = 1.0;  // scale of all together
   for (size_t k = 0; k <= drive.poses.size(); ++k) {
     const bool last = k == drive.poses.size();
     const KeyedPose own{start, {}, {}, {}};
@@ -92,6 +96,23 @@ Status check(const DriveSpec& drive, const Transform& start) {
       return refused(
           "a scale that differs between axes would shear what turns within it; give the same scale "
           "along all axes");
+    double low = std::numeric_limits<double>::infinity(), high = 0.0;
+    const auto reach = [&](glm::dvec3 scale) {
+      for (int a = 0; a < 3; ++a) low = std::min(low, scale[a]), high = std::max(high, scale[a]);
+    };
+    if (pose.scale.values.empty()) reach(pose.pose.scale);
+    for (const glm::dvec3& scale : pose.scale.values) reach(scale);
+    least *= low;
+    most *= high;
+    const auto is_far = [](glm::dvec3 x) {
+      return !glm::all(glm::lessThan(glm::abs(x), glm::dvec3(kFarthest_m)));
+    };
+    if (!(least >= 1e-4 && most <= 1e4) || is_far(pose.pose.translation_m) ||
+        std::any_of(pose.translation_m.values.begin(), pose.translation_m.values.end(), is_far))
+      return refused(
+          "the transforms together lead to a scale outside 1e-4 to 1e4, or one of them farther "
+          "than "
+          "1000 km; give smaller numbers");
     even = even && is_even(pose.pose.scale) &&
            std::all_of(pose.scale.values.begin(), pose.scale.values.end(), is_even);
   }

@@ -70,6 +70,18 @@ TEST(Drive, RefusesKeysThatCanNotBeFollowed) {
   EXPECT_TRUE(refused([](KeyedPose& p) { p.pose.scale = {1e9, 1, 1}; }));
 }
 
+TEST(Drive, RefusesTransformsThatTogetherLeadTooFar) {
+  KeyedPose large;
+  large.pose.scale = glm::dvec3(200.0);
+  DriveSpec drive = keyed(large);
+  EXPECT_TRUE(check(drive, {}));
+  drive.poses.push_back(large);
+  EXPECT_FALSE(check(drive, {}));
+  KeyedPose far;
+  far.pose.translation_m.x = 1e300;
+  EXPECT_FALSE(check(keyed(far), {}));
+}
+
 TEST(Drive, RefusesWhatWouldShear) {
   KeyedPose uneven;
   uneven.scale = {{0.0, 1.0}, {{1, 1, 1}, {1, 2, 1}}, 1.0, true};
