@@ -9,6 +9,7 @@ Command add_calibrate(CLI::App& program);
 Command add_motion(CLI::App& program);
 Command add_chart(CLI::App& program);
 Command add_check(CLI::App& program);
+Command add_convert(CLI::App& program);
 Command add_devices(CLI::App& program);
 Command add_demo(CLI::App& program);
 Command add_feel(CLI::App& program);

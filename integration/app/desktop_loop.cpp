@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "integration/desktop/help.h"
+#include "module/scene/drive.h"
 
 namespace palpate::app {
 namespace {
@@ -59,7 +60,8 @@ void DesktopLoop::begin(Palpation& palpation, Transport& transport, desktop::Mou
   picture.update(felt);
   SceneMoment start;
   for (size_t v = 0; v < picture.volumes().size(); ++v)
-    start.volumes[v].world_from_volume = felt->volumes[v].spec.transform;
+    start.volumes[v].world_from_volume =
+        driven(felt->volumes[v].spec.drive, felt->volumes[v].spec.transform, 0.0);
   glm::dvec3 centre;
   picture.bounds(start, centre, ball_m_);
   camera_ = first_camera_ = desktop::camera_before(centre, ball_m_);

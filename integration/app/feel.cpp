@@ -200,7 +200,7 @@ void add_seeing(CLI::App& app, FeelCommand& command) {
 Command add_feel(CLI::App& program) {
   auto command = std::make_shared<FeelCommand>();
   CLI::App* app = program.add_subcommand(
-      "feel", "Feel heart, shell, molecule, a scene file (.json) or a sequence, at 1 kHz");
+      "feel", "Feel heart, shell, molecule, a scene file (.json, .x3d) or a sequence, at 1 kHz");
   app->add_option("input", command->inputs,
                   "heart, shell, molecule, a scene file, or a sequence as in 'palpate motion'")
       ->type_name("PATH")

@@ -27,6 +27,7 @@
 #include "module/haptics/black_box.h"
 #include "module/haptics/emergency.h"
 #include "module/haptics/recording.h"
+#include "module/scene/drive.h"
 
 namespace palpate::app {
 namespace {
@@ -246,10 +247,11 @@ class FeelRun {
     }
     if (opened_.controller) {
       const FrameData& frame = *scene.data.front()->frames.front();
+      const VolumeSpec& first = scene.spec.volumes.front();
       scene.spec.world_from_device = {};
       scene.spec.world_from_device.translation_m =
-          scene.spec.volumes.front().transform.world_from_volume(0.5 *
-                                                                 (frame.low_m() + frame.high_m()));
+          driven(first.drive, first.transform, 0.0)
+              .world_from_volume(0.5 * (frame.low_m() + frame.high_m()));
     } else if (calibration_ && scene.spec.world_from_device.scale != glm::dvec3(1.0)) {
       scene.spec.world_from_device.scale = glm::dvec3(1.0);
       scene.notes.push_back(

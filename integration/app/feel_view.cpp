@@ -49,7 +49,10 @@ Look fitting(const HapticScene& scene, const HapticVolume& volume) {
   if (volume.data->frames.front()->is_vector())
     return windowed(*preset_look("flow"), 0.5 * high, std::max(high, 1e-9));
   const std::string& source = volume.spec.source;
-  const Look look = fitting_look(source.empty() ? volume.data->name : source, low, high);
+  const std::string& kind = source.empty()        ? volume.data->name
+                            : source == "charges" ? "molecule"
+                                                  : source;
+  const Look look = fitting_look(kind, low, high);
   if (look.name.starts_with("CT") && feels_air(scene, volume)) return *preset_look("CT lung");
   return look;
 }
@@ -146,7 +149,7 @@ void FeelPicture::add_things(const SceneMoment& moment, const Eye& eye, double r
     const FrameData& frame = *volumes_[v]->frames.front();
     const Transform& place = scene.volumes[v].world_from_volume;
     add_box(scene.things, place, frame.low_m(), frame.high_m(), 0.0004 * size, kFrame);
-    if (spec(v).source != "molecule")
+    if (spec(v).source != "molecule" && spec(v).source != "charges")
       add_letters(scene.things, place, frame.low_m(), frame.high_m(), eye, 0.010 * size, kPen);
   }
 }

@@ -16,6 +16,7 @@
 #include "integration/files/segmentation.h"
 #include "integration/files/sentences.h"
 #include "integration/files/sequence_motion_file.h"
+#include "integration/x3d/x3d_file.h"
 #include "module/haptics/haptic_scene.h"
 #include "module/scene/built_in.h"
 #include "module/scene/make_volume.h"
@@ -285,8 +286,11 @@ bool waits_for_motion(const MovingVolume& volume) {
 /// Adds a volume with its data at its place.
 Status add(FeltScene& scene, size_t v, MovingVolume volume) {
   VolumeSpec& spec = scene.spec.volumes[v];
-  spec.transform = start_transform(spec, volume);
+  const auto start = start_transform(spec, volume);
+  if (!start) return start.error();
+  spec.transform = *start;
   spec.centred = false;
+  if (spec.source.empty()) spec.box_m.reset();
   if (waits_for_motion(volume)) {
     auto standing = standing_at(volume, volume.segments_frame);
     if (!standing) return standing.error();
@@ -306,19 +310,6 @@ Status add(FeltScene& scene, size_t v, MovingVolume volume) {
     scene.missing.push_back({v, [files = spec.files] { return open_sequence(files); }, nullptr});
   scene.data.push_back(std::make_shared<const MovingVolume>(std::move(volume)));
   return Nothing{};
-}
-
-Result<FeltScene> of_spec(std::string name, SceneSpec spec, const OnDoing& doing) {
-  FeltScene scene;
-  scene.name = std::move(name);
-  scene.spec = std::move(spec);
-  for (size_t v = 0; v < scene.spec.volumes.size(); ++v) {
-    Samples samples;
-    auto volume = read_volume_of(scene.spec.volumes[v], samples, doing, scene.notes);
-    if (!volume) return volume.error();
-    if (const Status added = add(scene, v, std::move(*volume)); !added) return added.error();
-  }
-  return scene;
 }
 
 Result<ModeSpec> surface_of(const fs::path& file, const Samples& samples,
@@ -380,6 +371,34 @@ Result<ModeSpec> guide_along(const Volume& lengths, const SequenceChoices& choic
   follow.kind = "follow";
   follow.strength = *strength;
   return follow;
+}
+
+/// A scene that says nothing of modes gets for each volume what a sequence without a scene gets.
+Result<FeltScene> of_spec(std::string name, SceneSpec spec, const SequenceChoices& choices,
+                          const OnDoing& doing, std::vector<std::string> notes = {}) {
+  FeltScene scene;
+  scene.name = std::move(name);
+  scene.spec = std::move(spec);
+  scene.notes = std::move(notes);
+  const bool without_modes = scene.spec.modes.empty();
+  for (size_t v = 0; v < scene.spec.volumes.size(); ++v) {
+    Samples samples;
+    auto volume = read_volume_of(scene.spec.volumes[v], samples, doing, scene.notes);
+    if (!volume) return volume.error();
+    if (without_modes && !samples.first.values.empty() &&
+        (volume->segments.empty() || choices.level)) {
+      const VolumeSpec& of = scene.spec.volumes[v];
+      auto mode = volume->frames.front()->is_vector()
+                      ? guide_along(samples.first, choices, scene.notes)
+                      : surface_of(of.files.front(), samples, choices, scene.notes);
+      if (!mode) return mode.error();
+      mode->volume = of.name;
+      if (v > 0) mode->name += fmt::format(" of {}", of.name);
+      scene.spec.modes.push_back(std::move(*mode));
+    }
+    if (const Status added = add(scene, v, std::move(*volume)); !added) return added.error();
+  }
+  return scene;
 }
 
 Result<FeltScene> of_sequence(const std::vector<fs::path>& inputs, const SequenceChoices& choices,
@@ -474,7 +493,7 @@ Result<FeltScene> load_felt_scene(const std::vector<fs::path>& inputs,
                    fmt::format("'{}' is made data, which have their own values at all times: leave "
                                "--values out",
                                name)};
-    return of_spec(name, scene(), doing);
+    return of_spec(name, scene(), choices, doing);
   }
   if (is_scene) {
     auto kinds = load_modes(choices.mode_libraries);
@@ -484,9 +503,17 @@ Result<FeltScene> load_felt_scene(const std::vector<fs::path>& inputs,
     if (choices.values)
       for (VolumeSpec& volume : spec->volumes)
         if (volume.source.empty()) volume.values = choices.values;
-    auto scene = of_spec(name, std::move(*spec), doing);
+    auto scene = of_spec(name, std::move(*spec), choices, doing);
     if (scene) scene->kinds = std::move(*kinds);
     return scene;
+  }
+  if (inputs.size() == 1 && x3d::is_x3d(inputs.front())) {
+    auto read = x3d::read_x3d(inputs.front(), choices.folder);
+    if (!read) return read.error();
+    if (choices.values)
+      for (VolumeSpec& volume : read->spec.volumes)
+        if (volume.source.empty()) volume.values = choices.values;
+    return of_spec(name, std::move(read->spec), choices, doing, std::move(read->notes));
   }
   return of_sequence(inputs, choices, doing);
 }

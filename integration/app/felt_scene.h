@@ -56,9 +56,9 @@ struct FeltScene {
   ModeKinds kinds;                 ///< of mode, that the spec may name
 };
 
-/// "heart", "shell" or "molecule", a scene file (.json), or a sequence: a 4D file, a folder, a list
-/// of 3D files, or a single frame. `doing` (may be empty) hears what is being done, for example
-/// "reading frame 3 of 20". kBadInput in one sentence. Any thread.
+/// "heart", "shell" or "molecule", a scene file (.json, .x3d), or a sequence: a 4D file, a folder,
+/// a list of 3D files, or a single frame. `doing` (may be empty) hears what is being done, for
+/// example "reading frame 3 of 20". kBadInput in one sentence. Any thread.
 Result<FeltScene> load_felt_scene(const std::vector<std::filesystem::path>& inputs,
                                   const SequenceChoices& choices, const OnDoing& doing = {});
 

@@ -11,7 +11,7 @@ Program make_program() {
   add_commands(program,
                {add_motion(app), add_chart(app), add_check(app), add_devices(app), add_info(app),
                 add_phantom(app), add_feel(app), add_view(app), add_calibrate(app), add_plan(app),
-                add_demo(app), add_help(app), add_write_manual(app)});
+                add_convert(app), add_demo(app), add_help(app), add_write_manual(app)});
   return program;
 }
 

@@ -12,6 +12,7 @@
 #include "integration/app/frames.h"
 #include "integration/files/atomic_file.h"
 #include "integration/files/sentences.h"
+#include "integration/x3d/x3d_file.h"
 
 namespace palpate::app {
 namespace {
@@ -75,6 +76,7 @@ class InputFiles {
     if (!remember(file)) return;
     const std::string ending = file.extension().string();
     if (ending == ".json") add_strings(file, nlohmann::json::parse(start_of(file), nullptr, false));
+    if (x3d::is_x3d(file)) add_scene_files(file);
     if (ending == ".mhd" || ending == ".nhdr") add_named_in_header(file);
   }
 
@@ -91,6 +93,12 @@ class InputFiles {
          !error && entry != end; entry.increment(error))
       if (entry.depth() > 0 && !has_image_ending(entry->path()) && entry->is_regular_file(error))
         remember(entry->path());
+  }
+
+  /// What an X3D scene reads; nothing of one that can not be read, which ends the command anyway.
+  void add_scene_files(const fs::path& scene) {
+    if (const auto read = x3d::read_x3d(scene))
+      for (const fs::path& file : read->files) add(file);
   }
 
   /// Every string of a scene that is the name of a file is taken for one that it reads.

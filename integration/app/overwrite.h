@@ -14,7 +14,7 @@ Status check_are_files(const std::vector<std::filesystem::path>& inputs);
 /// Whether outputs can be written without losing an input: kBadOutput, in one sentence, if
 /// - an output is an input, whatever the spelling of its path (compared by device and inode, links
 ///   followed). Inputs are the named files, the files of a named folder, and the files that a named
-///   scene (.json) or header (.mhd, .nhdr) names;
+///   scene (.json, .x3d) or header (.mhd, .nhdr) names;
 /// - an output folder is an input folder: the next run would read what this one writes;
 /// - two outputs are one file;
 /// - an output is "-": palpate writes files only.

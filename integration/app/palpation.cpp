@@ -18,9 +18,7 @@ int64_t monotonic_ns() {
 
 bool needs_poses(const VolumeSpec& spec) {
   if (spec.drive.kind == DriveSpec::Kind::kSecondHand) return true;
-  const bool by_itself =
-      spec.drive.kind == DriveSpec::Kind::kTurn || spec.drive.kind == DriveSpec::Kind::kSwing;
-  return by_itself && spec.path != PosePath::kExact;
+  return spec.drive.kind != DriveSpec::Kind::kStill && spec.path != PosePath::kExact;
 }
 
 Result<std::unique_ptr<Palpation>> Palpation::start(FeltScene scene, ForceDevice& device,
@@ -33,7 +31,7 @@ Result<std::unique_ptr<Palpation>> Palpation::start(FeltScene scene, ForceDevice
     const std::lock_guard lock(palpation->mutex_);
     for (const VolumeSpec& volume : palpation->felt_.spec.volumes) {
       palpation->rates_.push_back(volume.rate);
-      palpation->moved_.push_back(volume.transform);
+      palpation->moved_.push_back(driven(volume.drive, volume.transform, 0.0));
     }
     // A motion that is to come has its steps from the start, all still.
     for (const MissingMotion& missing : palpation->felt_.missing) {

@@ -26,6 +26,7 @@ int run(const std::vector<std::filesystem::path>& inputs, const SequenceChoices&
         "The motion of {} is not known yet: 'palpate feel' estimates it while the still frame is "
         "felt.",
         scene->spec.volumes[missing.volume].name));
+  for (const std::string& note : scene->notes) console.say("Note      " + note);
   return kExitOk;
 }
 

@@ -11,6 +11,7 @@
 #include "integration/app/still_picture.h"
 #include "integration/charts/felt_page.h"
 #include "integration/files/number_range.h"
+#include "module/scene/drive.h"
 
 namespace palpate::app {
 namespace {
@@ -24,7 +25,8 @@ SceneMoment moment_at(const FeltScene& scene, double at) {
   for (int v = 0; v < moment.volume_count; ++v) {
     const FrameTimes& times = scene.data[size_t(v)]->times;
     VolumeMoment& volume = moment.volumes[size_t(v)];
-    volume.world_from_volume = scene.spec.volumes[size_t(v)].transform;
+    const VolumeSpec& spec = scene.spec.volumes[size_t(v)];
+    volume.world_from_volume = driven(spec.drive, spec.transform, 0.0);
     // A sequence that is shorter stays at its last frame.
     const double last = double(times.times_s.size()) - 1.0;
     const size_t before = size_t(std::clamp(at, 0.0, last));
@@ -53,6 +55,7 @@ Status write_one_eye(const fs::path& path, const charts::Raster& raster) {
 Status draw(const FeelCommand& command, double frame, Console& console, std::stop_token stop) {
   auto scene = load_seen_scene(command.inputs, command.sequence);
   if (!scene) return scene.error();
+  for (const std::string& note : scene->notes) console.say("Note      " + note);
   if (frame >= double(frames_of(*scene)))
     return Error{ErrorKind::kBadInput, fmt::format("There is no frame {}: the frames are 0 to {}",
                                                    frame, frames_of(*scene) - 1)};

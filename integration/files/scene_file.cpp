@@ -10,6 +10,7 @@
 #include "integration/files/json_object.h"
 #include "integration/files/scene_parts.h"
 #include "integration/files/sentences.h"
+#include "module/scene/drive.h"
 
 namespace palpate::files {
 namespace {
@@ -24,12 +25,14 @@ constexpr NumberRange kSceneFrameRates{0.0, kFrameRates.high};  // 0: as the fil
 constexpr NumberRange kPlayingRates{-1000.0, 1000.0};           // times as fast as recorded
 constexpr NumberRange kDriveRates_hz{-100.0, 100.0};
 constexpr NumberRange kDistances_m{0.0, 10.0};
+constexpr NumberRange kCycles_s{0.0, 1e6};  // 0: as the files or the frames per second say
+constexpr NumberRange kEdges_m{1e-4, 100.0};
 
 const std::vector<std::string_view> kKinds = {"surface",   "follow",         "front",
                                               "vortex",    "gradient-force", "vector-force",
                                               "attractor", "tissue"};
-const std::vector<std::string_view> kSources = {"heart", "heart-exact", "shell", "shell-exact",
-                                                "molecule"};
+const std::vector<std::string_view> kSources = {"heart",       "heart-exact", "shell",
+                                                "shell-exact", "molecule",    "charges"};
 
 class SceneReader {
  public:
@@ -76,11 +79,25 @@ class SceneReader {
     source(o, v);
     read_transform(o, "transform", v.transform);
     o.boolean("centred", v.centred);
+    glm::dvec3 box;
+    if (o.vector("box_m", box, kEdges_m)) v.box_m = box;
+    if (v.box_m && o.find("centred"))
+      o.refuse("centred", "the box says where the data are: leave this out");
+    if (v.box_m && !v.source.empty() && v.source != "charges")
+      o.refuse("box_m", "made data have their own size: leave this out");
     drive(o, v.drive);
+    if (const Status fine = check(v.drive, v.transform); !fine && o.good()) {
+      std::string what = fine.error().message;
+      what.pop_back();
+      o.refuse("drive", what);
+    }
     v.path = usual_path(v.drive.kind);
     o.choice("path", v.path, SceneWords::kPaths);
     o.choice("back_tracking", v.back_tracking, SceneWords::kBackTrackings);
     o.number("frames_per_second", v.frames_per_second, kSceneFrameRates);
+    o.number("cycle_s", v.cycle_s, kCycles_s);
+    if (v.cycle_s > 0.0 && v.frames_per_second > 0.0)
+      o.refuse("cycle_s", "frames_per_second says it already: leave out one of the two");
     o.number("rate", v.rate, kPlayingRates);
     o.boolean("cyclic", v.cyclic);
     CarriedValues values{};
@@ -105,6 +122,16 @@ class SceneReader {
       v.source = word;
     }
     v.files = read_paths(o, "files");
+    if (const json* charges = o.list("charges")) {
+      if (v.source != "charges")
+        o.refuse("charges", "only the source \"charges\" has some: leave this out");
+      for (size_t k = 0; k < charges->size() && o.good(); ++k)
+        v.charges.push_back(charge((*charges)[k], fmt::format("{}[{}]", o.place("charges"), k)));
+    } else if (v.source == "charges" && o.good()) {
+      o.refuse("charges",
+               "it is missing: give a list of charges, each with position_m, "
+               "strength_v_m and softness_m");
+    }
     if (o.good() && v.source.empty() == v.files.empty())
       o.refuse("files", v.files.empty()
                             ? "the volume has no data: give \"files\" or a \"source\""
@@ -114,6 +141,17 @@ class SceneReader {
     if (!v.source.empty()) return o.refuse("motions", "made data bring their own: leave this out");
     for (size_t k = 0; k < motions->size() && o.good(); ++k)
       motion((*motions)[k], fmt::format("{}[{}]", o.place("motions"), k), v);
+  }
+
+  PointCharge charge(const json& value, const std::string& place) {
+    JsonObject o(value, place, reading_);
+    PointCharge c;
+    o.vector("position_m", c.position_m);
+    if (!o.number("strength_v_m", c.strength_v_m) && o.good())
+      o.refuse("strength_v_m", "it is missing: give the potential times the distance, in V m");
+    o.number("softness_m", c.softness_m, kSoftnesses_m);
+    o.finish();
+    return c;
   }
 
   void motion(const json& value, const std::string& place, VolumeSpec& v) {
@@ -145,6 +183,12 @@ class SceneReader {
     o.vector("centre_m", d.centre_m);
     o.number("rate_hz", d.rate_hz, kDriveRates_hz);
     o.number("amplitude_m", d.amplitude_m, kDistances_m);
+    read_keyed_poses(o, "poses", d.poses);
+    const bool keys = d.kind == DriveSpec::Kind::kKeys;
+    if (keys != !d.poses.empty() && o.good())
+      o.refuse(keys ? "poses" : "kind",
+               keys ? "it is missing: give a list of transforms with keys"
+                    : "poses belong to the kind \"keys\": name it, or leave the poses out");
     o.finish();
   }
 
@@ -269,7 +313,8 @@ const std::vector<std::pair<std::string_view, DriveSpec::Kind>> SceneWords::kDri
     {"still", DriveSpec::Kind::kStill},
     {"turn", DriveSpec::Kind::kTurn},
     {"swing", DriveSpec::Kind::kSwing},
-    {"second-hand", DriveSpec::Kind::kSecondHand}};
+    {"second-hand", DriveSpec::Kind::kSecondHand},
+    {"keys", DriveSpec::Kind::kKeys}};
 const std::vector<std::pair<std::string_view, PosePath>> SceneWords::kPaths = {
     {"smooth", PosePath::kSmooth}, {"paper", PosePath::kPaper}, {"exact", PosePath::kExact}};
 const std::vector<std::pair<std::string_view, BackTracking>> SceneWords::kBackTrackings = {

@@ -146,6 +146,61 @@ void read_transform(JsonObject& parent, const char* key, Transform& out) {
   o.finish();
 }
 
+namespace {
+
+void set_value(const double* numbers, glm::dvec3& out) {
+  out = {numbers[0], numbers[1], numbers[2]};
+}
+void set_value(const double* numbers, glm::dquat& out) {
+  out = glm::dquat(numbers[0], numbers[1], numbers[2], numbers[3]);
+}
+
+/// { "cycle_s", "loop", "keys": [[share, [...]], ...] } with N numbers in each value.
+template <int N, class T>
+void read_track(JsonObject& parent, const char* key, KeyTrack<T>& out) {
+  const json* value = parent.find(key);
+  if (!value) return;
+  JsonObject o(*value, parent.place(key), parent.reading());
+  o.number("cycle_s", out.cycle_s, kPositive);
+  o.boolean("loop", out.loop);
+  const json* keys = o.list("keys");
+  if (!keys && o.good()) o.refuse("keys", "it is missing: give a list of [share, value]");
+  for (size_t k = 0; keys && k < keys->size() && o.good(); ++k) {
+    const json& one = (*keys)[k];
+    bool good = one.is_array() && one.size() == 2 && one[0].is_number() && one[1].is_array() &&
+                one[1].size() == size_t(N);
+    double numbers[N] = {};
+    for (size_t c = 0; good && c < size_t(N); ++c) {
+      good = one[1][c].is_number();
+      if (good) numbers[c] = one[1][c].get<double>();
+    }
+    if (!good)
+      return o.reading().refuse(
+          fmt::format("{}[{}]", o.place("keys"), k),
+          fmt::format("a share of the cycle and {} numbers are expected: write [share, [...]]", N));
+    out.keys.push_back(one[0].get<double>());
+    out.values.emplace_back();
+    set_value(numbers, out.values.back());
+  }
+  o.finish();
+}
+
+}  // namespace
+
+void read_keyed_poses(JsonObject& parent, const char* key, std::vector<KeyedPose>& out) {
+  const json* poses = parent.list(key);
+  for (size_t k = 0; poses && k < poses->size() && parent.good(); ++k) {
+    JsonObject o((*poses)[k], fmt::format("{}[{}]", parent.place(key), k), parent.reading());
+    KeyedPose pose;
+    read_transform(o, "pose", pose.pose);
+    read_track<3>(o, "translation_m", pose.translation_m);
+    read_track<4>(o, "quaternion_wxyz", pose.rotation);
+    read_track<3>(o, "scale", pose.scale);
+    o.finish();
+    out.push_back(std::move(pose));
+  }
+}
+
 void read_direction(JsonObject& o, const char* key, glm::dvec3& out) {
   glm::dvec3 found;
   if (!o.vector(key, found)) return;

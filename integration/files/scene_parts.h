@@ -16,6 +16,10 @@ namespace palpate::files {
 /// World from volume: translation, rotation and scale, or one matrix.
 void read_transform(JsonObject& parent, const char* key, Transform& out);
 
+/// Transforms whose parts change by keys, one within the other. Only the form is checked here:
+/// check() of module/scene/drive.h says whether they can be followed.
+void read_keyed_poses(JsonObject& parent, const char* key, std::vector<KeyedPose>& out);
+
 /// Three numbers that are not all 0.
 void read_direction(JsonObject& o, const char* key, glm::dvec3& out);
 

@@ -21,6 +21,10 @@ Json list(glm::dvec3 v) {
   return {v.x, v.y, v.z};
 }
 
+Json list(const glm::dquat& q) {
+  return {q.w, q.x, q.y, q.z};
+}
+
 /// Only what differs from its default is written: a scene stays short, and says what is special.
 template <class T>
 void put(Json& object, const char* key, const T& value, const T& usual) {
@@ -64,10 +68,33 @@ class SceneWriter {
     return names;
   }
 
+  template <class T>
+  void track(Json& object, const char* key, const KeyTrack<T>& of) const {
+    if (of.keys.empty()) return;
+    Json o = {{"cycle_s", of.cycle_s}};
+    put(o, "loop", of.loop, true);
+    for (size_t k = 0; k < of.keys.size(); ++k)
+      o["keys"].push_back(Json::array({of.keys[k], list(of.values[k])}));
+    object[key] = o;
+  }
+
+  Json keyed(const KeyedPose& pose) const {
+    Json o = Json::object();
+    transform(o, "pose", pose.pose);
+    track(o, "translation_m", pose.translation_m);
+    track(o, "quaternion_wxyz", pose.rotation);
+    track(o, "scale", pose.scale);
+    return o;
+  }
+
   Json volume(const VolumeSpec& v) const {
     const VolumeSpec usual;
     Json o = {{"name", v.name}};
     put(o, "source", v.source, usual.source);
+    for (const PointCharge& c : v.charges)
+      o["charges"].push_back({{"position_m", list(c.position_m)},
+                              {"strength_v_m", c.strength_v_m},
+                              {"softness_m", c.softness_m}});
     if (!v.files.empty()) o["files"] = paths(v.files);
     for (const MotionSpec& m : v.motions) {
       Json motion = {{"name", m.name}, {"fields", paths(m.fields)}};
@@ -75,7 +102,10 @@ class SceneWriter {
       o["motions"].push_back(motion);
     }
     transform(o, "transform", v.transform);
-    put(o, "centred", v.centred, usual.centred);
+    if (v.box_m)
+      o["box_m"] = list(*v.box_m);
+    else
+      put(o, "centred", v.centred, usual.centred);
     Json drive = Json::object();
     if (v.drive.kind != usual.drive.kind)
       drive["kind"] = word_of(SceneWords::kDrives, v.drive.kind);
@@ -83,11 +113,13 @@ class SceneWriter {
     put(drive, "centre_m", v.drive.centre_m, usual.drive.centre_m);
     put(drive, "rate_hz", v.drive.rate_hz, usual.drive.rate_hz);
     put(drive, "amplitude_m", v.drive.amplitude_m, usual.drive.amplitude_m);
+    for (const KeyedPose& pose : v.drive.poses) drive["poses"].push_back(keyed(pose));
     if (!drive.empty()) o["drive"] = drive;
     if (v.path != usual_path(v.drive.kind)) o["path"] = word_of(SceneWords::kPaths, v.path);
     if (v.back_tracking != usual.back_tracking)
       o["back_tracking"] = word_of(SceneWords::kBackTrackings, v.back_tracking);
     put(o, "frames_per_second", v.frames_per_second, usual.frames_per_second);
+    put(o, "cycle_s", v.cycle_s, usual.cycle_s);
     put(o, "rate", v.rate, usual.rate);
     put(o, "cyclic", v.cyclic, usual.cyclic);
     if (v.values) o["values"] = word_of(SceneWords::kValues, *v.values);

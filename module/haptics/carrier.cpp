@@ -7,6 +7,7 @@
 #include "module/haptics/local_reader.h"
 #include "module/haptics/world_sink.h"
 #include "module/scene/cycle_closing.h"
+#include "module/scene/drive.h"
 
 namespace palpate {
 namespace {
@@ -339,10 +340,20 @@ bool Carrier::arrive(const BackTrack& found, glm::dvec3 world) noexcept {
   return true;
 }
 
+namespace {
+
+/// Only keys put a volume elsewhere than its own transform at the start.
+Transform first_of(const VolumeSpec& spec) {
+  return spec.drive.kind == DriveSpec::Kind::kKeys ? driven(spec.drive, spec.transform, 0.0)
+                                                   : spec.transform;
+}
+
+}  // namespace
+
 VolumeRun::VolumeRun(const HapticVolume& volume)
-    : plan(&volume), pose(volume.spec.path, volume.spec.transform), playback(&volume.data->times) {
+    : plan(&volume), pose(volume.spec.path, first_of(volume.spec)), playback(&volume.data->times) {
   playback.set_rate(volume.spec.rate);
-  set(volume.spec.transform);
+  set(first_of(volume.spec));
 }
 
 void VolumeRun::set(const Transform& to) noexcept {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "module/scene/drive.h"
 #include "module/scene/segment_modes.h"
 
 namespace palpate {
@@ -61,11 +62,10 @@ Status check_numbers(const SceneSpec& spec, const std::vector<ModeSpec>& modes) 
   for (const VolumeSpec& volume : spec.volumes) {
     if (const Status fine = check(volume.transform); !fine)
       return bad("Volume \"" + volume.name + "\": " + fine.error().message);
-    const DriveSpec& drive = volume.drive;
-    if (!std::isfinite(glm::dot(drive.axis, drive.centre_m) + drive.rate_hz + drive.amplitude_m +
-                       volume.rate))
-      return bad("Volume \"" + volume.name +
-                 "\" is driven or played by a number that is not finite.");
+    if (const Status fine = check(volume.drive, volume.transform); !fine)
+      return bad("Volume \"" + volume.name + "\": " + fine.error().message);
+    if (!std::isfinite(volume.rate))
+      return bad("Volume \"" + volume.name + "\" is played by a number that is not finite.");
   }
   for (const VolumeSpec& volume : spec.volumes)
     for (const SegmentSpec& segment : volume.segments.parts)

@@ -66,13 +66,9 @@ class AnalyticPhantom final : public FrameData {
 
 class PointCharges final : public FrameData {
  public:
-  PointCharges(std::vector<PointCharge> charges, double margin_m) : charges_(std::move(charges)) {
-    low_ = high_ = charges_.front().position_m;
-    for (const PointCharge& charge : charges_) {
-      low_ = glm::min(low_, charge.position_m - margin_m);
-      high_ = glm::max(high_, charge.position_m + margin_m);
-      detail_m_ = std::min(detail_m_, charge.softness_m);
-    }
+  PointCharges(std::vector<PointCharge> charges, glm::dvec3 low_m, glm::dvec3 high_m)
+      : charges_(std::move(charges)), low_(low_m), high_(high_m) {
+    for (const PointCharge& charge : charges_) detail_m_ = std::min(detail_m_, charge.softness_m);
   }
 
   bool is_vector() const noexcept override { return false; }
@@ -134,9 +130,10 @@ std::shared_ptr<const FrameData> analytic_heart(int frame, int frames, uint32_t 
                                            voxel_mm);
 }
 
-std::shared_ptr<const FrameData> point_charges(std::vector<PointCharge> charges, double margin_m) {
+std::shared_ptr<const FrameData> point_charges(std::vector<PointCharge> charges, glm::dvec3 low_m,
+                                               glm::dvec3 high_m) {
   assert(!charges.empty());
-  return std::make_shared<PointCharges>(std::move(charges), margin_m);
+  return std::make_shared<PointCharges>(std::move(charges), low_m, high_m);
 }
 
 std::vector<glm::dvec3> dichloroethane_atoms_m() {
@@ -157,16 +154,23 @@ std::vector<glm::dvec3> dichloroethane_atoms_m() {
   return atoms;
 }
 
-std::shared_ptr<const FrameData> dichloroethane() {
+std::vector<PointCharge> dichloroethane_charges() {
   constexpr double kSoftnessAngstrom = 0.5;
-  constexpr double kMarginAngstrom = 2.5;
   const double charge_e[4] = {-0.20, -0.04, 0.12, 0.12};
   const std::vector<glm::dvec3> atoms = dichloroethane_atoms_m();
   std::vector<PointCharge> charges;
   for (size_t atom = 0; atom < atoms.size(); ++atom)
     charges.push_back({atoms[atom], charge_e[atom % 4] * kVoltAngstrom * kMetresPerAngstrom,
                        kSoftnessAngstrom * kMetresPerAngstrom});
-  return point_charges(std::move(charges), kMarginAngstrom * kMetresPerAngstrom);
+  return charges;
+}
+
+std::shared_ptr<const FrameData> dichloroethane() {
+  constexpr double kMarginAngstrom = 2.5;
+  glm::dvec3 reach(0.0);  // the molecule is symmetric about the origin
+  for (const glm::dvec3& atom : dichloroethane_atoms_m()) reach = glm::max(reach, atom);
+  reach += kMarginAngstrom * kMetresPerAngstrom;
+  return point_charges(dichloroethane_charges(), -reach, reach);
 }
 
 }  // namespace palpate

@@ -7,6 +7,7 @@
 #include "compute/volume/heart_phantom.h"
 #include "compute/volume/phantom.h"
 #include "module/scene/frame_data.h"
+#include "module/scene/scene.h"
 
 namespace palpate {
 
@@ -19,17 +20,11 @@ std::shared_ptr<const FrameData> analytic_heart(int frame, int frames = kHeartFr
 std::shared_ptr<const FrameData> analytic_shell(int frame, int frames = kShellFrames,
                                                 uint32_t seed = 1, double voxel_mm = 1.0);
 
-/// A charge that is spread out so that its potential stays finite.
-struct PointCharge {
-  glm::dvec3 position_m;  ///< volume space
-  double strength_v_m;    ///< potential times distance, far away: q / (4 pi eps0), V m
-  double softness_m;      ///< > 0; the potential at the charge is strength / softness
-};
-
 /// The potential sum strength / sqrt(|x - position|^2 + softness^2), V, as scalar; its gradient,
-/// V/m, as vector; both and the Hessian in closed form. The box reaches margin_m beyond the
-/// charges.
-std::shared_ptr<const FrameData> point_charges(std::vector<PointCharge> charges, double margin_m);
+/// V/m, as vector; both and the Hessian in closed form. Needs at least one charge; there are data
+/// in the box from low_m to high_m, volume space.
+std::shared_ptr<const FrameData> point_charges(std::vector<PointCharge> charges, glm::dvec3 low_m,
+                                               glm::dvec3 high_m);
 
 /// The molecule of Lundin Palmerius et al. 2008: the electropotential of 1,2-dichloroethane in its
 /// stretched (anti) form, magnified so that 1 angstrom is 20 mm and the molecule about 0.1 m wide.
@@ -39,6 +34,7 @@ std::shared_ptr<const FrameData> point_charges(std::vector<PointCharge> charges,
 /// C -0.04, H +0.12 e. Softness 0.5 angstrom. Value: V, as at the real place; gradient: V per m of
 /// the magnified space.
 std::shared_ptr<const FrameData> dichloroethane();
+std::vector<PointCharge> dichloroethane_charges();
 
 /// Where the atoms of dichloroethane() are, volume space, m: Cl, C, H, H, then their images through
 /// the origin. For pictures and tests.

@@ -6,6 +6,13 @@ namespace palpate {
 
 /// Where a volume that a scene turns or swings by itself is after time_s (s), from where it
 /// started. A second hand's volume and a still one stay at the start. Any thread; real-time safe.
+/// Keys need to have passed check().
 Transform driven(const DriveSpec& drive, const Transform& start, double time_s) noexcept;
+
+/// kBadInput, in one sentence, for a drive that can not be followed: numbers that are not finite,
+/// and of keys those that do not rise within 0 to 1, values that are missing or no transforms, a
+/// cycle that is not above 0, and transforms that would shear what is within them (a scale that
+/// differs between axes with a rotation further inside). Any thread.
+Status check(const DriveSpec& drive, const Transform& start);
 
 }  // namespace palpate

@@ -41,6 +41,13 @@ bool meets(const Grid& grid, const FrameData& data) {
   return glm::all(glm::lessThan(low, data.high_m())) && glm::all(glm::lessThan(data.low_m(), high));
 }
 
+/// Times with the same shares of another length. cycle_s: 0 where they end at the last frame.
+void set_length(std::vector<double>& times_s, double& cycle_s, double length_s) {
+  const double factor = length_s / (cycle_s > 0.0 ? cycle_s : times_s.back());
+  for (double& time_s : times_s) time_s *= factor;
+  cycle_s *= factor;
+}
+
 FrameTimes times_of(const VolumeSpec& spec, const Sequence& sequence, size_t frames) {
   FrameTimes times;
   const bool known = spec.frames_per_second <= 0.0 && sequence.times_s.size() == frames;
@@ -48,6 +55,7 @@ FrameTimes times_of(const VolumeSpec& spec, const Sequence& sequence, size_t fra
   for (size_t k = 0; k < frames; ++k)
     times.times_s.push_back(known ? sequence.times_s[k] - sequence.times_s[0] : double(k) * step);
   if (spec.cyclic && frames > 1) times.cycle_s = cycle_of(times.times_s);
+  if (spec.cycle_s > 0.0 && frames > 1) set_length(times.times_s, times.cycle_s, spec.cycle_s);
   return times;
 }
 
@@ -299,6 +307,7 @@ Result<MovingVolume> carried_of(const VolumeSpec& spec, VolumeData data) {
                    "its motion lies somewhere else in space than the frames; is it another "
                    "patient's?");
   if (spec.frames_per_second > 0.0) set_pace(motion.basis, spec.frames_per_second);
+  if (spec.cycle_s > 0.0) set_length(motion.basis.times_s, motion.basis.cycle_s, spec.cycle_s);
   MovingVolume own;
   own.name = spec.name;
   own.times = {motion.basis.times_s, motion.basis.cycle_s};
@@ -308,6 +317,40 @@ Result<MovingVolume> carried_of(const VolumeSpec& spec, VolumeData data) {
     own.frames.assign(motion.frames(), frames->front());  // only the reference's is asked for
   if (const Status added = add_segments(spec, data.segments, own); !added) return added.error();
   return carried(own, motion, spec.values.value_or(CarriedValues::kReference));
+}
+
+/// From volume space into a box around the origin along whose axes the grid's lie.
+glm::dmat4 box_from_volume(const GridPlace& grid, glm::dvec3 box_m) {
+  // A sample's centre is index + 1/2 of an edge of size samples.
+  const glm::dvec3 edge = box_m / glm::dvec3(grid.size);
+  glm::dmat4 m(1.0);
+  for (int a = 0; a < 3; ++a) m[a] = glm::dvec4(edge * grid.index_from_volume[a], 0.0);
+  m[3] = glm::dvec4(edge * (grid.offset + 0.5) - 0.5 * box_m, 1.0);
+  return m;
+}
+
+/// The potential of the spec's charges.
+Result<MovingVolume> charged(const VolumeSpec& spec) {
+  if (spec.charges.empty()) return refused(spec, "it has no charges; give at least one.");
+  glm::dvec3 low(std::numeric_limits<double>::infinity()), high = -low;
+  for (const PointCharge& charge : spec.charges) {
+    const double sum = glm::dot(charge.position_m, glm::dvec3(1.0)) + charge.strength_v_m;
+    if (!std::isfinite(sum) || !(charge.softness_m > 0.0) || !std::isfinite(charge.softness_m))
+      return refused(spec,
+                     "a charge has a place or strength that is not finite, or a softness that is "
+                     "not above 0; correct it.");
+    low = glm::min(low, charge.position_m - 5.0 * charge.softness_m);
+    high = glm::max(high, charge.position_m + 5.0 * charge.softness_m);
+  }
+  if (spec.box_m) {
+    low = -0.5 * *spec.box_m;
+    high = 0.5 * *spec.box_m;
+  }
+  MovingVolume volume;
+  volume.name = spec.name;
+  volume.times = {{0.0}, 0.0};
+  volume.frames = {point_charges(spec.charges, low, high)};
+  return checked(std::move(volume));
 }
 
 }  // namespace
@@ -341,6 +384,7 @@ Result<MovingVolume> build(const VolumeSpec& spec) {
     return checked(made(spec, kHeart, spec.source == "heart-exact"));
   if (spec.source == "shell" || spec.source == "shell-exact")
     return checked(made(spec, kShell, spec.source == "shell-exact"));
+  if (spec.source == "charges") return charged(spec);
   if (spec.source == "molecule") {
     MovingVolume volume;
     volume.name = spec.name;
@@ -349,8 +393,8 @@ Result<MovingVolume> build(const VolumeSpec& spec) {
     return checked(std::move(volume));
   }
   return refused(spec, "there is no made data called \"" + spec.source +
-                           "\"; there are heart, heart-exact, shell, shell-exact "
-                           "and molecule.");
+                           "\"; there are heart, heart-exact, shell, shell-exact, "
+                           "molecule and charges.");
 }
 
 Result<MovingVolume> carried(const MovingVolume& own, const SequenceMotion& motion,
@@ -391,14 +435,43 @@ Result<MovingVolume> standing_at(const MovingVolume& own, size_t k) {
   return carried(own, none);
 }
 
-Transform start_transform(const VolumeSpec& spec, const MovingVolume& volume) {
+Result<Transform> start_transform(const VolumeSpec& spec, const MovingVolume& volume) {
   Transform transform = spec.transform;
+  if (spec.box_m && spec.source.empty() && !volume.frames.empty()) {
+    const GridPlace* grid = volume.frames.front()->samples().place;
+    if (!grid)
+      return refused(spec, "its data have no grid that could fill a box; leave the box out.");
+    const auto filled = split(matrix(transform) * box_from_volume(*grid, *spec.box_m));
+    if (filled) return filled;
+    return refused(spec,
+                   "its grid lies obliquely, and its box would shear it; give a box with the "
+                   "proportions of its edges, and the same scale along all axes.");
+  }
   if (spec.centred && spec.source.empty() && !volume.frames.empty()) {
     const FrameData& first = *volume.frames.front();
     const glm::dvec3 middle = 0.5 * (first.low_m() + first.high_m());
     transform.translation_m -= transform.rotation * (transform.scale * middle);
   }
   return transform;
+}
+
+Status place_by_box(VolumeSpec& spec, const MovingVolume& volume,
+                    const Transform& world_from_volume) {
+  const GridPlace* grid = volume.frames.empty() ? nullptr : volume.frames.front()->samples().place;
+  if (!grid) return refused(spec, "its data have no grid whose box could be said.");
+  // The columns of the inverse are the grid's steps, volume space.
+  const glm::dmat3 steps = world_from_volume.linear() * glm::inverse(grid->index_from_volume);
+  glm::dvec3 box;
+  for (int a = 0; a < 3; ++a) box[a] = glm::length(steps[a]) * grid->size[a];
+  const auto world_from_box =
+      split(matrix(world_from_volume) * glm::inverse(box_from_volume(*grid, box)));
+  if (!world_from_box)
+    return refused(spec,
+                   "its transform stretches it along other axes than its grid's; give the same "
+                   "scale along all axes.");
+  spec.box_m = box;
+  spec.transform = *world_from_box;
+  return Nothing{};
 }
 
 }  // namespace palpate

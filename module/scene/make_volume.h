@@ -49,7 +49,8 @@ Result<MovingVolume> build(const VolumeSpec& spec, VolumeData data);
 /// The volume of spec.source: "heart", the beating heart sampled at 1 mm without noise, eight
 /// frames in one second, with its true motion; "shell", the beating shell likewise in four frames;
 /// "heart-exact" and "shell-exact", the same with frames as formulas; "molecule", dichloroethane,
-/// which does not move. kBadInput for another name.
+/// which does not move; "charges", those of the spec. kBadInput for another name, and for charges
+/// without a place, a strength or a softness.
 Result<MovingVolume> build(const VolumeSpec& spec);
 
 /// The same volume with one motion for all its times, felt and seen as its reference frame's
@@ -66,7 +67,14 @@ Result<MovingVolume> carried(const MovingVolume& own, const SequenceMotion& moti
 Result<MovingVolume> standing_at(const MovingVolume& own, size_t k);
 
 /// world_from_volume at the start: the spec's transform, or, if it asks for files to be centred,
-/// one that puts the middle of the first frame at the transform's translation.
-Transform start_transform(const VolumeSpec& spec, const MovingVolume& volume);
+/// one that puts the middle of the first frame at the transform's translation, or one that fills
+/// the spec's box. kBadInput, in one sentence, if the data can not fill it without shear.
+Result<Transform> start_transform(const VolumeSpec& spec, const MovingVolume& volume);
+
+/// The same place said by a box: sets box_m and the transform of a volume of files so that
+/// start_transform() gives `world_from_volume` again. kBadInput if the data have no grid, or where
+/// that transform stretches them along other axes than the grid's.
+Status place_by_box(VolumeSpec& spec, const MovingVolume& volume,
+                    const Transform& world_from_volume);
 
 }  // namespace palpate

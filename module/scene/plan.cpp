@@ -61,6 +61,7 @@ void plan_pose(const VolumeSpec& spec, VolumeNeeds& needs) {
   const bool second_hand = spec.drive.kind == DriveSpec::Kind::kSecondHand;
   const std::string source = second_hand                                 ? "of the second hand"
                              : spec.drive.kind == DriveSpec::Kind::kTurn ? "turning"
+                             : spec.drive.kind == DriveSpec::Kind::kKeys ? "moving by keys"
                                                                          : "swinging";
   switch (spec.path) {
     case PosePath::kExact:

@@ -49,13 +49,36 @@ struct ModeSpec {
   bool on = true;
 };
 
+/// Values at shares of a cycle. In between places and scales are blended linearly and rotations
+/// along the shorter way (slerp), as X3D's interpolators do; before the first and after the last
+/// key they stay.
+template <class T>
+struct KeyTrack {
+  std::vector<double> keys;  ///< shares of the cycle, rising, 0 to 1; none: nothing changes
+  std::vector<T> values;     ///< one per key
+  double cycle_s = 1.0;      ///< how long the way from share 0 to share 1 takes
+  bool loop = true;          ///< over and over; else once, and then it stays at its end
+  bool operator==(const KeyTrack&) const = default;
+};
+
+/// A transform of which parts change by keys.
+struct KeyedPose {
+  Transform pose;  ///< what has no keys stays as it is here
+  KeyTrack<glm::dvec3> translation_m;
+  KeyTrack<glm::dquat> rotation;
+  KeyTrack<glm::dvec3> scale;
+  bool operator==(const KeyedPose&) const = default;
+};
+
 /// How a volume's transform changes by itself; a second hand or a program may change it too.
 struct DriveSpec {
-  enum class Kind : uint8_t { kStill, kTurn, kSwing, kSecondHand } kind = Kind::kStill;
+  enum class Kind : uint8_t { kStill, kTurn, kSwing, kSecondHand, kKeys } kind = Kind::kStill;
   glm::dvec3 axis{0.0, 1.0, 0.0};  ///< of turning and swinging, world
   glm::dvec3 centre_m{0.0};        ///< of turning, world
   double rate_hz = 0.25;           ///< turns or swings per second
   double amplitude_m = 0.01;       ///< of a swing, along the axis
+  /// kKeys: transforms one within the other, the outermost first; the volume's own is innermost.
+  std::vector<KeyedPose> poses;
 };
 
 /// How the pose at a haptic frame's time is found.
@@ -69,8 +92,9 @@ enum class PosePath : uint8_t {
 /// The best path for a drive: the exact pose where the source can give it, the smooth path where
 /// poses only come now and then.
 constexpr PosePath usual_path(DriveSpec::Kind drive) {
-  return drive == DriveSpec::Kind::kTurn || drive == DriveSpec::Kind::kSwing ? PosePath::kExact
-                                                                             : PosePath::kSmooth;
+  return drive == DriveSpec::Kind::kStill || drive == DriveSpec::Kind::kSecondHand
+             ? PosePath::kSmooth
+             : PosePath::kExact;
 }
 
 /// Whose values a sequence shows and lets feel at all times.
@@ -128,17 +152,32 @@ struct SegmentsSpec {
   std::vector<SegmentSpec> parts;            ///< none: all that the files have
 };
 
+/// A charge that is spread out so that its potential stays finite.
+struct PointCharge {
+  glm::dvec3 position_m{0.0};  ///< volume space
+  double strength_v_m = 0.0;   ///< potential times distance, far away: q / (4 pi eps0), V m
+  double softness_m = 0.01;    ///< > 0; the potential at the charge is strength / softness
+  bool operator==(const PointCharge&) const = default;
+};
+
 struct VolumeSpec {
   std::string name;
-  std::string source;                        ///< "heart", "shell", "molecule", or empty: files
+  std::string source;                ///< "heart", "shell", "molecule", "charges", or empty: files
+  std::vector<PointCharge> charges;  ///< of the source "charges": their potential, V
   std::vector<std::filesystem::path> files;  ///< frames, as palpate motion takes them
   std::vector<MotionSpec> motions;
   Transform transform;  ///< world_from_volume at the start
   bool centred = true;  ///< files: put the middle of the data at the transform's translation
+  /// Files: instead of their own size and orientation, the grid's axes i, j, k fill a box of this
+  /// size along x, y, z around the transform's origin, as X3D's VolumeData has it. Charges: the box
+  /// in which they are data. m, > 0.
+  std::optional<glm::dvec3> box_m;
   DriveSpec drive;
   PosePath path = PosePath::kSmooth;
   BackTracking back_tracking = BackTracking::kNewton;
   double frames_per_second = 0.0;  ///< 0: as the file says
+  double cycle_s =
+      0.0;  ///< how long the whole sequence takes, instead of the above; 0: as they say
   double rate = 1.0;
   bool cyclic = true;
   /// None: the reference frame's where one motion for all frames is known or found, else its own.

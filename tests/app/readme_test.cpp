@@ -40,6 +40,8 @@ const std::vector<std::pair<std::string, Way>> kWays = {
     {"build/palpate feel heart --device simulated --picture heart.png",
      {"palpate feel heart --device simulated --picture heart.png --watchdog 1000", ""}},
     {"build/palpate plan heart", {"palpate plan heart", ""}},
+    {"build/palpate plan docs/examples/dichloroethane.x3d",
+     {"palpate plan " PALPATE_SOURCE "/docs/examples/dichloroethane.x3d", ""}},
     {"build/palpate info breathing.seq.nrrd", {"palpate info breathing.seq.nrrd", ""}},
     {"build/palpate view breathing.seq.nrrd --cut-open --picture chest.png",
      {"palpate view breathing.seq.nrrd --cut-open --picture chest.png", ""}},

@@ -79,6 +79,10 @@ void expect_same(const SceneSpec& a, const SceneSpec& b) {
     EXPECT_EQ(v.drive.centre_m, w.drive.centre_m);
     EXPECT_EQ(v.drive.rate_hz, w.drive.rate_hz);
     EXPECT_EQ(v.drive.amplitude_m, w.drive.amplitude_m);
+    EXPECT_EQ(v.drive.poses, w.drive.poses);
+    EXPECT_EQ(v.charges, w.charges);
+    EXPECT_EQ(v.box_m, w.box_m);
+    EXPECT_EQ(v.cycle_s, w.cycle_s);
     EXPECT_EQ(v.path, w.path);
     EXPECT_EQ(v.back_tracking, w.back_tracking);
     EXPECT_EQ(v.frames_per_second, w.frames_per_second);
@@ -135,7 +139,17 @@ const char* const kEverything = R"({
               "segments": false, "segment_opacity": 0.7},
      "transform": {"matrix": [[0, -2, 0, 0.1], [2, 0, 0, 0.2], [0, 0, 3, 0.3], [0, 0, 0, 1]]}},
     {"name": "c", "source": "heart-exact", "drive": {"kind": "second-hand"},
-     "transform": {"rotation": {"axis": [0, 0, 1], "degrees": 180}}}
+     "transform": {"rotation": {"axis": [0, 0, 1], "degrees": 180}}},
+    {"name": "d", "source": "charges", "box_m": [0.1, 0.2, 0.3],
+     "charges": [{"position_m": [0.01, 0, 0.02], "strength_v_m": -0.5, "softness_m": 0.003}, {"strength_v_m": 1}]},
+    {"name": "e", "files": "e.nrrd", "box_m": [1, 2, 3], "cycle_s": 0.75, "path": "smooth",
+     "drive": {"kind": "keys", "poses": [
+       {"pose": {"translation_m": [0, 1, 0], "quaternion_wxyz": [0.6, 0, 0.8, 0]},
+        "quaternion_wxyz": {"cycle_s": 2.5, "keys": [[0, [1, 0, 0, 0]], [1, [0.8, 0.6, 0, 0]]]}},
+       {"pose": {"rotation": {"axis": [1, 0, 0], "degrees": 20}},
+        "translation_m": {"cycle_s": 3, "loop": false, "keys": [[0, [0, 0, 0]], [0.5, [1, 2, 3]]]},
+        "scale": {"keys": [[0, [1, 1, 1]], [1, [2, 2, 2]]]}},
+       {"pose": {"scale": 2}}, {"pose": {"matrix": [[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]]}}]}}
   ],
   "modes": [
     {"name": "m0", "kind": "surface", "volume": "a", "motion": "front", "scalar": "gradient-magnitude", "vector": "gradient",
@@ -162,7 +176,7 @@ TEST(SceneFile, ReadsEveryKey) {
   EXPECT_LT(
       glm::length(glm::axis(s.world_from_device.rotation) - glm::normalize(glm::dvec3(1, 2, 3))),
       1e-14);
-  ASSERT_EQ(s.volumes.size(), 3u);
+  ASSERT_EQ(s.volumes.size(), 5u);
   const VolumeSpec& a = s.volumes[0];
   EXPECT_THAT(a.files,
               ::testing::ElementsAre("folder/x.nrrd", "folder/sub/y.nrrd", "/absolute/z.nrrd"));
@@ -203,6 +217,24 @@ TEST(SceneFile, ReadsEveryKey) {
       glm::length(s.volumes[1].transform.world_from_volume({1, 1, 1}) - glm::dvec3(-1.9, 2.2, 3.3)),
       1e-14);
   EXPECT_EQ(s.volumes[2].drive.kind, DriveSpec::Kind::kSecondHand);
+  const VolumeSpec &d = s.volumes[3], &e = s.volumes[4];
+  EXPECT_EQ(d.box_m, glm::dvec3(0.1, 0.2, 0.3));
+  EXPECT_THAT(d.charges, ::testing::ElementsAre(PointCharge{{0.01, 0.0, 0.02}, -0.5, 0.003},
+                                                PointCharge{{0.0, 0.0, 0.0}, 1.0, 0.01}));
+  EXPECT_EQ(e.box_m, glm::dvec3(1, 2, 3));
+  EXPECT_EQ(e.cycle_s, 0.75);
+  EXPECT_EQ(e.drive.kind, DriveSpec::Kind::kKeys);
+  EXPECT_EQ(e.path, PosePath::kSmooth);
+  ASSERT_EQ(e.drive.poses.size(), 4u);
+  EXPECT_EQ(e.drive.poses[0].pose.translation_m, glm::dvec3(0, 1, 0));
+  EXPECT_EQ(e.drive.poses[0].rotation.cycle_s, 2.5);
+  EXPECT_EQ(e.drive.poses[0].rotation.values[1], glm::dquat(0.8, 0.6, 0, 0));
+  EXPECT_TRUE(e.drive.poses[0].rotation.loop);
+  EXPECT_FALSE(e.drive.poses[1].translation_m.loop);
+  EXPECT_THAT(e.drive.poses[1].translation_m.keys, ::testing::ElementsAre(0.0, 0.5));
+  EXPECT_EQ(e.drive.poses[1].translation_m.values[1], glm::dvec3(1, 2, 3));
+  EXPECT_EQ(e.drive.poses[1].scale.cycle_s, 1.0);
+  EXPECT_EQ(e.drive.poses[1].scale.values[1], glm::dvec3(2.0));
   ASSERT_EQ(s.modes.size(), 6u);
   const ModeSpec& m = s.modes[0];
   EXPECT_EQ(m.motion, "front");
@@ -220,6 +252,28 @@ TEST(SceneFile, ReadsEveryKey) {
   EXPECT_EQ(s.modes[3].strength(5.0), 2.0);
   EXPECT_EQ(s.modes[4].kind, "surface");
   EXPECT_EQ(s.modes[4].friction(6.0), 0.4);
+}
+
+TEST(SceneFile, RefusesBoxesChargesAndKeysThatCanNotBe) {
+  const std::string files = R"("volumes": [{"name": "a", "files": "a.nrrd", )";
+  const auto of_files = [&](const std::string& keys) {
+    return refusal("{" + files + keys + "}]," + kMode + "}");
+  };
+  EXPECT_THAT(volume_with(R"("box_m": [1, 1, 1])"),
+              ::testing::ResultOf(refusal, HasSubstr("box_m")));
+  EXPECT_THAT(of_files(R"("box_m": [1, 0, 1])"), HasSubstr("volumes[0].box_m"));
+  EXPECT_THAT(of_files(R"("box_m": [1, 1, 1], "centred": false)"), HasSubstr("centred"));
+  EXPECT_THAT(of_files(R"("cycle_s": 1, "frames_per_second": 2)"), HasSubstr("cycle_s"));
+  EXPECT_THAT(of_files(R"("charges": [{"strength_v_m": 1}])"), HasSubstr("charges"));
+  const auto drive = [&](const std::string& keys) { return of_files("\"drive\": {" + keys + "}"); };
+  EXPECT_THAT(drive(R"("kind": "keys")"), HasSubstr("drive.poses"));
+  EXPECT_THAT(drive(R"("poses": [{}])"), HasSubstr("drive.kind"));
+  EXPECT_THAT(drive(R"("kind": "keys", "poses": [{"scale": {"keys": [[0, [1, 1]]]}}])"),
+              HasSubstr("volumes[0].drive.poses[0].scale.keys[0]"));
+  EXPECT_THAT(drive(R"("kind": "keys", "poses": [{"scale": {"keys": [[2, [1, 1, 1]]]}}])"),
+              AllOf(HasSubstr("volumes[0].drive"), HasSubstr("rise")));
+  EXPECT_THAT(drive(R"("kind": "keys", "poses": [{"translation_m": {"cycle_s": 0, "keys": []}}])"),
+              HasSubstr("cycle_s"));
 }
 
 TEST(SceneFile, SaysHowVolumesAreSeen) {

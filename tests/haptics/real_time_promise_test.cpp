@@ -26,32 +26,39 @@ using namespace test;
 
 constexpr int kFrames = 4;
 
-/// Everything at once: a beating volume that turns, one that a second hand moves, one that stands
-/// still; modes of every kind.
+/// Everything at once: a beating volume that turns, ones that a second hand or keys move, one that
+/// stands still; modes of every kind.
 SceneSpec everything() {
   SceneSpec spec = shell_spec(8.0, 0.4, 600.0);
   spec.damping_n_s_per_m = 0.5;
   spec.volumes[0].drive.kind = DriveSpec::Kind::kTurn;
   spec.volumes[0].drive.rate_hz = 0.5;
   spec.volumes[0].path = PosePath::kExact;
-  for (const char* name : {"moved", "paper", "still"}) {
+  for (const char* name : {"moved", "paper", "still", "keyed"}) {
     spec.volumes.push_back(spec.volumes[0]);
     VolumeSpec& volume = spec.volumes.back();
     volume.name = name;
     volume.drive.kind = DriveSpec::Kind::kSecondHand;
     volume.path = volume.name == "moved" ? PosePath::kSmooth : PosePath::kPaper;
     if (volume.name == "still") volume.drive.kind = DriveSpec::Kind::kStill;
+    if (volume.name == "keyed") {
+      KeyedPose pose;
+      pose.translation_m = {{0.0, 0.5, 1.0}, {{0, 0, 0}, {0.01, 0, 0}, {0, 0, 0}}, 0.7, true};
+      volume.drive.kind = DriveSpec::Kind::kKeys;
+      volume.drive.poses = {pose};
+      volume.path = PosePath::kExact;
+    }
     volume.transform.translation_m = {0.0, 0.01, 0.0};
   }
   const char* kinds[] = {"surface",        "follow",    "front",        "vortex",
                          "gradient-force", "attractor", "vector-force", "surface"};
-  const char* volumes[] = {"shell", "moved", "paper", "still"};
+  const char* volumes[] = {"shell", "moved", "paper", "still", "keyed"};
   spec.modes.clear();
   for (int m = 0; m < 8; ++m) {
     ModeSpec mode = shell_spec(8.0, 0.4, 600.0).modes[0];
     mode.name = "mode " + std::to_string(m);
     mode.kind = kinds[m];
-    mode.volume = volumes[m % 4];
+    mode.volume = volumes[m % 5];
     if (m > 0 && m < 7) mode.strength = TransferFunction::constant(0.3);
     mode.gain = 1e-6;
     spec.modes.push_back(mode);
@@ -61,7 +68,7 @@ SceneSpec everything() {
 
 std::vector<std::shared_ptr<const MovingVolume>> data_for_everything() {
   const auto beating = shell(kFrames, 2.0, Made::kSampled, 4.0);
-  return {beating, shell(1, 1.0, Made::kSampled, 4.0), beating, shell(1, 1.0)};
+  return {beating, shell(1, 1.0, Made::kSampled, 4.0), beating, shell(1, 1.0), beating};
 }
 
 /// Goes in and out of the scene; now and then it is lost. Keeps nothing, so that it allocates

@@ -319,6 +319,85 @@ TEST(MakeVolume, MakesTheMoleculeAndRefusesUnknownNames) {
   EXPECT_FALSE(build(spec));
 }
 
+TEST(MakeVolume, FillsABoxWithTheGridsAxes) {
+  VolumeSpec spec = some_spec();
+  spec.box_m = glm::dvec3(0.2, 0.3, 0.4);
+  spec.transform.translation_m = {0.1, 0.2, 0.3};
+  spec.transform.rotation = glm::angleAxis(1.0, glm::normalize(glm::dvec3(1, 2, 3)));
+  // Straight in the patient's axes: i goes along L, j along P, k along S.
+  VolumeData data = some_data();
+  for (Volume& frame : data.frames.frames) frame.grid.direction = glm::dmat3(1.0);
+  const Grid grid = data.frames.frames[0].grid;
+  const auto volume = build(spec, std::move(data));
+  ASSERT_TRUE(volume) << volume.error().message;
+  const auto placed = start_transform(spec, *volume);
+  ASSERT_TRUE(placed) << placed.error().message;
+  const glm::dvec3 half = 0.5 * *spec.box_m;
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::dvec3 end(corner & 1, corner >> 1 & 1, corner >> 2);
+    const glm::dvec3 x = volume_from_lps(grid.lps_from_index(end * glm::dvec3(grid.size) - 0.5));
+    const glm::dvec3 there = spec.transform.world_from_volume((2.0 * end - 1.0) * half);
+    EXPECT_LT(glm::length(placed->world_from_volume(x) - there), 1e-12) << corner;
+  }
+  // The same place, said by a box again.
+  VolumeSpec again = some_spec();
+  ASSERT_TRUE(place_by_box(again, *volume, *placed));
+  EXPECT_LT(glm::length(*again.box_m - *spec.box_m), 1e-12);
+  EXPECT_LT(glm::length(again.transform.translation_m - spec.transform.translation_m), 1e-12);
+  EXPECT_GT(std::abs(glm::dot(again.transform.rotation, spec.transform.rotation)), 1.0 - 1e-12);
+}
+
+TEST(MakeVolume, RefusesABoxThatWouldShear) {
+  VolumeSpec spec = some_spec();
+  const auto volume = build(spec, some_data());  // obliquely
+  ASSERT_TRUE(volume);
+  spec.transform.scale = {1.0, 2.0, 0.5};
+  spec.box_m = glm::dvec3(0.2, 0.3, 0.4);
+  const auto placed = start_transform(spec, *volume);
+  ASSERT_FALSE(placed);
+  EXPECT_THAT(placed.error().message, HasSubstr("obliquely"));
+  // In true proportions anything goes.
+  const Grid grid = test::oblique_grid();
+  spec.transform.scale = glm::dvec3(1.0);
+  spec.box_m = 3e-3 * grid.spacing_mm * glm::dvec3(grid.size);
+  EXPECT_TRUE(start_transform(spec, *volume));
+}
+
+TEST(MakeVolume, TakesAsLongAsACycleIsSaidToTake) {
+  VolumeSpec spec = some_spec();
+  spec.cycle_s = 3.0;
+  const auto cycle = build(spec, some_data());
+  ASSERT_TRUE(cycle);
+  EXPECT_THAT(cycle->times.times_s, ElementsAre(0.0, 1.0, 2.0));
+  EXPECT_DOUBLE_EQ(cycle->times.cycle_s, 3.0);
+  spec.cyclic = false;
+  VolumeData data = some_data();
+  data.motions[0].fields.pop_back();
+  data.motions[0].confidences.pop_back();
+  const auto once = build(spec, std::move(data));
+  ASSERT_TRUE(once) << once.error().message;
+  EXPECT_THAT(once->times.times_s, ElementsAre(0.0, 1.5, 3.0));
+  EXPECT_DOUBLE_EQ(once->times.cycle_s, 0.0);
+}
+
+TEST(MakeVolume, MakesThePotentialOfCharges) {
+  VolumeSpec spec;
+  spec.name = "x";
+  spec.source = "charges";
+  EXPECT_FALSE(build(spec));
+  spec.charges = {{{0.01, 0.0, 0.0}, 2.0, 0.003}};
+  const auto volume = build(spec);
+  ASSERT_TRUE(volume) << volume.error().message;
+  EXPECT_NEAR(volume->frames[0]->scalar({0.01, 0.004, 0.0}), 2.0 / 0.005, 1e-9);
+  EXPECT_LT(glm::length(volume->frames[0]->low_m() - glm::dvec3(-0.005, -0.015, -0.015)), 1e-15);
+  spec.box_m = glm::dvec3(0.1);
+  EXPECT_EQ(build(spec)->frames[0]->high_m(), glm::dvec3(0.05));
+  spec.charges[0].softness_m = 0.0;
+  EXPECT_FALSE(build(spec));
+  spec.charges[0] = {{std::nan(""), 0.0, 0.0}, 1.0, 0.1};
+  EXPECT_FALSE(build(spec));
+}
+
 TEST(MakeVolume, PutsTheMiddleOfFilesWhereTheTransformSays) {
   VolumeSpec spec = some_spec();
   spec.transform.translation_m = {0.1, 0.2, 0.3};
@@ -328,10 +407,10 @@ TEST(MakeVolume, PutsTheMiddleOfFilesWhereTheTransformSays) {
   ASSERT_TRUE(volume);
   const FrameData& frame = *volume->frames[0];
   const glm::dvec3 middle = 0.5 * (frame.low_m() + frame.high_m());
-  const Transform placed = start_transform(spec, *volume);
+  const Transform placed = *start_transform(spec, *volume);
   EXPECT_LT(glm::length(placed.world_from_volume(middle) - spec.transform.translation_m), 1e-15);
   spec.centred = false;
-  EXPECT_EQ(start_transform(spec, *volume).translation_m, spec.transform.translation_m);
+  EXPECT_EQ(start_transform(spec, *volume)->translation_m, spec.transform.translation_m);
 }
 
 }  // namespace

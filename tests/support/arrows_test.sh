@@ -24,6 +24,7 @@ only 'itk|gdcm' 'integration/files/|tests/files/|tests/lab/bench/peers/' compute
 only 'opencv2' 'integration/opencv/|tests/opencv/' compute module integration tests
 only 'GLFW|GL/' 'integration/desktop/' compute module integration tests
 only 'cairo' 'integration/charts/|tests/charts/|tests/lab/tests/report/browser_test' compute module integration tests
+only 'expat' 'integration/x3d/' compute module integration tests
 only 'CLI/' 'integration/app/|tests/lab/' compute module integration tests
 only 'integration/' 'integration/|tests/' compute module integration tests
 only 'compute/(motion|vulkan)' 'compute/motion/|compute/vulkan/|module/view/|module/xr/|integration/|tests/' compute module integration tests

@@ -45,7 +45,7 @@ class LungSurfaceTest : public ViewTest {
     auto built = build(spec, std::move(data));
     EXPECT_TRUE(built) << (built ? "" : built.error().message);
     if (!built) return nullptr;
-    transform_ = start_transform(spec, *built);
+    transform_ = *start_transform(spec, *built);
     if (is_carried) built = carried(*built, motion);
     return std::make_shared<const MovingVolume>(std::move(*built));
   }

@@ -24,6 +24,7 @@
 #include "integration/files/sentences.h"
 #include "integration/files/sequence_motion_file.h"
 #include "integration/files/text.h"
+#include "integration/x3d/x3d_file.h"
 #include "module/haptics/recording.h"
 
 namespace palpate::app {
@@ -425,9 +426,18 @@ std::string start_of(const fs::path& path) {
 }
 
 Result<Contents> contents_of_scene(const fs::path& path) {
-  const auto scene = files::read_scene(path);
-  if (!scene) return scene.error();
   Contents contents{.path = path, .kind = "scene", .what = "a scene", .format = "JSON"};
+  Result<SceneSpec> scene = SceneSpec{};
+  if (x3d::is_x3d(path)) {
+    auto read = x3d::read_x3d(path);
+    if (!read) return read.error();
+    contents.format = "X3D";
+    for (const std::string& note : read->notes) contents.more.emplace_back("Note", note);
+    scene = std::move(read->spec);
+  } else {
+    scene = files::read_scene(path);
+  }
+  if (!scene) return scene.error();
   contents.use = "'palpate feel' lets it be felt; 'palpate plan' says what it needs";
   for (const VolumeSpec& volume : scene->volumes)
     contents.more.emplace_back(
@@ -560,6 +570,7 @@ Result<Contents> contents_of(const fs::path& path, const OnShare& on_share) {
   if (*kind == files::FileKind::kDicom) return contents_of_frames(path, "DICOM", on_share);
   if (*kind != files::FileKind::kUnknown) return contents_of_image(path, on_share);
   const std::string ending = files::lowered(path.extension().string());
+  if (x3d::is_x3d(path)) return contents_of_scene(path);
   if (ending == ".json" || files::trimmed(start).starts_with('{')) return contents_of_json(path);
   if (ending == ".csv" || ending == ".fcsv" || ending == ".txt" || ending == ".tsv")
     return contents_of_table(path, start);

@@ -170,7 +170,12 @@ TEST(HeaderFuzz, SceneReaderHolds) {
        R"({"stiffness_n_per_m":6e2,"world_from_device":{"quaternion_wxyz":[1,0,0,0],"scale":[1,2,3]},)"
        R"("volumes":[{"name":"b","files":["x","y"],"motions":[{"fields":["f"],"confidences":["c"]}],)"
        R"("transform":{"matrix":[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]},"rate":-1,"path":"paper"}],)"
-       R"("modes":[{"kind":"follow","strength":{"pairs":[[0,1],[2,3]],"stepped":true},"on":false}]})"});
+       R"("modes":[{"kind":"follow","strength":{"pairs":[[0,1],[2,3]],"stepped":true},"on":false}]})",
+       R"({"volumes":[{"name":"c","source":"charges","box_m":[1,1,1],"charges":[{"position_m":[0,0,1],)"
+       R"("strength_v_m":-1,"softness_m":0.01}]},{"name":"d","files":"x","box_m":[1,2,3],"cycle_s":0.8,)"
+       R"("drive":{"kind":"keys","poses":[{"pose":{"scale":2},"scale":{"cycle_s":2,"keys":[[0,[1,1,1]],)"
+       R"([1,[2,2,2]]]}},{"quaternion_wxyz":{"loop":false,"keys":[[0,[1,0,0,0]],[1,[0.6,0.8,0,0]]]},)"
+       R"("translation_m":{"keys":[[0.5,[0,0,0]]]}}]}}],"modes":[{"volume":"d","strength":1}]})"});
 }
 
 TEST(HeaderFuzz, CalibrationReaderHolds) {

@@ -3,6 +3,7 @@
 #include <cstdlib>
 
 #include "integration/files/scene_file.h"
+#include "module/scene/drive.h"
 #include "tests/files/fuzz/parse_bytes.h"
 
 namespace palpate::files::fuzz {
@@ -48,6 +49,13 @@ void parse_scene_file(std::string_view bytes) {
     require(is_pose(v.transform), "volumes have a place");
     require(std::isfinite(v.rate) && v.frames_per_second >= 0.0, "rates are finite");
     require(glm::length(v.drive.axis) > 0.0, "axes have a direction");
+    require(bool(check(v.drive, v.transform)), "drives can be followed");
+    for (const double time_s : {0.0, 0.37, 1e5})
+      require(v.drive.kind != DriveSpec::Kind::kKeys ||
+                  bool(check(driven(v.drive, v.transform, time_s))),
+              "keys lead to places");
+    require((v.source == "charges") == !v.charges.empty(), "charges have charges");
+    require(v.cycle_s >= 0.0 && std::isfinite(v.cycle_s), "cycles are finite");
   }
   for (const ModeSpec& m : scene->modes) {
     bool found = false;

@@ -1,0 +1,91 @@
+#include "integration/x3d/xml_tree.h"
+
+#include <expat.h>
+#include <fmt/format.h>
+
+#include <limits>
+#include <memory>
+
+#include "integration/files/sentences.h"
+
+namespace palpate::x3d {
+namespace {
+
+constexpr size_t kMostElements = 100'000;
+constexpr size_t kDeepest = 64;
+
+/// What the handlers of one parse share.
+struct Parse {
+  XML_Parser parser = nullptr;
+  XmlTree tree;
+  std::vector<size_t> open;  ///< the element that is being read, and those around it
+  std::string refusal;       ///< why the parser was stopped
+
+  void stop(std::string why) {
+    if (refusal.empty()) refusal = std::move(why);
+    XML_StopParser(parser, XML_FALSE);
+  }
+};
+
+void XMLCALL on_start(void* user, const char* name, const char** attributes) {
+  Parse& parse = *static_cast<Parse*>(user);
+  // A stopped parser may still have a handler to call.
+  if (!parse.refusal.empty()) return;
+  if (parse.open.size() >= kDeepest)
+    return parse.stop(fmt::format("nests elements more than {} deep: flatten it", kDeepest));
+  if (parse.tree.size() >= kMostElements)
+    return parse.stop(
+        fmt::format("has more than {} elements: keep those to be felt", kMostElements));
+  XmlElement element;
+  element.name = name;
+  element.line = int(XML_GetCurrentLineNumber(parse.parser));
+  for (size_t k = 0; attributes[k]; k += 2)
+    element.attributes.emplace_back(attributes[k], attributes[k + 1]);
+  if (!parse.open.empty()) parse.tree[parse.open.back()].children.push_back(parse.tree.size());
+  parse.open.push_back(parse.tree.size());
+  parse.tree.push_back(std::move(element));
+}
+
+void XMLCALL on_end(void* user, const char*) {
+  Parse& parse = *static_cast<Parse*>(user);
+  if (!parse.open.empty()) parse.open.pop_back();
+}
+
+void XMLCALL on_entity(void* user, const char* name, int, const char*, int, const char*,
+                       const char*, const char*, const char*) {
+  static_cast<Parse*>(user)->stop(
+      fmt::format("declares the entity '{}', which could grow without bound: write out what it "
+                  "stands for",
+                  std::string_view(name).substr(0, 60)));
+}
+
+}  // namespace
+
+const std::string* XmlElement::find(std::string_view attribute) const {
+  for (const auto& [key, value] : attributes)
+    if (key == attribute) return &value;
+  return nullptr;
+}
+
+Result<XmlTree> parse_xml(const std::filesystem::path& file, std::string_view text) {
+  const std::unique_ptr<XML_ParserStruct, void (*)(XML_Parser)> parser(XML_ParserCreate(nullptr),
+                                                                       XML_ParserFree);
+  if (!parser || text.size() > size_t(std::numeric_limits<int>::max()))
+    return files::bad_input(file, "is too large to be a scene: name an X3D file.");
+  Parse parse;
+  parse.parser = parser.get();
+  XML_SetUserData(parser.get(), &parse);
+  XML_SetElementHandler(parser.get(), on_start, on_end);
+  XML_SetEntityDeclHandler(parser.get(), on_entity);
+  const XML_Status status = XML_Parse(parser.get(), text.data(), int(text.size()), XML_TRUE);
+  const auto line = XML_GetCurrentLineNumber(parser.get());
+  if (!parse.refusal.empty())
+    return files::bad_input(file, "can not be used at line {}: it {}.", line, parse.refusal);
+  if (status != XML_STATUS_OK || parse.tree.empty())
+    return files::bad_input(file, "is no XML at line {}, column {}: {}; correct it there.", line,
+                            XML_GetCurrentColumnNumber(parser.get()) + 1,
+                            XML_ErrorString(XML_GetErrorCode(parser.get())));
+  return std::move(parse.tree);
+}
+
+}  // namespace palpate::x3d

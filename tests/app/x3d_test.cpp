@@ -1,0 +1,133 @@
+// X3D scenes through the program: planned, felt, looked at, told about, converted.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <sstream>
+
+#include "tests/app/program.h"
+#include "tests/app/scenes.h"
+
+namespace palpate::app {
+namespace {
+
+using files::TemporaryFolder;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+const std::string kExample = PALPATE_SOURCE_DIR "/docs/examples/dichloroethane.x3d";
+
+std::string text_of(const std::string& file) {
+  std::ostringstream text;
+  text << std::ifstream(file).rdbuf();
+  return text.str();
+}
+
+/// What plan says but for its notes.
+std::string plan_of(const std::string& scene) {
+  const Outcome outcome = run({"plan", scene});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  return outcome.out.substr(0, outcome.out.find("Note "));
+}
+
+/// A heart of four frames, and an X3D scene in which it beats and moves.
+std::string beating(const TemporaryFolder& folder) {
+  written(small_heart(), folder / "heart.seq.nrrd");
+  std::ofstream(folder / "heart.x3d") << R"(<X3D profile='Full' version='4.0'><Scene>
+    <TimeSensor DEF='BEAT' cycleInterval='0.8' loop='true'/>
+    <TimeSensor DEF='SWAY' cycleInterval='4' loop='true'/>
+    <PositionInterpolator DEF='WAY' key='0 0.5 1' keyValue='0 0 0  0.01 0 0  0 0 0'/>
+    <Viewpoint position='0 0 1'/>
+    <Transform DEF='PLACE'>
+      <VolumeData DEF='heart' dimensions='0.1 0.1 0.1'>
+        <PalpateSequenceTexture3D DEF='FRAMES' containerField='voxels' url='"heart.seq.nrrd"'/>
+      </VolumeData>
+    </Transform>
+    <ROUTE fromNode='BEAT' fromField='fraction_changed' toNode='FRAMES' toField='set_fraction'/>
+    <ROUTE fromNode='SWAY' fromField='fraction_changed' toNode='WAY' toField='set_fraction'/>
+    <ROUTE fromNode='WAY' fromField='value_changed' toNode='PLACE' toField='set_translation'/>
+  </Scene></X3D>)";
+  return folder / "heart.x3d";
+}
+
+TEST(X3d, IsPlannedAndFeltAsTheBuiltInMolecule) {
+  EXPECT_EQ(plan_of(kExample), plan_of("molecule"));
+  const Outcome felt =
+      run({"feel", kExample, "--device", "simulated", "--seconds", "1", "--headset", "off"});
+  EXPECT_EQ(felt.exit_code, 0) << felt.err;
+  EXPECT_THAT(felt.out, HasSubstr("Nodes without effect here: Background, ImportLibrary."));
+  const Outcome info = run({"info", kExample});
+  EXPECT_EQ(info.exit_code, 0) << info.err;
+  EXPECT_THAT(info.out, AllOf(HasSubstr("X3D"), HasSubstr("field lines: follow of molecule")));
+}
+
+TEST(X3d, LetsASequenceBeatAndMoveAndFindsItsSurface) {
+  const TemporaryFolder folder;
+  const std::string scene = beating(folder);
+  const Outcome plan = run({"plan", scene});
+  EXPECT_EQ(plan.exit_code, 0) << plan.err;
+  EXPECT_THAT(plan.out, AllOf(HasSubstr("frames     4 in 0.8 s, over and over"),
+                              HasSubstr("pose, moving by keys, at the tick's own time"),
+                              HasSubstr("felt by    surface"), HasSubstr("Viewpoint")));
+  const Outcome felt = run({"feel", scene, "--device", "simulated", "--seconds", "1", "--headset",
+                            "off", "--no-motion"});
+  EXPECT_EQ(felt.exit_code, 0) << felt.err;
+}
+
+TEST(X3d, IsConvertedToJsonAndBack) {
+  const TemporaryFolder folder;
+  const std::string scene = beating(folder);
+  const Outcome there = run({"convert", scene, folder / "heart.json"});
+  ASSERT_EQ(there.exit_code, 0) << there.err;
+  EXPECT_THAT(text_of(folder / "heart.json"),
+              AllOf(HasSubstr("\"cycle_s\": 0.8"), HasSubstr("\"keys\"")));
+  const Outcome back = run({"convert", folder / "heart.json", folder / "again.x3d"});
+  ASSERT_EQ(back.exit_code, 0) << back.err;
+  EXPECT_EQ(back.out.find("Note"), std::string::npos) << back.out;
+  EXPECT_EQ(plan_of(folder / "again.x3d"), plan_of(scene));
+  // What JSON says once, X3D gives back.
+  const Outcome once_more = run({"convert", folder / "again.x3d", folder / "again.json"});
+  ASSERT_EQ(once_more.exit_code, 0) << once_more.err;
+  EXPECT_EQ(text_of(folder / "again.json"), text_of(folder / "heart.json"));
+}
+
+TEST(X3d, GetsFilesAsBoxesOfTheirSize) {
+  const TemporaryFolder folder;
+  written(small_heart(), folder / "heart.seq.nrrd");
+  std::ofstream(folder / "a.json")
+      << R"({"volumes": [{"name": "a", "files": "heart.seq.nrrd", "frames_per_second": 5, "rate": 2,
+             "transform": {"translation_m": [0, 0.1, 0], "scale": 0.5}}],
+             "modes": [{"strength": 2}]})";
+  const Outcome there = run({"convert", folder / "a.json", folder / "a.x3d"});
+  ASSERT_EQ(there.exit_code, 0) << there.err;
+  EXPECT_THAT(there.out, HasSubstr("no words for these keys of the volume \"a\", which are left "
+                                   "out: rate."));
+  // 48 voxels of 8/3 mm at half their size; four frames at 5 a second.
+  EXPECT_THAT(text_of(folder / "a.x3d"),
+              AllOf(HasSubstr("dimensions='0.064"), HasSubstr("cycleInterval='0.8'")));
+}
+
+TEST(X3d, SaysInOneSentenceWhatIsWrong) {
+  const TemporaryFolder folder;
+  const auto refusal = [&](const std::vector<std::string>& arguments) {
+    const Outcome outcome = run(arguments);
+    EXPECT_NE(outcome.exit_code, 0);
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+    return outcome.err;
+  };
+  std::ofstream(folder / "bad.x3d") << "<!DOCTYPE X3D [<!ENTITY a 'b'>]><X3D>&a;</X3D>";
+  for (const char* command : {"plan", "feel", "info"})
+    EXPECT_THAT(refusal({command, folder / "bad.x3d"}), HasSubstr("entity"));
+  const std::string scene = beating(folder);
+  EXPECT_THAT(refusal({"convert", scene, folder / "a.txt"}), HasSubstr(".json nor .x3d"));
+  EXPECT_THAT(refusal({"convert", "heart", folder / "a.x3d"}), HasSubstr("palpate phantom"));
+  // No output may be what a scene reads.
+  const std::string before = text_of(folder / "heart.seq.nrrd");
+  EXPECT_THAT(refusal({"feel", scene, "--csv", folder / "heart.seq.nrrd"}), HasSubstr("lost"));
+  EXPECT_THAT(refusal({"convert", scene, scene}), HasSubstr("lost"));
+  EXPECT_EQ(text_of(folder / "heart.seq.nrrd"), before);
+}
+
+}  // namespace
+}  // namespace palpate::app

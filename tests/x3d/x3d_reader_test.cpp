@@ -1,0 +1,404 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <glm/gtc/constants.hpp>
+
+#include "integration/x3d/x3d_file.h"
+#include "module/scene/drive.h"
+#include "tests/files/temporary_folder.h"
+
+namespace palpate::x3d {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::EndsWith;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::StartsWith;
+
+const std::string kVolume =
+    "<VolumeData DEF='v' dimensions='0.1 0.2 0.3'><ImageTexture3D url='\"a.nrrd\"'/></VolumeData>";
+
+std::string scene_of(const std::string& nodes) {
+  return "<X3D><Scene>" + nodes + "</Scene></X3D>";
+}
+
+X3dScene accepted(const std::string& nodes) {
+  const auto scene = parse_x3d("folder/scene.x3d", scene_of(nodes));
+  EXPECT_TRUE(scene) << scene.error().message;
+  return scene ? *scene : X3dScene{};
+}
+
+std::string refusal_of(const std::string& text) {
+  const auto scene = parse_x3d("folder/scene.x3d", text);
+  return scene ? "" : scene.error().message;
+}
+std::string refusal(const std::string& nodes) {
+  return refusal_of(scene_of(nodes));
+}
+
+/// One sentence about the file.
+auto is_sentence(const std::string& part) {
+  return AllOf(StartsWith("'folder/scene.x3d' "), HasSubstr(part), HasSubstr(": "), EndsWith("."));
+}
+
+glm::dvec3 place_of(const VolumeSpec& v, double time_s, glm::dvec3 x = glm::dvec3(0.0)) {
+  return driven(v.drive, v.transform, time_s).world_from_volume(x);
+}
+
+void expect_near(glm::dvec3 a, glm::dvec3 b) {
+  EXPECT_LT(glm::length(a - b), 1e-12)
+      << a.x << " " << a.y << " " << a.z << " instead of " << b.x << " " << b.y << " " << b.z;
+}
+
+TEST(X3dReader, ReadsAVolumeAsABoxOfItsDimensions) {
+  const X3dScene scene = accepted(kVolume);
+  ASSERT_EQ(scene.spec.volumes.size(), 1U);
+  const VolumeSpec& v = scene.spec.volumes[0];
+  EXPECT_EQ(v.name, "v");
+  EXPECT_THAT(v.files, ElementsAre("folder/a.nrrd"));
+  EXPECT_EQ(v.box_m, glm::dvec3(0.1, 0.2, 0.3));
+  EXPECT_EQ(v.drive.kind, DriveSpec::Kind::kStill);
+  EXPECT_THAT(scene.spec.modes, IsEmpty());
+  EXPECT_THAT(scene.notes, IsEmpty());
+  // H3D's scenes have no root of their own.
+  EXPECT_TRUE(parse_x3d("scene.x3d", "<Group>" + kVolume + "</Group>"));
+  // What X3D says where nothing is written.
+  EXPECT_EQ(
+      accepted("<VolumeData><ImageTexture3D url='a.nrrd'/></VolumeData>").spec.volumes[0].box_m,
+      glm::dvec3(1.0));
+}
+
+TEST(X3dReader, ReadsWhatOtherBrowsersScenesLookLike) {
+  // The structure of scenes for X_ITE: a DOCTYPE, head, viewpoint, styles, a texture by DEF.
+  const auto scene = parse_x3d("folder/scene.x3d", R"(<?xml version="1.0" encoding="UTF-8"?>
+<!DOCTYPE X3D PUBLIC "ISO//Web3D//DTD X3D 4.0//EN" "https://www.web3d.org/specifications/x3d-4.0.dtd">
+<X3D profile='Full' version='4.0' xmlns:xsd='http://www.w3.org/2001/XMLSchema-instance'>
+  <head><component name='VolumeRendering' level='4'/><meta name='title' content='skull'/></head>
+  <Scene>
+    <Viewpoint position='0 0 2'/>
+    <Background skyColor='0 0 0'/>
+    <Transform rotation='1 0 0 -1.5707963267948966'>
+      <IsoSurfaceVolumeData DEF='skull' surfaceValues='0.3' dimensions='0.2 0.2 0.25'>
+        <ImageTexture3D containerField='voxels' url='"https://example.org/skull.nrrd" "skull.nrrd"'/>
+        <OpacityMapVolumeStyle/>
+      </IsoSurfaceVolumeData>
+    </Transform>
+    <SegmentedVolumeData dimensions='0.1 0.1 0.1'>
+      <ImageTexture3D containerField='segmentIdentifiers' url='"labels.nrrd"'/>
+      <ImageTexture3D containerField='voxels' url='"brain.nrrd"'/>
+    </SegmentedVolumeData>
+  </Scene>
+</X3D>)");
+  ASSERT_TRUE(scene) << scene.error().message;
+  ASSERT_EQ(scene->spec.volumes.size(), 2U);
+  EXPECT_THAT(scene->spec.volumes[0].files, ElementsAre("folder/skull.nrrd"));
+  expect_near(place_of(scene->spec.volumes[0], 0.0, {0.0, 1.0, 0.0}), {0.0, 0.0, -1.0});
+  EXPECT_THAT(scene->spec.volumes[1].segments.files, ElementsAre("folder/labels.nrrd"));
+  EXPECT_THAT(
+      scene->notes,
+      ElementsAre("Nodes without effect here: Background, OpacityMapVolumeStyle, Viewpoint, "
+                  "head.",
+                  "Fields without effect here: IsoSurfaceVolumeData.surfaceValues."));
+}
+
+TEST(X3dReader, PutsTransformsOneIntoTheOther) {
+  // x' = T C R SR S -SR -C x, twice.
+  const X3dScene scene = accepted(
+      "<Transform translation='1 0 0' rotation='0 0 1 1.5707963267948966' scale='2 2 2'>"
+      "<Transform translation='0 1 0' center='0.5 0 0' rotation='0 0 1 3.141592653589793'>" +
+      kVolume + "</Transform></Transform>");
+  // Inner: (0.1, 0, 0) turned half round (0.5, 0, 0) is (0.9, 0, 0), moved (0.9, 1, 0).
+  // Outer: twice as far, (1.8, 2, 0), a quarter turn, (-2, 1.8, 0), moved.
+  expect_near(place_of(scene.spec.volumes[0], 0.0, {0.1, 0.0, 0.0}), {-1.0, 1.8, 0.0});
+  EXPECT_THAT(refusal("<Transform scale='1 2 1'><Transform rotation='0 0 1 0.5'>" + kVolume +
+                      "</Transform></Transform>"),
+              is_sentence("VolumeData"));
+  EXPECT_THAT(refusal("<Transform scale='1 -1 1'>" + kVolume + "</Transform>"),
+              is_sentence("Transform: scale"));
+}
+
+TEST(X3dReader, FollowsRoutesFromASensorThroughInterpolators) {
+  const X3dScene scene = accepted(
+      "<TimeSensor DEF='T' cycleInterval='4' loop='true'/>"
+      "<TimeSensor DEF='ONCE' cycleInterval='2'/>"
+      "<PositionInterpolator DEF='P' key='0 0.5 1' keyValue='0 0 0, 0.2 0 0, 0 0 0'/>"
+      "<OrientationInterpolator DEF='O' key='0 1' keyValue='0 0 1 0, 0 0 1 1.5707963267948966'/>"
+      "<PositionInterpolator DEF='S' key='0 1' keyValue='1 1 1 3 3 3'/>"
+      "<Transform DEF='A' translation='7 7 7'><Transform translation='0 1 0'>"
+      "<Transform DEF='B' center='0 0.1 0'>" +
+      kVolume +
+      "</Transform></Transform></Transform>"
+      "<ROUTE fromNode='T' fromField='fraction_changed' toNode='P' toField='set_fraction'/>"
+      "<ROUTE fromNode='P' fromField='value_changed' toNode='A' toField='set_translation'/>"
+      "<ROUTE fromNode='ONCE' fromField='fraction_changed' toNode='O' toField='set_fraction'/>"
+      "<ROUTE fromNode='O' fromField='value_changed' toNode='B' toField='rotation'/>"
+      "<ROUTE fromNode='ONCE' fromField='fraction_changed' toNode='S' toField='set_fraction'/>"
+      "<ROUTE fromNode='S' fromField='value_changed' toNode='B' toField='scale'/>");
+  EXPECT_THAT(scene.notes, IsEmpty());
+  const VolumeSpec& v = scene.spec.volumes[0];
+  EXPECT_EQ(v.drive.kind, DriveSpec::Kind::kKeys);
+  EXPECT_EQ(v.path, PosePath::kExact);
+  // At each time: A moves; B turns about (0, 0.1, 0) and grows.
+  const auto expected = [](double t, glm::dvec3 x) {
+    const double share = t / 4.0 - std::floor(t / 4.0);
+    const double along = 0.2 * (share < 0.5 ? 2.0 * share : 2.0 - 2.0 * share);
+    const double once = std::min(t / 2.0, 1.0);
+    const glm::dquat turn = glm::angleAxis(0.5 * glm::pi<double>() * once, glm::dvec3(0, 0, 1));
+    const glm::dvec3 centre(0.0, 0.1, 0.0);
+    return glm::dvec3(along, 1.0, 0.0) + centre + turn * ((1.0 + 2.0 * once) * (x - centre));
+  };
+  for (const double t : {0.0, 0.3, 1.0, 1.999, 2.0, 3.7, 4.0, 9.1})
+    for (const glm::dvec3 x : {glm::dvec3(0.0), glm::dvec3(0.1, 0.2, -0.3)})
+      expect_near(place_of(v, t, x), expected(t, x));
+}
+
+TEST(X3dReader, BendsPathsThroughSplines) {
+  const auto moved = [](const std::string& fields) {
+    return accepted("<TimeSensor DEF='T' loop='true'/><SplinePositionInterpolator DEF='P' " +
+                    fields + "/><Transform DEF='A'>" + kVolume +
+                    "</Transform><ROUTE fromNode='T' fromField='fraction_changed' toNode='P' "
+                    "toField='set_fraction'/><ROUTE fromNode='P' fromField='value_changed' "
+                    "toNode='A' toField='set_translation'/>");
+  };
+  const auto x = [](const X3dScene& scene, double t) {
+    return place_of(scene.spec.volumes[0], t).x;
+  };
+  // With velocities of a parabola, x = s^2 and y = 3 s over one way from key to key.
+  const X3dScene given = moved("key='0 1' keyValue='0 0 0 1 3 0' keyVelocity='0 3 0 2 3 0'");
+  EXPECT_THAT(given.notes, IsEmpty());
+  // 32 straight pieces: a parabola of second derivative 2 is 2 / 8 / 32^2 away from them at most.
+  for (double t = 0.0; t < 1.0; t += 0.037) {
+    EXPECT_NEAR(x(given, t), t * t, 2.5e-4);
+    EXPECT_NEAR(place_of(given.spec.volumes[0], t).y, 3.0 * t, 1e-12);
+  }
+  // Without: half of the way between the neighbours, 0 at the ends, or round where it is closed.
+  const X3dScene found = moved("key='0 0.5 1' keyValue='0 0 0 1 0 0 0 0 0'");
+  EXPECT_NEAR(x(found, 0.25), 0.5, 1e-12);
+  const X3dScene line = moved("key='0 0.25 0.5 1' keyValue='0 0 0 1 0 0 2 0 0 0 0 0'");
+  // At key 1: tangent (2 - 0) / 2; Hermite in the middle of the second way: (1 + 2) / 2 + (1 - m) /
+  // 8 with m, of key 2, (0 - 1) / 2 times 2 * 0.5 / 0.75.
+  EXPECT_NEAR(x(line, 0.375), 1.5 + (1.0 + 2.0 / 3.0) / 8.0, 1e-12);
+  const X3dScene round =
+      moved("closed='true' key='0 0.25 0.5 0.75 1' keyValue='0 0 0 1 0 0 0 0 0 -1 0 0 0 0 0'");
+  EXPECT_NEAR(x(round, 0.125), 0.5 + 1.0 / 8.0, 1e-12);
+  // At even speed velocities only say directions: as long as the whole way.
+  const X3dScene even = moved(
+      "normalizeVelocity='true' key='0 1' keyValue='0 0 0 1 0 0' "
+      "keyVelocity='7 0 0 0.1 0 0'");
+  EXPECT_NEAR(x(even, 0.4375), 0.4375, 1e-12);
+  EXPECT_THAT(refusal("<TimeSensor DEF='T'/><SplinePositionInterpolator DEF='P' key='0 1' "
+                      "keyValue='0 0 0 1 0 0' keyVelocity='1'/><Transform DEF='A'/>"
+                      "<ROUTE fromNode='T' fromField='fraction_changed' toNode='P' "
+                      "toField='set_fraction'/><ROUTE fromNode='P' fromField='value_changed' "
+                      "toNode='A' toField='set_translation'/>"),
+              is_sentence("keyVelocity"));
+}
+
+TEST(X3dReader, TakesAWholeTurnForTheDriveThatTurns) {
+  const auto turning = [](const std::string& around, const std::string& values) {
+    return accepted(
+               "<TimeSensor DEF='T' cycleInterval='8' loop='true'/>"
+               "<OrientationInterpolator DEF='O' key='0 0.25 0.5 0.75 1' keyValue='" +
+               values + "'/><Transform " + around +
+               "><Transform DEF='A' center='0.1 0 0'><Transform translation='0 0.05 0'>" + kVolume +
+               "</Transform></Transform></Transform>"
+               "<ROUTE fromNode='T' fromField='fraction_changed' toNode='O' "
+               "toField='set_fraction'/><ROUTE fromNode='O' fromField='value_changed' "
+               "toNode='A' toField='set_rotation'/>")
+        .spec.volumes[0];
+  };
+  const VolumeSpec v = turning("translation='0 0 1'",
+                               "0 0 1 0 0 0 1 -1.570796 0 0 1 -3.141593 0 0 1 -4.712389 0 0 1 0");
+  EXPECT_EQ(v.drive.kind, DriveSpec::Kind::kTurn);
+  EXPECT_EQ(v.drive.rate_hz, -0.125);
+  expect_near(v.drive.axis, {0, 0, 1});
+  expect_near(v.drive.centre_m, {0.1, 0.0, 1.0});
+  expect_near(v.transform.translation_m, {0.0, 0.05, 1.0});
+  // Back and forth is not round.
+  EXPECT_EQ(turning("", "0 0 1 0 0 0 1 1.5 0 0 1 0 0 0 1 -1.5 0 0 1 0").drive.kind,
+            DriveSpec::Kind::kKeys);
+}
+
+TEST(X3dReader, DrivesASequenceByItsOwnNode) {
+  const X3dScene scene = accepted(
+      "<TimeSensor DEF='T' cycleInterval='0.8' loop='true'/>"
+      "<VolumeData dimensions='0.1 0.1 0.1'>"
+      "<PalpateSequenceTexture3D DEF='S' containerField='voxels' url='\"heart.seq.nrrd\"'/>"
+      "</VolumeData>"
+      "<ROUTE fromNode='T' fromField='fraction_changed' toNode='S' toField='set_fraction'/>");
+  EXPECT_THAT(scene.notes, IsEmpty());
+  EXPECT_THAT(scene.spec.volumes[0].files, ElementsAre("folder/heart.seq.nrrd"));
+  EXPECT_EQ(scene.spec.volumes[0].cycle_s, 0.8);
+  EXPECT_TRUE(scene.spec.volumes[0].cyclic);
+  EXPECT_EQ(scene.spec.volumes[0].name, "heart.seq");
+}
+
+TEST(X3dReader, ReadsTheModesOfVhtkAndPalpate) {
+  const X3dScene scene = accepted(
+      "<DeviceInfo><FalconDevice forceLimit='2.5' deviceName='x' "
+      "positionCalibration='2 0 0 0.1 0 2 0 0 0 0 2 0 0 0 0 1'/></DeviceInfo>"
+      "<VolumeHaptics stiffness='350' palpateDamping='0.5'/>"
+      "<Transform scale='0.05 0.05 0.05'>"
+      "<VectorFollowMode DEF='F' active='TRUE'>"
+      "<VectorElectroPotential DEF='E' point='0 0 0, +1 0 0' potential='+.4 -2' "
+      "palpateSoftness='0.2 0.3'/>"
+      "<PiecewiseFunction DEF='S' containerField='strength' segments='0 0 0.3 1.0 1000 5'/>"
+      "</VectorFollowMode>"
+      "<VectorFrontShapeMode active='false' twoSided='true' snapdrag='true'>"
+      "<VHTKVectorDataNode USE='E'/><PiecewiseFunction USE='S' containerField='strength'/>"
+      "</VectorFrontShapeMode></Transform>" +
+      kVolume +
+      "<PalpateSurfaceMode leaving='true' palpateScalar='gradient-magnitude'>"
+      "<VolumeData USE='v' containerField='scalarVolume'/>"
+      "<WindowFunction containerField='strength' level='300' width='100'/>"
+      "<PiecewiseFunction containerField='friction' continuous='false' segments='0 0.1 5 0.3'/>"
+      "</PalpateSurfaceMode>");
+  const SceneSpec& spec = scene.spec;
+  EXPECT_EQ(spec.stiffness_n_per_m, 350.0);
+  EXPECT_EQ(spec.damping_n_s_per_m, 0.5);
+  EXPECT_EQ(spec.max_force_n, 2.5);
+  EXPECT_EQ(spec.world_from_device.scale, glm::dvec3(2.0));
+  expect_near(spec.world_from_device.translation_m, {0.1, 0.0, 0.0});
+  // One volume of charges for both modes, and the one that is seen.
+  ASSERT_EQ(spec.volumes.size(), 2U);
+  EXPECT_EQ(spec.volumes[0].source, "charges");
+  ASSERT_EQ(spec.volumes[0].charges.size(), 2U);
+  EXPECT_EQ(spec.volumes[0].charges[1], (PointCharge{{1.0, 0.0, 0.0}, -2.0, 0.3}));
+  EXPECT_LT(glm::length(spec.volumes[0].transform.scale - 0.05), 1e-15);
+  ASSERT_EQ(spec.modes.size(), 3U);
+  EXPECT_EQ(spec.modes[0].kind, "follow");
+  EXPECT_EQ(spec.modes[0].name, "F");
+  EXPECT_EQ(spec.modes[0].vector, VectorProperty::kGradient);
+  EXPECT_THAT(spec.modes[0].strength.out(), ElementsAre(0.0, 1.0, 5.0));
+  EXPECT_TRUE(spec.modes[0].on);
+  EXPECT_EQ(spec.modes[1].kind, "front");
+  EXPECT_EQ(spec.modes[1].volume, spec.modes[0].volume);
+  EXPECT_TRUE(spec.modes[1].two_sided);
+  EXPECT_FALSE(spec.modes[1].on);
+  EXPECT_THAT(spec.modes[1].strength.in(), ElementsAre(0.0, 0.3, 1000.0));
+  EXPECT_EQ(spec.modes[2].volume, "v");
+  EXPECT_EQ(spec.modes[2].scalar, ScalarProperty::kGradientMagnitude);
+  EXPECT_TRUE(spec.modes[2].leaving);
+  EXPECT_EQ(spec.modes[2].strength(350.0), 1.0);
+  EXPECT_TRUE(spec.modes[2].friction.is_stepped());
+  EXPECT_THAT(scene.notes, ElementsAre(HasSubstr("FalconDevice"),
+                                       "Fields without effect here: FalconDevice.deviceName, "
+                                       "VectorFrontShapeMode.snapdrag."));
+}
+
+TEST(X3dReader, NamesWhatHasNoEffectOnce) {
+  const X3dScene scene =
+      accepted(kVolume +
+               "<Shape><Sphere radius='1'/></Shape><Shape><Box/></Shape>"
+               "<TimeSensor DEF='T' loop='true'/><Transform DEF='A' bboxSize='1 1 1'/>"
+               "<ROUTE fromNode='T' fromField='isActive' toNode='A' toField='center'/>");
+  EXPECT_THAT(scene.notes,
+              ElementsAre("Nodes without effect here: Box, Shape, Sphere, TimeSensor (drives "
+                          "nothing).",
+                          "ROUTEs without effect here: T.isActive to A.center."));
+}
+
+TEST(X3dReader, RefusesInOneSentence) {
+  EXPECT_THAT(refusal_of("<X3D><Scene>"), is_sentence("is no XML at line 1"));
+  EXPECT_THAT(refusal_of(""), is_sentence("is no XML"));
+  EXPECT_THAT(refusal(""), is_sentence("holds no volume"));
+  EXPECT_THAT(refusal("<VolumeData/>"), is_sentence("VolumeData: it has no voxels"));
+  EXPECT_THAT(refusal("<VolumeData dimensions='1 2'/>"), is_sentence("dimensions: 3 numbers"));
+  for (const char* wrong : {"nan nan nan", "1e999 1 1", "0 1 1", "inf 1 1", "1 1 x", "1e30 1 1"})
+    EXPECT_THAT(refusal("<VolumeData dimensions='" + std::string(wrong) + "'/>"),
+                is_sentence("dimensions"));
+  EXPECT_THAT(refusal("<Transform rotation='0 0 0 1'>" + kVolume + "</Transform>"),
+              is_sentence("rotation: an axis"));
+  EXPECT_THAT(refusal("<Transform translation='1e308 0 0'><Transform scale='1e4 1e4 1e4' "
+                      "translation='1e308 1e308 1'>" +
+                      kVolume + "</Transform></Transform>"),
+              is_sentence("VolumeData"));
+  EXPECT_THAT(refusal("<VolumeHaptics stiffness='-1'/>"), is_sentence("stiffness"));
+  EXPECT_THAT(refusal("<VectorFollowMode/>"), is_sentence("it has no data"));
+  EXPECT_THAT(refusal(kVolume + "<VectorFollowMode><VolumeData USE='v'/></VectorFollowMode>"),
+              is_sentence("it has no strength"));
+  EXPECT_THAT(refusal(kVolume + "<PalpateSurfaceMode><VolumeData USE='v'/><PiecewiseFunction "
+                                "segments='0 -1'/></PalpateSurfaceMode>"),
+              is_sentence("segments"));
+  EXPECT_THAT(refusal(kVolume + kVolume), is_sentence("another node is called 'v'"));
+  EXPECT_THAT(refusal("<VolumeData USE='w'/>"), is_sentence("no node before it is called 'w'"));
+  EXPECT_THAT(refusal("<VolumeData><ImageTexture3D url='\"http://a/b.nrrd\"'/></VolumeData>"),
+              is_sentence("nothing is fetched"));
+  EXPECT_THAT(refusal("<VectorVolume url='a.raw'><RawImageLoader width='3'/></VectorVolume>"),
+              is_sentence("RawImageLoader"));
+  EXPECT_THAT(refusal("<unit category='length' name='mm' conversionFactor='0.001'/>" + kVolume),
+              is_sentence("metres"));
+}
+
+TEST(X3dReader, RefusesWhatCouldGrowWithoutBound) {
+  EXPECT_THAT(refusal_of("<!DOCTYPE X3D [<!ENTITY a 'x'><!ENTITY b '&a;&a;&a;'>]>"
+                         "<X3D><Scene id='&b;'/></X3D>"),
+              is_sentence("declares the entity 'a'"));
+  EXPECT_THAT(refusal_of("<!DOCTYPE X3D [<!ENTITY a SYSTEM '/etc/passwd'>]><X3D id='&a;'/>"),
+              is_sentence("declares the entity"));
+  std::string deep, flat;
+  for (int k = 0; k < 100'000; ++k) deep += "<Group>";
+  EXPECT_THAT(refusal_of(deep), is_sentence("more than 64 deep"));
+  for (int k = 0; k < 100'001; ++k) flat += "<a/>";
+  EXPECT_THAT(refusal(flat), is_sentence("more than 100000 elements"));
+  // Ten times ten times ... of what is written once.
+  std::string bomb = "<Group DEF='g0'><Shape/></Group>";
+  for (int k = 1; k < 12; ++k) {
+    bomb += "<Group DEF='g" + std::to_string(k) + "'>";
+    for (int n = 0; n < 10; ++n) bomb += "<Group USE='g" + std::to_string(k - 1) + "'/>";
+    bomb += "</Group>";
+  }
+  EXPECT_THAT(refusal(bomb), is_sentence("unfolds to more than"));
+  std::string chain = "<Group DEF='g0'/>";
+  for (int k = 1; k < 2000; ++k)
+    chain += "<Group DEF='g" + std::to_string(k) + "'><Group USE='g" + std::to_string(k - 1) +
+             "'/></Group>";
+  EXPECT_THAT(refusal(chain), is_sentence("nests more than"));
+  EXPECT_THAT(refusal("<Group DEF='a'><Group USE='a'/></Group>"),
+              is_sentence("leads back to itself"));
+}
+
+TEST(X3dReader, RefusesRoutesInACircle) {
+  const std::string nodes = kVolume + "<Transform DEF='A'/><Transform DEF='B'/>";
+  const auto route = [](const std::string& from, const std::string& to) {
+    return "<ROUTE fromNode='" + from + "' fromField='translation_changed' toNode='" + to +
+           "' toField='set_translation'/>";
+  };
+  EXPECT_THAT(refusal(nodes + route("A", "B") + route("B", "A")), is_sentence("part of a circle"));
+  EXPECT_THAT(refusal(nodes + route("A", "A")), is_sentence("part of a circle"));
+  EXPECT_THAT(accepted(nodes + route("A", "B")).notes.size(), 1U);
+}
+
+TEST(X3dReader, ReadsFilesThatAreThereAndScenesWithinScenes) {
+  const files::TemporaryFolder folder;
+  const auto write = [&](const char* name, const std::string& text) {
+    std::ofstream(folder / name) << text;
+  };
+  write("a.nrrd", "not looked at");
+  write("inner.x3d", scene_of(kVolume));
+  write("outer.x3d", scene_of("<Transform translation='0 0 1'><Inline url='\"inner.x3d\"'/>"
+                              "</Transform>"));
+  const auto scene = read_x3d(folder / "outer.x3d");
+  ASSERT_TRUE(scene) << scene.error().message;
+  EXPECT_EQ(scene->spec.volumes[0].transform.translation_m.z, 1.0);
+  EXPECT_THAT(scene->files,
+              ElementsAre(folder / "outer.x3d", folder / "inner.x3d", folder / "a.nrrd"));
+  write("circle.x3d", scene_of("<Inline url='\"circle.x3d\"'/>"));
+  EXPECT_THAT(read_x3d(folder / "circle.x3d").error().message, HasSubstr("leads back to itself"));
+  write("lost.x3d", scene_of("<VolumeData><ImageTexture3D url='\"b.nrrd\"'/></VolumeData>"));
+  EXPECT_THAT(read_x3d(folder / "lost.x3d").error().message,
+              AllOf(HasSubstr("there is no file"), HasSubstr("b.nrrd"), EndsWith(".")));
+  EXPECT_THAT(read_x3d(folder.path()).error().message, HasSubstr("not a file"));
+  // Another folder for the files.
+  const files::TemporaryFolder elsewhere;
+  std::ofstream(elsewhere / "b.nrrd") << "not looked at";
+  const auto there = read_x3d(folder / "lost.x3d", elsewhere.path());
+  ASSERT_TRUE(there) << there.error().message;
+  EXPECT_THAT(there->spec.volumes[0].files, ElementsAre(elsewhere / "b.nrrd"));
+}
+
+}  // namespace
+}  // namespace palpate::x3d
