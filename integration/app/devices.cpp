@@ -6,6 +6,7 @@
 
 #include "integration/app/commands.h"
 #include "integration/app/exit_code.h"
+#include "integration/app/force_device.h"
 #include "integration/app/session.h"
 #include "integration/devices/list.h"
 
@@ -93,7 +94,9 @@ std::string abilities(const DeviceInfo& info) {
 void print_hand(const devices::ListedDevice& device) {
   const DeviceInfo& info = device.info;
   fmt::print("  {:<10}  {}{}\n", info.kind, info.name,
-             info.place.empty() ? "" : fmt::format(", {} ({})", info.place, device.usb_id));
+             info.place.empty()      ? ""
+             : device.usb_id.empty() ? ", " + info.place
+                                     : fmt::format(", {} ({})", info.place, device.usb_id));
   if (const std::string words = abilities(info); device.usable && !words.empty())
     fmt::print("              {}\n", words);
   fmt::print("              {}\n", device.usable ? "Ready." : device.wrong);
@@ -106,7 +109,7 @@ void print_hands(const devices::DeviceList& list) {
   for (const auto& device : list.devices)
     if (device.role == Role::kForce) print_hand(device);
   if (list.devices.front().info.kind == "simulated")
-    fmt::print("  No real one is plugged in: a Novint Falcon would do.\n");
+    fmt::print("  No real one is there: {} would do.\n", devices_that_would_do());
   fmt::print("\nThe hand that moves the volume\n");
   bool any = false;
   for (const auto& device : list.devices) {

@@ -2,8 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
+#include <thread>
+
 #include "integration/devices/falcon.h"
 #include "integration/devices/falcon_setup.h"
+#include "integration/devices/force_devices.h"
 #include "integration/devices/simulated.h"
 #include "integration/devices/spacemouse_protocol.h"
 #include "integration/devices/usb.h"
@@ -76,6 +80,37 @@ void look_at_spacemouse(const usb::Found& found, ListedDevice& listed) {
   if (opened.had_kernel_driver) listed.notes = kFromKernel;
 }
 
+constexpr std::chrono::milliseconds kLooks{1500};
+
+/// What one that has to be opened says of itself, its motors at zero all the time; nothing if there
+/// is none.
+std::optional<ListedDevice> look_at_kind(const ForceDeviceKind& kind) {
+  if (!kind.may_be_there({})) return std::nullopt;
+  const auto device = kind.make({});
+  if (!device) return std::nullopt;
+  DeviceFault fault = DeviceFault::kNotOpened;
+  const auto end = std::chrono::steady_clock::now() + kLooks;
+  const auto unknown = [&] {
+    return fault == DeviceFault::kNotOpened || fault == DeviceFault::kStarting;
+  };
+  while (unknown() && std::chrono::steady_clock::now() < end) {
+    fault = (*device)->exchange({}).fault;
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  ListedDevice listed;
+  listed.info = (*device)->info();
+  if (fault == DeviceFault::kNotHomed)
+    listed.notes = kind.homing;
+  else if (fault == DeviceFault::kNotOpened)
+    listed.wrong = fmt::format("What drives a {} is there, but no device: plug it in.", kind.name);
+  else if (fault == DeviceFault::kStarting)
+    listed.wrong = "It is not ready: look to its power supply, and to its maker's program.";
+  else if (fault != DeviceFault::kNone)
+    listed.wrong = sentence(fault);
+  listed.usable = listed.wrong.empty();
+  return listed;
+}
+
 ListedDevice simulated() {
   ListedDevice listed;
   listed.info = SimulatedDevice(SimulatedOptions()).info();
@@ -90,7 +125,7 @@ DeviceList list_devices() {
   const usb::Context context = usb::make_context();
   if (!context)
     list.wrong =
-        "This system shows no USB bus: only the simulated device is here (in a container, pass "
+        "This system shows no USB bus, so no USB device is found (in a container, pass "
         "/dev/bus/usb in).";
   else
     for (const usb::Found& found : usb::find(context.get(), is_ours)) {
@@ -104,6 +139,10 @@ DeviceList list_devices() {
       listed.usable = listed.wrong.empty();
       list.devices.push_back(std::move(listed));
     }
+  for (const ForceDeviceKind& kind : force_device_kinds()) {
+    if (!kind.listed_by_opening) continue;
+    if (auto listed = look_at_kind(kind)) list.devices.push_back(std::move(*listed));
+  }
   list.devices.push_back(simulated());
   return list;
 }

@@ -1,0 +1,93 @@
+#include "integration/devices/force_devices.h"
+
+#include <array>
+#include <charconv>
+#include <optional>
+
+#include "integration/devices/falcon.h"
+#include "integration/devices/haply.h"
+
+namespace palpate::devices {
+namespace {
+
+using Made = Result<std::unique_ptr<ForceDevice>>;
+
+Made of_link(std::unique_ptr<DeviceLink> link) {
+  return std::unique_ptr<ForceDevice>(std::make_unique<MailboxDevice>(std::move(link)));
+}
+
+// ---- Novint Falcon
+
+Made make_falcon(const ForceDeviceOptions& options) {
+  FalconOptions falcon;
+  falcon.firmware_file = options.firmware_file;
+  falcon.place = options.place;
+  auto made = FalconDevice::make(falcon);
+  if (!made) return made.error();
+  return std::unique_ptr<ForceDevice>(std::move(*made));
+}
+
+bool falcon_may_be_there(const ForceDeviceOptions&) {
+  return FalconDevice::is_plugged_in();
+}
+
+// ---- Haply
+
+std::optional<uint16_t> port_of(std::string_view text) {
+  uint16_t port = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
+  if (error != std::errc() || end != text.data() + text.size() || port == 0) return std::nullopt;
+  return port;
+}
+
+/// "049D", or "localhost:10001", or with the port of the events, "localhost:10001:10020".
+Result<HaplyOptions> haply_options(const std::string& place) {
+  HaplyOptions options;
+  const size_t colon = place.find(':');
+  if (colon == std::string::npos) {
+    options.device_id = place;
+    return options;
+  }
+  options.host = place.substr(0, colon);
+  const std::string ports = place.substr(colon + 1);
+  const size_t second = ports.find(':');
+  const auto port = port_of(ports.substr(0, second));
+  const auto events =
+      second == std::string::npos ? options.events_port : port_of(ports.substr(second + 1));
+  if (options.host.empty() || !port || !events)
+    return Error{ErrorKind::kBadInput,
+                 "'" + place +
+                     "' is no place of a Haply device: give its number (049D), or where "
+                     "its service is (localhost:10001)"};
+  options.port = *port;
+  options.events_port = *events;
+  return options;
+}
+
+Made make_haply(const ForceDeviceOptions& options) {
+  auto haply = haply_options(options.place);
+  if (!haply) return haply.error();
+  return of_link(make_haply_link(*haply));
+}
+
+bool haply_may_be_there(const ForceDeviceOptions& options) {
+  const auto haply = haply_options(options.place);
+  return haply && haply_service_answers(*haply);
+}
+
+constexpr std::array kKinds{
+    ForceDeviceKind{"falcon", "Novint Falcon", "usb 1-2",
+                    "Pull the grip all the way out, then push it all the way in.",
+                    falcon_may_be_there, make_falcon, false},
+    ForceDeviceKind{"haply", "Haply Inverse3", "049D, or localhost:10001",
+                    "Calibrate it as its maker says: Haply Hub shows how.", haply_may_be_there,
+                    make_haply, true},
+};
+
+}  // namespace
+
+std::span<const ForceDeviceKind> force_device_kinds() {
+  return kKinds;
+}
+
+}  // namespace palpate::devices
