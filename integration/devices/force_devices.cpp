@@ -5,7 +5,9 @@
 #include <optional>
 
 #include "integration/devices/falcon.h"
+#include "integration/devices/force_dimension.h"
 #include "integration/devices/haply.h"
+#include "integration/devices/polhem.h"
 
 namespace palpate::devices {
 namespace {
@@ -75,6 +77,42 @@ bool haply_may_be_there(const ForceDeviceOptions& options) {
   return haply && haply_service_answers(*haply);
 }
 
+// ---- Force Dimension
+
+Result<ForceDimensionOptions> force_dimension_options(const std::string& place) {
+  ForceDimensionOptions options;
+  if (place.empty()) return options;
+  const char* const end = place.data() + place.size();
+  const auto [last, error] = std::from_chars(place.data(), end, options.index);
+  if (error != std::errc() || last != end || options.index < 0)
+    return Error{ErrorKind::kBadInput, "'" + place +
+                                           "' is no place of a Force Dimension device: give its "
+                                           "number, from 0"};
+  return options;
+}
+
+Made make_force_dimension(const ForceDeviceOptions& options) {
+  const auto of_place = force_dimension_options(options.place);
+  if (!of_place) return of_place.error();
+  return of_link(make_force_dimension_link(*of_place));
+}
+
+bool force_dimension_may_be_there(const ForceDeviceOptions&) {
+  return force_dimension_library_is_there({});
+}
+
+// ---- Polhem
+
+Made make_polhem(const ForceDeviceOptions& options) {
+  PolhemOptions polhem;
+  polhem.port = options.place;
+  return of_link(make_polhem_link(polhem));
+}
+
+bool polhem_may_be_there(const ForceDeviceOptions& options) {
+  return !options.place.empty() || !polhem_ports().empty();
+}
+
 constexpr std::array kKinds{
     ForceDeviceKind{"falcon", "Novint Falcon", "usb 1-2",
                     "Pull the grip all the way out, then push it all the way in.",
@@ -82,6 +120,12 @@ constexpr std::array kKinds{
     ForceDeviceKind{"haply", "Haply Inverse3", "049D, or localhost:10001",
                     "Calibrate it as its maker says: Haply Hub shows how.", haply_may_be_there,
                     make_haply, true},
+    ForceDeviceKind{"force-dimension", "Force Dimension omega, delta, sigma or lambda", "0",
+                    "Initialise it with its maker's program: palpate does not move the arm.",
+                    force_dimension_may_be_there, make_force_dimension, true},
+    ForceDeviceKind{"polhem", "Polhem or WoodenHaptics arm", "/dev/ttyACM0",
+                    "Put the arm where its maker says and calibrate it with its maker's program.",
+                    polhem_may_be_there, make_polhem, true},
 };
 
 }  // namespace

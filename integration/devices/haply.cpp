@@ -178,7 +178,7 @@ class HaplyLink final : public DeviceLink {
           said_ = DeviceFault::kUnplugged;
           break;
         case haply::Event::kBrakeOn:
-          said_ = DeviceFault::kStuck;
+          said_ = DeviceFault::kForceOff;
           break;
         case haply::Event::kBrakeOff:
         case haply::Event::kConnected:

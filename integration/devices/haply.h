@@ -27,7 +27,7 @@ struct HaplyOptions {
 ///
 /// What it says of the device becomes a fault: in use by another session when it is opened (kBusy),
 /// not calibrated (kNotHomed), not ready or without power (kStarting), disconnected (kUnplugged),
-/// its brake or a stall (kStuck).
+/// its brake (kForceOff) or a stall (kStuck).
 std::unique_ptr<DeviceLink> make_haply_link(const HaplyOptions& options);
 
 /// Whether something listens where the service would. Takes no longer than a tenth of a second.

@@ -8,6 +8,7 @@
 #include "integration/devices/falcon.h"
 #include "integration/devices/falcon_setup.h"
 #include "integration/devices/force_devices.h"
+#include "integration/devices/force_dimension.h"
 #include "integration/devices/simulated.h"
 #include "integration/devices/spacemouse_protocol.h"
 #include "integration/devices/usb.h"
@@ -26,8 +27,12 @@ constexpr const char* kNotHomed =
 constexpr const char* kFromKernel =
     "A driver of the kernel holds it; palpate takes it over while it runs and gives it back.";
 
+constexpr uint16_t kForceDimension = 0x1451;
+constexpr const char* kNoLibrary =
+    "Its maker's library is missing: install Force Dimension's SDK and set FDSDK to its folder.";
+
 bool is_ours(uint16_t vendor, uint16_t product) {
-  return (vendor == falcon::kVendor && product == falcon::kProduct) ||
+  return vendor == kForceDimension || (vendor == falcon::kVendor && product == falcon::kProduct) ||
          spacemouse::model_of(vendor, product) != nullptr;
 }
 
@@ -130,8 +135,14 @@ DeviceList list_devices() {
   else
     for (const usb::Found& found : usb::find(context.get(), is_ours)) {
       ListedDevice listed;
+      // With its library, it is listed below, by what that says.
+      if (found.vendor == kForceDimension && force_dimension_library_is_there({})) continue;
       listed.usb_id = fmt::format("{:04x}:{:04x}", found.vendor, found.product);
-      if (found.vendor == falcon::kVendor)
+      if (found.vendor == kForceDimension) {
+        listed.info.kind = "force-dimension";
+        listed.info.name = "Force Dimension device";
+        listed.wrong = kNoLibrary;
+      } else if (found.vendor == falcon::kVendor)
         look_at_falcon(found.device.get(), listed);
       else
         look_at_spacemouse(found, listed);

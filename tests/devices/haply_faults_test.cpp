@@ -176,11 +176,12 @@ std::vector<Row> rows() {
        .recover = change([](auto& options) { options.ready = true; })},
       {.name = "TheBrakeTakesHold",
        .inject = event("device-safety-triggered", "ebrake_triggered"),
-       .fault = DeviceFault::kStuck,
+       .fault = DeviceFault::kForceOff,
        .recover =
            [](Rig& rig) {
              rig.turns(100);
-             EXPECT_EQ(rig.inputs.back().reading.fault, DeviceFault::kStuck) << "until it lets go";
+             EXPECT_EQ(rig.inputs.back().reading.fault, DeviceFault::kForceOff)
+                 << "until it lets go";
              event("device-safety-triggered", "ebrake_released")(rig);
            }},
       {.name = "AMotorStalls",

@@ -36,6 +36,8 @@ class MailboxRig : public DeviceRig {
       while (device->counts().turns == turns_ && std::chrono::steady_clock::now() < end)
         std::this_thread::sleep_for(std::chrono::microseconds(20));
       turns_ = device->counts().turns;
+      // Positions carry real times: a hand that moves by the loop's time must not race.
+      std::this_thread::sleep_for(std::chrono::microseconds(300));
     };
   }
 
