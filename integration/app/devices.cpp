@@ -87,20 +87,21 @@ std::string abilities(const DeviceInfo& info) {
   if (info.resolution_m > 0.0)
     words.push_back(fmt::format("resolves {:.0f} um", 1e6 * info.resolution_m));
   if (info.sensed_dof == 6) words.push_back("moves and turns");
-  if (info.buttons > 0) words.push_back(fmt::format("{} buttons", info.buttons));
+  if (info.buttons > 0)
+    words.push_back(fmt::format("{} button{}", info.buttons, info.buttons == 1 ? "" : "s"));
   return fmt::format("{}", fmt::join(words, ", "));
 }
 
 void print_hand(const devices::ListedDevice& device) {
   const DeviceInfo& info = device.info;
-  fmt::print("  {:<10}  {}{}\n", info.kind, info.name,
+  fmt::print("  {:<15}  {}{}\n", info.kind, info.name,
              info.place.empty()      ? ""
              : device.usb_id.empty() ? ", " + info.place
                                      : fmt::format(", {} ({})", info.place, device.usb_id));
   if (const std::string words = abilities(info); device.usable && !words.empty())
-    fmt::print("              {}\n", words);
-  fmt::print("              {}\n", device.usable ? "Ready." : device.wrong);
-  if (!device.notes.empty()) fmt::print("              {}\n", device.notes);
+    fmt::print("                   {}\n", words);
+  fmt::print("                   {}\n", device.usable ? "Ready." : device.wrong);
+  if (!device.notes.empty()) fmt::print("                   {}\n", device.notes);
 }
 
 void print_hands(const devices::DeviceList& list) {

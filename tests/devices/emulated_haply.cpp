@@ -93,7 +93,8 @@ Json vector_json(glm::dvec3 v) {
 
 }  // namespace
 
-EmulatedHaply::EmulatedHaply(Options options) : options_(std::move(options)) {
+EmulatedHaply::EmulatedHaply(Options options)
+    : options_(std::move(options)), port_(options_.port), events_port_(options_.events_port) {
   start_service();
 }
 

@@ -24,7 +24,8 @@ class EmulatedHaply : public EmulatedHand {
     std::string id = "049D", type = "inverse3";
     bool connected = true;  ///< the device to the service
     bool in_use = false, calibrated = true, ready = true, powered = true;
-    bool knows_version = true;  ///< GET /version is answered
+    uint16_t port = 0, events_port = 0;  ///< 0: any that is free
+    bool knows_version = true;           ///< GET /version is answered
   };
   explicit EmulatedHaply(Options options);
   EmulatedHaply() : EmulatedHaply(Options()) {}

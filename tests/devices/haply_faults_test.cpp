@@ -3,6 +3,7 @@
 // guards. The oracle is the emulated service, which says what force it was told last.
 #include <gtest/gtest.h>
 
+#include "integration/devices/answer_judge.h"
 #include "integration/devices/haply.h"
 #include "tests/devices/emulated_haply.h"
 #include "tests/devices/fault_rows.h"
@@ -214,7 +215,8 @@ std::vector<Row> rows() {
        .fault = DeviceFault::kTimeout,
        .recover =
            [](Rig& rig) {
-             rig.turn_until([&] { return rig.device->counts().missed > 110; });
+             EXPECT_TRUE(rig.turn_until(
+                 [&] { return rig.device->counts().missed >= AnswerJudge::kGiveUp; }));
              heal(rig);
            },
        .after = [](Rig& rig) { EXPECT_GE(rig.device->counts().opened, 2U); },

@@ -8,6 +8,7 @@
 
 #include <random>
 
+#include "integration/devices/answer_judge.h"
 #include "integration/devices/polhem.h"
 #include "integration/devices/polhem_protocol.h"
 #include "tests/devices/emulated_polhem.h"
@@ -130,7 +131,8 @@ std::vector<Row> rows() {
        .fault = DeviceFault::kTimeout,
        .recover =
            [](Rig& rig) {
-             rig.turn_until([&] { return rig.device->counts().missed > 110; });
+             EXPECT_TRUE(rig.turn_until(
+                 [&] { return rig.device->counts().missed >= AnswerJudge::kGiveUp; }));
              heal(rig);
            },
        .after = [](Rig& rig) { EXPECT_GE(rig.device->counts().opened, 2U); },
