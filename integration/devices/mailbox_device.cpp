@@ -16,7 +16,10 @@ namespace palpate::devices {
 namespace {
 
 constexpr int kLookMs = 500;
-constexpr int kUnread = 200;  // ms that the servo thread has to hear why a device was lost
+// After a loss nothing else is said before the servo thread has asked so often (it may ask twice in
+// a period, and the second time count less), or for so many ms.
+constexpr uint32_t kHeard = 3;
+constexpr int kHeardMs = 2000;
 constexpr std::chrono::seconds kCloses{2};
 
 int64_t now_ns() noexcept {
@@ -74,7 +77,7 @@ class MailboxDevice::Worker {
   // For the servo thread.
   Newest<Command> commands;
   Newest<DeviceReading> readings;
-  std::atomic<bool> unread = false;  ///< the servo thread has not taken the newest reading
+  std::atomic<uint32_t> asked = 0;  ///< exchanges of the servo thread
   void wake() noexcept { command_wake_.wake(); }
   bool is_silent() const noexcept {
     return now_ns() - alive_ns_.load(std::memory_order_acquire) > options_.silence_ns;
@@ -140,11 +143,11 @@ class MailboxDevice::Worker {
     const bool was_open = is_open_;
     if (answer.lost || judge_.hopeless()) close();
     alive_ns_.store(now_ns(), std::memory_order_release);
-    unread = true;
     publish(reading);
     if (came) turns_.fetch_add(1, std::memory_order_release);
     // Why it was lost must be heard before another look says something else.
-    for (int n = 0; was_open && !is_open_ && unread && !stop_ && n < kUnread; ++n)
+    const uint32_t from = asked;
+    for (int n = 0; was_open && !is_open_ && asked - from < kHeard && !stop_ && n < kHeardMs; ++n)
       stop_wake_.sleep(1);
   }
 
@@ -235,10 +238,8 @@ DeviceInfo MailboxDevice::info() const {
 DeviceReading MailboxDevice::exchange(const DeviceCommand& command) noexcept {
   worker_->commands.put({command.force_n, last_.fault == DeviceFault::kNone});
   worker_->wake();
-  if (worker_->readings.get(last_))
-    worker_->unread = false;
-  else
-    last_.fresh = false;
+  if (!worker_->readings.get(last_)) last_.fresh = false;
+  worker_->asked.fetch_add(1, std::memory_order_release);
   if (last_.fault == DeviceFault::kNone && worker_->is_silent()) {
     last_.fault = DeviceFault::kTimeout;
     last_.fresh = false;
