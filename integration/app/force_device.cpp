@@ -167,7 +167,8 @@ std::string devices_that_would_do() {
 
 Result<std::unique_ptr<ForceDevice>> find_force_device(const ForceDeviceChoice& choice) {
   const auto [word, place] = parts_of(choice.device);
-  const devices::ForceDeviceOptions options{place, choice.falcon_firmware.string()};
+  const devices::ForceDeviceOptions options{place, choice.falcon_firmware.string(),
+                                            choice.real_time};
   for (const auto& kind : devices::force_device_kinds()) {
     if (word != "auto" && word != kind.kind) continue;
     // What is not there is not waited for: it would be a second on the way to the first picture.

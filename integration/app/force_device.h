@@ -22,6 +22,7 @@ struct ForceDeviceChoice {
   std::filesystem::path falcon_firmware;  ///< the user's own
   std::string hand = "human";             ///< simulated: human, loose, firm, none
   std::string path = "press";             ///< simulated: a made path or a file
+  bool real_time = true;                  ///< a thread of the device may ask for priority
   bool has_window = false;                ///< so that a mouse can be the hand
   bool has_headset = false;               ///< so that a controller can
   double lets_go_at_s = std::numeric_limits<double>::infinity();

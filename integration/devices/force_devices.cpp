@@ -14,8 +14,10 @@ namespace {
 
 using Made = Result<std::unique_ptr<ForceDevice>>;
 
-Made of_link(std::unique_ptr<DeviceLink> link) {
-  return std::unique_ptr<ForceDevice>(std::make_unique<MailboxDevice>(std::move(link)));
+Made of_link(std::unique_ptr<DeviceLink> link, const ForceDeviceOptions& options) {
+  MailboxOptions mailbox;
+  if (!options.real_time) mailbox.priority = 0;
+  return std::unique_ptr<ForceDevice>(std::make_unique<MailboxDevice>(std::move(link), mailbox));
 }
 
 // ---- Novint Falcon
@@ -69,7 +71,7 @@ Result<HaplyOptions> haply_options(const std::string& place) {
 Made make_haply(const ForceDeviceOptions& options) {
   auto haply = haply_options(options.place);
   if (!haply) return haply.error();
-  return of_link(make_haply_link(*haply));
+  return of_link(make_haply_link(*haply), options);
 }
 
 bool haply_may_be_there(const ForceDeviceOptions& options) {
@@ -94,7 +96,7 @@ Result<ForceDimensionOptions> force_dimension_options(const std::string& place) 
 Made make_force_dimension(const ForceDeviceOptions& options) {
   const auto of_place = force_dimension_options(options.place);
   if (!of_place) return of_place.error();
-  return of_link(make_force_dimension_link(*of_place));
+  return of_link(make_force_dimension_link(*of_place), options);
 }
 
 bool force_dimension_may_be_there(const ForceDeviceOptions&) {
@@ -106,7 +108,7 @@ bool force_dimension_may_be_there(const ForceDeviceOptions&) {
 Made make_polhem(const ForceDeviceOptions& options) {
   PolhemOptions polhem;
   polhem.port = options.place;
-  return of_link(make_polhem_link(polhem));
+  return of_link(make_polhem_link(polhem), options);
 }
 
 bool polhem_may_be_there(const ForceDeviceOptions& options) {

@@ -13,6 +13,7 @@ namespace palpate::devices {
 struct ForceDeviceOptions {
   std::string place;          ///< where, in the words of its kind; empty: the usual, or the first
   std::string firmware_file;  ///< the user's own, for a Falcon
+  bool real_time = true;      ///< a thread in the force's way asks for real-time priority
 };
 
 /// A kind of force device that palpate drives. All of them are in force_device_kinds().
