@@ -6,6 +6,7 @@
 
 #include "integration/app/commands.h"
 #include "integration/app/exit_code.h"
+#include "integration/app/force_device.h"
 #include "integration/app/session.h"
 #include "integration/devices/list.h"
 
@@ -86,18 +87,21 @@ std::string abilities(const DeviceInfo& info) {
   if (info.resolution_m > 0.0)
     words.push_back(fmt::format("resolves {:.0f} um", 1e6 * info.resolution_m));
   if (info.sensed_dof == 6) words.push_back("moves and turns");
-  if (info.buttons > 0) words.push_back(fmt::format("{} buttons", info.buttons));
+  if (info.buttons > 0)
+    words.push_back(fmt::format("{} button{}", info.buttons, info.buttons == 1 ? "" : "s"));
   return fmt::format("{}", fmt::join(words, ", "));
 }
 
 void print_hand(const devices::ListedDevice& device) {
   const DeviceInfo& info = device.info;
-  fmt::print("  {:<10}  {}{}\n", info.kind, info.name,
-             info.place.empty() ? "" : fmt::format(", {} ({})", info.place, device.usb_id));
+  fmt::print("  {:<15}  {}{}\n", info.kind, info.name,
+             info.place.empty()      ? ""
+             : device.usb_id.empty() ? ", " + info.place
+                                     : fmt::format(", {} ({})", info.place, device.usb_id));
   if (const std::string words = abilities(info); device.usable && !words.empty())
-    fmt::print("              {}\n", words);
-  fmt::print("              {}\n", device.usable ? "Ready." : device.wrong);
-  if (!device.notes.empty()) fmt::print("              {}\n", device.notes);
+    fmt::print("                   {}\n", words);
+  fmt::print("                   {}\n", device.usable ? "Ready." : device.wrong);
+  if (!device.notes.empty()) fmt::print("                   {}\n", device.notes);
 }
 
 void print_hands(const devices::DeviceList& list) {
@@ -106,7 +110,7 @@ void print_hands(const devices::DeviceList& list) {
   for (const auto& device : list.devices)
     if (device.role == Role::kForce) print_hand(device);
   if (list.devices.front().info.kind == "simulated")
-    fmt::print("  No real one is plugged in: a Novint Falcon would do.\n");
+    fmt::print("  No real one is there: {} would do.\n", devices_that_would_do());
   fmt::print("\nThe hand that moves the volume\n");
   bool any = false;
   for (const auto& device : list.devices) {

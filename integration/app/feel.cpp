@@ -7,16 +7,6 @@
 namespace palpate::app {
 namespace {
 
-CLI::Validator a_force_device() {
-  CLI::Validator known = one_of({"auto", "falcon", "controller", "mouse", "simulated"});
-  return CLI::Validator(
-      [known](std::string& text) {
-        const std::string wrong = known(text);
-        return wrong.empty() ? wrong : wrong + "; the Vulkan device is named with --gpu";
-      },
-      known.get_description());
-}
-
 CLI::Validator a_look() {
   std::vector<std::string> names = preset_names();
   names.insert(names.begin(), "auto");
@@ -24,8 +14,9 @@ CLI::Validator a_look() {
 }
 
 void add_device(CLI::App& app, FeelCommand& command) {
-  app.add_option("--device", command.device.device, "Force device")
-      ->check(a_force_device())
+  app.add_option("--device", command.device.device,
+                 "Force device; KIND@PLACE is the one that 'palpate devices' shows there")
+      ->check(a_force_device({"controller", "mouse", "simulated"}))
       ->capture_default_str();
   app.add_option("--falcon-firmware", command.device.falcon_firmware,
                  "Your own copy of the Falcon's firmware; palpate ships none")

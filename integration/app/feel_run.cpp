@@ -123,6 +123,7 @@ class FeelRun {
     cancel.end_at_once(true);
     ForceDeviceChoice choice = command_.device;
     if (const Status looking = open_eyes(); !looking) return fail(console_, looking.error());
+    choice.real_time = !command_.no_real_time;
     choice.has_window = seen_.window != nullptr;
     choice.has_headset = seen_.headset != nullptr;
     if (!command_.hand) choice.device = "none";

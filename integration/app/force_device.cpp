@@ -1,11 +1,13 @@
 #include "integration/app/force_device.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <thread>
 
+#include "integration/app/option_checks.h"
 #include "integration/app/touch.h"
-#include "integration/devices/falcon.h"
+#include "integration/devices/force_devices.h"
 #include "integration/devices/made_paths.h"
 
 namespace palpate::app {
@@ -29,6 +31,19 @@ bool answers(ForceDevice& device) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
   return false;
+}
+
+/// "haply@localhost:10001" in two.
+std::pair<std::string, std::string> parts_of(const std::string& device) {
+  const size_t at = device.find('@');
+  if (at == std::string::npos) return {device, ""};
+  return {device.substr(0, at), device.substr(at + 1)};
+}
+
+const devices::ForceDeviceKind* kind_of(const std::string& word) {
+  for (const auto& kind : devices::force_device_kinds())
+    if (word == kind.kind) return &kind;
+  return nullptr;
 }
 
 Result<OpenedDevice> simulated(const ForceDeviceChoice& choice, const FeltScene& scene,
@@ -125,15 +140,47 @@ Result<devices::SimulatedOptions> simulated_options(const ForceDeviceChoice& cho
   return options;
 }
 
-Result<std::unique_ptr<ForceDevice>> find_falcon(const ForceDeviceChoice& choice) {
-  devices::FalconOptions options;
-  options.firmware_file = choice.falcon_firmware.string();
-  auto falcon = devices::FalconDevice::make(options);
-  if (!falcon) return falcon.error();
-  // What is not on the bus is not waited for: it would be a second on the way to the first picture.
-  if (choice.device == "auto" && !(devices::FalconDevice::is_plugged_in() && answers(**falcon)))
-    return std::unique_ptr<ForceDevice>();
-  return std::unique_ptr<ForceDevice>(std::move(*falcon));
+CLI::Validator a_force_device(std::vector<std::string> others) {
+  std::vector<std::string> words{"auto"};
+  for (const auto& kind : devices::force_device_kinds()) words.emplace_back(kind.kind);
+  words.insert(words.end(), others.begin(), others.end());
+  CLI::Validator known = one_of(words);
+  return CLI::Validator(
+      [known](std::string& text) {
+        const auto [word, place] = parts_of(text);
+        std::string kind = word;
+        const std::string wrong = known(kind);
+        if (!wrong.empty()) return wrong + "; the Vulkan device is named with --gpu";
+        if (text.find('@') == std::string::npos || (kind_of(word) && !place.empty()))
+          return std::string();
+        return fmt::format("'{}': only a real device has a place, as in haply@localhost:10001",
+                           text);
+      },
+      known.get_description());
+}
+
+std::string devices_that_would_do() {
+  std::vector<std::string> names;
+  for (const auto& kind : devices::force_device_kinds()) names.emplace_back(kind.name);
+  return fmt::format("a {}", fmt::join(names, ", a "));
+}
+
+Result<std::unique_ptr<ForceDevice>> find_force_device(const ForceDeviceChoice& choice) {
+  const auto [word, place] = parts_of(choice.device);
+  const devices::ForceDeviceOptions options{place, choice.falcon_firmware.string(),
+                                            choice.real_time};
+  for (const auto& kind : devices::force_device_kinds()) {
+    if (word != "auto" && word != kind.kind) continue;
+    // What is not there is not waited for: it would be a second on the way to the first picture.
+    const bool there = kind.may_be_there(options);
+    if (word == "auto" && !there) continue;
+    auto device = kind.make(options);
+    if (!device) return device.error();
+    // One that was asked for is waited for too: only then does it say how far it reaches.
+    const bool answered = there && answers(**device);
+    if (word != "auto" || answered) return std::move(*device);
+  }
+  return std::unique_ptr<ForceDevice>();
 }
 
 Result<OpenedDevice> open_force_device(const ForceDeviceChoice& choice, const FeltScene& scene) {
@@ -151,19 +198,20 @@ Result<OpenedDevice> open_force_device(const ForceDeviceChoice& choice, const Fe
   if (choice.device == "mouse") return mouse("mouse, as asked; it gives no force.");
   if (choice.device == "controller")
     return controller("controller, as asked; vibration says what force it would be.");
-  auto falcon = find_falcon(choice);
-  if (!falcon) return falcon.error();
-  const bool none = !*falcon;
-  if (none && choice.has_headset)
-    return controller(
-        "controller, as no Falcon is plugged in; vibration says what force it would be.");
-  if (none && choice.has_window)
-    return mouse("mouse, as no Falcon is plugged in; it gives no force.");
-  if (none) return simulated(choice, scene, "simulated device, as no Falcon is plugged in.");
+  auto device = find_force_device(choice);
+  if (!device) return device.error();
+  if (!*device) {
+    if (choice.has_headset)
+      return controller(
+          "controller, as no force device is there; vibration says what force it would be.");
+    if (choice.has_window) return mouse("mouse, as no force device is there; it gives no force.");
+    return simulated(choice, scene, "simulated device, as no force device is there.");
+  }
   OpenedDevice opened;
-  opened.device = std::move(*falcon);
-  opened.why =
-      choice.device == "auto" ? "Novint Falcon, which is plugged in." : "Novint Falcon, as asked.";
+  opened.device = std::move(*device);
+  const DeviceInfo info = opened.device->info();
+  opened.why = fmt::format("{}{}{}", info.name, info.place.empty() ? "" : ", " + info.place,
+                           choice.device == "auto" ? ", which is there." : ", as asked.");
   return opened;
 }
 

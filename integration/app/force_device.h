@@ -1,9 +1,11 @@
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <limits>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "integration/app/felt_scene.h"
 #include "integration/desktop/mouse_probe.h"
@@ -14,11 +16,13 @@ namespace palpate::app {
 
 /// Which force device, as the command line says it.
 struct ForceDeviceChoice {
-  std::string device =
-      "auto";  ///< auto, falcon, controller, mouse, simulated; none: it is only looked at
+  /// auto, controller, mouse, simulated, one of devices::force_device_kinds(), which may be
+  /// followed by '@' and its place; none: it is only looked at
+  std::string device = "auto";
   std::filesystem::path falcon_firmware;  ///< the user's own
   std::string hand = "human";             ///< simulated: human, loose, firm, none
   std::string path = "press";             ///< simulated: a made path or a file
+  bool real_time = true;                  ///< a thread of the device may ask for priority
   bool has_window = false;                ///< so that a mouse can be the hand
   bool has_headset = false;               ///< so that a controller can
   double lets_go_at_s = std::numeric_limits<double>::infinity();
@@ -40,12 +44,20 @@ Status check_choice(const ForceDeviceChoice& choice);
 /// unknown hand.
 Result<devices::SimulatedOptions> simulated_options(const ForceDeviceChoice& choice);
 
-/// A Falcon, if it was asked for or one answers within a second; else null. kBadInput.
-Result<std::unique_ptr<ForceDevice>> find_falcon(const ForceDeviceChoice& choice);
+/// What can stand behind --device: "auto", the kinds of real devices, and `others`. With a place
+/// after it where a kind can have one.
+CLI::Validator a_force_device(std::vector<std::string> others);
 
-/// A Falcon if it was asked for, or if one answers within a second and any may be taken; else a
-/// controller where there is a headset, the mouse where there is a window, or the simulated device,
-/// its hand on a path that touches the scene. kBadInput in one sentence.
+/// "Plug in a Novint Falcon, ...": what a user without a force device can do.
+std::string devices_that_would_do();
+
+/// A real device: the one that was asked for, or the first kind that answers within a second; else
+/// null. kBadInput.
+Result<std::unique_ptr<ForceDevice>> find_force_device(const ForceDeviceChoice& choice);
+
+/// What find_force_device() finds; else a controller where there is a headset, the mouse where
+/// there is a window, or the simulated device, its hand on a path that touches the scene. kBadInput
+/// in one sentence.
 Result<OpenedDevice> open_force_device(const ForceDeviceChoice& choice, const FeltScene& scene);
 
 }  // namespace palpate::app

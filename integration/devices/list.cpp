@@ -2,8 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
+#include <thread>
+
 #include "integration/devices/falcon.h"
 #include "integration/devices/falcon_setup.h"
+#include "integration/devices/force_devices.h"
+#include "integration/devices/force_dimension.h"
 #include "integration/devices/simulated.h"
 #include "integration/devices/spacemouse_protocol.h"
 #include "integration/devices/usb.h"
@@ -22,8 +27,12 @@ constexpr const char* kNotHomed =
 constexpr const char* kFromKernel =
     "A driver of the kernel holds it; palpate takes it over while it runs and gives it back.";
 
+constexpr uint16_t kForceDimension = 0x1451;
+constexpr const char* kNoLibrary =
+    "Its maker's library is missing: install Force Dimension's SDK and set FDSDK to its folder.";
+
 bool is_ours(uint16_t vendor, uint16_t product) {
-  return (vendor == falcon::kVendor && product == falcon::kProduct) ||
+  return vendor == kForceDimension || (vendor == falcon::kVendor && product == falcon::kProduct) ||
          spacemouse::model_of(vendor, product) != nullptr;
 }
 
@@ -76,6 +85,37 @@ void look_at_spacemouse(const usb::Found& found, ListedDevice& listed) {
   if (opened.had_kernel_driver) listed.notes = kFromKernel;
 }
 
+constexpr std::chrono::milliseconds kLooks{1500};
+
+/// What one that has to be opened says of itself, its motors at zero all the time; nothing if there
+/// is none.
+std::optional<ListedDevice> look_at_kind(const ForceDeviceKind& kind) {
+  if (!kind.may_be_there({})) return std::nullopt;
+  const auto device = kind.make({});
+  if (!device) return std::nullopt;
+  DeviceFault fault = DeviceFault::kNotOpened;
+  const auto end = std::chrono::steady_clock::now() + kLooks;
+  const auto unknown = [&] {
+    return fault == DeviceFault::kNotOpened || fault == DeviceFault::kStarting;
+  };
+  while (unknown() && std::chrono::steady_clock::now() < end) {
+    fault = (*device)->exchange({}).fault;
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  ListedDevice listed;
+  listed.info = (*device)->info();
+  if (fault == DeviceFault::kNotHomed)
+    listed.notes = kind.homing;
+  else if (fault == DeviceFault::kNotOpened)
+    listed.wrong = fmt::format("What drives a {} is there, but no device: plug it in.", kind.name);
+  else if (fault == DeviceFault::kStarting)
+    listed.wrong = "It is not ready: look to its power supply, and to its maker's program.";
+  else if (fault != DeviceFault::kNone)
+    listed.wrong = sentence(fault);
+  listed.usable = listed.wrong.empty();
+  return listed;
+}
+
 ListedDevice simulated() {
   ListedDevice listed;
   listed.info = SimulatedDevice(SimulatedOptions()).info();
@@ -90,13 +130,19 @@ DeviceList list_devices() {
   const usb::Context context = usb::make_context();
   if (!context)
     list.wrong =
-        "This system shows no USB bus: only the simulated device is here (in a container, pass "
+        "This system shows no USB bus, so no USB device is found (in a container, pass "
         "/dev/bus/usb in).";
   else
     for (const usb::Found& found : usb::find(context.get(), is_ours)) {
       ListedDevice listed;
+      // With its library, it is listed below, by what that says.
+      if (found.vendor == kForceDimension && force_dimension_library_is_there({})) continue;
       listed.usb_id = fmt::format("{:04x}:{:04x}", found.vendor, found.product);
-      if (found.vendor == falcon::kVendor)
+      if (found.vendor == kForceDimension) {
+        listed.info.kind = "force-dimension";
+        listed.info.name = "Force Dimension device";
+        listed.wrong = kNoLibrary;
+      } else if (found.vendor == falcon::kVendor)
         look_at_falcon(found.device.get(), listed);
       else
         look_at_spacemouse(found, listed);
@@ -104,6 +150,10 @@ DeviceList list_devices() {
       listed.usable = listed.wrong.empty();
       list.devices.push_back(std::move(listed));
     }
+  for (const ForceDeviceKind& kind : force_device_kinds()) {
+    if (!kind.listed_by_opening) continue;
+    if (auto listed = look_at_kind(kind)) list.devices.push_back(std::move(*listed));
+  }
   list.devices.push_back(simulated());
   return list;
 }

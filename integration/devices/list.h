@@ -18,13 +18,15 @@ struct ListedDevice {
 };
 
 struct DeviceList {
-  std::vector<ListedDevice> devices;  ///< in the order of the bus; the simulated one last
-  std::string wrong;                  ///< one sentence if the bus itself can not be used
+  /// Those on the bus in its order, then those that something else drives, then the simulated one.
+  std::vector<ListedDevice> devices;
+  std::string wrong;  ///< one sentence if the bus itself can not be used
 };
 
 /// What is plugged in at this moment. Opens each device for a moment to see whether it can be used:
 /// a Falcon's motors are told zero and asked for an answer, which takes about a second if it has no
-/// firmware. A device in use by another program is left alone. Not real-time safe.
+/// firmware; what a maker's service or library drives is opened too, within 1.5 s a kind. A device
+/// in use by another program is left alone. Not real-time safe.
 DeviceList list_devices();
 
 }  // namespace palpate::devices

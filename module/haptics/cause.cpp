@@ -107,7 +107,9 @@ const char* sentence(DeviceFault fault) noexcept {
     case DeviceFault::kStarting:
       return "The device is being started.";
     case DeviceFault::kNotHomed:
-      return "Pull the grip all the way out, then push it all the way in.";
+      return "The device has to find its zero: a Falcon's grip goes all the way out, then all the "
+             "way "
+             "in; others are calibrated with their maker's program.";
     case DeviceFault::kUnplugged:
       return "The device was unplugged.";
     case DeviceFault::kTimeout:
@@ -124,6 +126,9 @@ const char* sentence(DeviceFault fault) noexcept {
       return "The position is stuck.";
     case DeviceFault::kBusy:
       return "Another program holds the device: close it.";
+    case DeviceFault::kForceOff:
+      return "The device has switched its force off: let go of its brake, or press its force "
+             "button.";
   }
   return "An unknown fault.";
 }

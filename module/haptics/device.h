@@ -38,6 +38,7 @@ enum class DeviceFault : uint8_t {
   kJumped,      ///< the position jumped further than a hand can move
   kStuck,       ///< the position does not move at all while the force changes
   kBusy,        ///< another program holds it
+  kForceOff,    ///< it has switched its force off, or its brakes on, by itself or by its button
 };
 
 /// One sentence: what is wrong and what to do. Static storage.

@@ -146,7 +146,7 @@ TEST_F(InAHeadset, AControllerFeelsWithVibrationAndPausesTheHeart) {
   const Outcome outcome = program.wait();
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("Seen      in the headset: made headset"));
-  EXPECT_THAT(outcome.out, HasSubstr("controller, as no Falcon is plugged in"));
+  EXPECT_THAT(outcome.out, HasSubstr("controller, as no force device is there"));
   EXPECT_THAT(outcome.out, Not(HasSubstr("is a guess"))) << "it feels where it is seen";
   EXPECT_THAT(headset.left(), HasSubstr("violations 0"));
   const Table ticks(folder / "ticks.csv");

@@ -45,6 +45,11 @@ size_t EmulatedFalcon::received_count() const {
   return received_.size();
 }
 
+bool EmulatedFalcon::pushed(size_t command) const {
+  const Lock lock(mutex_);
+  return received_.at(command).pushes();
+}
+
 size_t EmulatedFalcon::malformed() const {
   const Lock lock(mutex_);
   return malformed_;

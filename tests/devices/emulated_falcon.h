@@ -4,6 +4,7 @@
 #include <functional>
 #include <glm/glm.hpp>
 
+#include "tests/devices/emulated_hand.h"
 #include "tests/devices/emulated_usb.h"
 
 namespace palpate::devices::test {
@@ -11,7 +12,7 @@ namespace palpate::devices::test {
 /// A Falcon as its protocol describes it, written apart from the code under test: the serial
 /// converter with its status bytes, 62-byte payloads, latency timer and event character; the boot
 /// loader; the firmware with packets, homing and encoders.
-class EmulatedFalcon : public EmulatedDevice {
+class EmulatedFalcon : public EmulatedDevice, public EmulatedHand {
  public:
   struct Options {
     std::string product_name = "FALCON HAPTIC";
@@ -35,12 +36,13 @@ class EmulatedFalcon : public EmulatedDevice {
   /// Since it was made; the newest last.
   std::vector<Received> received() const;
   Received last() const;
-  size_t received_count() const;
+  size_t received_count() const override;
+  bool pushed(size_t command) const override;
   size_t malformed() const;  ///< bytes that were no command
 
   using EmulatedDevice::place;
   /// Puts the grip somewhere.
-  void place(glm::dvec3 position);
+  void place(glm::dvec3 position) override;
   void set_counts(std::array<int, 3> counts);
   std::array<int, 3> counts() const;
   void press(int buttons);

@@ -5,72 +5,34 @@
 // ramp is. Time is counted in ticks of a millisecond of the loop's own clock.
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
-#include <ostream>
-
-#include "tests/devices/fault_rig.h"
+#include "tests/devices/falcon_rig.h"
+#include "tests/devices/fault_rows.h"
 
 namespace palpate::devices::test {
 namespace {
 
-using Rig = FaultRig;
+using Rig = FalconRig;
+using Row = FaultRow<Rig>;
 using Faults = EmulatedFalcon::Faults;
 using Received = EmulatedFalcon::Received;
 
-constexpr int kRampTicks = 20;   // SafetyOptions::off_ramp_s
-constexpr double kSlew_n = 2.0;  // SafetyOptions::max_slew_n_per_s, per ms
-// The ramp is a product of doubles; what the loop holds is exact.
-constexpr double kRounding_n = 1e-9;
-
-Rig::Options patient() {
-  Rig::Options options;
-  options.falcon.answer_wait_ns = 50'000'000;  // an answer that comes at all comes in time
-  options.falcon.away_ns = 5'000'000'000;      // a machine that is busy is not a host that is away
-  return options;
-}
-
 /// For faults that end in opening the device again, after 100 answers that did not come.
 Rig::Options less_patient() {
-  Rig::Options options = patient();
+  Rig::Options options = Rig::patient();
   options.falcon.answer_wait_ns = 15'000'000;
   return options;
 }
 
 Rig::Options guarded() {
-  Rig::Options options = patient();
+  Rig::Options options = Rig::patient();
   options.falcon.away_ns = 200'000'000;
   return options;
 }
 
 Rig::Options on_place(const char* place) {
-  Rig::Options options = patient();
+  Rig::Options options = Rig::patient();
   options.falcon.place = place;
   return options;
-}
-
-enum class Ends {
-  kRecovers,   ///< by itself once row.recover has been done
-  kStays,      ///< at zero
-  kTolerated,  ///< no fault at all: the force goes on
-  kFades,      ///< no cut: the scene's own force goes to zero without a step
-};
-
-struct Row {
-  const char* name;
-  std::function<void(Rig&)> inject;
-  Cause cause = Cause::kDevice;
-  DeviceFault fault = DeviceFault::kNone;
-  int within = 3;  ///< ticks from the fault to its detection; 0: as long as it takes
-  Ends ends = Ends::kRecovers;
-  DeviceFault then = DeviceFault::kNone;  ///< what is said later, before recovery
-  std::function<void(Rig&)> recover = [](Rig&) {};
-  std::function<void(Rig&)> after = [](Rig&) {};  ///< what must hold at the end
-  Rig::Options options = patient();
-};
-
-void PrintTo(const Row& row, std::ostream* out) {
-  *out << row.name;
 }
 
 // ---- how faults are made and mended -----------------------------------------------------------
@@ -144,10 +106,6 @@ void stall_out(Rig& rig) {
 void reachable_again(Rig& rig) {
   heal(rig);
   rig.find(rig.falcon);
-}
-
-bool at_zero(Rig& rig) {
-  return !rig.used->last().pushes();
 }
 
 void plug_other(Rig& rig, const EmulatedFalcon::Options& options) {
@@ -391,152 +349,25 @@ std::vector<Row> rows() {
              rig.others.front().unplug();
            },
        .ends = Ends::kTolerated},
-      // The host.
-      {.name = "TheHostIsAwayForFiveMilliseconds",
-       .inject = [](Rig& rig) { rig.stall_host(5); },
-       .cause = Cause::kLate},
-      {.name = "TheHostIsAwayForFiftyMilliseconds",
-       .inject = [](Rig& rig) { rig.stall_host(50); },
-       .cause = Cause::kLate},
+      // The host; more of it is in host_and_scene_rows().
       {.name = "TheHostIsAwayForHalfASecondAndTheForceIsCutMeanwhile",
-       .inject = [](Rig& rig) { rig.stall_host(500, [&] { return at_zero(rig); }); },
+       .inject = [](Rig& rig) { rig.stall_host(500, [&] { return !rig.pushes(); }); },
        .fault = DeviceFault::kTimeout,
        .after = [](Rig& rig) { EXPECT_GE(rig.device->counts().cuts, 1U); },
        .options = guarded()},
-      {.name = "TheClockJumpsAhead",
-       .inject = [](Rig& rig) { rig.time.now += 10'000'000'000; },
-       .cause = Cause::kClock},
-      {.name = "TheClockJumpsBackWhileTheDeviceAnswers",
-       .inject = [](Rig& rig) { rig.watched->during = [&rig] { rig.time.now -= 10'000'000'000; }; },
-       .cause = Cause::kClock},
-      {.name = "TheClockStands",
-       .inject = [](Rig& rig) { rig.time.stands = true; },
-       .cause = Cause::kClock,
-       .recover = [](Rig& rig) { rig.time.stands = false; }},
-      // The scene.
-      {.name = "TheDataTurnIntoNoNumbers",
-       .inject = [](Rig& rig) { rig.data->not_a_number = true; },
-       .cause = Cause::kField,
-       .ends = Ends::kFades},
-      {.name = "TheSceneBecomesEmpty",
-       .inject = [](Rig& rig) { rig.adopt(0); },
-       .cause = Cause::kSceneEmpty,
-       .ends = Ends::kFades},
-      {.name = "TheSceneIsSwappedInContact",
-       .inject = [](Rig& rig) { rig.adopt(1); },
-       .ends = Ends::kTolerated},
-      {.name = "ItIsAskedToStopAndGoesOnOnlyWhenAPersonSaysSo",
-       .inject =
-           [](Rig& rig) {
-             rig.ports.events.push({ControlEvent::Kind::kStop, 0, 0.0});
-           },
-       .cause = Cause::kStopped,
-       .recover =
-           [](Rig& rig) {
-             rig.turns(50);
-             EXPECT_EQ(rig.outputs.back().cause, Cause::kStopped);
-             rig.ports.events.push({ControlEvent::Kind::kRearm, 0, 0.0});
-           }},
   };
-}
-
-// ---- what must hold ---------------------------------------------------------------------------
-
-/// Whether a tick was told of trouble, or found it.
-bool troubled(const TickInput& input, const TickOutput& output) {
-  const bool finite = std::isfinite(output.wanted_n.x + output.wanted_n.y + output.wanted_n.z);
-  return input.reading.fault != DeviceFault::kNone || input.late || !finite ||
-         !(input.dt_s > 1e-6 && input.dt_s < 1.0) || output.cause == Cause::kStopped;
-}
-
-/// The first tick from `first` on that knows; or the number of ticks.
-size_t detection(const Rig& rig, size_t first) {
-  while (first < rig.inputs.size() && !troubled(rig.inputs[first], rig.outputs[first])) ++first;
-  return first;
-}
-
-std::string state(const Rig& rig) {
-  return std::string(sentence(rig.outputs.back().cause)) + " " + sentence(rig.outputs.back().fault);
-}
-
-void expect_ramp(const Rig& rig, size_t detected) {
-  const double before = rig.force_n(detected - 1);
-  EXPECT_GT(before, 0.3) << "it was not in contact";
-  for (size_t n = detected; n < detected + kRampTicks; ++n) {
-    const double share = 1.0 - double(n - detected + 1) / kRampTicks;
-    // A tick that took longer has come further down, but none may be behind.
-    EXPECT_LE(rig.force_n(n), before * std::max(0.0, share) + kRounding_n)
-        << n - detected << " ms after it was known";
-  }
-}
-
-/// Nothing was noticed, and no step was larger than the guards allow.
-void expect_no_fault(Rig& rig, const Row& row, size_t injected) {
-  rig.turns(150);
-  EXPECT_EQ(detection(rig, injected), rig.inputs.size()) << state(rig);
-  for (size_t n = injected; n < rig.outputs.size(); ++n) {
-    EXPECT_LE(glm::distance(rig.outputs[n].command.force_n, rig.outputs[n - 1].command.force_n),
-              kSlew_n + kRounding_n);
-    if (row.ends == Ends::kTolerated) {
-      EXPECT_GT(rig.force_n(n), 0.3) << n - injected;
-    }
-  }
-  if (row.ends == Ends::kTolerated) return;
-  EXPECT_EQ(rig.outputs.back().cause, row.cause) << state(rig);
-  EXPECT_TRUE(at_zero(rig));
-}
-
-/// It is noticed in time, named, and the force is on its ramp from that tick on.
-void expect_fault(Rig& rig, const Row& row, size_t injected) {
-  ASSERT_TRUE(rig.turn_until([&] { return detection(rig, injected) < rig.inputs.size(); }));
-  const size_t detected = detection(rig, injected);
-  rig.turns(kRampTicks);
-  EXPECT_EQ(rig.outputs[detected].cause, row.cause) << sentence(rig.outputs[detected].cause);
-  EXPECT_EQ(rig.inputs[detected].reading.fault, row.fault)
-      << sentence(rig.inputs[detected].reading.fault);
-  if (row.within > 0) {
-    EXPECT_LT(detected, injected + size_t(row.within));
-  }
-  expect_ramp(rig, detected);
-  // What heals by itself may be back by now, through the start gate.
-  if (rig.watched->reachable() && rig.force_n(rig.outputs.size() - 1) == 0.0) {
-    EXPECT_TRUE(at_zero(rig));
-  }
-  if (row.then != DeviceFault::kNone) {
-    EXPECT_TRUE(rig.turn_until([&] { return rig.inputs.back().reading.fault == row.then; }))
-        << state(rig);
-  }
-  row.recover(rig);
-  if (row.ends == Ends::kRecovers) {
-    EXPECT_TRUE(rig.touch()) << state(rig);
-    return;
-  }
-  rig.turns(200);
-  for (size_t n = detected + kRampTicks; n < rig.outputs.size(); ++n)
-    EXPECT_EQ(rig.force_n(n), 0.0) << n;
 }
 
 class FalconFault : public testing::TestWithParam<Row> {};
 
 TEST_P(FalconFault, BringsTheForceDownAndLetsItComeBack) {
-  const Row& row = GetParam();
-  Rig rig(row.options);
-  ASSERT_TRUE(rig.touch()) << state(rig);
-  const size_t injected = rig.outputs.size();
-  row.inject(rig);
-  if (row.ends == Ends::kTolerated || row.ends == Ends::kFades)
-    expect_no_fault(rig, row, injected);
-  else
-    expect_fault(rig, row, injected);
-  row.after(rig);
-  for (const std::string& wrong : rig.watched->wrong) ADD_FAILURE() << wrong;
+  Rig rig(GetParam().options);
+  expect_row(rig, GetParam());
 }
 
-std::string name_of(const testing::TestParamInfo<Row>& row) {
-  return row.param.name;
-}
-
-INSTANTIATE_TEST_SUITE_P(, FalconFault, testing::ValuesIn(rows()), name_of);
+INSTANTIATE_TEST_SUITE_P(, FalconFault, testing::ValuesIn(rows()), name_of_row<Rig>);
+INSTANTIATE_TEST_SUITE_P(AroundIt, FalconFault, testing::ValuesIn(host_and_scene_rows<Rig>()),
+                         name_of_row<Rig>);
 
 }  // namespace
 }  // namespace palpate::devices::test

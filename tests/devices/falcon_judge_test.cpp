@@ -43,12 +43,12 @@ struct Court {
     for (int n = 0; n < count; ++n) reading = good();
     return reading;
   }
-  void trust() { ASSERT_EQ(goods(FalconJudge::kRecover).fault, DeviceFault::kNone); }
+  void trust() { ASSERT_EQ(goods(AnswerJudge::kRecover).fault, DeviceFault::kNone); }
 };
 
 TEST(FalconJudge, TrustsADeviceOnlyAfterSomeGoodAnswers) {
   Court court;
-  const DeviceReading before = court.goods(FalconJudge::kRecover - 1);
+  const DeviceReading before = court.goods(AnswerJudge::kRecover - 1);
   EXPECT_EQ(before.fault, DeviceFault::kStarting);
   EXPECT_TRUE(before.fresh) << "where it is, is known already";
   EXPECT_EQ(court.good().fault, DeviceFault::kNone);
@@ -77,7 +77,7 @@ TEST(FalconJudge, DoesNotTrustCountsBeforeHomingAndSettlesAfterIt) {
   EXPECT_FALSE(reading.fresh);
   EXPECT_FALSE(court.judge.homed());
   court.homed = kAllHomed;
-  EXPECT_EQ(court.goods(FalconJudge::kSettle - 1).fault, DeviceFault::kStarting);
+  EXPECT_EQ(court.goods(AnswerJudge::kSettle - 1).fault, DeviceFault::kStarting);
   EXPECT_EQ(court.good().fault, DeviceFault::kNone);
 }
 
@@ -95,7 +95,7 @@ TEST(FalconJudge, ForgivesTwoMissesInARowButNotThree) {
   court.trust();
   const glm::dvec3 last = court.judge.position();
   for (int round = 0; round < 5; ++round) {
-    for (int n = 0; n < FalconJudge::kMisses - 1; ++n) {
+    for (int n = 0; n < AnswerJudge::kMisses - 1; ++n) {
       const DeviceReading reading = court.miss();
       EXPECT_EQ(reading.fault, DeviceFault::kNone);
       EXPECT_FALSE(reading.fresh);
@@ -103,7 +103,7 @@ TEST(FalconJudge, ForgivesTwoMissesInARowButNotThree) {
     }
     EXPECT_EQ(court.good().fault, DeviceFault::kNone);
   }
-  for (int n = 0; n < FalconJudge::kMisses - 1; ++n) court.miss();
+  for (int n = 0; n < AnswerJudge::kMisses - 1; ++n) court.miss();
   EXPECT_EQ(court.miss().fault, DeviceFault::kTimeout);
 }
 
@@ -114,25 +114,25 @@ TEST(FalconJudge, CallsMissesGarbageIfBytesCame) {
   court.miss();
   EXPECT_EQ(court.miss().fault, DeviceFault::kGarbage);
   // What was garbage before the last good answer counts no more.
-  court.goods(FalconJudge::kRecover);
-  for (int n = 0; n < FalconJudge::kMisses - 1; ++n) court.miss();
+  court.goods(AnswerJudge::kRecover);
+  for (int n = 0; n < AnswerJudge::kMisses - 1; ++n) court.miss();
   EXPECT_EQ(court.miss().fault, DeviceFault::kTimeout);
 }
 
 TEST(FalconJudge, LatchesAFaultUntilAllAnswersAreGoodForAWhile) {
   Court court;
   court.trust();
-  for (int n = 0; n < FalconJudge::kMisses; ++n) court.miss();
-  EXPECT_EQ(court.goods(FalconJudge::kRecover - 1).fault, DeviceFault::kTimeout);
+  for (int n = 0; n < AnswerJudge::kMisses; ++n) court.miss();
+  EXPECT_EQ(court.goods(AnswerJudge::kRecover - 1).fault, DeviceFault::kTimeout);
   court.judge.fail(DeviceFault::kTransfer);  // again, just before it is forgiven
-  EXPECT_EQ(court.goods(FalconJudge::kRecover - 1).fault, DeviceFault::kTransfer);
+  EXPECT_EQ(court.goods(AnswerJudge::kRecover - 1).fault, DeviceFault::kTransfer);
   EXPECT_EQ(court.good().fault, DeviceFault::kNone);
 }
 
 TEST(FalconJudge, GivesUpOnADeviceThatStaysSilent) {
   Court court;
   court.trust();
-  for (int n = 0; n < FalconJudge::kGiveUp - 1; ++n) court.miss();
+  for (int n = 0; n < AnswerJudge::kGiveUp - 1; ++n) court.miss();
   EXPECT_FALSE(court.judge.hopeless());
   court.miss();
   EXPECT_TRUE(court.judge.hopeless());
@@ -144,14 +144,14 @@ TEST(FalconJudge, GivesUpOnADeviceThatStaysSilent) {
 TEST(FalconJudge, TellsAJumpFromTheFastestHand) {
   Court court;
   court.trust();
-  court.place.y += FalconJudge::kHandSpeed * 1e-3;  // in a millisecond
+  court.place.y += AnswerJudge::kHandSpeed * 1e-3;  // in a millisecond
   EXPECT_EQ(court.good().fault, DeviceFault::kNone);
-  court.place.y -= FalconJudge::kHandSpeed * 1e-3 + FalconJudge::kJumpSlack + 2 * kCount_m;
+  court.place.y -= AnswerJudge::kHandSpeed * 1e-3 + AnswerJudge::kJumpSlack + 2 * kCount_m;
   const DeviceReading reading = court.good();
   EXPECT_EQ(reading.fault, DeviceFault::kJumped);
   EXPECT_FALSE(reading.fresh);
   // It is where it is now: the next answers are good.
-  EXPECT_EQ(court.goods(FalconJudge::kRecover).fault, DeviceFault::kNone);
+  EXPECT_EQ(court.goods(AnswerJudge::kRecover).fault, DeviceFault::kNone);
 }
 
 TEST(FalconJudge, NeverSuspectsAHandThatMovesAsHandsDo) {
@@ -209,13 +209,13 @@ TEST(FalconJudge, RefusesWhatNoArmCanReach) {
 TEST(FalconJudge, FindsThatNothingMovesWhileTheForceChanges) {
   Court court;
   court.trust();
-  court.goods(10 * FalconJudge::kStill);
+  court.goods(10 * AnswerJudge::kStill);
   EXPECT_EQ(court.judge.fault(), DeviceFault::kNone) << "a grip may rest under the same force";
-  court.force_n = {0.0, 0.0, 0.9 * FalconJudge::kStillForce};
-  court.goods(10 * FalconJudge::kStill);
+  court.force_n = {0.0, 0.0, 0.9 * AnswerJudge::kStillForce};
+  court.goods(10 * AnswerJudge::kStill);
   EXPECT_EQ(court.judge.fault(), DeviceFault::kNone) << "too little to tell";
-  court.force_n = {0.0, 0.0, 1.1 * FalconJudge::kStillForce};
-  EXPECT_EQ(court.goods(FalconJudge::kStill - 1).fault, DeviceFault::kNone);
+  court.force_n = {0.0, 0.0, 1.1 * AnswerJudge::kStillForce};
+  EXPECT_EQ(court.goods(AnswerJudge::kStill - 1).fault, DeviceFault::kNone);
   EXPECT_EQ(court.good().fault, DeviceFault::kStuck);
 }
 
@@ -224,7 +224,7 @@ TEST(FalconJudge, LetsArmsRestAgainstTheirStops) {
   court.place = kWorkspaceCentre + glm::dvec3(0.0, 0.0, 0.95 * kWorkspaceRadius);
   court.trust();
   court.force_n = {0.0, 0.0, 4.0};
-  EXPECT_EQ(court.goods(10 * FalconJudge::kStill).fault, DeviceFault::kNone);
+  EXPECT_EQ(court.goods(10 * AnswerJudge::kStill).fault, DeviceFault::kNone);
 }
 
 TEST(FalconJudge, FindsOneArmThatStandsWhileTheOthersMove) {
@@ -267,7 +267,7 @@ TEST(FalconJudge, KnowsNothingAfterARestartButWhereItWas) {
   EXPECT_FALSE(court.judge.homed());
   court.place.x += 0.03;  // it was moved meanwhile
   EXPECT_EQ(court.good().fault, DeviceFault::kStarting);
-  EXPECT_EQ(court.goods(FalconJudge::kRecover - 1).fault, DeviceFault::kNone);
+  EXPECT_EQ(court.goods(AnswerJudge::kRecover - 1).fault, DeviceFault::kNone);
 }
 
 TEST(FalconJudge, GivesFinitePositionsForAnyAnswers) {

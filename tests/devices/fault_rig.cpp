@@ -5,7 +5,6 @@
 #include <limits>
 #include <numbers>
 
-#include "integration/devices/falcon_kinematics.h"
 #include "tests/haptics/shell_scene.h"
 
 namespace palpate::devices::test {
@@ -46,10 +45,11 @@ class FaultyFrame final : public FrameData {
   std::shared_ptr<const DataFaults> faults_;
 };
 
-/// A beating shell with its centre in the middle of the Falcon's reach; 0 shells: no data's modes.
-std::shared_ptr<const HapticScene> scene(int shells, const std::shared_ptr<DataFaults>& faults) {
+/// A beating shell with its centre in the middle of the device's reach; 0 shells: no data's modes.
+std::shared_ptr<const HapticScene> scene(int shells, glm::dvec3 centre_m,
+                                         const std::shared_ptr<DataFaults>& faults) {
   SceneSpec spec = palpate::test::shell_spec(kStrength, 0.1, kStiffness);
-  spec.world_from_device.translation_m = -falcon::kWorkspaceCentre;
+  spec.world_from_device.translation_m = -centre_m;
   const auto made =
       palpate::test::shell(kFrames, kFramesPerSecond, palpate::test::Made::kAnalytic, kSpacing_mm);
   auto data = std::make_shared<MovingVolume>(*made);
@@ -76,20 +76,23 @@ DeviceReading WatchedDevice::exchange(const DeviceCommand& command) noexcept {
   const bool trusted = last_ == DeviceFault::kNone;
   const DeviceReading reading = device_.exchange(command);
   last_ = reading.fault;
-  const auto received = falcon_->received();
+  if (settle) settle(reading);
   if (reachable_) {
-    if (last_ != DeviceFault::kNone && received.size() > from_ && received.back().pushes())
+    // What was sent may still be on its way to the device, but nothing more is asked for.
+    const auto at_zero = [&] { return hand_->received_count() <= from_ || !hand_->pushes(); };
+    if (last_ != DeviceFault::kNone && !at_zero() && !(settle && wait_for(at_zero)))
       blame(std::string("a force is left in the device that said: ") + sentence(last_));
-    for (size_t n = seen_; n < received.size() && !trusted; ++n)
-      if (received[n].pushes()) blame("a force before the device was said to work");
+    const size_t received = hand_->received_count();
+    for (size_t n = seen_; n < received && !trusted; ++n)
+      if (hand_->pushed(n)) blame("a force before the device was said to work");
   }
-  seen_ = received.size();
+  seen_ = hand_->received_count();
   return reading;
 }
 
-void WatchedDevice::find(EmulatedFalcon& falcon) {
-  falcon_ = &falcon;
-  seen_ = from_ = falcon.received_count();
+void WatchedDevice::find(EmulatedHand& hand) {
+  hand_ = &hand;
+  seen_ = from_ = hand.received_count();
   reachable_ = true;
 }
 
@@ -97,38 +100,42 @@ void WatchedDevice::blame(const std::string& what) {
   if (std::find(wrong.begin(), wrong.end(), what) == wrong.end()) wrong.push_back(what);
 }
 
-FaultRig::FaultRig(const Options& options)
-    : falcon(options.emulated), hand_(0.0, 0.0, kFree_m), goal_(hand_) {
+DeviceRig::DeviceRig() : hand_(0.0, 0.0, kFree_m), goal_(hand_) {}
+
+void DeviceRig::hold(EmulatedHand& hand, glm::dvec3 centre_m) {
+  used_ = &hand;
+  centre_m_ = centre_m;
   move_hand();
-  falcon.plug();
-  auto made = FalconDevice::make(options.falcon);
-  if (!made) throw std::runtime_error(made.error().message);
-  device = std::move(*made);
-  watched = std::make_unique<WatchedDevice>(*device, falcon);
-  haptics = std::make_unique<Haptics>(quick_start(), device->info());
+}
+
+void DeviceRig::start(ForceDevice& device) {
+  watched = std::make_unique<WatchedDevice>(device, *used_);
+  haptics = std::make_unique<Haptics>(quick_start(), device.info());
   adopt(1);
   loop = std::make_unique<ServoLoop>(*watched, *haptics, time, ports, LoopOptions(),
                                      TickListeners{this});
 }
 
-FaultRig::~FaultRig() = default;
-
-void FaultRig::adopt(int shells) {
-  haptics->adopt(Haptics::prepare(scene(shells, data)));
+void DeviceRig::hand_is_at(glm::dvec3 grip_m) {
+  hand_ = goal_ = grip_m - centre_m_;
 }
 
-void FaultRig::hear(const TickInput& input, const TickOutput& output) noexcept {
+void DeviceRig::adopt(int shells) {
+  haptics->adopt(Haptics::prepare(scene(shells, centre_m_, data)));
+}
+
+void DeviceRig::hear(const TickInput& input, const TickOutput& output) noexcept {
   inputs.push_back(input);
   outputs.push_back(output);
 }
 
-void FaultRig::find(EmulatedFalcon& again) {
-  used = &again;
+void DeviceRig::find(EmulatedHand& again) {
+  used_ = &again;
   watched->find(again);
 }
 
 /// Hands are never still: without a tremor an encoder that stands would be no fault.
-void FaultRig::move_hand() {
+void DeviceRig::move_hand() {
   const glm::dvec3 way = goal_ - hand_;
   const double length = glm::length(way);
   hand_ = length > kStep_m ? hand_ + way * (kStep_m / length) : goal_;
@@ -136,22 +143,20 @@ void FaultRig::move_hand() {
   const double t = 2.0 * std::numbers::pi * 1e-3 * double(turn_);
   const glm::dvec3 tremor =
       0.3e-3 * glm::dvec3(std::sin(7.0 * t), std::sin(9.0 * t + 1.0), std::sin(8.0 * t + 2.0));
-  const glm::dvec3 grip = falcon::kWorkspaceCentre + hand_ + tremor;
-  falcon.place(grip);
-  for (EmulatedFalcon& other : others) other.place(grip);
+  place(centre_m_ + hand_ + tremor);
 }
 
-void FaultRig::turn() {
+void DeviceRig::turn() {
   ++turn_;
   move_hand();
   loop->turn();
 }
 
-void FaultRig::turns(int count) {
+void DeviceRig::turns(int count) {
   for (int n = 0; n < count; ++n) turn();
 }
 
-bool FaultRig::turn_until(const std::function<bool()>& holds) {
+bool DeviceRig::turn_until(const std::function<bool()>& holds) {
   const auto end = std::chrono::steady_clock::now() + kPatience;
   while (!holds()) {
     if (std::chrono::steady_clock::now() > end) return false;
@@ -162,7 +167,7 @@ bool FaultRig::turn_until(const std::function<bool()>& holds) {
   return true;
 }
 
-bool FaultRig::come_free() {
+bool DeviceRig::come_free() {
   goal_ = glm::dvec3(0.0, 0.0, kFree_m);
   turn();
   return turn_until([&] {
@@ -171,31 +176,17 @@ bool FaultRig::come_free() {
   });
 }
 
-bool FaultRig::touch() {
+bool DeviceRig::touch() {
   if (!come_free()) return false;
   turns(30);  // the start ramp
   goal_ = glm::dvec3(0.0, 0.0, kDeep_m);
   return turn_until([&] {
     return hand_ == goal_ && outputs.back().cause == Cause::kNone &&
-           force_n(outputs.size() - 1) > kFelt_n && used->last().pushes();
+           force_n(outputs.size() - 1) > kFelt_n && pushes();
   });
 }
 
-bool FaultRig::home() {
-  holds_grip = false;
-  for (const int counts : {1000, -1000}) {
-    used->set_counts({counts, counts, counts});
-    turns(5);
-  }
-  // The hand goes on from where the arms are.
-  const auto place = falcon::forward(falcon::arm_angles({-1000, -1000, -1000}), {0, 0, 0.1});
-  hand_ = place.value().metres - falcon::kWorkspaceCentre;
-  goal_ = hand_;
-  holds_grip = true;
-  return true;
-}
-
-void FaultRig::stall_host(int milliseconds, const std::function<bool()>& also) {
+void DeviceRig::stall_host(int milliseconds, const std::function<bool()>& also) {
   std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
   if (also && !wait_for(also)) watched->wrong.push_back("waited in vain while the host was away");
   time.oversleep_ns = int64_t(milliseconds) * 1'000'000;

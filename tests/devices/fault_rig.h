@@ -2,15 +2,13 @@
 
 #include <array>
 #include <functional>
-#include <list>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "integration/devices/falcon.h"
 #include "module/haptics/haptics.h"
 #include "module/haptics/servo_loop.h"
-#include "tests/devices/emulated_falcon.h"
+#include "tests/devices/emulated_hand.h"
 #include "tests/devices/print_fault.h"
 #include "tests/devices/wait_for.h"
 
@@ -41,39 +39,35 @@ struct DataFaults {
 /// it is said to work.
 class WatchedDevice final : public ForceDevice {
  public:
-  WatchedDevice(ForceDevice& device, EmulatedFalcon& falcon) : device_(device), falcon_(&falcon) {}
+  WatchedDevice(ForceDevice& device, EmulatedHand& hand) : device_(device), hand_(&hand) {}
   DeviceInfo info() const override { return device_.info(); }
   DeviceReading exchange(const DeviceCommand& command) noexcept override;
 
   /// From here on commands can not reach the motors, and nothing can be asked of them.
   void lose() { reachable_ = false; }
   /// They can again; what the motors hold until the first one comes is of before.
-  void find(EmulatedFalcon& falcon);
+  void find(EmulatedHand& hand);
   bool reachable() const { return reachable_; }
 
-  std::function<void()> during;    ///< once, in the next exchange
+  std::function<void()> during;  ///< once, in the next exchange
+  /// A device with a thread of its own has dealt with the exchange when this returns, so that ticks
+  /// can be counted; told what the exchange gave.
+  std::function<void(const DeviceReading&)> settle;
   std::vector<std::string> wrong;  ///< what was seen and must not be; the first of each kind
 
  private:
   void blame(const std::string& what);
   ForceDevice& device_;
-  EmulatedFalcon* falcon_;
+  EmulatedHand* hand_;
   bool reachable_ = true;
   size_t seen_ = 0, from_ = 0;  ///< commands looked at; commands before it was found
   DeviceFault last_ = DeviceFault::kNotOpened;
 };
 
-/// A FalconDevice on the emulated bus, the servo loop and the haptic step with a beating shell, and
-/// a grip that a hand moves: everything but the thread and the clock is the real thing.
-class FaultRig final : public TickListener {
+/// A force device above its emulation, the servo loop and the haptic step with a beating shell, and
+/// a grip that a hand moves: everything but the loop's thread and clock is the real thing.
+class DeviceRig : public TickListener {
  public:
-  struct Options {
-    FalconOptions falcon;
-    EmulatedFalcon::Options emulated;
-  };
-  explicit FaultRig(const Options& options);
-  ~FaultRig() override;
-
   /// One period of the loop, with the hand a little further on its way.
   void turn();
   void turns(int count);
@@ -84,12 +78,13 @@ class FaultRig final : public TickListener {
   /// force and the guards have let all of it in.
   bool come_free();
   bool touch();
-  /// Out and in again with the homing light on.
-  bool home();
   /// The loop does not run for so long, nor until `also` holds.
   void stall_host(int milliseconds, const std::function<bool()>& also = {});
   /// Another scene from the next tick on.
   void adopt(int shells);
+  /// It is plugged in, or takes commands again.
+  void find(EmulatedHand& again);
+  bool pushes() const { return used_->pushes(); }
 
   /// What happened, one entry per tick.
   std::vector<TickInput> inputs;
@@ -97,23 +92,27 @@ class FaultRig final : public TickListener {
   void hear(const TickInput& input, const TickOutput& output) noexcept override;
   double force_n(size_t tick) const { return glm::length(outputs[tick].command.force_n); }
 
-  /// The Falcon that is used; a second one may take over.
-  EmulatedFalcon falcon;
-  EmulatedFalcon* used = &falcon;
-  std::list<EmulatedFalcon> others;  ///< plugged in by a test; the hand moves all of them
-  void find(EmulatedFalcon& again);  ///< it is plugged in, or takes commands again
   std::shared_ptr<DataFaults> data = std::make_shared<DataFaults>();
   LoopTime time;
-  std::unique_ptr<FalconDevice> device;
   std::unique_ptr<WatchedDevice> watched;
   std::unique_ptr<Haptics> haptics;
   ServoPorts ports;
   std::unique_ptr<ServoLoop> loop;
-  bool holds_grip = true;  ///< the hand says where the encoders are
+  bool holds_grip = true;  ///< the hand says where the grip is
+
+ protected:
+  DeviceRig();
+  /// Before the device is made: the hand comes to its place. Then start().
+  void hold(EmulatedHand& hand, glm::dvec3 centre_m);
+  void start(ForceDevice& device);
+  /// The hand goes on from where the grip is.
+  void hand_is_at(glm::dvec3 grip_m);
+  virtual void place(glm::dvec3 grip_m) { used_->place(grip_m); }
 
  private:
   void move_hand();
-  bool pushes() const;
+  EmulatedHand* used_ = nullptr;
+  glm::dvec3 centre_m_{0.0};
   glm::dvec3 hand_, goal_;
   int64_t turn_ = 0;
 };

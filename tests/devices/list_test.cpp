@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "integration/devices/polhem.h"
 #include "tests/devices/as_nobody.h"
 #include "tests/devices/emulated_falcon.h"
 #include "tests/devices/emulated_spacemouse.h"
@@ -14,15 +15,25 @@ namespace {
 using testing::HasSubstr;
 using Role = ListedDevice::Role;
 
+/// Those on the emulated bus and the simulated one: what a service or a library of this machine
+/// drives is no part of these tests.
+DeviceList list_bus() {
+  DeviceList list = list_devices();
+  std::erase_if(list.devices, [](const ListedDevice& device) {
+    return device.usb_id.empty() && device.info.kind != "simulated";
+  });
+  return list;
+}
+
 ListedDevice only() {
-  const DeviceList list = list_devices();
+  const DeviceList list = list_bus();
   EXPECT_EQ(list.devices.size(), 2U);
   EXPECT_EQ(list.devices.back().info.kind, "simulated");
   return list.devices.front();
 }
 
 TEST(DeviceList, HasASimulatedOneAlways) {
-  const DeviceList list = list_devices();
+  const DeviceList list = list_bus();
   ASSERT_EQ(list.devices.size(), 1U);
   EXPECT_EQ(list.devices[0].info.kind, "simulated");
   EXPECT_TRUE(list.devices[0].usable);
@@ -116,13 +127,40 @@ TEST(DeviceList, ShowsAllOfSeveralInTheOrderOfTheBus) {
   second.plug();
   puck.plug();
   first.plug();
-  const DeviceList list = list_devices();
+  const DeviceList list = list_bus();
   ASSERT_EQ(list.devices.size(), 4U);
   EXPECT_EQ(list.devices[0].info.place, "usb 1-2");
   EXPECT_FALSE(list.devices[0].usable);
   EXPECT_EQ(list.devices[1].info.place, "usb 1-3");
   EXPECT_TRUE(list.devices[1].usable);
   EXPECT_EQ(list.devices[2].info.name, "3Dconnexion SpaceMouse Compact");
+}
+
+/// A serial port on the emulated bus, as the kernel shows one.
+void add_port(const std::string& name, const std::string& place, const std::string& product_id,
+              const std::string& maker) {
+  const std::string device = "/devices/usb1/" + place, interface = device + "/" + place + ":1.0";
+  const std::string text =
+      "P: " + device +
+      "\nE: SUBSYSTEM=usb\nE: DEVTYPE=usb_device\nA: idVendor=16c0\nA: idProduct=" + product_id +
+      "\nA: manufacturer=" + maker + "\nA: product=USB Serial\n\nP: " + interface +
+      "\nE: SUBSYSTEM=usb\nE: DEVTYPE=usb_interface\n\nP: " + interface + "/tty/" + name +
+      "\nE: SUBSYSTEM=tty\nL: device=../../../" + place + ":1.0\n\n";
+  GError* error = nullptr;
+  umockdev_testbed_add_from_string(EmulatedBus::get().testbed(), text.c_str(), &error);
+  ASSERT_EQ(error, nullptr) << error->message;
+}
+
+TEST(PolhemPorts, AreThoseOfATeensyThatIsNotHaplys) {
+  EXPECT_TRUE(polhem_ports().empty());
+  add_port("ttyACM1", "1-5", "0483", "Teensyduino");
+  add_port("ttyACM0", "1-6", "0483", "Teensyduino");
+  add_port("ttyACM2", "1-7", "0483", "Haply Robotics");
+  add_port("ttyACM3", "1-8", "0486", "Teensyduino");
+  EXPECT_THAT(polhem_ports(), testing::ElementsAre("/dev/ttyACM0", "/dev/ttyACM1"));
+  for (const char* place : {"1-5", "1-6", "1-7", "1-8"})
+    umockdev_testbed_remove_device(EmulatedBus::get().testbed(),
+                                   (std::string("/sys/devices/usb1/") + place).c_str());
 }
 
 }  // namespace

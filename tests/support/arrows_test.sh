@@ -30,6 +30,7 @@ only 'integration/' 'integration/|tests/' compute module integration tests
 only 'compute/(motion|vulkan)' 'compute/motion/|compute/vulkan/|module/view/|module/xr/|integration/|tests/' compute module integration tests
 only 'compute/motion' 'compute/motion/|integration/|tests/' compute module integration tests
 only 'libusb' 'integration/devices/|tests/devices/' compute module integration tests
+only 'boost' 'integration/devices/|tests/devices/' compute module integration tests
 only 'module/haptics' 'module/haptics/|integration/|tests/' compute module integration tests
 only 'module/' 'module/|integration/|tests/' compute module integration tests
 only 'tests/' 'tests/' compute module integration

@@ -18,7 +18,7 @@ Command add_calibrate(CLI::App& program) {
       ->capture_default_str();
   app->add_option("--device", command->device.device,
                   "Force device; simulated goes by itself where a hand would take it")
-      ->check(one_of({"auto", "falcon", "simulated"}))
+      ->check(a_force_device({"simulated"}))
       ->capture_default_str();
   app->add_option("--falcon-firmware", command->device.falcon_firmware,
                   "Your own copy of the Falcon's firmware; palpate ships none")

@@ -95,13 +95,13 @@ class Calibrating {
       simulated_ = simulated.get();
       device_ = std::move(simulated);
     } else {
-      auto falcon = find_falcon(command_.device);
-      if (!falcon) return falcon.error();
-      if (!*falcon)
-        return Error{ErrorKind::kNoDevice,
-                     "No force device is plugged in: plug in a Falcon, or see how it goes with "
-                     "--device simulated"};
-      device_ = std::move(*falcon);
+      auto found = find_force_device(command_.device);
+      if (!found) return found.error();
+      if (!*found)
+        return Error{ErrorKind::kNoDevice, "No force device is there: plug in " +
+                                               devices_that_would_do() +
+                                               ", or see how it goes with --device simulated"};
+      device_ = std::move(*found);
     }
     info_ = device_->info();
     ServoOptions options;

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <optional>
+
+#include "module/haptics/device.h"
+
+namespace palpate::devices {
+
+/// What one exchange with a device brought.
+struct LinkAnswer {
+  bool answered = false;  ///< position_m and buttons are new
+  bool garbage = false;   ///< something came that was no answer
+  bool lost = false;      ///< the link works no more: it has to be closed and opened again
+  /// What the device, or the road to it, says is wrong. With `answered`: why the position is none.
+  DeviceFault said = DeviceFault::kNone;
+  glm::dvec3 position_m{0.0};  ///< device space as in DeviceInfo
+  uint32_t buttons = 0;
+};
+
+/// The road to a device that answers in its own time: a socket, a maker's library, a serial line.
+/// MailboxDevice makes a ForceDevice of it. All functions are called by one thread, which may wait;
+/// a function that never comes back ends the force and costs that thread, nothing else.
+class DeviceLink {
+ public:
+  virtual ~DeviceLink() = default;
+
+  /// Looks for the device once and makes it ready, its motors at zero. kNone: exchange() may be
+  /// called. Else why there is none (kNotOpened: nothing is there), and nothing is left open.
+  virtual DeviceFault open() = 0;
+
+  /// What the device can do; its best guess, on the safe side, before it was opened. Between open()
+  /// and close() it does not change.
+  virtual DeviceInfo info() const = 0;
+
+  /// Sends a force, finite and within info().max_force_n, and waits for the answer, for a few
+  /// milliseconds at most.
+  virtual LinkAnswer exchange(glm::dvec3 force_n) = 0;
+
+  /// Motors at zero, if they can be reached, and everything closed. After open() gave kNone, once.
+  virtual void close() noexcept = 0;
+};
+
+}  // namespace palpate::devices

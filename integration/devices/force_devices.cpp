@@ -1,0 +1,139 @@
+#include "integration/devices/force_devices.h"
+
+#include <array>
+#include <charconv>
+#include <optional>
+
+#include "integration/devices/falcon.h"
+#include "integration/devices/force_dimension.h"
+#include "integration/devices/haply.h"
+#include "integration/devices/polhem.h"
+
+namespace palpate::devices {
+namespace {
+
+using Made = Result<std::unique_ptr<ForceDevice>>;
+
+Made of_link(std::unique_ptr<DeviceLink> link, const ForceDeviceOptions& options) {
+  MailboxOptions mailbox;
+  if (!options.real_time) mailbox.priority = 0;
+  return std::unique_ptr<ForceDevice>(std::make_unique<MailboxDevice>(std::move(link), mailbox));
+}
+
+// ---- Novint Falcon
+
+Made make_falcon(const ForceDeviceOptions& options) {
+  FalconOptions falcon;
+  falcon.firmware_file = options.firmware_file;
+  falcon.place = options.place;
+  auto made = FalconDevice::make(falcon);
+  if (!made) return made.error();
+  return std::unique_ptr<ForceDevice>(std::move(*made));
+}
+
+bool falcon_may_be_there(const ForceDeviceOptions&) {
+  return FalconDevice::is_plugged_in();
+}
+
+// ---- Haply
+
+std::optional<uint16_t> port_of(std::string_view text) {
+  uint16_t port = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
+  if (error != std::errc() || end != text.data() + text.size() || port == 0) return std::nullopt;
+  return port;
+}
+
+/// "049D", or "localhost:10001", or with the port of the events, "localhost:10001:10020".
+Result<HaplyOptions> haply_options(const std::string& place) {
+  HaplyOptions options;
+  const size_t colon = place.find(':');
+  if (colon == std::string::npos) {
+    options.device_id = place;
+    return options;
+  }
+  options.host = place.substr(0, colon);
+  const std::string ports = place.substr(colon + 1);
+  const size_t second = ports.find(':');
+  const auto port = port_of(ports.substr(0, second));
+  const auto events =
+      second == std::string::npos ? options.events_port : port_of(ports.substr(second + 1));
+  if (options.host.empty() || !port || !events)
+    return Error{ErrorKind::kBadInput,
+                 "'" + place +
+                     "' is no place of a Haply device: give its number (049D), or where "
+                     "its service is (localhost:10001)"};
+  options.port = *port;
+  options.events_port = *events;
+  return options;
+}
+
+Made make_haply(const ForceDeviceOptions& options) {
+  auto haply = haply_options(options.place);
+  if (!haply) return haply.error();
+  return of_link(make_haply_link(*haply), options);
+}
+
+bool haply_may_be_there(const ForceDeviceOptions& options) {
+  const auto haply = haply_options(options.place);
+  return haply && haply_service_answers(*haply);
+}
+
+// ---- Force Dimension
+
+Result<ForceDimensionOptions> force_dimension_options(const std::string& place) {
+  ForceDimensionOptions options;
+  if (place.empty()) return options;
+  const char* const end = place.data() + place.size();
+  const auto [last, error] = std::from_chars(place.data(), end, options.index);
+  if (error != std::errc() || last != end || options.index < 0)
+    return Error{ErrorKind::kBadInput, "'" + place +
+                                           "' is no place of a Force Dimension device: give its "
+                                           "number, from 0"};
+  return options;
+}
+
+Made make_force_dimension(const ForceDeviceOptions& options) {
+  const auto of_place = force_dimension_options(options.place);
+  if (!of_place) return of_place.error();
+  return of_link(make_force_dimension_link(*of_place), options);
+}
+
+bool force_dimension_may_be_there(const ForceDeviceOptions&) {
+  return force_dimension_library_is_there({});
+}
+
+// ---- Polhem
+
+Made make_polhem(const ForceDeviceOptions& options) {
+  PolhemOptions polhem;
+  polhem.port = options.place;
+  return of_link(make_polhem_link(polhem), options);
+}
+
+bool polhem_may_be_there(const ForceDeviceOptions& options) {
+  return !options.place.empty() || !polhem_ports().empty();
+}
+
+constexpr std::array kKinds{
+    ForceDeviceKind{"falcon", "Novint Falcon", "usb 1-2",
+                    "Pull the grip all the way out, then push it all the way in.",
+                    falcon_may_be_there, make_falcon, false},
+    ForceDeviceKind{"haply", "Haply Inverse3", "049D, or localhost:10001",
+                    "Calibrate it as its maker says: Haply Hub shows how.", haply_may_be_there,
+                    make_haply, true},
+    ForceDeviceKind{"force-dimension", "Force Dimension omega, delta, sigma or lambda", "0",
+                    "Initialise it with its maker's program: palpate does not move the arm.",
+                    force_dimension_may_be_there, make_force_dimension, true},
+    ForceDeviceKind{"polhem", "Polhem or WoodenHaptics arm", "/dev/ttyACM0",
+                    "Put the arm where its maker says and calibrate it with its maker's program.",
+                    polhem_may_be_there, make_polhem, true},
+};
+
+}  // namespace
+
+std::span<const ForceDeviceKind> force_device_kinds() {
+  return kKinds;
+}
+
+}  // namespace palpate::devices

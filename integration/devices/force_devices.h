@@ -1,0 +1,36 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+
+#include "compute/volume/result.h"
+#include "module/haptics/device.h"
+
+namespace palpate::devices {
+
+/// Which of the devices of a kind.
+struct ForceDeviceOptions {
+  std::string place;          ///< where, in the words of its kind; empty: the usual, or the first
+  std::string firmware_file;  ///< the user's own, for a Falcon
+  bool real_time = true;      ///< a thread in the force's way asks for real-time priority
+};
+
+/// A kind of force device that palpate drives. All of them are in force_device_kinds().
+struct ForceDeviceKind {
+  const char* kind;    ///< the word for it: DeviceInfo::kind, --device
+  const char* name;    ///< for people
+  const char* places;  ///< what a place looks like, for people
+  const char* homing;  ///< a sentence: what to do if it does not know where its grip is
+  /// Whether one may be there: quick, opens no device. What says no is not waited for.
+  bool (*may_be_there)(const ForceDeviceOptions& options);
+  /// kBadInput in one sentence. That none is there is no error: it is looked for all the time.
+  Result<std::unique_ptr<ForceDevice>> (*make)(const ForceDeviceOptions& options);
+  /// True: 'palpate devices' finds it by opening it; false: by looking at the USB bus.
+  bool listed_by_opening;
+};
+
+/// In the order in which they are looked for.
+std::span<const ForceDeviceKind> force_device_kinds();
+
+}  // namespace palpate::devices

@@ -1,0 +1,300 @@
+#include "integration/devices/force_dimension.h"
+
+#include <dlfcn.h>
+
+#include <array>
+#include <cstdlib>
+#include <mutex>
+#include <vector>
+
+namespace palpate::devices {
+namespace {
+
+// What functions return.
+constexpr int kOk = 0, kTimeGuard = 1, kSaturated = 2;
+// Places in the array of dhdGetStatus. Libraries have 15 to 17 of them; more room does no harm.
+constexpr size_t kStatusPower = 0, kStatusReset = 3, kStatusForce = 5, kStatusBrake = 6,
+                 kStatusError = 9, kStatusForceOffCause = 14;
+using Status = std::array<int, 32>;
+// Why the device itself switched its force off: a person did.
+constexpr int kOffByButton = 1, kOffByDeadMan = 6;
+
+// Errors, as dhdErrorGetLast numbers them.
+enum Code : int {
+  kCom = 2,
+  kControllerBusy = 3,
+  kNoDriver = 4,
+  kNoDevice = 5,
+  kTimeout = 7,
+  kGeometry = 8,
+  kNotReady = 12,
+  kInvalidIndex = 15,
+  kRedundantFail = 18,
+  kNotEnabled = 19,
+  kInUse = 20,
+};
+
+/// What a device of a type can do.
+struct Model {
+  int first, last;  ///< types, both included
+  double force_n, stiffness_n_per_m, radius_m;
+};
+// With CHAI3D's limits for each. Where it has none, the smallest of all.
+constexpr Model kSmallest{0, 0, 8.0, 3000.0, 0.04};
+constexpr std::array kModels{
+    Model{33, 37, 12.0, 5000.0, 0.075},                      // omega
+    Model{60, 60, 8.0, 3000.0, 0.04},                        // Falcon
+    Model{63, 64, 20.0, kSmallest.stiffness_n_per_m, 0.15},  // delta
+    Model{104, 105, 12.0, 4000.0, kSmallest.radius_m},       // sigma
+    Model{108, 109, 12.0, 8000.0, 0.1125},                   // lambda
+};
+
+Model model_of(int type) {
+  for (const Model& model : kModels)
+    if (type >= model.first && type <= model.last) return model;
+  return kSmallest;
+}
+
+// The library: x towards the user, y right, z up.
+glm::dvec3 from_library(glm::dvec3 v) {
+  return {v.y, v.z, v.x};
+}
+glm::dvec3 to_library(glm::dvec3 v) {
+  return {v.z, v.x, v.y};
+}
+
+/// The functions that are used, with the library they come from, which stays loaded: a thread may
+/// be waiting in it.
+struct Library {
+  int (*get_device_count)() = nullptr;
+  int (*open_id)(char) = nullptr;
+  int (*close)(char) = nullptr;
+  int (*get_system_type)(char) = nullptr;
+  const char* (*get_system_name)(char) = nullptr;
+  int (*enable_force)(unsigned char, char) = nullptr;
+  int (*get_position)(double*, double*, double*, char) = nullptr;
+  int (*set_force)(double, double, double, char) = nullptr;
+  unsigned (*get_button_mask)(char) = nullptr;
+  int (*get_status)(int*, char) = nullptr;
+  int (*error_get_last)() = nullptr;
+  // Done without by a library that does not have them.
+  int (*set_gravity_compensation)(int, char) = nullptr;
+  int (*set_max_force)(double, char) = nullptr;
+  int (*set_brakes)(int, char) = nullptr;
+
+  /// False if something that is needed is missing.
+  bool load(const std::string& file) {
+    void* handle = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+    if (!handle) return false;
+    const auto find = [&](auto*& function, const char* name) {
+      function = reinterpret_cast<std::remove_reference_t<decltype(function)>>(dlsym(handle, name));
+      return function != nullptr;
+    };
+    find(set_gravity_compensation, "dhdSetGravityCompensation");
+    find(set_max_force, "dhdSetMaxForce");
+    find(set_brakes, "dhdSetBrakes");
+    const bool all = find(get_device_count, "dhdGetDeviceCount") && find(open_id, "dhdOpenID") &&
+                     find(close, "dhdClose") && find(get_system_type, "dhdGetSystemType") &&
+                     find(get_system_name, "dhdGetSystemName") &&
+                     find(enable_force, "dhdEnableForce") && find(get_position, "dhdGetPosition") &&
+                     find(set_force, "dhdSetForce") && find(get_button_mask, "dhdGetButtonMask") &&
+                     find(get_status, "dhdGetStatus") && find(error_get_last, "dhdErrorGetLast");
+    if (!all) dlclose(handle);
+    return all;
+  }
+};
+
+std::vector<std::string> places_of_library(const std::string& file) {
+  if (!file.empty()) return {file};
+  std::vector<std::string> folders;
+  if (const char* sdk = std::getenv("FDSDK"))
+    folders.push_back(std::string(sdk) + "/lib/release/lin-x86_64-gcc/");
+  folders.emplace_back();  // where the loader looks
+  if (const char* home = std::getenv("HOME")) folders.push_back(std::string(home) + "/.local/lib/");
+  folders.emplace_back("/usr/local/lib/");
+  std::vector<std::string> places;
+  for (const std::string& folder : folders)
+    for (const char* name : {"libdrd.so", "libdhd.so"}) places.push_back(folder + name);
+  return places;
+}
+
+/// The library, loaded at the first call; null if there is none. Later calls look again.
+const Library* library_of(const ForceDimensionOptions& options) {
+  static std::mutex mutex;
+  static std::vector<std::pair<std::string, Library>> loaded;
+  const std::lock_guard lock(mutex);
+  loaded.reserve(16);  // who has a pointer keeps it
+  for (const std::string& place : places_of_library(options.library)) {
+    for (const auto& [file, library] : loaded)
+      if (file == place) return &library;
+    Library library;
+    if (loaded.size() == loaded.capacity() || !library.load(place)) continue;
+    loaded.emplace_back(place, library);
+    return &loaded.back().second;
+  }
+  return nullptr;
+}
+
+class ForceDimensionLink final : public DeviceLink {
+ public:
+  explicit ForceDimensionLink(const ForceDimensionOptions& options) : options_(options) {
+    info_.kind = "force-dimension";
+    info_.name = "Force Dimension device";
+    tell(kSmallest);
+  }
+
+  DeviceFault open() override {
+    library_ = library_of(options_);
+    if (!library_) return DeviceFault::kNotOpened;
+    const int count = library_->get_device_count();
+    if (count < 0) return force_dimension_fault(library_->error_get_last());
+    DeviceFault reason = DeviceFault::kNotOpened;
+    for (int index = 0; index < count && index < 64; ++index) {
+      if (options_.index >= 0 && options_.index != index) continue;
+      const DeviceFault fault = open_one(index);
+      if (fault == DeviceFault::kNone) return fault;
+      if (reason == DeviceFault::kNotOpened) reason = fault;
+    }
+    return reason;
+  }
+
+  DeviceInfo info() const override { return info_; }
+
+  LinkAnswer exchange(glm::dvec3 force_n) override {
+    LinkAnswer answer;
+    const glm::dvec3 f = to_library(force_n);
+    const int sent = library_->set_force(f.x, f.y, f.z, id_);
+    // What motors at their limit give is in the right direction, and less.
+    if (sent != kOk && sent != kTimeGuard && sent != kSaturated) heed_error(answer);
+    glm::dvec3 p(0.0);
+    const int got = library_->get_position(&p.x, &p.y, &p.z, id_);
+    if (got == kOk) {
+      answer.answered = true;
+      answer.position_m = from_library(p);
+    } else if (got != kTimeGuard) {  // the position of before is none
+      heed_error(answer);
+    }
+    if (answer.lost) return answer;
+    answer.buttons = library_->get_button_mask(id_);
+    Status status{};
+    if (library_->get_status(status.data(), id_) != kOk) {
+      heed_error(answer);
+    } else if (answer.said == DeviceFault::kNone) {
+      answer.said = fault_of(status);
+      if (answer.said == DeviceFault::kForceOff) let_force_come_back(status, force_n);
+    }
+    return answer;
+  }
+
+  void close() noexcept override {
+    library_->set_force(0.0, 0.0, 0.0, id_);
+    library_->enable_force(0, id_);  // the brakes take hold where there are any
+    library_->close(id_);
+  }
+
+ private:
+  DeviceFault open_one(int index) {
+    const int id = library_->open_id(char(index));
+    if (id < 0) return force_dimension_fault(library_->error_get_last());
+    id_ = char(id);
+    tell(model_of(library_->get_system_type(id_)));
+    const char* name = library_->get_system_name(id_);
+    info_.name = name && *name ? std::string("Force Dimension ") + name : "Force Dimension device";
+    info_.place = std::to_string(index);
+    const DeviceFault fault = make_ready();
+    if (fault != DeviceFault::kNone) close();
+    return fault;
+  }
+
+  DeviceFault make_ready() {
+    Status status{};
+    if (library_->get_status(status.data(), id_) != kOk)
+      return force_dimension_fault(library_->error_get_last());
+    if (!status[kStatusPower] || status[kStatusError]) return DeviceFault::kStarting;
+    if (!status[kStatusReset]) return DeviceFault::kNotHomed;
+    if (library_->set_max_force) library_->set_max_force(info_.max_force_n, id_);
+    // The arm's own weight; it is only borne while forces, if only zero, are sent.
+    if (library_->set_gravity_compensation) library_->set_gravity_compensation(1, id_);
+    if (library_->set_force(0.0, 0.0, 0.0, id_) < 0 || !release())
+      return force_dimension_fault(library_->error_get_last());
+    return DeviceFault::kNone;
+  }
+
+  /// Brakes off, force on.
+  bool release() {
+    if (library_->set_brakes) library_->set_brakes(0, id_);
+    return library_->enable_force(1, id_) >= 0;
+  }
+
+  static DeviceFault fault_of(const Status& status) {
+    if (!status[kStatusPower] || status[kStatusError]) return DeviceFault::kStarting;
+    if (!status[kStatusReset]) return DeviceFault::kNotHomed;
+    if (!status[kStatusForce] || status[kStatusBrake]) return DeviceFault::kForceOff;
+    return DeviceFault::kNone;
+  }
+
+  /// What the device ended by itself (too fast, its watchdog) is let go again, once nothing is
+  /// asked of the motors; what a person switched off is theirs to switch on.
+  void let_force_come_back(const Status& status, glm::dvec3 force_n) {
+    const int cause = status[kStatusForceOffCause];
+    if (cause != kOffByButton && cause != kOffByDeadMan && force_n == glm::dvec3(0.0)) release();
+  }
+
+  void heed_error(LinkAnswer& answer) {
+    const int error = library_->error_get_last();
+    answer.answered = false;
+    // What may pass by itself counts as an answer that did not come.
+    if (error == kTimeout || error == kControllerBusy) return;
+    answer.said = force_dimension_fault(error);
+    answer.lost = error == kCom || error == kNoDevice || error == kInvalidIndex;
+  }
+
+  void tell(const Model& model) {
+    info_.max_force_n = model.force_n;
+    info_.max_stiffness_n_per_m = model.stiffness_n_per_m;
+    info_.workspace_radius_m = model.radius_m;
+    info_.delay_s = 1e-3;  // a position is taken in one period of the servo loop, used in the next
+    info_.buttons = 1;
+  }
+
+  const ForceDimensionOptions options_;
+  const Library* library_ = nullptr;
+  DeviceInfo info_;
+  char id_ = -1;
+};
+
+}  // namespace
+
+std::unique_ptr<DeviceLink> make_force_dimension_link(const ForceDimensionOptions& options) {
+  return std::make_unique<ForceDimensionLink>(options);
+}
+
+bool force_dimension_library_is_there(const ForceDimensionOptions& options) {
+  return library_of(options) != nullptr;
+}
+
+DeviceFault force_dimension_fault(int error) noexcept {
+  switch (error) {
+    case kNoDriver:
+      return DeviceFault::kNoPermission;
+    case kNoDevice:
+    case kInvalidIndex:
+      return DeviceFault::kUnplugged;
+    case kTimeout:
+      return DeviceFault::kTimeout;
+    case kGeometry:
+      return DeviceFault::kOutOfReach;
+    case kNotReady:
+      return DeviceFault::kStarting;
+    case kRedundantFail:
+      return DeviceFault::kGarbage;
+    case kNotEnabled:
+      return DeviceFault::kForceOff;
+    case kInUse:
+      return DeviceFault::kBusy;
+    default:
+      return DeviceFault::kTransfer;
+  }
+}
+
+}  // namespace palpate::devices

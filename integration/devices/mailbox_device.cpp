@@ -1,0 +1,254 @@
+#include "integration/devices/mailbox_device.h"
+
+#include <atomic>
+#include <chrono>
+#include <ctime>
+#include <future>
+#include <mutex>
+
+#include "integration/devices/answer_judge.h"
+#include "integration/devices/wake.h"
+#include "module/haptics/force_vector.h"
+#include "module/haptics/mailbox.h"
+#include "module/haptics/real_time.h"
+
+namespace palpate::devices {
+namespace {
+
+constexpr int kLookMs = 500;
+// After a loss nothing else is said before the servo thread has asked so often (it may ask twice in
+// a period, and the second time count less), or for so many ms.
+constexpr uint32_t kHeard = 3;
+constexpr int kHeardMs = 2000;
+constexpr std::chrono::seconds kCloses{2};
+
+int64_t now_ns() noexcept {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return int64_t(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
+}
+
+}  // namespace
+
+/// What both threads share, and the half of the one that speaks with the device.
+class MailboxDevice::Worker {
+ public:
+  /// What the servo thread wants.
+  struct Command {
+    glm::dvec3 force_n{0.0};
+    bool trusts = false;  ///< it has been told that the device works
+  };
+
+  Worker(std::unique_ptr<DeviceLink> link, const MailboxOptions& options)
+      : options_(options), link_(std::move(link)), info_(link_->info()) {
+    alive_ns_ = now_ns();
+  }
+
+  void run() {
+    if (options_.priority > 0) {
+      ServoReport report;
+      prepare_thread({.priority = options_.priority, .lock_memory = false, .cores_awake = false},
+                     report);
+    }
+    while (!stop_) {
+      if (is_open_)
+        turn();
+      else
+        look();
+    }
+    close();
+    ended_.set_value();
+  }
+
+  DeviceInfo info() const {
+    const std::lock_guard lock(info_mutex_);
+    return info_;
+  }
+
+  MailboxCounts counts() const noexcept { return {turns_, exchanges_, missed_, opened_, cuts_}; }
+
+  void stop() noexcept {
+    stop_ = true;
+    command_wake_.wake();
+    stop_wake_.wake();
+  }
+  std::future<void> ended() { return ended_.get_future(); }
+
+  // For the servo thread.
+  Newest<Command> commands;
+  Newest<DeviceReading> readings;
+  std::atomic<uint32_t> asked = 0;  ///< exchanges of the servo thread
+  void wake() noexcept { command_wake_.wake(); }
+  bool is_silent() const noexcept {
+    return now_ns() - alive_ns_.load(std::memory_order_acquire) > options_.silence_ns;
+  }
+
+ private:
+  /// While there is no device: one look for it.
+  void look() {
+    const DeviceFault fault = link_->open();
+    alive_ns_.store(now_ns(), std::memory_order_release);
+    if (fault == DeviceFault::kNone) {
+      begin();
+      return;
+    }
+    looked_ = true;
+    learn();  // it may know by now what it is, though not whether it works
+    const bool was_there = opened_ > 0 && fault == DeviceFault::kNotOpened;
+    publish(judge_.held(was_there ? DeviceFault::kUnplugged : fault));
+    if (!stop_) stop_wake_.sleep(kLookMs);
+  }
+
+  void learn() {
+    DeviceInfo info = link_->info();
+    const std::lock_guard lock(info_mutex_);
+    info_ = std::move(info);
+  }
+
+  void begin() {
+    is_open_ = true;
+    learn();
+    if (opened_ == 0) judge_ = AnswerJudge(info_.workspace_centre_m, info_.workspace_radius_m);
+    // Opened again at once: what went wrong stays the better explanation.
+    const DeviceFault fault = looked_ ? DeviceFault::kStarting : judge_.fault();
+    looked_ = false;
+    judge_.restart();
+    if (fault != DeviceFault::kStarting) judge_.fail(fault);
+    publish(judge_.held(fault));
+    sent_n_ = glm::dvec3(0.0);
+    last_turn_ns_ = now_ns();
+    opened_.fetch_add(1, std::memory_order_relaxed);
+  }
+
+  /// One command of the servo thread, or none for away_ns.
+  void turn() {
+    const int64_t left_ns = last_turn_ns_ + options_.away_ns - now_ns();
+    command_wake_.sleep(int(std::max<int64_t>(0, left_ns / 1'000'000 + 1)));
+    if (stop_) return;
+    Command command;
+    const bool came = commands.get(command);
+    // A wake-up may be left of a command that has been dealt with.
+    if (!came && now_ns() - last_turn_ns_ < options_.away_ns) return;
+    last_turn_ns_ = now_ns();
+    if (!came && sent_n_ != glm::dvec3(0.0)) {
+      judge_.fail(DeviceFault::kTimeout);
+      cuts_.fetch_add(1, std::memory_order_release);
+    }
+    const bool allowed = came && command.trusts && judge_.fault() == DeviceFault::kNone;
+    const LinkAnswer answer = send(allowed ? command.force_n : glm::dvec3(0.0));
+    const DeviceReading reading = came ? judged(answer) : unasked(answer);
+    // A device that is not trusted holds no force by the time anybody knows.
+    if (reading.fault != DeviceFault::kNone && sent_n_ != glm::dvec3(0.0) && !answer.lost)
+      send(glm::dvec3(0.0));
+    const bool was_open = is_open_;
+    if (answer.lost || judge_.hopeless()) close();
+    alive_ns_.store(now_ns(), std::memory_order_release);
+    publish(reading);
+    if (came) turns_.fetch_add(1, std::memory_order_release);
+    // Why it was lost must be heard before another look says something else.
+    const uint32_t from = asked;
+    for (int n = 0; was_open && !is_open_ && asked - from < kHeard && !stop_ && n < kHeardMs; ++n)
+      stop_wake_.sleep(1);
+  }
+
+  LinkAnswer send(glm::dvec3 force_n) {
+    if (!is_finite(force_n)) force_n = glm::dvec3(0.0);
+    sent_n_ = shortened(force_n, info_.max_force_n);
+    const int64_t start_ns = now_ns();
+    const LinkAnswer answer = link_->exchange(sent_n_);
+    exchanges_.fetch_add(1, std::memory_order_relaxed);
+    if (!answer.answered) missed_.fetch_add(1, std::memory_order_relaxed);
+    // It stood in a call, and the servo thread was told so.
+    if (now_ns() - start_ns > options_.silence_ns) judge_.fail(DeviceFault::kTimeout);
+    return answer;
+  }
+
+  DeviceReading judged(const LinkAnswer& answer) noexcept {
+    AnswerJudge::Exchange seen;
+    seen.answered = answer.answered;
+    seen.garbage = answer.garbage;
+    seen.said = answer.said;
+    seen.position_m = answer.position_m;
+    seen.buttons = answer.buttons;
+    seen.moved = answer.position_m != place_m_;
+    seen.time_ns = now_ns();
+    seen.force_n = sent_n_;
+    if (answer.answered) place_m_ = answer.position_m;
+    const DeviceReading reading = judge_.judge(seen);
+    // Said without an answer, it is the road to the device that is wrong.
+    return answer.answered && !answer.lost ? reading : unasked(answer);
+  }
+
+  /// Of an answer that counts for nothing but what it says is wrong: while the servo thread is away
+  /// a fault must not end unseen, and a hand may go far.
+  DeviceReading unasked(const LinkAnswer& answer) noexcept {
+    const bool lost = answer.lost && answer.said == DeviceFault::kNone;
+    if (lost || answer.said != DeviceFault::kNone)
+      judge_.fail(lost ? DeviceFault::kUnplugged : answer.said);
+    return judge_.held(judge_.fault());
+  }
+
+  void close() noexcept {
+    if (is_open_) link_->close();
+    is_open_ = false;
+    sent_n_ = glm::dvec3(0.0);
+  }
+
+  void publish(const DeviceReading& reading) noexcept { readings.put(reading); }
+
+  const MailboxOptions options_;
+  std::unique_ptr<DeviceLink> link_;
+  bool is_open_ = false;
+  bool looked_ = false;  ///< in vain, since it was open
+  int64_t last_turn_ns_ = 0;
+  AnswerJudge judge_{glm::dvec3(0.0), 0.0};
+  glm::dvec3 sent_n_{0.0};   ///< that the device was told last
+  glm::dvec3 place_m_{0.0};  ///< of the last answer
+
+  mutable std::mutex info_mutex_;  ///< never taken by the servo thread; written by the other only
+  DeviceInfo info_;
+
+  std::atomic<int64_t> alive_ns_ = 0;
+  std::atomic<uint64_t> turns_ = 0, exchanges_ = 0, missed_ = 0, opened_ = 0, cuts_ = 0;
+  std::atomic<bool> stop_ = false;
+  Wake command_wake_, stop_wake_;
+  std::promise<void> ended_;
+};
+
+MailboxDevice::MailboxDevice(std::unique_ptr<DeviceLink> link, const MailboxOptions& options)
+    : worker_(std::make_shared<Worker>(std::move(link), options)) {
+  last_.position_m = worker_->info().workspace_centre_m;
+  last_.fault = DeviceFault::kNotOpened;
+  thread_ = std::thread([worker = worker_] { worker->run(); });
+}
+
+MailboxDevice::~MailboxDevice() {
+  const std::future<void> ended = worker_->ended();
+  worker_->stop();
+  if (ended.wait_for(kCloses) == std::future_status::ready)
+    thread_.join();
+  else
+    thread_.detach();
+}
+
+DeviceInfo MailboxDevice::info() const {
+  return worker_->info();
+}
+
+DeviceReading MailboxDevice::exchange(const DeviceCommand& command) noexcept {
+  worker_->commands.put({command.force_n, last_.fault == DeviceFault::kNone});
+  worker_->wake();
+  if (!worker_->readings.get(last_)) last_.fresh = false;
+  worker_->asked.fetch_add(1, std::memory_order_release);
+  if (last_.fault == DeviceFault::kNone && worker_->is_silent()) {
+    last_.fault = DeviceFault::kTimeout;
+    last_.fresh = false;
+  }
+  return last_;
+}
+
+MailboxCounts MailboxDevice::counts() const noexcept {
+  return worker_->counts();
+}
+
+}  // namespace palpate::devices

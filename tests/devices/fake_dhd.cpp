@@ -1,0 +1,113 @@
+// A library with the functions of Force Dimension's that palpate calls, as their documents describe
+// them, written apart from the code under test. With FAKE_DHD_PRESSES set, the grip goes to and fro
+// along the user's line of sight by itself, and gives way to the force.
+#include "tests/devices/fake_dhd.h"
+
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <thread>
+
+using palpate::devices::test::FakeDhd;
+
+namespace {
+
+constexpr int kPower = 0, kConnected = 1, kReset = 3, kForce = 5, kBrake = 6, kOffCause = 14;
+constexpr int kTooFast = 2;
+
+FakeDhd& fake() {
+  static FakeDhd* made = [] {
+    auto* dhd = new FakeDhd;
+    dhd->status[kPower] = dhd->status[kConnected] = dhd->status[kReset] = 1;
+    dhd->status[kBrake] = 1;
+    return dhd;
+  }();
+  return *made;
+}
+
+/// Once more to and fro in two seconds.
+double pressed_x() {
+  const double t =
+      std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+  return 0.0375 + 0.0325 * std::cos(3.14159265 * t);
+}
+
+}  // namespace
+
+extern "C" {
+
+FakeDhd* fake_dhd() {
+  return &fake();
+}
+
+int dhdGetDeviceCount() {
+  return fake().devices;
+}
+int dhdOpenID(char index) {
+  if (fake().open_returns < 0 || index >= fake().devices) return -1;
+  ++fake().opened;
+  return index;
+}
+int dhdClose(char) {
+  ++fake().closed;
+  return 0;
+}
+int dhdGetSystemType(char) {
+  return fake().type;
+}
+const char* dhdGetSystemName(char) {
+  return "omega.3";
+}
+int dhdEnableForce(unsigned char on, char) {
+  fake().force_enabled = on;
+  fake().status[kForce] = on;
+  fake().status[kBrake] = !on;
+  if (on) fake().status[kOffCause] = 0;
+  return 0;
+}
+int dhdGetPosition(double* x, double* y, double* z, char) {
+  FakeDhd& dhd = fake();
+  *x = std::getenv("FAKE_DHD_PRESSES") ? pressed_x() : dhd.x.load();
+  *y = dhd.y;
+  *z = dhd.z;
+  if (dhd.position_skips > 0) {
+    --dhd.position_skips;
+    return 1;
+  }
+  return dhd.position_returns;
+}
+int dhdSetForce(double fx, double fy, double fz, char) {
+  FakeDhd& dhd = fake();
+  while (dhd.hangs) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  if (dhd.brakes_by_itself && dhd.status[kForce]) {
+    dhd.status[kForce] = 0;
+    dhd.status[kBrake] = 1;
+    dhd.status[kOffCause] = kTooFast;
+  }
+  const std::lock_guard lock(dhd.mutex);
+  if (dhd.force_returns >= 0) dhd.forces.push_back({fx, fy, fz});
+  return dhd.force_returns;
+}
+unsigned dhdGetButtonMask(char) {
+  return fake().buttons;
+}
+int dhdGetStatus(int status[], char) {
+  for (size_t n = 0; n < fake().status.size(); ++n) status[n] = fake().status[n];
+  return fake().status_returns;
+}
+int dhdErrorGetLast() {
+  return fake().error;
+}
+int dhdSetGravityCompensation(int on, char) {
+  fake().gravity = on;
+  return 0;
+}
+int dhdSetMaxForce(double force, char) {
+  fake().max_force = force;
+  return 0;
+}
+int dhdSetBrakes(int on, char) {
+  fake().status[kBrake] = on;
+  return 0;
+}
+}
