@@ -5,7 +5,7 @@ usage: outputs.py record PALPATE FOLDER [--from OLD]   fields, forces, pictures 
        outputs.py compare OLD NEW                      exit status 1 if anything differs, with a line for each
 
 Needs ../shared/data. A run of `feel` depends on the clock, so the forces are those of recordings, replayed: OLD's with --from,
-without it new ones. Compared bit by bit; of printed values all but those that depend on the clock and the place. Takes minutes.
+without it new ones. Compared bit by bit; of printed values all but those that depend on the clock and the place. Takes one to three minutes.
 """
 
 import argparse
@@ -48,8 +48,8 @@ def steady_text(text: str, folder: Path) -> str:
     return re.sub(r"\d+(\.\d+)? (ms|us|s)\b", "TIME", text)
 
 
-def write_json(file: Path, text: str) -> None:
-    file.write_text(json.dumps(steady(json.loads(text)), indent=1, sort_keys=True) + "\n")
+def write_json(file: Path, text: str, folder: Path) -> None:
+    file.write_text(steady_text(json.dumps(steady(json.loads(text)), indent=1, sort_keys=True), folder) + "\n")
 
 
 def record(palpate: Path, folder: Path, old: Path | None) -> None:
@@ -66,17 +66,17 @@ def record(palpate: Path, folder: Path, old: Path | None) -> None:
             field = folder / "fields" / f"{name}_{preset}{'' if name == 'heart' else '.mha'}"
             options = ["--model", "pairwise"] if preset == "classic" else ["--confidence"]
             done = run(palpate, "motion", *frames, "-o", field, "--preset", preset, "--coarse", *options, "--json")
-            write_json(folder / "printed" / f"motion_{name}_{preset}.json", done.stdout)
+            write_json(folder / "printed" / f"motion_{name}_{preset}.json", done.stdout, folder)
             print(f"{name}, {preset}", flush=True)
-        write_json(folder / "printed" / f"info_{name}.json", run(palpate, "info", *frames, "--json").stdout)
+        write_json(folder / "printed" / f"info_{name}.json", run(palpate, "info", *frames, "--json").stdout, folder)
         if name != "heart":
             checked = run(palpate, "check", field, "--fixed", frames[0], "--moving", frames[1], "--json")
-            write_json(folder / "printed" / f"check_{name}.json", checked.stdout)
+            write_json(folder / "printed" / f"check_{name}.json", checked.stdout, folder)
     cine = sorted((DATA / "heart_cine").glob("frame_*.mha"))
     motion = folder / "fields" / "cine"
     done = run(palpate, "motion", *cine, "-o", motion, "--preset", "fast", "--coarse", "--json")
-    write_json(folder / "printed" / "motion_cine.json", done.stdout)
-    write_json(folder / "printed" / "check_cine.json", run(palpate, "check", motion, "--sequence", *cine, "--json").stdout)
+    write_json(folder / "printed" / "motion_cine.json", done.stdout, folder)
+    write_json(folder / "printed" / "check_cine.json", run(palpate, "check", motion, "--sequence", *cine, "--json").stdout, folder)
     for name, scene in SCENES.items():
         scene = scene or [*cine, "--fields", motion]
         (folder / "printed" / f"plan_{name}.txt").write_text(steady_text(run(palpate, "plan", *scene).stdout, folder))
@@ -92,6 +92,8 @@ def record(palpate: Path, folder: Path, old: Path | None) -> None:
             done = run(palpate, "feel", *scene, "--replay", recording, statuses=(0, 1))
             (folder / "printed" / f"replay_{name}_{path}.txt").write_text(steady_text(done.stdout + done.stderr, folder))
         print(f"{name}: forces, pictures", flush=True)
+    for summary in (folder / "fields").rglob("summary.json"):
+        write_json(summary, summary.read_text(), folder)
 
 
 def files(folder: Path) -> dict[str, str]:
