@@ -1,18 +1,10 @@
 #include "integration/devices/falcon_link.h"
 
 #include <algorithm>
-#include <ctime>
+
+#include "integration/devices/monotonic.h"
 
 namespace palpate::devices::falcon {
-namespace {
-
-int64_t now_ns() noexcept {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return int64_t(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
-}
-
-}  // namespace
 
 FalconLink::FalconLink(usb::Context context, usb::Handle handle)
     : context_(std::move(context)),

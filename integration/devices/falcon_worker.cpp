@@ -1,9 +1,9 @@
 #include "integration/devices/falcon_worker.h"
 
 #include <chrono>
-#include <ctime>
 
 #include "integration/devices/falcon_kinematics.h"
+#include "integration/devices/monotonic.h"
 #include "integration/devices/usb_faults.h"
 
 namespace palpate::devices {
@@ -14,12 +14,6 @@ using usb::Problem;
 
 constexpr int kGuardMs = 10, kLookMs = 500;
 constexpr int kFirmwareLadder = 10;
-
-int64_t now_ns() noexcept {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return int64_t(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
-}
 
 bool is_falcon(uint16_t vendor, uint16_t product) {
   return vendor == falcon::kVendor && product == falcon::kProduct;

@@ -1,9 +1,9 @@
 #include "integration/devices/haply.h"
 
 #include <algorithm>
-#include <ctime>
 
 #include "integration/devices/haply_protocol.h"
+#include "integration/devices/monotonic.h"
 #include "integration/devices/web_socket.h"
 
 namespace palpate::devices {
@@ -18,12 +18,6 @@ constexpr double kInverse3Radius_m = 0.08, kMinverseRadius_m = 0.04;
 // A position is taken in one period of the servo loop and used in the next.
 constexpr double kDelay_s = 1e-3;
 constexpr int64_t kEventsWait_ns = 100'000'000, kCloseWait_ns = 100'000'000;
-
-int64_t now_ns() noexcept {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return int64_t(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
-}
 
 class HaplyLink final : public DeviceLink {
  public:

@@ -14,7 +14,8 @@ namespace palpate::devices::haply {
 /// How a service wants a force to be named. Between 3.1 and 3.5 the word changed.
 enum class Wording { kVector, kValues };
 
-/// Of what GET /version says, in any of its forms; kVector if it says no number.
+/// Of what GET /version says, in any of its forms. Where it says no version, the newest wording is
+/// taken.
 struct Version {
   int major = 0, minor = 0;
   bool known = false;

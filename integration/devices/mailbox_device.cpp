@@ -2,11 +2,11 @@
 
 #include <atomic>
 #include <chrono>
-#include <ctime>
 #include <future>
 #include <mutex>
 
 #include "integration/devices/answer_judge.h"
+#include "integration/devices/monotonic.h"
 #include "integration/devices/wake.h"
 #include "module/haptics/force_vector.h"
 #include "module/haptics/mailbox.h"
@@ -21,12 +21,6 @@ constexpr int kLookMs = 500;
 constexpr uint32_t kHeard = 3;
 constexpr int kHeardMs = 2000;
 constexpr std::chrono::seconds kCloses{2};
-
-int64_t now_ns() noexcept {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return int64_t(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
-}
 
 }  // namespace
 

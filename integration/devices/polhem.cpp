@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "integration/devices/monotonic.h"
 #include "integration/devices/polhem_protocol.h"
 
 namespace palpate::devices {
@@ -29,12 +30,6 @@ constexpr double kForce_n = 3.0, kStiffness_n_per_m = 1500.0;
 constexpr double kRadius_m = 0.05;  // on the safe side: where it ends was not measured
 constexpr double kDelay_s =
     1e-3;  // a position is taken in one period of the loop, used in the next
-
-int64_t now_ns() noexcept {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return int64_t(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
-}
 
 std::string first_line(const fs::path& file) {
   std::ifstream stream(file);

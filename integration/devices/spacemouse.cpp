@@ -1,10 +1,10 @@
 #include "integration/devices/spacemouse.h"
 
 #include <atomic>
-#include <ctime>
 #include <mutex>
 #include <thread>
 
+#include "integration/devices/monotonic.h"
 #include "integration/devices/spacemouse_protocol.h"
 #include "integration/devices/usb_faults.h"
 #include "integration/devices/usb_watch.h"
@@ -18,12 +18,6 @@ using usb::Problem;
 constexpr int kLookMs = 500;
 constexpr unsigned kReadMs = 50;  // also how long stopping may take
 constexpr int kStalls = 3;        // in a row; then it is opened again
-
-int64_t now_ns() noexcept {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return int64_t(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
-}
 
 bool is_spacemouse(uint16_t vendor, uint16_t product) {
   return spacemouse::model_of(vendor, product) != nullptr;

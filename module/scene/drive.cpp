@@ -110,9 +110,8 @@ Status check(const DriveSpec& drive, const Transform& start) {
     if (!(least >= 1e-4 && most <= 1e4) || is_far(pose.pose.translation_m) ||
         std::any_of(pose.translation_m.values.begin(), pose.translation_m.values.end(), is_far))
       return refused(
-          "the transforms together lead to a scale outside 1e-4 to 1e4, or one of them farther "
-          "than "
-          "1000 km; give smaller numbers");
+          "the transforms together lead to a scale outside 1e-4 to 1e4, or one of them "
+          "farther than 1000 km; give smaller numbers");
     even = even && is_even(pose.pose.scale) &&
            std::all_of(pose.scale.values.begin(), pose.scale.values.end(), is_even);
   }

@@ -210,7 +210,8 @@ std::shared_ptr<const FrameData> carried_back(const FrameData& distance, const S
   return sampled_scalar(std::move(at_reference));
 }
 
-/// The mean of all frames where their material is in the reference frame.
+/// The mean of the middle half of all frames' values (the interquartile mean), each read where the
+/// material of the reference frame is at its time: one frame that is wrong does not count.
 std::shared_ptr<const FrameData> mean_of(
     const std::vector<std::shared_ptr<const FrameData>>& frames, const SequenceMap& map) {
   const FrameData& reference = *frames[map.reference()];
