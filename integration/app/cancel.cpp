@@ -12,6 +12,14 @@
 namespace palpate::app {
 namespace {
 
+/// Signals that a thread took which does not block them.
+std::atomic<int> taken_by_handler{0};
+static_assert(std::atomic<int>::is_always_lock_free, "a signal handler may touch nothing else");
+
+void count_signal(int) {
+  ++taken_by_handler;
+}
+
 /// From a thread that shares no lock with what may hang; emergency waits for the force's ramp.
 [[noreturn]] void end_now(std::string_view sentence) {
   [[maybe_unused]] const ssize_t said = ::write(STDERR_FILENO, sentence.data(), sentence.size());
@@ -28,22 +36,33 @@ CancelOnSignal::CancelOnSignal() {
     if (action.sa_handler != SIG_IGN) sigaddset(&signals_, number);
   }
   pthread_sigmask(SIG_BLOCK, &signals_, &before_);
+  struct sigaction counting {};
+  counting.sa_handler = count_signal;
+  counting.sa_flags = SA_RESTART;
+  taken_by_handler = 0;
+  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGQUIT}) {
+    if (sigismember(&signals_, number) != 1) continue;
+    sigaction(number, &counting, &actions_before_.emplace_back(number, counting).second);
+  }
   watcher_ = std::jthread([this](std::stop_token ended) { watch(std::move(ended)); });
 }
 
 CancelOnSignal::~CancelOnSignal() {
   watcher_.request_stop();
   watcher_.join();
+  for (const auto& [number, action] : actions_before_) sigaction(number, &action, nullptr);
   pthread_sigmask(SIG_SETMASK, &before_, nullptr);
 }
 
 void CancelOnSignal::watch(std::stop_token ended) {
   using Clock = std::chrono::steady_clock;
   Clock::time_point asked;
-  // A waiting signal wakes at once; the time limit is only how long the end of the work may wait.
+  // A waiting signal wakes at once; the time limit is how long the end of the work, and a signal
+  // that the handler took, may wait.
   const timespec tick{0, 50'000'000};
   while (!ended.stop_requested()) {
-    const bool is_new = sigtimedwait(&signals_, nullptr, &tick) > 0;
+    const bool is_new =
+        sigtimedwait(&signals_, nullptr, &tick) > 0 || taken_by_handler.exchange(0) > 0;
     if (is_new && at_once_) end_now("palpate: Stopped as asked, before anything began.\n");
     if (is_new && source_.stop_requested()) end_now("palpate: Ended at once, as asked again.\n");
     if (is_new) {

@@ -5,13 +5,16 @@
 #include <csignal>
 #include <stop_token>
 #include <thread>
+#include <utility>
+#include <vector>
 
 namespace palpate::app {
 
 /// Turns Ctrl-C (SIGINT), SIGTERM, SIGHUP (the terminal was closed) and SIGQUIT into a stop request
 /// while it lives, so that nothing half written stays behind; a second one ends the program at once
 /// (after the servo thread's ramp). A signal that was ignored when the program was started (nohup)
-/// stays ignored. Make it before any other thread starts: threads inherit the blocked signals. One
+/// stays ignored. Threads that start later inherit the blocked signals; one that is older (a
+/// library may start threads when it is loaded, before main()) gets a handler that only counts. One
 /// at a time.
 class CancelOnSignal {
  public:
@@ -35,6 +38,7 @@ class CancelOnSignal {
 
   sigset_t signals_{};
   sigset_t before_{};
+  std::vector<std::pair<int, struct sigaction>> actions_before_;  ///< of the signals
   std::stop_source source_;
   std::atomic<bool> at_once_{false};
   std::atomic<std::chrono::seconds> patience_{std::chrono::seconds::max()};

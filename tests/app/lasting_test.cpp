@@ -117,6 +117,25 @@ TEST(TheEndOfARun, ByAFileThatMayNotGrowIsNotTheEndOfTheHand) {
   EXPECT_THAT(outcome.err, HasSubstr("is not complete"));
 }
 
+TEST(TheEndOfARun, IsOrderlyBesideAThreadThatIsOlderThanMain) {
+  NEEDS_DEVICE();
+  const TemporaryFolder folder;
+  ASSERT_EQ(run({"phantom", "shell", "--size", "64", "--frames", "6", "-o", folder / "in.seq.nrrd"})
+                .exit_code,
+            0);
+  for (int number : {SIGINT, SIGTERM}) {
+    ::setenv("LD_PRELOAD", PALPATE_EARLY_THREAD, 1);
+    Program program({"motion", folder / "in.seq.nrrd", "-o", folder / "out", "--preset", "best"});
+    ::unsetenv("LD_PRELOAD");
+    ASSERT_TRUE(program.wait_for("Device"));
+    program.signal(number);
+    const Outcome outcome = program.wait();
+    EXPECT_EQ(outcome.exit_code, 1);
+    EXPECT_THAT(outcome.err, HasSubstr("Stopped"));
+    EXPECT_EQ(folder.entry_count(), 1U);
+  }
+}
+
 TEST(TheStartOfARun, ObeysASignalAtOnceAndLeavesNothing) {
   const TemporaryFolder folder;
   for (int k = 0; k < 3; ++k) {
