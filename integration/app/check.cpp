@@ -5,10 +5,10 @@
 #include "integration/app/check_sequence.h"
 #include "integration/app/commands.h"
 #include "integration/app/exit_code.h"
-#include "integration/app/frames.h"
 #include "integration/app/option_checks.h"
 #include "integration/app/progress.h"
 #include "integration/app/summary.h"
+#include "integration/files/frames.h"
 #include "integration/files/landmarks.h"
 #include "integration/files/read_volume.h"
 #include "integration/files/sentences.h"
@@ -69,7 +69,7 @@ class Checker {
       auto moving = files::read_volume(command_.moving, &notes);
       if (!moving) return moving.error();
       const Status overlap =
-          check_overlap(command_.fixed, fixed->grid, command_.moving, moving->grid);
+          files::check_overlap(command_.fixed, fixed->grid, command_.moving, moving->grid);
       if (!overlap) return overlap.error();
       fixed_ = std::move(*fixed);
       moving_ = std::move(*moving);
@@ -95,7 +95,7 @@ class Checker {
   }
 
   Status describe() {
-    console_.say(fmt::format("{}: {}", command_.field.string(), grid_text(field_.grid)));
+    console_.say(fmt::format("{}: {}", command_.field.string(), files::grid_text(field_.grid)));
     if (mask_) console_.say("Distances are taken inside the mask.");
     console_.say(fmt::format("{:56} {:>8} {:>8} {:>8} {:>8} {:>8}", "", "mean", "median", "p95",
                              "p99", "max"));

@@ -7,10 +7,10 @@
 #include "compute/motion/estimate_sequence.h"
 #include "compute/motion/sequence_quality.h"
 #include "integration/app/exit_code.h"
-#include "integration/app/frames.h"
 #include "integration/app/sequence_output.h"
 #include "integration/app/summary.h"
 #include "integration/files/frame_times.h"
+#include "integration/files/frames.h"
 #include "integration/files/landmarks.h"
 #include "integration/files/raster_file.h"
 #include "integration/files/read_volume.h"
@@ -143,7 +143,7 @@ Result<std::optional<Verdict>> checked(const SequenceCheck& command, Console& co
   std::vector<Volume> frames;
   std::vector<double> times_s;
   if (!command.sequence.empty()) {
-    auto opened = open_sequence(command.sequence);
+    auto opened = files::open_sequence(command.sequence);
     if (!opened) return opened.error();
     for (const std::string& note : opened->notes) console.say("Note: " + note);
     auto kept = all_frames(*opened, {});

@@ -2,12 +2,12 @@
 
 #include "integration/app/commands.h"
 #include "integration/app/exit_code.h"
-#include "integration/app/felt_scene.h"
 #include "integration/app/option_checks.h"
 #include "integration/app/progress.h"
 #include "integration/files/atomic_file.h"
 #include "integration/files/scene_file.h"
 #include "integration/files/sentences.h"
+#include "integration/scenes/load_scene.h"
 #include "integration/x3d/x3d_file.h"
 #include "module/scene/analytic_data.h"
 #include "module/scene/make_volume.h"
@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 /// What a scene's words for place and time become in X3D: files a box around their data, frames per
 /// second the length of a cycle. Both need the data.
-Status use_words_of_x3d(SceneSpec& spec, const FeltScene& loaded) {
+Status use_words_of_x3d(SceneSpec& spec, const LoadedScene& loaded) {
   for (size_t v = 0; v < spec.volumes.size(); ++v) {
     VolumeSpec& volume = spec.volumes[v];
     const MovingVolume& data = *loaded.data[v];
@@ -47,7 +47,7 @@ Status convert(const fs::path& input, const fs::path& output, Console& console) 
                              "is neither .json nor .x3d: name a file with one of these "
                              "endings");
   if (const Status can = files::check_can_write_file(output); !can) return can;
-  auto loaded = load_felt_scene({input}, {});
+  auto loaded = scenes::load_scene({input}, {});
   if (!loaded) return loaded.error();
   SceneSpec spec = loaded->spec;
   // As it was written, before data were put in their place. Modes that were chosen stay.

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
-#include "integration/app/frames.h"
 #include "integration/app/summary.h"
 #include "integration/charts/charts.h"
+#include "integration/files/frames.h"
 #include "integration/files/write_field.h"
 #include "integration/files/write_volume.h"
 
@@ -93,7 +93,7 @@ Status Delivery::draw(const EstimatedPair& pair, const Field& field, const std::
     picture.mask = options_.mask;
     const charts::Caption caption{fmt::format("Motion from frame {} to {}", pair.motion.fixed_frame,
                                               pair.motion.moving_frame),
-                                  grid_text(pair.fixed->grid)};
+                                  files::grid_text(pair.fixed->grid)};
     return charts::write_pair_overview(path.string(), picture, caption);
   });
 }

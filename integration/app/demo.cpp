@@ -8,12 +8,12 @@
 #include "integration/app/commands.h"
 #include "integration/app/delivery.h"
 #include "integration/app/exit_code.h"
-#include "integration/app/frames.h"
+#include "integration/app/gpu.h"
 #include "integration/app/option_checks.h"
-#include "integration/app/session.h"
 #include "integration/app/summary.h"
 #include "integration/charts/charts.h"
 #include "integration/files/atomic_file.h"
+#include "integration/files/frames.h"
 
 namespace palpate::app {
 namespace {
@@ -194,7 +194,7 @@ class Demo {
         "On average the wall moves by {:.2f} mm and palpate is wrong by {:.3f} mm, one part in "
         "{:.0f}.\n",
         command_.phantom, command_.phantom, beat_.frames.frames.size(),
-        grid_text(beat_.frames.frames.front().grid), table(), motion_mm, error_mm,
+        files::grid_text(beat_.frames.frames.front().grid), table(), motion_mm, error_mm,
         error_mm > 0.0 ? motion_mm / error_mm : 0.0);
     if (delivery_.drift()) summary_ += cycle_text(*delivery_.drift()) + "\n";
     summary_ += "\n" + verdict_text(delivery_.verdict()) + "\n\nLook at\n";

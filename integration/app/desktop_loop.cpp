@@ -51,12 +51,11 @@ void DesktopLoop::wait(const std::string& doing) {
   window_->show({}, {&overlay, 1});
 }
 
-void DesktopLoop::begin(Palpation& palpation, Transport& transport, desktop::MouseProbe* mouse) {
-  palpation_ = &palpation;
-  transport_ = &transport;
+void DesktopLoop::begin(Session& session, desktop::MouseProbe* mouse) {
+  session_ = &session;
   mouse_ = mouse;
-  const auto felt = palpation.scene();
-  FeelPicture picture(view_);
+  const auto felt = session.scene();
+  ScenePicture picture(view_);
   picture.update(felt);
   SceneMoment start;
   for (size_t v = 0; v < picture.volumes().size(); ++v)
@@ -71,7 +70,7 @@ void DesktopLoop::begin(Palpation& palpation, Transport& transport, desktop::Mou
     pointing_ = desktop::Pointing(centre + ball_m_ * towards);
   }
   window_->poll();  // what was done while nothing could be seen is not meant for the scene
-  live_ = std::make_unique<LivePicture>(palpation, gpu_);
+  live_ = std::make_unique<LivePicture>(session, vulkan::ContextOptions{.device = gpu_.device});
 }
 
 Eye DesktopLoop::eye() const {
@@ -96,12 +95,12 @@ void DesktopLoop::frame(const TickOutput& tick, const std::string& note) {
 void DesktopLoop::press(const KeyPress& press, const Input& input) {
   switch (press.key) {
     case Key::kPlay:
-      transport_->toggle();
+      session_->toggle_play();
       break;
     case Key::kBack:
     case Key::kForward:
       if (seen_)
-        transport_->scrub(seen_->moment, press.key == Key::kForward ? kScrubStep : -kScrubStep);
+        session_->scrub(seen_->moment, press.key == Key::kForward ? kScrubStep : -kScrubStep);
       break;
     case Key::kClip:
       view_.cut_open = !view_.cut_open;
@@ -147,7 +146,7 @@ void DesktopLoop::steer(const Input& input) {
 
 void DesktopLoop::move_probe(const Input& input) {
   const Eye from = eye();
-  const auto felt = palpation_->scene();
+  const auto felt = session_->scene();
   const Transform& device = felt->world_from_device;
   if (input.in_window && !input.right && (input.moved || input.wheel != 0.0)) {
     const double reach_m = mouse_->info().workspace_radius_m * device.scale.x;
@@ -160,7 +159,7 @@ void DesktopLoop::move_probe(const Input& input) {
 }
 
 std::string DesktopLoop::phase_line() const {
-  const auto felt = palpation_->scene();
+  const auto felt = session_->scene();
   for (int v = 0; seen_ && v < std::min(int(felt->volumes.size()), seen_->moment.volume_count);
        ++v) {
     const MovingVolume& volume = *felt->volumes[size_t(v)].data;

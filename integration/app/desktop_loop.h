@@ -4,13 +4,13 @@
 #include <string>
 
 #include "integration/app/force_tap.h"
-#include "integration/app/live_picture.h"
-#include "integration/app/transport.h"
+#include "integration/app/gpu.h"
 #include "integration/desktop/camera.h"
 #include "integration/desktop/force_plot.h"
 #include "integration/desktop/mouse_probe.h"
 #include "integration/desktop/pointing.h"
 #include "integration/desktop/window.h"
+#include "module/session/live_picture.h"
 
 namespace palpate::app {
 
@@ -30,11 +30,11 @@ class DesktopLoop {
   void wait(const std::string& doing);
   /// From now on this is seen. `mouse` moves the probe; null: another device does, and the mouse
   /// turns the view. All are borrowed until end().
-  void begin(Palpation& palpation, Transport& transport, desktop::MouseProbe* mouse);
+  void begin(Session& session, desktop::MouseProbe* mouse);
   /// Takes what the person did, shows what is felt; takes as long as a frame of a display.
   /// note: a line for the person, or nothing.
   void frame(const TickOutput& tick, const std::string& note);
-  /// Ends the drawing; before the palpation goes.
+  /// Ends the drawing; before the session goes.
   void end() { live_.reset(); }
 
   /// The person closed the window or pressed Esc.
@@ -63,8 +63,7 @@ class DesktopLoop {
   std::string note_text_;
   bool shows_help_ = true;
 
-  Palpation* palpation_ = nullptr;
-  Transport* transport_ = nullptr;
+  Session* session_ = nullptr;
   desktop::MouseProbe* mouse_ = nullptr;
   desktop::Camera first_camera_, camera_;
   desktop::Pointing pointing_{glm::dvec3(0.0)};

@@ -7,7 +7,7 @@
 #include "integration/app/commands.h"
 #include "integration/app/exit_code.h"
 #include "integration/app/force_device.h"
-#include "integration/app/session.h"
+#include "integration/app/gpu.h"
 #include "integration/devices/list.h"
 
 namespace palpate::app {

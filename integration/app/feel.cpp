@@ -116,7 +116,7 @@ void add_felt_seeing(CLI::App& app, FeelCommand& command) {
 
 }  // namespace
 
-void add_values(CLI::App& app, SequenceChoices& choices) {
+void add_values(CLI::App& app, scenes::SequenceChoices& choices) {
   std::vector<std::string> words;
   for (const auto& [word, values] : files::SceneWords::kValues) words.emplace_back(word);
   app.add_option_function<std::string>(
@@ -133,7 +133,7 @@ void add_values(CLI::App& app, SequenceChoices& choices) {
       ->check(one_of(std::move(words)));
 }
 
-void add_modes(CLI::App& app, SequenceChoices& choices) {
+void add_modes(CLI::App& app, scenes::SequenceChoices& choices) {
   app.add_option("--modes", choices.mode_libraries,
                  "Libraries (.so) with haptic modes of your own, which a scene file may name: code "
                  "that is run (docs/writing-a-mode.md)")
@@ -141,7 +141,7 @@ void add_modes(CLI::App& app, SequenceChoices& choices) {
       ->check(an_existing_file());
 }
 
-void add_segments(CLI::App& app, SequenceChoices& choices) {
+void add_segments(CLI::App& app, scenes::SequenceChoices& choices) {
   app.add_option("--folder", choices.folder,
                  "Folder in which the files that a scene file names are; else beside it")
       ->type_name("DIR")

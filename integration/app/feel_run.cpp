@@ -15,9 +15,7 @@
 #include "integration/app/feel_report.h"
 #include "integration/app/gallery.h"
 #include "integration/app/headset/viewers.h"
-#include "integration/app/live_motion.h"
 #include "integration/app/outputs.h"
-#include "integration/app/palpation.h"
 #include "integration/app/replay.h"
 #include "integration/app/replay_key.h"
 #include "integration/app/state_folder.h"
@@ -28,6 +26,7 @@
 #include "module/haptics/emergency.h"
 #include "module/haptics/recording.h"
 #include "module/scene/drive.h"
+#include "module/session/session.h"
 
 namespace palpate::app {
 namespace {
@@ -78,7 +77,7 @@ std::string segment_text(const Segment& segment, const SegmentsSpec& spec) {
 }
 
 /// What can be said of the scene and the device before anything is felt.
-void announce(const FeelCommand& command, const FeltScene& scene, const OpenedDevice& opened,
+void announce(const FeelCommand& command, const LoadedScene& scene, const OpenedDevice& opened,
               Console& console) {
   for (size_t v = 0; v < scene.data.size(); ++v) {
     const MovingVolume& volume = *scene.data[v];
@@ -106,6 +105,16 @@ void announce(const FeelCommand& command, const FeltScene& scene, const OpenedDe
   }
   if (command.hand) console.say(fmt::format("Device    {}", opened.why));
   for (const std::string& note : scene.notes) console.say("Note      " + note);
+}
+
+/// "motion 3 of 20 steps, 25 s left"; nothing once it is done.
+std::string motion_text(const LiveMotion& motion) {
+  if (motion.is_done()) return {};
+  const LiveMotion::Progress now = motion.progress();
+  std::string text = now.steps_known == now.steps
+                         ? "one motion for the whole sequence"
+                         : fmt::format("motion {} of {} steps", now.steps_known, now.steps);
+  return now.left_s < 0.0 ? text : text + ", " + duration_text(now.left_s) + " left";
 }
 
 /// How evenly the servo thread ran.
@@ -145,7 +154,7 @@ class FeelRun {
     announce(command_, *scene, opened_, console_);
     console_.say("Seen      " + seen_.why);
     if (const Status ready = start_listeners(*scene); !ready) return fail(console_, ready.error());
-    const FeltScene at_start = *scene;
+    const LoadedScene at_start = *scene;
     cancel.end_at_once(false);
     if (const Status started = start(std::move(*scene)); !started)
       return fail(console_, started.error());
@@ -156,8 +165,8 @@ class FeelRun {
 
   /// After run(): what the servo thread kept to; nothing if it never ran.
   std::optional<ServoPeriods> periods() const {
-    if (!palpation_) return std::nullopt;
-    const ServoStatistics& statistics = palpation_->servo().statistics();
+    if (!session_) return std::nullopt;
+    const ServoStatistics& statistics = session_->statistics();
     const auto us = [](int64_t ns) { return 1e-3 * double(ns); };
     return ServoPeriods{us(statistics.period.quantile_ns(0.5)),
                         us(statistics.period.quantile_ns(0.999)), us(statistics.period.most_ns()),
@@ -167,7 +176,7 @@ class FeelRun {
  private:
   /// What takes time before anything can be felt: reading, and finding a place to touch. It runs
   /// beside the window, which goes on answering, and is said.
-  Result<FeltScene> prepared(const ForceDeviceChoice& choice) {
+  Result<LoadedScene> prepared(const ForceDeviceChoice& choice) {
     std::mutex mutex;
     std::string doing = "is being read";
     const auto say = [&](const std::string& what) {
@@ -194,9 +203,10 @@ class FeelRun {
     return work.get();
   }
 
-  Result<FeltScene> scene_and_device(const ForceDeviceChoice& choice, const OnDoing& doing) {
-    auto scene = command_.hand ? load_felt_scene(command_.inputs, command_.sequence, doing)
-                               : load_seen_scene(command_.inputs, command_.sequence, doing);
+  Result<LoadedScene> scene_and_device(const ForceDeviceChoice& choice,
+                                       const scenes::OnDoing& doing) {
+    auto scene = command_.hand ? scenes::load_scene(command_.inputs, command_.sequence, doing)
+                               : scenes::load_seen_scene(command_.inputs, command_.sequence, doing);
     if (!scene) return scene;
     apply_choices(*scene);
     if (command_.hand) doing("looking for a surface to touch");
@@ -240,7 +250,7 @@ class FeelRun {
   }
 
   /// A volume that stands still may be taken by a hand there, and a controller feels in true size.
-  void fit_to_headset(FeltScene& scene) {
+  void fit_to_headset(LoadedScene& scene) {
     for (VolumeSpec& volume : scene.spec.volumes) {
       if (volume.drive.kind != DriveSpec::Kind::kStill) continue;
       volume.drive.kind = DriveSpec::Kind::kSecondHand;
@@ -260,7 +270,7 @@ class FeelRun {
     }
   }
 
-  void apply_choices(FeltScene& scene) const {
+  void apply_choices(LoadedScene& scene) const {
     if (command_.stiffness_n_per_m > 0.0) scene.spec.stiffness_n_per_m = command_.stiffness_n_per_m;
     if (command_.max_force_n > 0.0) scene.spec.max_force_n = command_.max_force_n;
     if (scene.from_sequence && command_.scale != "fit")
@@ -274,7 +284,7 @@ class FeelRun {
     if (command_.no_motion || !command_.record.empty()) scene.missing.clear();
   }
 
-  Status start_listeners(const FeltScene& scene) {
+  Status start_listeners(const LoadedScene& scene) {
     auto log = TickLog::start(command_.csv);
     if (!log) return log.error();
     log_ = std::move(*log);
@@ -289,17 +299,18 @@ class FeelRun {
     if (command_.record.empty()) return Nothing{};
     auto recorder = Recorder::start(
         command_.record,
-        text_of(ReplayKey{scene.spec, opened_.device->info(), options(scene).safety}), 1'000'000);
+        text_of(ReplayKey{scene.spec, opened_.device->info(), haptics_options(scene).safety}),
+        1'000'000);
     if (!recorder) return recorder.error();
     recorder_ = std::move(*recorder);
     return Nothing{};
   }
 
-  HapticsOptions options(const FeltScene& scene) const {
+  HapticsOptions haptics_options(const LoadedScene& scene) const {
     // Neither a simulated hand nor one that feels nothing can be hurt by a late frame.
     const bool harmless =
         opened_.simulated || opened_.mouse || opened_.controller || !command_.hand;
-    HapticsOptions haptics = haptics_options(command_, scene.spec, harmless);
+    HapticsOptions haptics = app::haptics_options(command_, scene.spec, harmless);
     if (seen_.headset) {
       haptics.safety.seen_buttons = GatedDevice::kSeen;
       haptics.safety.dead_man_buttons = ~GatedDevice::kSeen;
@@ -307,11 +318,13 @@ class FeelRun {
     return haptics;
   }
 
-  Status start(FeltScene scene) {
-    const HapticsOptions haptics = options(scene);
-    ServoOptions servo = servo_options(command_, haptics);
-    servo.listeners = {log_.get(), black_box_.get(), recorder_.get(),
-                       seen_.window ? seen_.window->listener() : nullptr};
+  Status start(LoadedScene scene) {
+    const HapticsOptions haptics = haptics_options(scene);
+    SessionOptions options;
+    options.haptics = haptics;
+    options.servo = servo_options(command_, haptics);
+    options.servo.listeners = {log_.get(), black_box_.get(), recorder_.get(),
+                               seen_.window ? seen_.window->listener() : nullptr};
     const double wanted = scene.spec.stiffness_n_per_m;
     if (wants_second_hand_) second_hand_ = std::make_unique<devices::SpaceMouse>();
     ForceDevice* device = opened_.device.get();
@@ -321,12 +334,15 @@ class FeelRun {
         gate_->seen_until(std::numeric_limits<int64_t>::max());
       device = gate_.get();
     }
-    auto started = Palpation::start(std::move(scene), *device, haptics, servo, second_hand_.get());
+    options.second_hand = second_hand_.get();
+    options.motion.preset = command_.preset;
+    options.motion.open_context = [this] { return open_device(command_.gpu, console_); };
+    options.on_event = [this](const SessionEvent& event) { tell(event); };
+    auto started = Session::start(std::move(scene), *device, options);
     if (!started) return started.error();
-    palpation_ = std::move(*started);
-    transport_ = std::make_unique<Transport>(*palpation_);
+    session_ = std::move(*started);
     const double given =
-        Haptics(haptics, opened_.device->info()).stiffness_on_device(*palpation_->scene(), wanted);
+        Haptics(haptics, opened_.device->info()).stiffness_on_device(*session_->scene(), wanted);
     if (given < wanted)
       console_.say(fmt::format(
           "Note      The spring is {:.0f} N/m instead of {:.0f}: more would make this device hum.",
@@ -341,61 +357,42 @@ class FeelRun {
     return motion_known_s + opened_.path_s + 0.5;
   }
 
-  void feel(const FeltScene& scene, std::stop_token stop) {
-    LiveMotion motion(
-        scene, command_.gpu, command_.preset,
-        [this](size_t volume, size_t step, std::shared_ptr<const MotionMap> map) {
-          return palpation_->take_motion(volume, step, std::move(map));
-        },
-        [this](size_t volume, std::shared_ptr<const MovingVolume> data) {
-          return palpation_->take_volume(volume, std::move(data));
-        },
-        console_);
+  void feel(const LoadedScene& scene, std::stop_token stop) {
     if (outputs_) {
       GalleryOptions options;
       options.gpu = command_.gpu;
       options.view = command_.view;
       options.size = {command_.picture_size, command_.picture_size};
-      gallery_ = std::make_unique<Gallery>(*palpation_, options, console_);
+      gallery_ = std::make_unique<Gallery>(*session_, options, console_);
     }
     begin_eyes(scene);
+    const LiveMotion& motion = session_->motion();
     const auto begin = Clock::now();
     TickOutput tick;
     double motion_known_s = motion.is_done() ? 0.0 : 1e12;
-    bool moves = motion.is_done();
-    if (moves) transport_->allow();
     double now_s = 0.0;
     while (now_s < end_s(motion_known_s) && !stop.stop_requested() && !emergency::is_asked() &&
            !(seen_.window && seen_.window->closed()) && !display_was_needed_and_lost() &&
            !(seen_.headset && seen_.headset->ended())) {
       if (seen_.window)
-        seen_.window->frame(tick, motion.text());
+        seen_.window->frame(tick, motion_text(motion));
       else
         std::this_thread::sleep_for(std::chrono::milliseconds(50));
       now_s = std::chrono::duration<double>(Clock::now() - begin).count();
-      palpation_->servo().newest(0, tick);
+      session_->newest(0, tick);
       tell_second_hand();
       tell_headset();
-      std::string line = live_text(tick, palpation_->servo().statistics(), now_s);
-      if (!motion.is_done()) line += "  " + motion.text();
+      std::string line = live_text(tick, session_->statistics(), now_s);
+      if (!motion.is_done()) line += "  " + motion_text(motion);
       if (command_.hand) console_.live(line);
-      if (!moves && motion.can_move()) {
-        moves = true;
-        transport_->allow();
-        tell_steps(motion);
-        if (motion.steps_known() == motion.steps())
-          for (const MissingMotion& missing : scene.missing) palpation_->play(missing.volume);
-      }
-      if (!motion.is_done() || motion_known_s < 1e12) continue;
-      motion_known_s = now_s;
-      tell_whole(motion);
+      if (motion.is_done() && motion_known_s == 1e12) motion_known_s = now_s;
     }
     console_.end_progress();
     if (seen_.window) seen_.window->end();
     if (seen_.headset) seen_.headset->end();
     tell_headset();
     if (gallery_) gallery_->stop();
-    palpation_->stop();
+    session_->stop();
     display_lost_ = seen_.window && seen_.window->lost();
     if (display_lost_) black_box_->write_last("display-lost");
   }
@@ -410,12 +407,11 @@ class FeelRun {
     return false;
   }
 
-  void begin_eyes(const FeltScene& scene) {
-    if (seen_.window) seen_.window->begin(*palpation_, *transport_, opened_.mouse);
+  void begin_eyes(const LoadedScene& scene) {
+    if (seen_.window) seen_.window->begin(*session_, opened_.mouse);
     if (!seen_.headset) return;
     HeadsetScene joined;
-    joined.palpation = palpation_.get();
-    joined.transport = transport_.get();
+    joined.session = session_.get();
     joined.gate = gate_.get();
     joined.controller = opened_.controller;
     joined.max_force_n = scene.spec.max_force_n;
@@ -447,26 +443,17 @@ class FeelRun {
       console_.say(fmt::format("Second    {}", sentence(fault)));
   }
 
-  void tell_steps(const LiveMotion& motion) {
-    if (motion.steps_known() < motion.steps())
-      console_.complain("palpate: The motion could not be estimated, so one frame is felt: " +
-                        motion.trouble());
-    else if (!motion.needs_whole())
-      console_.say(fmt::format("Motion    {} steps known after {:.1f} s; now it moves",
-                               motion.steps(), motion.moves_after_s()));
-  }
-
-  void tell_whole(const LiveMotion& motion) {
-    if (!motion.finds_whole() || motion.steps_known() < motion.steps()) return;
-    if (!motion.trouble().empty())
-      console_.complain(fmt::format(
-          "palpate: One motion for the whole sequence could not be found, so {}: {}",
-          motion.needs_whole() ? "one frame is felt" : "the steps go on", motion.trouble()));
-    else
-      console_.say(fmt::format(
-          "Motion    one for the whole sequence after {:.1f} s; from now on one frame's material "
-          "is felt and seen",
-          motion.seconds()));
+  /// What the session says, on a thread of its own.
+  void tell(const SessionEvent& event) {
+    switch (event.kind) {
+      case SessionEvent::Kind::kNote:
+        return console_.say("Note      " + event.sentence);
+      case SessionEvent::Kind::kMoves:
+      case SessionEvent::Kind::kWholeMotion:
+        return console_.say("Motion    " + event.sentence);
+      case SessionEvent::Kind::kMotionFailed:
+        return console_.complain("palpate: " + event.sentence);
+    }
   }
 
   int finish() {
@@ -482,9 +469,8 @@ class FeelRun {
       done = write_feel_picture(
           command_.picture.string(),
           fmt::format("Feeling {}", command_.inputs.front().filename().string()), numbers, rows);
-    const std::string summary =
-        summary_text(numbers, palpation_->servo().statistics(), palpation_->servo().report(),
-                     palpation_->haptics().tank().ledger());
+    const std::string summary = summary_text(numbers, session_->statistics(), session_->report(),
+                                             session_->haptics().tank().ledger());
     if (gallery_ && done) done = publish(summary);
     console_.say(summary);
     for (const fs::path& file : black_box_->files())
@@ -555,9 +541,8 @@ class FeelRun {
   std::unique_ptr<Recorder> recorder_;
   std::unique_ptr<devices::SpaceMouse> second_hand_;
   std::optional<DeviceFault> second_hand_fault_;  ///< as it was told
-  std::unique_ptr<Palpation> palpation_;  ///< ends its servo thread before what is above goes
-  std::unique_ptr<Transport> transport_;
-  Viewers seen_;                      ///< look at palpation_
+  std::unique_ptr<Session> session_;  ///< ends its servo thread before what is above goes
+  Viewers seen_;                      ///< look at session_
   std::unique_ptr<Gallery> gallery_;  ///< likewise
 };
 
@@ -586,7 +571,7 @@ Result<ServoPeriods> periods_alone(FeelCommand command, CancelOnSignal& cancel) 
 }
 
 int replay_run(const FeelCommand& command, Console& console) {
-  auto scene = load_felt_scene(command.inputs, command.sequence);
+  auto scene = scenes::load_scene(command.inputs, command.sequence);
   if (!scene) return fail(console, scene.error());
   const auto replayed = replay_felt(*scene, command.replay);
   if (!replayed) return fail(console, replayed.error());

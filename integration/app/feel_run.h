@@ -5,17 +5,17 @@
 #include <string>
 #include <vector>
 
-#include "integration/app/feel_view.h"
-#include "integration/app/felt_scene.h"
 #include "integration/app/force_device.h"
-#include "integration/app/session.h"
+#include "integration/app/gpu.h"
+#include "integration/scenes/load_scene.h"
+#include "module/session/scene_picture.h"
 
 namespace palpate::app {
 
 /// What the command line says of feeling.
 struct FeelCommand {
   std::vector<std::filesystem::path> inputs;
-  SequenceChoices sequence;
+  scenes::SequenceChoices sequence;
   ForceDeviceChoice device;
   DeviceOptions gpu;
   std::string preset = "balanced";
@@ -44,11 +44,11 @@ struct FeelCommand {
 int run_feel(const FeelCommand& command);
 
 /// The options of segmentations and of a scene's folder, which feeling, viewing and planning share.
-void add_segments(CLI::App& app, SequenceChoices& choices);
+void add_segments(CLI::App& app, scenes::SequenceChoices& choices);
 /// Whose values a sequence has.
-void add_values(CLI::App& app, SequenceChoices& choices);
+void add_values(CLI::App& app, scenes::SequenceChoices& choices);
 /// --modes.
-void add_modes(CLI::App& app, SequenceChoices& choices);
+void add_modes(CLI::App& app, scenes::SequenceChoices& choices);
 
 /// Where it is seen: options that feeling and viewing share.
 void add_seeing(CLI::App& app, FeelCommand& command);

@@ -46,7 +46,7 @@ const devices::ForceDeviceKind* kind_of(const std::string& word) {
   return nullptr;
 }
 
-Result<OpenedDevice> simulated(const ForceDeviceChoice& choice, const FeltScene& scene,
+Result<OpenedDevice> simulated(const ForceDeviceChoice& choice, const LoadedScene& scene,
                                std::string why) {
   auto options = simulated_options(choice);
   if (!options) return options.error();
@@ -183,7 +183,7 @@ Result<std::unique_ptr<ForceDevice>> find_force_device(const ForceDeviceChoice& 
   return std::unique_ptr<ForceDevice>();
 }
 
-Result<OpenedDevice> open_force_device(const ForceDeviceChoice& choice, const FeltScene& scene) {
+Result<OpenedDevice> open_force_device(const ForceDeviceChoice& choice, const LoadedScene& scene) {
   if (choice.device == "none") {
     // A probe that nobody moves, out of the way.
     OpenedDevice opened;

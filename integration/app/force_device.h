@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "integration/app/felt_scene.h"
 #include "integration/desktop/mouse_probe.h"
 #include "integration/devices/simulated.h"
+#include "integration/scenes/load_scene.h"
 #include "module/haptics/device.h"
 
 namespace palpate::app {
@@ -58,6 +58,6 @@ Result<std::unique_ptr<ForceDevice>> find_force_device(const ForceDeviceChoice& 
 /// What find_force_device() finds; else a controller where there is a headset, the mouse where
 /// there is a window, or the simulated device, its hand on a path that touches the scene. kBadInput
 /// in one sentence.
-Result<OpenedDevice> open_force_device(const ForceDeviceChoice& choice, const FeltScene& scene);
+Result<OpenedDevice> open_force_device(const ForceDeviceChoice& choice, const LoadedScene& scene);
 
 }  // namespace palpate::app

@@ -32,8 +32,8 @@ double seconds_since(Clock::time_point start) {
 
 }  // namespace
 
-Gallery::Gallery(Palpation& palpation, const GalleryOptions& options, Console& console)
-    : palpation_(palpation),
+Gallery::Gallery(Session& session, const GalleryOptions& options, Console& console)
+    : session_(session),
       options_(options),
       console_(console),
       kept_(size_t(options.pictures)),
@@ -69,11 +69,11 @@ Status Gallery::look(std::stop_token stop) {
   SceneMoment moment;
   while (!stop.stop_requested()) {
     const auto start = Clock::now();
-    if (!palpation_.newest(Viewer::kGallery, moment) || moment.volume_count == 0) {
+    if (!session_.newest(MomentReader::kPictures, moment) || moment.volume_count == 0) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
       continue;
     }
-    auto pictures = still.take(palpation_.scene(), moment);
+    auto pictures = still.take(session_.scene(), moment);
     if (!pictures) return pictures.error();
     frame_ms_.push_back(1e3 * seconds_since(start));
     if (first_picture_s_ == 0.0) first_picture_s_ = seconds_since(begin);

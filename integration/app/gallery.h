@@ -7,12 +7,12 @@
 #include <thread>
 #include <vector>
 
-#include "integration/app/feel_view.h"
+#include "integration/app/gpu.h"
 #include "integration/app/outputs.h"
-#include "integration/app/palpation.h"
 #include "integration/app/progress.h"
-#include "integration/app/session.h"
 #include "integration/charts/felt_page.h"
+#include "module/session/scene_picture.h"
+#include "module/session/session.h"
 
 namespace palpate::app {
 
@@ -28,9 +28,9 @@ struct GalleryOptions {
 /// there was any.
 class Gallery {
  public:
-  /// Starts to look once the device is opened and the volumes are on it. `palpation` and `console`
+  /// Starts to look once the device is opened and the volumes are on it. `session` and `console`
   /// are borrowed.
-  Gallery(Palpation& palpation, const GalleryOptions& options, Console& console);
+  Gallery(Session& session, const GalleryOptions& options, Console& console);
   /// As stop().
   ~Gallery();
   Gallery(const Gallery&) = delete;
@@ -59,7 +59,7 @@ class Gallery {
   void keep(const SceneMoment& moment, const std::vector<charts::Raster>& pictures,
             const ViewScene& scene);
 
-  Palpation& palpation_;
+  Session& session_;
   GalleryOptions options_;
   Console& console_;
   std::vector<Kept> kept_;

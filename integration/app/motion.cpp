@@ -9,14 +9,14 @@
 #include "integration/app/commands.h"
 #include "integration/app/delivery.h"
 #include "integration/app/exit_code.h"
-#include "integration/app/frames.h"
+#include "integration/app/gpu.h"
 #include "integration/app/option_checks.h"
 #include "integration/app/overwrite.h"
 #include "integration/app/sequence_output.h"
-#include "integration/app/session.h"
 #include "integration/app/summary.h"
 #include "integration/files/atomic_file.h"
 #include "integration/files/frame_times.h"
+#include "integration/files/frames.h"
 #include "integration/files/sentences.h"
 #include "integration/files/sequence_motion_file.h"
 #include "integration/files/write_volume.h"
@@ -132,7 +132,7 @@ Status check_output_name(const MotionCommand& command) {
                              "folder");
   }
   if (command.is_pair()) return files::check_can_write_image(command.output);
-  if (has_image_ending(command.output)) {
+  if (files::has_image_ending(command.output)) {
     return files::bad_output(command.output,
                              "names one file, but a sequence gives a field per pair of frames: "
                              "name a folder");
@@ -355,17 +355,17 @@ int run(const MotionCommand& command) {
   if (const Status wish = check_wish(command); !wish) return fail(console, wish.error());
   if (const Status name = check_output_name(command); !name) return fail(console, name.error());
   const auto open_frames = [&] {
-    return command.is_pair() ? open_pair(command.inputs[0], command.inputs[1])
-                             : open_sequence(command.inputs);
+    return command.is_pair() ? files::open_pair(command.inputs[0], command.inputs[1])
+                             : files::open_sequence(command.inputs);
   };
   auto opening = begin_open_device(command.device);  // while the files are read
   auto frames = open_frames();
   if (!frames) return fail(console, frames.error());
   if (const Status names = check_names(command, frames->count); !names)
     return fail(console, names.error());
-  const auto mask = read_mask_for(command.mask, frames->grid, &frames->notes);
+  const auto mask = files::read_mask_for(command.mask, frames->grid, &frames->notes);
   if (!mask) return fail(console, mask.error());
-  console.say(fmt::format("Frames    {}", frames_text(*frames)));
+  console.say(fmt::format("Frames    {}", files::frames_text(*frames)));
   for (const std::string& note : frames->notes) console.say("Note      " + note);
   const auto context = open_device(std::move(opening), command.device, console);
   if (!context) return fail(console, context.error());

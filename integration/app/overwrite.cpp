@@ -9,8 +9,8 @@
 #include <string>
 #include <utility>
 
-#include "integration/app/frames.h"
 #include "integration/files/atomic_file.h"
+#include "integration/files/frames.h"
 #include "integration/files/sentences.h"
 #include "integration/x3d/x3d_file.h"
 
@@ -91,7 +91,8 @@ class InputFiles {
              entry(folder, fs::directory_options::skip_permission_denied, error),
          end;
          !error && entry != end; entry.increment(error))
-      if (entry.depth() > 0 && !has_image_ending(entry->path()) && entry->is_regular_file(error))
+      if (entry.depth() > 0 && !files::has_image_ending(entry->path()) &&
+          entry->is_regular_file(error))
         remember(entry->path());
   }
 

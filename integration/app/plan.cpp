@@ -5,17 +5,17 @@
 #include "integration/app/commands.h"
 #include "integration/app/exit_code.h"
 #include "integration/app/feel_run.h"
-#include "integration/app/felt_scene.h"
 #include "integration/app/option_checks.h"
 #include "integration/app/progress.h"
+#include "integration/scenes/load_scene.h"
 #include "module/haptics/haptic_scene.h"
 
 namespace palpate::app {
 namespace {
 
-int run(const std::vector<std::filesystem::path>& inputs, const SequenceChoices& choices) {
+int run(const std::vector<std::filesystem::path>& inputs, const scenes::SequenceChoices& choices) {
   Console console(false, false);
-  const auto scene = load_felt_scene(inputs, choices);
+  const auto scene = scenes::load_scene(inputs, choices);
   if (!scene) return fail(console, scene.error());
   // What could not be felt is refused here too.
   if (const auto assembled = assemble(scene->spec, scene->data, scene->kinds); !assembled)
@@ -34,7 +34,7 @@ int run(const std::vector<std::filesystem::path>& inputs, const SequenceChoices&
 
 Command add_plan(CLI::App& program) {
   auto inputs = std::make_shared<std::vector<std::filesystem::path>>();
-  auto choices = std::make_shared<SequenceChoices>();
+  auto choices = std::make_shared<scenes::SequenceChoices>();
   CLI::App* app = program.add_subcommand(
       "plan", "Say what a scene needs in each haptic frame, what is left out, and why");
   app->add_option("input", *inputs, "heart, shell, molecule, a scene file, or a sequence")

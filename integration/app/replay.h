@@ -3,14 +3,14 @@
 #include <filesystem>
 #include <string>
 
-#include "integration/app/felt_scene.h"
+#include "integration/scenes/load_scene.h"
 #include "module/haptics/recording.h"
 
 namespace palpate::app {
 
 /// Runs a recording again with the scene as it was loaded now. kBadInput if it was made with
 /// another scene, is damaged, or lost ticks.
-Result<Replay> replay_felt(const FeltScene& scene, const std::filesystem::path& file);
+Result<Replay> replay_felt(const LoadedScene& scene, const std::filesystem::path& file);
 
 /// "every output is the recorded one, bit by bit", or where it is not.
 std::string replay_text(const Replay& replay);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "compute/motion/sequence_quality.h"
+#include "compute/volume/memory.h"
 #include "integration/app/summary.h"
 #include "integration/charts/charts.h"
 #include "integration/files/raster.h"
@@ -32,7 +33,7 @@ Status put(Outputs& outputs, const std::string& name, const Write& write) {
 
 Result<std::vector<Volume>> all_frames(Frames& frames, std::stop_token stop) {
   const double bytes = double(frames.count) * double(frames.grid.count()) * sizeof(float);
-  const Status fits = files::check_fits_memory("One motion for the whole sequence", bytes);
+  const Status fits = check_fits_memory("One motion for the whole sequence", bytes);
   if (!fits)
     return Error{fits.error().kind,
                  fits.error().message + ", or find the motion from frame to frame only"};
@@ -137,7 +138,7 @@ Result<Written> write_sequence(const SequenceMotion& motion, const std::vector<V
       picture.confidence = &step_confidence[k];
       picture.mask = options.mask;
       const charts::Caption caption{fmt::format("Motion from frame {} to {}", k, next),
-                                    grid_text(frames[k].grid)};
+                                    files::grid_text(frames[k].grid)};
       return charts::write_pair_overview(path.string(), picture, caption);
     });
   }

@@ -8,9 +8,9 @@
 #include "compute/motion/estimate_sequence.h"
 #include "compute/motion/verdict.h"
 #include "integration/app/delivery.h"
-#include "integration/app/frames.h"
 #include "integration/app/outputs.h"
 #include "integration/app/progress.h"
+#include "integration/files/frames.h"
 
 namespace palpate::app {
 

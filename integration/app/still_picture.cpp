@@ -21,36 +21,26 @@ Result<std::unique_ptr<StillPicture>> StillPicture::open(const DeviceOptions& gp
   options.device = gpu.device;
   const auto context = vulkan::Context::open(options);
   if (!context) return context.error();
-  auto renderer = VolumeRenderer::make(*context, {.most = size, .most_eyes = eyes});
-  if (!renderer) return renderer.error();
-  std::unique_ptr<StillPicture> still(new StillPicture(view, size, eyes));
-  still->renderer_ = std::move(*renderer);
-  return still;
-}
-
-StillPicture::StillPicture(const ViewChoices& view, PictureSize size, int eyes)
-    : picture_(view), size_(size), eyes_(eyes) {}
-
-StillPicture::~StillPicture() {
-  if (renderer_) (void)renderer_->wait();
+  auto viewer = Viewer::open(*context, view, {.most = size, .most_eyes = eyes});
+  if (!viewer) return viewer.error();
+  return std::unique_ptr<StillPicture>(new StillPicture(std::move(*viewer), size, eyes));
 }
 
 Result<std::vector<charts::Raster>> StillPicture::take(std::shared_ptr<const HapticScene> scene,
                                                        const SceneMoment& moment) {
-  if (picture_.update(std::move(scene)))
-    if (const Status set = renderer_->set_volumes(picture_.volumes()); !set) return set.error();
+  if (const Status set = viewer_->update(std::move(scene)); !set) return set.error();
   glm::dvec3 low, high;
-  picture_.box(moment, low, high);
+  viewer_->picture().box(moment, low, high);
   std::array<Eye, 2> eyes = eyes_before(low, high, size_);
   if (eyes_ == 1) eyes[0] = eye_before(low, high, size_);
   // What goes to a file is seen at the moment of its tick.
-  scene_ = picture_.at(moment, moment.now_ns, eyes[0]);
-  if (const Status started = renderer_->start(scene_, {eyes.data(), size_t(eyes_)}, size_);
+  if (const Status started =
+          viewer_->start(moment, moment.now_ns, {eyes.data(), size_t(eyes_)}, size_);
       !started)
     return started.error();
   std::vector<charts::Raster> rasters;
   for (int eye = 0; eye < eyes_; ++eye) {
-    const auto picture = renderer_->read_back(eye);
+    const auto picture = viewer_->renderer().read_back(eye);
     if (!picture) return picture.error();
     rasters.push_back(raster_of(*picture));
   }

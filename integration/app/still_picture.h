@@ -3,9 +3,9 @@
 #include <memory>
 #include <vector>
 
-#include "integration/app/feel_view.h"
-#include "integration/app/session.h"
+#include "integration/app/gpu.h"
 #include "integration/charts/canvas.h"
+#include "module/session/viewer.h"
 
 namespace palpate::app {
 
@@ -16,21 +16,20 @@ class StillPicture {
   static Result<std::unique_ptr<StillPicture>> open(const DeviceOptions& gpu,
                                                     const ViewChoices& view, PictureSize size,
                                                     int eyes);
-  ~StillPicture();
 
   /// Draws `scene` as it is in `moment` and waits for it. One raster per eye, left one first.
   Result<std::vector<charts::Raster>> take(std::shared_ptr<const HapticScene> scene,
                                            const SceneMoment& moment);
   /// What the last picture shows.
-  const ViewScene& scene() const { return scene_; }
+  const ViewScene& scene() const { return viewer_->shown(); }
 
  private:
-  StillPicture(const ViewChoices& view, PictureSize size, int eyes);
-  std::unique_ptr<VolumeRenderer> renderer_;
-  FeelPicture picture_;
+  StillPicture(std::unique_ptr<Viewer> viewer, PictureSize size, int eyes)
+      : viewer_(std::move(viewer)), size_(size), eyes_(eyes) {}
+
+  std::unique_ptr<Viewer> viewer_;
   PictureSize size_;
   int eyes_;
-  ViewScene scene_;
 };
 
 }  // namespace palpate::app

@@ -30,7 +30,7 @@ struct Surface {
 
 class Surfaces {
  public:
-  explicit Surfaces(const FeltScene& scene) : world_from_device_(scene.spec.world_from_device) {
+  explicit Surfaces(const LoadedScene& scene) : world_from_device_(scene.spec.world_from_device) {
     for (const ModeSpec& mode : modes_of(scene.spec)) {
       if (mode.kind != "surface" || mode.leaving || mode.scalar != ScalarProperty::kValue) continue;
       if (!(mode.strength.highest() > 0.0)) continue;
@@ -176,7 +176,8 @@ std::optional<devices::PathPlace> from_inside(const Surfaces& surfaces, const De
 
 }  // namespace
 
-std::optional<devices::PathPlace> place_to_touch(const FeltScene& scene, const DeviceInfo& device) {
+std::optional<devices::PathPlace> place_to_touch(const LoadedScene& scene,
+                                                 const DeviceInfo& device) {
   const Surfaces surfaces(scene);
   // A segment's wall that is met at a slant is slid along, not pressed: those are not looked for
   // first, and the others are pressed along their normal.

@@ -2,8 +2,8 @@
 
 #include <optional>
 
-#include "integration/app/felt_scene.h"
 #include "integration/devices/made_paths.h"
+#include "integration/scenes/load_scene.h"
 #include "module/haptics/device.h"
 
 namespace palpate::app {
@@ -13,6 +13,7 @@ namespace palpate::app {
 /// device's reach to its centre, from the front, from above, from the sides, and so on; where the
 /// data are cut off inside the body on all sides, the wall of the widest free place within reach (a
 /// lung, say). None if there is no such place.
-std::optional<devices::PathPlace> place_to_touch(const FeltScene& scene, const DeviceInfo& device);
+std::optional<devices::PathPlace> place_to_touch(const LoadedScene& scene,
+                                                 const DeviceInfo& device);
 
 }  // namespace palpate::app

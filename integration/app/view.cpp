@@ -19,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// All volumes at frame `at` of the sequence (counted from 0, phases in between).
-SceneMoment moment_at(const FeltScene& scene, double at) {
+SceneMoment moment_at(const LoadedScene& scene, double at) {
   SceneMoment moment;
   moment.volume_count = std::min(int(scene.data.size()), SceneMoment::kMostVolumes);
   for (int v = 0; v < moment.volume_count; ++v) {
@@ -39,7 +39,7 @@ SceneMoment moment_at(const FeltScene& scene, double at) {
   return moment;
 }
 
-size_t frames_of(const FeltScene& scene) {
+size_t frames_of(const LoadedScene& scene) {
   size_t most = 1;
   for (const auto& volume : scene.data) most = std::max(most, volume->times.times_s.size());
   return most;
@@ -53,7 +53,7 @@ Status write_one_eye(const fs::path& path, const charts::Raster& raster) {
 
 /// Writes what was asked for without any display: one picture, or every frame for two eyes.
 Status draw(const FeelCommand& command, double frame, Console& console, std::stop_token stop) {
-  auto scene = load_seen_scene(command.inputs, command.sequence);
+  auto scene = scenes::load_seen_scene(command.inputs, command.sequence);
   if (!scene) return scene.error();
   for (const std::string& note : scene->notes) console.say("Note      " + note);
   if (frame >= double(frames_of(*scene)))

@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "integration/devices/second_hand.h"
+#include "module/haptics/second_hand.h"
 
 namespace palpate::devices {
 

@@ -11,6 +11,7 @@
 #include <cstring>
 #include <vector>
 
+#include "compute/volume/memory.h"
 #include "integration/files/sentences.h"
 
 namespace palpate::files {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "compute/volume/memory.h"
 #include "integration/files/dicom_tags.h"
 #include "integration/files/raster.h"
 #include "integration/files/sentences.h"

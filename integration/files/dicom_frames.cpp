@@ -1,5 +1,6 @@
 #include "integration/files/dicom_frames.h"
 
+#include "compute/volume/memory.h"
 #include "integration/files/dicom_pixels.h"
 #include "integration/files/dicom_scan.h"
 #include "integration/files/samples.h"

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "compute/volume/memory.h"
 #include "integration/files/frame_times.h"
 #include "integration/files/raster_file.h"
 #include "integration/files/samples.h"

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <fstream>
 
+#include "compute/volume/memory.h"
 #include "integration/files/sentences.h"
 
 namespace palpate::files {
@@ -74,18 +75,6 @@ glm::dmat3 orthonormalised(const glm::dmat3& axes) {
   straight[1] = glm::normalize(axes[1] - straight[0] * glm::dot(straight[0], axes[1]));
   straight[2] = glm::cross(straight[0], straight[1]);
   return straight;
-}
-
-double available_memory_bytes() {
-  std::ifstream info("/proc/meminfo");
-  std::string key;
-  double kilobytes = 0.0;
-  std::string unit;
-  while (info >> key >> kilobytes) {
-    std::getline(info, unit);
-    if (key == "MemAvailable:") return kilobytes * 1024.0;
-  }
-  return 0.0;
 }
 
 }  // namespace
@@ -173,17 +162,6 @@ void reverse_j(const Grid& grid, float* values, size_t components) {
     for (size_t low = 0, high = ny - 1; low < high; ++low, --high)
       std::swap_ranges(slice + low * row, slice + (low + 1) * row, slice + high * row);
   }
-}
-
-Status check_fits_memory(const std::string& what, double bytes) {
-  const double available = available_memory_bytes();
-  if (available <= 0.0 || bytes <= available) return Nothing{};
-  return Error{
-      ErrorKind::kOutOfMemory,
-      fmt::format(
-          "{} needs {} of memory but only {} are free: crop or coarsen the data, or use a larger "
-          "machine",
-          what, bytes_for_people(bytes), bytes_for_people(available))};
 }
 
 Status check_claims(const Raster& raster) {

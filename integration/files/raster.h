@@ -107,7 +107,4 @@ bool is_colour_picture(const Raster& raster);
 /// The sentence that refuses one.
 Error refuse_colours(const Raster& raster);
 
-/// Refuses an allocation that this machine can not hold. `what` is the subject of the sentence.
-Status check_fits_memory(const std::string& what, double bytes);
-
 }  // namespace palpate::files

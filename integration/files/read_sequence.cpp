@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "compute/volume/memory.h"
 #include "integration/files/dicom_frames.h"
 #include "integration/files/frame_source.h"
 #include "integration/files/raster_file.h"

@@ -1,5 +1,6 @@
 #include "integration/files/read_volume.h"
 
+#include "compute/volume/memory.h"
 #include "integration/files/frame_source.h"
 #include "integration/files/raster_file.h"
 #include "integration/files/read_sequence.h"

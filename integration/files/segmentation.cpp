@@ -7,6 +7,7 @@
 #include <optional>
 #include <set>
 
+#include "compute/volume/memory.h"
 #include "integration/files/raster_file.h"
 #include "integration/files/samples.h"
 #include "integration/files/sentences.h"

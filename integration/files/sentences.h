@@ -25,12 +25,4 @@ Error bad_output(const std::filesystem::path& path, fmt::format_string<Args...> 
                                                   fmt::format(rest, std::forward<Args>(args)...))};
 }
 
-/// 37 -> "37 bytes", 5000000 -> "5.0 MB".
-inline std::string bytes_for_people(double bytes) {
-  if (bytes < 1e4) return fmt::format("{:.0f} bytes", bytes);
-  if (bytes < 1e6) return fmt::format("{:.1f} kB", bytes / 1e3);
-  if (bytes < 1e9) return fmt::format("{:.1f} MB", bytes / 1e6);
-  return fmt::format("{:.1f} GB", bytes / 1e9);
-}
-
 }  // namespace palpate::files

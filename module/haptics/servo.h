@@ -38,6 +38,8 @@ class Servo {
   /// tick's ramp, or LoopOptions::stop_ns + ramp_ns at the latest, plus what the device takes to
   /// answer. Further calls do nothing.
   void stop();
+  /// Whether a stop was asked for and the device has had a force of zero since. Any thread.
+  bool at_rest() const noexcept { return ports_->at_rest.load(std::memory_order_acquire); }
 
   /// What the system gave. Does not change. Any thread.
   const ServoReport& report() const { return report_; }

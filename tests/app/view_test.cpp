@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "integration/app/feel_view.h"
+#include "module/session/scene_picture.h"
 #include "tests/app/program.h"
 #include "tests/app/scenes.h"
 #include "tests/charts/picture_file.h"

@@ -1,5 +1,5 @@
 // What a SpaceMouse's bytes mean, and where its motion takes a volume. No bus.
-#include "integration/devices/second_hand.h"
+#include "module/haptics/second_hand.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -27,11 +27,11 @@ only 'cairo' 'integration/charts/|tests/charts/|tests/lab/tests/report/browser_t
 only 'expat' 'integration/x3d/' compute module integration tests
 only 'CLI/' 'integration/app/|tests/lab/' compute module integration tests
 only 'integration/' 'integration/|tests/' compute module integration tests
-only 'compute/(motion|vulkan)' 'compute/motion/|compute/vulkan/|module/view/|module/xr/|integration/|tests/' compute module integration tests
-only 'compute/motion' 'compute/motion/|integration/|tests/' compute module integration tests
+only 'compute/(motion|vulkan)' 'compute/motion/|compute/vulkan/|module/view/|module/xr/|module/session/|integration/|tests/' compute module integration tests
+only 'compute/motion' 'compute/motion/|module/session/|integration/|tests/' compute module integration tests
 only 'libusb' 'integration/devices/|tests/devices/' compute module integration tests
 only 'boost' 'integration/devices/|tests/devices/' compute module integration tests
-only 'module/haptics' 'module/haptics/|integration/|tests/' compute module integration tests
+only 'module/haptics' 'module/haptics/|module/session/|integration/|tests/' compute module integration tests
 only 'module/' 'module/|integration/|tests/' compute module integration tests
 only 'tests/' 'tests/' compute module integration
 exit $failed

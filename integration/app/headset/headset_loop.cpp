@@ -114,8 +114,8 @@ class HeadsetLoop::Run {
     const std::lock_guard lock(loop_.mutex_);
     if (!loop_.scene_) return;
     scene_ = *loop_.scene_;
-    hands_ = std::make_unique<SceneHands>(*scene_->palpation, *scene_->transport, scene_->view);
-    picture_ = std::make_unique<FeelPicture>(scene_->view);
+    hands_ = std::make_unique<SceneHands>(*scene_->session, scene_->view);
+    picture_ = std::make_unique<ScenePicture>(scene_->view);
   }
 
   void gate(const xr::Report& report, int64_t now_ns) {
@@ -163,7 +163,7 @@ class HeadsetLoop::Run {
 
   /// The world of the scene into the room.
   void place(const xr::Report& report) {
-    const auto felt = scene_->palpation->scene();
+    const auto felt = scene_->session->scene();
     xr::Colocation& room = headset_.colocation();
     placed_ = true;
     if (scene_->calibration && !room.keeps()) {
@@ -218,20 +218,20 @@ class HeadsetLoop::Run {
   void feel_with_controller(const xr::Hands& hands) {
     const auto side = feeling_hand(hands);
     if (!side) return;
-    const Transform& device = scene_->palpation->scene()->world_from_device;
+    const Transform& device = scene_->session->scene()->world_from_device;
     scene_->controller->hold(device.volume_from_world(tip_of(hands.hand[size_t(*side)])), 0);
     headset_.vibrate(*side, xr::vibration(glm::length(moment_.force_n), scene_->max_force_n));
   }
 
   std::optional<xr::Scenery> show(const xr::Frame& frame) {
     if (!scene_) return std::nullopt;
-    scene_->palpation->newest(Viewer::kHeadset, moment_);
+    scene_->session->newest(MomentReader::kHeadset, moment_);
     if (moment_.volume_count == 0) return std::nullopt;
     Pose head = frame.eyes[0].world_from_eye;
     head.position_m = 0.5 * (head.position_m + frame.eyes[1].world_from_eye.position_m);
     head_ = head;
     picture_->choose(hands_->view());
-    picture_->update(scene_->palpation->scene());
+    picture_->update(scene_->session->scene());
     // Before it is known where the world stands there is nothing to see.
     if (!placed_) return std::nullopt;
     xr::Scenery scenery;
@@ -257,7 +257,7 @@ class HeadsetLoop::Run {
   std::optional<HeadsetScene> scene_;
   std::unique_ptr<SceneHands> hands_;
   std::optional<PlaceCheck> check_;  ///< where there is a calibration
-  std::unique_ptr<FeelPicture> picture_;
+  std::unique_ptr<ScenePicture> picture_;
   SceneMoment moment_;
   MomentAhead ahead_;
   std::optional<Pose> head_;  ///< world, of the last frame that asked for a picture

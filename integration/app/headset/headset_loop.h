@@ -9,11 +9,11 @@
 #include <thread>
 #include <vector>
 
-#include "integration/app/feel_view.h"
 #include "integration/app/headset/gated_device.h"
 #include "integration/app/headset/scene_hands.h"
 #include "integration/desktop/mouse_probe.h"
 #include "integration/files/calibration_file.h"
+#include "module/session/scene_picture.h"
 #include "module/xr/headset.h"
 #include "module/xr/volume_source.h"
 
@@ -24,8 +24,7 @@ enum class OnHeadsetLoss { kRamp, kGoOn };
 
 /// What a headset is joined to. All borrowed until end().
 struct HeadsetScene {
-  Palpation* palpation = nullptr;
-  Transport* transport = nullptr;
+  Session* session = nullptr;
   GatedDevice* gate = nullptr;
   /// The hand that feels, if it is a controller: moved by it, and answered by vibration.
   desktop::MouseProbe* controller = nullptr;

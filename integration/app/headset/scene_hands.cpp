@@ -25,9 +25,9 @@ void SceneHands::step(const xr::Hands& hands, const SceneMoment& moment, double 
   const Transform dragged = grab_.drag(world_from_start_, hands);
   if (grab_.holds()) move_to(dragged);
   hold_cut(hands, dt_s);
-  if (hands.play_pause) transport_.toggle();
+  if (hands.play_pause) session_.toggle_play();
   if (std::abs(hands.scrub) > kDeadZone)
-    transport_.scrub(moment, hands.scrub * kScrubPerSecond * dt_s);
+    session_.scrub(moment, hands.scrub * kScrubPerSecond * dt_s);
   if (hands.preset_steps != 0) next_look(hands.preset_steps);
 }
 
@@ -39,7 +39,7 @@ void SceneHands::bring(glm::dvec3 centre_m, glm::dvec3 target_m, glm::dvec3 view
 void SceneHands::move_to(const Transform& world_from_start) {
   const Transform moved = moved_between(world_from_start_, world_from_start);
   world_from_start_ = world_from_start;
-  palpation_.drag(moved);
+  session_.drag(moved);
 }
 
 void SceneHands::hold_cut(const xr::Hands& hands, double dt_s) {
@@ -58,7 +58,7 @@ void SceneHands::hold_cut(const xr::Hands& hands, double dt_s) {
 /// Not where the hands took the volumes: they follow on a smooth path, and a cut that is there
 /// before them shows more or less of them than it should. A space mouse may have moved them, too.
 Transform SceneHands::drawn_from_start(const SceneMoment& drawn) const {
-  const auto scene = palpation_.scene();
+  const auto scene = session_.scene();
   for (size_t v = 0; v < scene->volumes.size() && int(v) < drawn.volume_count; ++v) {
     const VolumeSpec& spec = scene->volumes[v].spec;
     if (spec.drive.kind == DriveSpec::Kind::kSecondHand)

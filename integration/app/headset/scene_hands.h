@@ -3,9 +3,8 @@
 #include <optional>
 #include <string>
 
-#include "integration/app/feel_view.h"
-#include "integration/app/palpation.h"
-#include "integration/app/transport.h"
+#include "module/session/scene_picture.h"
+#include "module/session/session.h"
 #include "module/xr/grab.h"
 
 namespace palpate::app {
@@ -15,9 +14,8 @@ namespace palpate::app {
 /// thread.
 class SceneHands {
  public:
-  /// All borrowed.
-  SceneHands(Palpation& palpation, Transport& transport, const ViewChoices& view)
-      : palpation_(palpation), transport_(transport), view_(view) {}
+  /// Borrowed.
+  SceneHands(Session& session, const ViewChoices& view) : session_(session), view_(view) {}
 
   /// Once per frame, dt_s after the one before.
   void step(const xr::Hands& hands, const SceneMoment& moment, double dt_s);
@@ -36,8 +34,7 @@ class SceneHands {
   void move_to(const Transform& world_from_start);
   void next_look(int steps);
 
-  Palpation& palpation_;
-  Transport& transport_;
+  Session& session_;
   ViewChoices view_;
   xr::Grab grab_;
   Transform world_from_start_;         ///< where the hands have taken all volumes from their start

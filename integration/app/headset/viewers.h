@@ -4,6 +4,7 @@
 #include <string>
 
 #include "integration/app/desktop_loop.h"
+#include "integration/app/gpu.h"
 #include "integration/app/headset/headset_loop.h"
 
 namespace palpate::app {

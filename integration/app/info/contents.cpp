@@ -7,13 +7,13 @@
 #include <cmath>
 #include <fstream>
 
-#include "integration/app/frames.h"
 #include "integration/app/info/values.h"
 #include "integration/app/progress.h"
 #include "integration/app/replay_key.h"
 #include "integration/app/summary.h"
 #include "integration/files/calibration_file.h"
 #include "integration/files/frame_source.h"
+#include "integration/files/frames.h"
 #include "integration/files/json_object.h"
 #include "integration/files/landmarks.h"
 #include "integration/files/raster_file.h"
@@ -394,8 +394,8 @@ Result<Contents> contents_of_different(const fs::path& folder, const std::vector
     const std::string name = image.filename().string();
     const auto one = contents_of_image(image, on_share);
     if (!one) return one.error();
-    contents.more.emplace_back("Holds",
-                               fmt::format("{}: {}, {}", name, one->what, grid_text(*one->grid)));
+    contents.more.emplace_back(
+        "Holds", fmt::format("{}: {}, {}", name, one->what, files::grid_text(*one->grid)));
     for (const std::string& problem : one->problems)
       contents.problems.push_back(fmt::format("'{}': {}", name, problem));
   }

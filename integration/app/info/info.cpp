@@ -5,10 +5,10 @@
 
 #include "integration/app/commands.h"
 #include "integration/app/exit_code.h"
-#include "integration/app/frames.h"
 #include "integration/app/info/contents.h"
 #include "integration/app/progress.h"
 #include "integration/app/summary.h"
+#include "integration/files/frames.h"
 #include "integration/files/raster.h"
 
 namespace palpate::app {
@@ -81,8 +81,8 @@ void print(const Contents& contents, Console& console) {
     const Grid& grid = *contents.grid;
     const Grid stored = files::as_in_file(grid);
     const glm::dvec3 edges = grid.spacing_mm * glm::dvec3(grid.size), at = stored.origin_mm;
-    line("Size", fmt::format("{}, {:.4g} x {:.4g} x {:.4g} mm in all", grid_text(grid), edges.x,
-                             edges.y, edges.z));
+    line("Size", fmt::format("{}, {:.4g} x {:.4g} x {:.4g} mm in all", files::grid_text(grid),
+                             edges.x, edges.y, edges.z));
     const double oblique = oblique_degrees(grid);
     line("Axes", fmt::format("{}{}{}; the first voxel at ({:.6g}, {:.6g}, {:.6g}) mm LPS",
                              axes_letters(stored), grid.j_reversed_in_file ? ", left-handed" : "",

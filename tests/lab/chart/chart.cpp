@@ -7,10 +7,10 @@
 
 #include "integration/app/cancel.h"
 #include "integration/app/exit_code.h"
+#include "integration/app/gpu.h"
 #include "integration/app/option_checks.h"
 #include "integration/app/outputs.h"
 #include "integration/app/program.h"
-#include "integration/app/session.h"
 #include "integration/files/atomic_file.h"
 #include "integration/files/json_object.h"
 #include "integration/files/sentences.h"

@@ -1,6 +1,6 @@
 #include "tests/lab/chart/inputs.h"
 
-#include "integration/app/frames.h"
+#include "integration/files/frames.h"
 #include "integration/files/landmarks.h"
 #include "integration/files/read_volume.h"
 
@@ -14,7 +14,7 @@ Result<studies::MotionCase> read_own_pair(const OwnPair& pair) {
   if (!fixed) return fixed.error();
   auto moving = files::read_volume(pair.moving);
   if (!moving) return moving.error();
-  const Status overlap = check_overlap(pair.fixed, fixed->grid, pair.moving, moving->grid);
+  const Status overlap = files::check_overlap(pair.fixed, fixed->grid, pair.moving, moving->grid);
   if (!overlap) return overlap.error();
   known.id = "own";
   known.name = pair.fixed.filename().string() + " to " + pair.moving.filename().string() + ", " +

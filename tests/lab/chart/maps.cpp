@@ -11,8 +11,8 @@
 
 #include "integration/app/cancel.h"
 #include "integration/app/exit_code.h"
+#include "integration/app/gpu.h"
 #include "integration/app/option_checks.h"
-#include "integration/app/session.h"
 #include "integration/files/atomic_file.h"
 #include "tests/lab/report/plot.h"
 #include "tests/lab/stability/all_maps.h"

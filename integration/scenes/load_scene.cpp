@@ -1,4 +1,4 @@
-#include "integration/app/felt_scene.h"
+#include "integration/scenes/load_scene.h"
 
 #include <fmt/format.h>
 
@@ -8,21 +8,21 @@
 
 #include "compute/motion/estimate_sequence.h"
 #include "compute/volume/heart_phantom.h"
-#include "integration/app/mode_library.h"
-#include "integration/app/summary.h"
+#include "integration/files/frames.h"
 #include "integration/files/read_sequence.h"
 #include "integration/files/read_volume.h"
 #include "integration/files/scene_file.h"
 #include "integration/files/segmentation.h"
 #include "integration/files/sentences.h"
 #include "integration/files/sequence_motion_file.h"
+#include "integration/scenes/mode_library.h"
 #include "integration/x3d/x3d_file.h"
 #include "module/haptics/haptic_scene.h"
 #include "module/scene/built_in.h"
 #include "module/scene/make_volume.h"
 #include "module/scene/wall_value.h"
 
-namespace palpate::app {
+namespace palpate::scenes {
 namespace {
 
 namespace fs = std::filesystem;
@@ -39,7 +39,7 @@ Result<std::vector<fs::path>> files_of(const std::vector<fs::path>& paths, const
     }
     std::vector<fs::path> named, all;
     for (const auto& entry : fs::directory_iterator(path, error)) {
-      if (!has_image_ending(entry.path())) continue;
+      if (!files::has_image_ending(entry.path())) continue;
       all.push_back(entry.path());
       if (entry.path().filename().string().starts_with(prefix)) named.push_back(entry.path());
     }
@@ -284,7 +284,7 @@ bool waits_for_motion(const MovingVolume& volume) {
 }
 
 /// Adds a volume with its data at its place.
-Status add(FeltScene& scene, size_t v, MovingVolume volume) {
+Status add(LoadedScene& scene, size_t v, MovingVolume volume) {
   VolumeSpec& spec = scene.spec.volumes[v];
   const auto start = start_transform(spec, volume);
   if (!start) return start.error();
@@ -298,7 +298,7 @@ Status add(FeltScene& scene, size_t v, MovingVolume volume) {
         fmt::format("The segmentation is that of frame {}: {} stands still there until one motion "
                     "for all frames is known.",
                     volume.segments_frame, spec.name));
-    scene.missing.push_back({v, [files = spec.files] { return open_sequence(files); },
+    scene.missing.push_back({v, [files = spec.files] { return files::open_sequence(files); },
                              std::make_shared<const MovingVolume>(std::move(volume))});
     scene.data.push_back(std::make_shared<const MovingVolume>(std::move(*standing)));
     return Nothing{};
@@ -307,7 +307,8 @@ Status add(FeltScene& scene, size_t v, MovingVolume volume) {
   const bool vectors = volume.frames.front()->is_vector();
   if (!volume.is_still() && volume.motions.empty() && !volume.whole && spec.source.empty() &&
       !vectors)
-    scene.missing.push_back({v, [files = spec.files] { return open_sequence(files); }, nullptr});
+    scene.missing.push_back(
+        {v, [files = spec.files] { return files::open_sequence(files); }, nullptr});
   scene.data.push_back(std::make_shared<const MovingVolume>(std::move(volume)));
   return Nothing{};
 }
@@ -374,9 +375,9 @@ Result<ModeSpec> guide_along(const Volume& lengths, const SequenceChoices& choic
 }
 
 /// A scene that says nothing of modes gets for each volume what a sequence without a scene gets.
-Result<FeltScene> of_spec(std::string name, SceneSpec spec, const SequenceChoices& choices,
-                          const OnDoing& doing, std::vector<std::string> notes = {}) {
-  FeltScene scene;
+Result<LoadedScene> of_spec(std::string name, SceneSpec spec, const SequenceChoices& choices,
+                            const OnDoing& doing, std::vector<std::string> notes = {}) {
+  LoadedScene scene;
   scene.name = std::move(name);
   scene.spec = std::move(spec);
   scene.notes = std::move(notes);
@@ -401,9 +402,9 @@ Result<FeltScene> of_spec(std::string name, SceneSpec spec, const SequenceChoice
   return scene;
 }
 
-Result<FeltScene> of_sequence(const std::vector<fs::path>& inputs, const SequenceChoices& choices,
-                              const OnDoing& doing) {
-  FeltScene scene;
+Result<LoadedScene> of_sequence(const std::vector<fs::path>& inputs, const SequenceChoices& choices,
+                                const OnDoing& doing) {
+  LoadedScene scene;
   scene.name = inputs.front().string();
   scene.from_sequence = true;
   VolumeSpec spec;
@@ -452,33 +453,8 @@ Result<FeltScene> of_sequence(const std::vector<fs::path>& inputs, const Sequenc
 
 }  // namespace
 
-void forget_motion(FeltScene& scene) {
-  for (size_t v = 0; v < scene.data.size(); ++v) {
-    const std::string source = scene.spec.volumes[v].source;
-    if (source != "heart" && source != "shell") continue;
-    MovingVolume volume = *scene.data[v];
-    volume.motions.clear();
-    scene.missing.push_back(
-        {v,
-         [source, count = int(volume.frames.size())]() -> Result<Frames> {
-           const Grid grid = heart_grid(128);
-           auto made =
-               std::make_shared<Sequence>(source == "heart" ? heart_phantom(grid, count, 1, 0.0)
-                                                            : shell_phantom(grid, count, 1, 0.0));
-           Frames frames;
-           frames.name = source;
-           frames.grid = made->frames.front().grid;
-           frames.count = made->frames.size();
-           frames.read = [made](size_t k) -> Result<Volume> { return std::move(made->frames[k]); };
-           return frames;
-         },
-         nullptr});
-    scene.data[v] = std::make_shared<const MovingVolume>(std::move(volume));
-  }
-}
-
-Result<FeltScene> load_felt_scene(const std::vector<fs::path>& inputs,
-                                  const SequenceChoices& choices, const OnDoing& doing) {
+Result<LoadedScene> load_scene(const std::vector<fs::path>& inputs, const SequenceChoices& choices,
+                               const OnDoing& doing) {
   const std::string name = inputs.front().string();
   const bool is_scene = inputs.size() == 1 && inputs.front().extension() == ".json";
   if (!choices.mode_libraries.empty() && !is_scene)
@@ -520,17 +496,17 @@ Result<FeltScene> load_felt_scene(const std::vector<fs::path>& inputs,
 
 namespace {
 
-Result<FeltScene> seen_scene(const std::vector<fs::path>& inputs, const SequenceChoices& choices,
-                             const OnDoing& doing) {
+Result<LoadedScene> seen_scene(const std::vector<fs::path>& inputs, const SequenceChoices& choices,
+                               const OnDoing& doing) {
   const auto vectors = std::count_if(inputs.begin(), inputs.end(), [](const fs::path& input) {
     return files::holds_vectors({input});
   });
   const bool alike = vectors == 0 ? bool(files::SequenceReader::open(inputs))
                                   : vectors == std::ptrdiff_t(inputs.size());
-  if (inputs.size() == 1 || alike) return load_felt_scene(inputs, choices, doing);
-  FeltScene all;
+  if (inputs.size() == 1 || alike) return load_scene(inputs, choices, doing);
+  LoadedScene all;
   for (const fs::path& input : inputs) {
-    auto one = load_felt_scene({input}, choices, doing);
+    auto one = load_scene({input}, choices, doing);
     if (!one) return one.error();
     if (all.data.empty()) {
       all = std::move(*one);
@@ -550,8 +526,8 @@ Result<FeltScene> seen_scene(const std::vector<fs::path>& inputs, const Sequence
 
 }  // namespace
 
-Result<FeltScene> load_seen_scene(const std::vector<fs::path>& inputs,
-                                  const SequenceChoices& choices, const OnDoing& doing) {
+Result<LoadedScene> load_seen_scene(const std::vector<fs::path>& inputs,
+                                    const SequenceChoices& choices, const OnDoing& doing) {
   auto scene = seen_scene(inputs, choices, doing);
   if (scene && !scene->missing.empty() && choices.values && choices.values != CarriedValues::kOwn)
     return files::bad_input(inputs.front(),
@@ -560,22 +536,4 @@ Result<FeltScene> load_seen_scene(const std::vector<fs::path>& inputs,
   return scene;
 }
 
-double fit_to_reach(FeltScene& scene, const DeviceInfo& device) {
-  VolumeSpec& spec = scene.spec.volumes.front();
-  const FrameData& frame = *scene.data.front()->frames.front();
-  const glm::dvec3 size = frame.high_m() - frame.low_m();
-  const double longest = std::max({size.x, size.y, size.z});
-  // Seven tenths of the reach on either side: corners stick out, and the hand has to come free.
-  const double room = 2.0 * 0.7 * device.workspace_radius_m;
-  if (!(room > 0.0) || longest <= room) return 1.0;
-  const double scale = room / longest;
-  const glm::dvec3 middle = 0.5 * (frame.low_m() + frame.high_m());
-  const glm::dvec3 world = spec.transform.world_from_volume(middle);
-  spec.transform.scale *= scale;
-  spec.transform.translation_m = world - spec.transform.rotation * (spec.transform.scale * middle);
-  scene.notes.push_back(fmt::format(
-      "It is shown at {:.2g} of its size so that the device reaches all of it.", scale));
-  return scale;
-}
-
-}  // namespace palpate::app
+}  // namespace palpate::scenes

@@ -5,12 +5,11 @@
 #include <string>
 #include <thread>
 
-#include "integration/app/feel_view.h"
-#include "integration/app/palpation.h"
-#include "integration/app/session.h"
+#include "module/session/session.h"
+#include "module/session/viewer.h"
 #include "module/view/picture.h"
 
-namespace palpate::app {
+namespace palpate {
 
 /// What is to be seen next.
 struct WantedPicture {
@@ -31,9 +30,9 @@ struct LiveFrame {
 /// while a slow device draws.
 class LivePicture {
  public:
-  /// Starts at once; draws from the first want() on. `palpation` is borrowed, and its newest
-  /// moment is read here alone.
-  LivePicture(Palpation& palpation, const DeviceOptions& gpu);
+  /// Starts at once, and opens a device of its own; draws from the first want() on. `session` is
+  /// borrowed, and its newest moment is read here alone.
+  LivePicture(Session& session, const vulkan::ContextOptions& gpu);
   ~LivePicture();
   LivePicture(const LivePicture&) = delete;
   LivePicture& operator=(const LivePicture&) = delete;
@@ -49,8 +48,8 @@ class LivePicture {
   void run(std::stop_token stop);
   Status draw(std::stop_token stop);
 
-  Palpation& palpation_;
-  DeviceOptions gpu_;
+  Session& session_;
+  vulkan::ContextOptions gpu_;
   mutable std::mutex mutex_;  ///< of what follows but the thread
   WantedPicture wanted_;
   std::shared_ptr<const LiveFrame> newest_;
@@ -58,4 +57,4 @@ class LivePicture {
   std::jthread thread_;
 };
 
-}  // namespace palpate::app
+}  // namespace palpate

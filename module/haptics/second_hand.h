@@ -7,7 +7,7 @@
 #include "module/haptics/device.h"
 #include "module/scene/transform.h"
 
-namespace palpate::devices {
+namespace palpate {
 
 /// How the second hand moves at this moment. Space: the world's axes, x right, y up, z towards the
 /// user.
@@ -44,4 +44,4 @@ struct MoveLimits {
 Transform moved(const Transform& from, const SecondHandReading& hand, double dt_s,
                 glm::dvec3 pivot_m = glm::dvec3(0.0), const MoveLimits& limits = {}) noexcept;
 
-}  // namespace palpate::devices
+}  // namespace palpate

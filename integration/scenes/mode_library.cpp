@@ -1,4 +1,4 @@
-#include "integration/app/mode_library.h"
+#include "integration/scenes/mode_library.h"
 
 #include <dlfcn.h>
 
@@ -8,7 +8,7 @@
 
 #include "integration/files/sentences.h"
 
-namespace palpate::app {
+namespace palpate::scenes {
 namespace {
 
 namespace fs = std::filesystem;
@@ -56,4 +56,4 @@ std::vector<std::string> added_kinds(const ModeKinds& kinds) {
   return added;
 }
 
-}  // namespace palpate::app
+}  // namespace palpate::scenes

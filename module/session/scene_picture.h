@@ -11,7 +11,7 @@
 #include "module/view/view_scene.h"
 #include "module/view/volume_renderer.h"
 
-namespace palpate::app {
+namespace palpate {
 
 /// What a person who looks may change.
 struct ViewChoices {
@@ -24,9 +24,9 @@ struct ViewChoices {
 
 /// The volumes that are felt, as they are to be seen: built anew when the scene changes (motion
 /// arrived), then asked for a picture's scene at a time. Values; one thread.
-class FeelPicture {
+class ScenePicture {
  public:
-  explicit FeelPicture(const ViewChoices& choices) : choices_(choices) {}
+  explicit ScenePicture(const ViewChoices& choices) : choices_(choices) {}
 
   /// From the next update() on; another look comes with it.
   void choose(const ViewChoices& choices);
@@ -70,4 +70,4 @@ Eye eye_before(glm::dvec3 low_m, glm::dvec3 high_m, PictureSize size);
 /// The two eyes of a head there.
 std::array<Eye, 2> eyes_before(glm::dvec3 low_m, glm::dvec3 high_m, PictureSize size);
 
-}  // namespace palpate::app
+}  // namespace palpate

@@ -1,11 +1,11 @@
-#include "integration/app/feel_view.h"
+#include "module/session/scene_picture.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-namespace palpate::app {
+namespace palpate {
 namespace {
 
 constexpr size_t kMostDrawn = 4;  // as the renderer takes
@@ -84,12 +84,12 @@ Status check_look(const std::string& name) {
                fmt::format("There is no look '{}': choose one of {}", name, names)};
 }
 
-void FeelPicture::choose(const ViewChoices& choices) {
+void ScenePicture::choose(const ViewChoices& choices) {
   if (choices.look != choices_.look) looks_.clear();
   choices_ = choices;
 }
 
-bool FeelPicture::update(std::shared_ptr<const HapticScene> felt) {
+bool ScenePicture::update(std::shared_ptr<const HapticScene> felt) {
   if (felt == felt_ && looks_.size() == volumes_.size()) return false;
   std::vector<std::shared_ptr<const MovingVolume>> volumes;
   shown_.clear();
@@ -112,7 +112,7 @@ bool FeelPicture::update(std::shared_ptr<const HapticScene> felt) {
   return changed;
 }
 
-void FeelPicture::box(const SceneMoment& moment, glm::dvec3& low, glm::dvec3& high) const {
+void ScenePicture::box(const SceneMoment& moment, glm::dvec3& low, glm::dvec3& high) const {
   low = glm::dvec3(1e300), high = glm::dvec3(-1e300);
   // All that is felt: hidden volumes too, so that the hand stays in view.
   for (size_t v = 0; v < felt_->volumes.size(); ++v) {
@@ -127,15 +127,15 @@ void FeelPicture::box(const SceneMoment& moment, glm::dvec3& low, glm::dvec3& hi
   }
 }
 
-void FeelPicture::bounds(const SceneMoment& moment, glm::dvec3& centre, double& radius_m) const {
+void ScenePicture::bounds(const SceneMoment& moment, glm::dvec3& centre, double& radius_m) const {
   glm::dvec3 low, high;
   box(moment, low, high);
   centre = 0.5 * (low + high);
   radius_m = 0.5 * glm::distance(low, high);
 }
 
-void FeelPicture::add_things(const SceneMoment& moment, const Eye& eye, double radius_m,
-                             ViewScene& scene) {
+void ScenePicture::add_things(const SceneMoment& moment, const Eye& eye, double radius_m,
+                              ViewScene& scene) {
   const double size = radius_m / 0.1;  // of things, beside a volume of 10 cm radius
   if (choices_.hand) add_hand(moment, eye, size, scene);
   for (size_t v = 0; v < volumes_.size(); ++v) {
@@ -154,8 +154,8 @@ void FeelPicture::add_things(const SceneMoment& moment, const Eye& eye, double r
   }
 }
 
-void FeelPicture::add_hand(const SceneMoment& moment, const Eye& eye, double size,
-                           ViewScene& scene) {
+void ScenePicture::add_hand(const SceneMoment& moment, const Eye& eye, double size,
+                            ViewScene& scene) {
   // The pen comes from the side of the eye, so that its tip is in view.
   const glm::dvec3 away = glm::normalize(eye.orientation * glm::dvec3(0.45, 0.55, 0.70));
   add_pen(scene.things, moment.probe_m, away, 0.0022 * size, 0.07 * size, kPen);
@@ -164,7 +164,7 @@ void FeelPicture::add_hand(const SceneMoment& moment, const Eye& eye, double siz
             kArrow);
 }
 
-ViewScene FeelPicture::at(const SceneMoment& moment, int64_t display_ns, const Eye& eye) {
+ViewScene ScenePicture::at(const SceneMoment& moment, int64_t display_ns, const Eye& eye) {
   ViewScene scene;
   const double ahead_s = std::clamp(double(display_ns - moment.now_ns) * 1e-9, 0.0, kLongestLook_s);
   for (size_t v = 0; v < volumes_.size(); ++v) {
@@ -231,4 +231,4 @@ std::array<Eye, 2> eyes_before(glm::dvec3 low_m, glm::dvec3 high_m, PictureSize 
   return eyes;
 }
 
-}  // namespace palpate::app
+}  // namespace palpate

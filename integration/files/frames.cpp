@@ -1,4 +1,4 @@
-#include "integration/app/frames.h"
+#include "integration/files/frames.h"
 
 #include <fmt/format.h>
 
@@ -6,13 +6,12 @@
 #include <cmath>
 #include <memory>
 
-#include "integration/app/summary.h"
 #include "integration/files/frame_source.h"
 #include "integration/files/read_sequence.h"
 #include "integration/files/read_volume.h"
 #include "integration/files/sentences.h"
 
-namespace palpate::app {
+namespace palpate::files {
 namespace fs = std::filesystem;
 
 Status check_overlap(const fs::path& fixed, const Grid& fixed_grid, const fs::path& moving,
@@ -21,7 +20,7 @@ Status check_overlap(const fs::path& fixed, const Grid& fixed_grid, const fs::pa
   const auto middle = [](const Grid& grid) {
     return grid.lps_from_index(0.5 * glm::dvec3(grid.size - 1));
   };
-  return files::bad_input(
+  return bad_input(
       fixed,
       "and '{}' do not overlap in space, they are {:.4g} mm apart (their middles {:.4g} mm): check "
       "that both are of one patient and keep the scanner's coordinates",
@@ -31,9 +30,9 @@ Status check_overlap(const fs::path& fixed, const Grid& fixed_grid, const fs::pa
 
 Result<Frames> open_pair(const fs::path& fixed, const fs::path& moving) {
   Frames frames;
-  auto first = files::read_volume(fixed, &frames.notes);
+  auto first = read_volume(fixed, &frames.notes);
   if (!first) return first.error();
-  auto second = files::read_volume(moving, &frames.notes);
+  auto second = read_volume(moving, &frames.notes);
   if (!second) return second.error();
   const Status overlap = check_overlap(fixed, first->grid, moving, second->grid);
   if (!overlap) return overlap.error();
@@ -48,11 +47,11 @@ Result<Frames> open_pair(const fs::path& fixed, const fs::path& moving) {
 }
 
 Result<Frames> open_sequence(const std::vector<fs::path>& inputs) {
-  auto opened = files::SequenceReader::open(inputs);
+  auto opened = SequenceReader::open(inputs);
   if (!opened) return opened.error();
-  auto reader = std::make_shared<files::SequenceReader>(std::move(*opened));
+  auto reader = std::make_shared<SequenceReader>(std::move(*opened));
   if (reader->frame_count() < 2) {
-    return files::bad_input(
+    return bad_input(
         inputs.front(),
         "holds one frame only, but motion needs at least two: name a sequence, or two files");
   }
@@ -69,14 +68,14 @@ Result<Frames> open_sequence(const std::vector<fs::path>& inputs) {
 Result<std::optional<Mask>> read_mask_for(const fs::path& file, const Grid& grid,
                                           std::vector<std::string>* notes) {
   if (file.empty()) return std::optional<Mask>();
-  auto mask = files::read_mask(file, notes);
+  auto mask = read_mask(file, notes);
   if (!mask) return mask.error();
   if (!same_geometry(mask->grid, grid)) {
-    return files::bad_input(file, "does not fit the frames, it has {}: resample it to their grid",
-                            files::difference(mask->grid, grid));
+    return bad_input(file, "does not fit the frames, it has {}: resample it to their grid",
+                     difference(mask->grid, grid));
   }
   if (std::find(mask->values.begin(), mask->values.end(), 1) == mask->values.end())
-    return files::bad_input(file, "marks no voxel at all: name a mask that is not empty");
+    return bad_input(file, "marks no voxel at all: name a mask that is not empty");
   mask->grid = grid;
   return std::optional<Mask>(std::move(*mask));
 }
@@ -106,4 +105,4 @@ std::string frames_text(const Frames& frames) {
   return text + fmt::format(", {:.4g} s apart", step);
 }
 
-}  // namespace palpate::app
+}  // namespace palpate::files

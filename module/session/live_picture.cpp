@@ -1,4 +1,4 @@
-#include "integration/app/live_picture.h"
+#include "module/session/live_picture.h"
 
 #include <sys/resource.h>
 #include <unistd.h>
@@ -8,7 +8,7 @@
 
 #include "module/view/resolution.h"
 
-namespace palpate::app {
+namespace palpate {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -28,8 +28,8 @@ PictureSize within(PictureSize size, PictureSize most) {
 
 }  // namespace
 
-LivePicture::LivePicture(Palpation& palpation, const DeviceOptions& gpu)
-    : palpation_(palpation), gpu_(gpu), thread_([this](std::stop_token stop) { run(stop); }) {}
+LivePicture::LivePicture(Session& session, const vulkan::ContextOptions& gpu)
+    : session_(session), gpu_(gpu), thread_([this](std::stop_token stop) { run(stop); }) {}
 
 LivePicture::~LivePicture() = default;
 
@@ -57,13 +57,11 @@ void LivePicture::run(std::stop_token stop) {
 }
 
 Status LivePicture::draw(std::stop_token stop) {
-  vulkan::ContextOptions gpu;
-  gpu.device = gpu_.device;
-  const auto context = vulkan::Context::open(gpu);
+  const auto context = vulkan::Context::open(gpu_);
   if (!context) return context.error();
-  auto renderer = VolumeRenderer::make(*context, {.most = kMost, .most_eyes = 1});
-  if (!renderer) return renderer.error();
-  FeelPicture felt{ViewChoices{}};
+  auto opened = Viewer::open(*context, ViewChoices{}, {.most = kMost, .most_eyes = 1});
+  if (!opened) return opened.error();
+  Viewer& viewer = **opened;
   Resolution resolution{.scale = kAtFirst};
   SceneMoment moment;
   while (!stop.stop_requested()) {
@@ -73,23 +71,21 @@ Status LivePicture::draw(std::stop_token stop) {
       const std::lock_guard lock(mutex_);
       wanted = wanted_;
     }
-    palpation_.newest(Viewer::kWindow, moment);
+    session_.newest(MomentReader::kWindow, moment);
     if (wanted.size.width < 1 || wanted.size.height < 1 || moment.volume_count == 0) {
       std::this_thread::sleep_for(kPause);
       continue;
     }
-    felt.choose(wanted.choices);
-    if (felt.update(palpation_.scene()))
-      if (const Status set = (*renderer)->set_volumes(felt.volumes()); !set) return set;
+    viewer.choose(wanted.choices);
+    if (const Status set = viewer.update(session_.scene()); !set) return set;
     const PictureSize size = scaled(within(wanted.size, kMost), resolution.scale);
     // It is seen when it is done, as long from now as the last one took.
     const int64_t seen_ns =
         moment.now_ns + int64_t(1e9 * resolution.full_s * resolution.scale * resolution.scale);
-    const ViewScene scene = felt.at(moment, seen_ns, wanted.eye);
     const auto drawing = Clock::now();
-    if (const Status started = (*renderer)->start(scene, {&wanted.eye, 1}, size); !started)
+    if (const Status started = viewer.start(moment, seen_ns, {&wanted.eye, 1}, size); !started)
       return started;
-    auto picture = (*renderer)->read_back(0);
+    auto picture = viewer.renderer().read_back(0);
     if (!picture) return picture.error();
     auto frame = std::make_shared<LiveFrame>();
     frame->picture = std::move(*picture);
@@ -103,7 +99,7 @@ Status LivePicture::draw(std::stop_token stop) {
     }
     std::this_thread::sleep_until(start + kFrame);
   }
-  return (*renderer)->wait();
+  return viewer.renderer().wait();
 }
 
-}  // namespace palpate::app
+}  // namespace palpate

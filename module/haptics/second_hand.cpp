@@ -1,9 +1,9 @@
-#include "integration/devices/second_hand.h"
+#include "module/haptics/second_hand.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace palpate::devices {
+namespace palpate {
 namespace {
 
 bool finite(glm::dvec3 v) {
@@ -38,4 +38,4 @@ Transform moved(const Transform& from, const SecondHandReading& hand, double dt_
   return to;
 }
 
-}  // namespace palpate::devices
+}  // namespace palpate

@@ -1,25 +1,13 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "compute/volume/result.h"
-#include "compute/volume/volume.h"
+#include "compute/volume/frames.h"
 
-namespace palpate::app {
-
-/// The frames that a command works on, wherever they come from: geometry now, samples when asked.
-struct Frames {
-  std::string name;  ///< for people
-  Grid grid;
-  size_t count = 0;
-  std::vector<double> times_s;                 ///< one per frame; empty if not known
-  std::function<Result<Volume>(size_t)> read;  ///< in rising order, once per frame
-  std::vector<std::string> notes;              ///< on the files, for people, a sentence each
-};
+namespace palpate::files {
 
 /// Two files as fixed and moving, read at once; their grids may differ. kBadInput also if they do
 /// not overlap, see check_overlap().
@@ -47,4 +35,4 @@ std::string grid_text(const Grid& grid);
 /// "8 of 115 x 157 x 129 voxels of 1.37 x 1.37 x 2.5 mm, 0.5 s apart".
 std::string frames_text(const Frames& frames);
 
-}  // namespace palpate::app
+}  // namespace palpate::files

@@ -8,27 +8,39 @@
 #include <thread>
 
 #include "compute/motion/estimator.h"
-#include "integration/app/felt_scene.h"
-#include "integration/app/progress.h"
-#include "integration/app/session.h"
+#include "compute/vulkan/context.h"
 #include "module/scene/motion_map.h"
+#include "module/session/loaded_scene.h"
 
-namespace palpate::app {
+namespace palpate {
+
+class LiveMotion;
+
+struct LiveMotionOptions {
+  std::string preset = "balanced";
+  /// Opens the device that computes, on a thread of low priority; empty: nothing is estimated.
+  std::function<Result<std::shared_ptr<vulkan::Context>>()> open_context;
+};
+
+/// Takes what is found, on the estimation's thread.
+struct LiveMotionListener {
+  /// One step of a volume's motion.
+  std::function<Status(size_t volume, size_t step, std::shared_ptr<const MotionMap> map)> on_step;
+  /// The volume with all its steps from one motion, and one frame's values carried by it.
+  std::function<Status(size_t volume, std::shared_ptr<const MovingVolume> carried)> on_whole;
+  std::function<void(const std::string&)> on_note;   ///< a sentence on the data
+  std::function<void(const LiveMotion&)> on_change;  ///< after each step, and at the end
+};
 
 /// Estimates the motion that no file gives, while the data are already felt: on threads of low
 /// priority, so that the hand comes first. Each step is handed over as soon as it is known.
 class LiveMotion {
  public:
-  using OnStep =
-      std::function<Status(size_t volume, size_t step, std::shared_ptr<const MotionMap> map)>;
-  /// The volume with all its steps from one motion, and one frame's values carried by it.
-  using OnWhole = std::function<Status(size_t volume, std::shared_ptr<const MovingVolume> carried)>;
-
   /// Starts at once if anything is missing. Steps are handed over one by one as pairs of frames are
   /// done; then, unless its own values are wanted, the whole sequence with one motion. Both come
-  /// from a thread of its own; the console must outlive this.
-  LiveMotion(const FeltScene& scene, const DeviceOptions& device, const std::string& preset,
-             OnStep on_step, OnWhole on_whole, Console& console);
+  /// from a thread of its own.
+  LiveMotion(const LoadedScene& scene, const LiveMotionOptions& options,
+             LiveMotionListener listener);
   /// Cancels what is still running and waits for it.
   ~LiveMotion();
   LiveMotion(const LiveMotion&) = delete;
@@ -41,18 +53,22 @@ class LiveMotion {
   /// Something stands still until one motion for all frames is known: its segments are known in one
   /// frame only.
   bool needs_whole() const { return needs_whole_; }
-  size_t steps() const { return steps_; }                  ///< that were missing
-  size_t steps_known() const { return known_; }            ///< of them, so far
-  double moves_after_s() const { return moves_after_s_; }  ///< all steps were known; 0 before
-  double seconds() const { return seconds_; }              ///< it took; 0 until all is done
   /// One motion for the whole sequence is found, or looked for, after the steps.
   bool finds_whole() const;
-  /// "motion 3 of 20 steps, 25 s left"; nothing once it is done.
-  std::string text() const;
+  struct Progress {
+    size_t steps = 0;            ///< that were missing
+    size_t steps_known = 0;      ///< of them, so far
+    double moves_after_s = 0.0;  ///< when all steps were known; 0 before
+    double seconds = 0.0;        ///< that it took; 0 until all is done
+    double left_s = -1.0;        ///< about as long from now; below 0: nothing can be said yet
+  };
+  Progress progress() const;
   /// Why it ended early: a sentence, or nothing.
   std::string trouble() const;
   /// Waits until it is done.
   void wait();
+  /// Ends it early and waits for that. Not from a listener's thread.
+  void cancel();
 
  private:
   struct Job {
@@ -73,11 +89,8 @@ class LiveMotion {
 
   std::vector<Job> jobs_;
   bool needs_whole_ = false;
-  DeviceOptions device_;
-  std::string preset_;
-  OnStep on_step_;
-  OnWhole on_whole_;
-  Console& console_;
+  LiveMotionOptions options_;
+  LiveMotionListener listener_;
   std::atomic<bool> done_{false};
   std::atomic<size_t> steps_{0}, known_{0};
   std::atomic<double> seconds_{0.0}, moves_after_s_{0.0};
@@ -88,4 +101,4 @@ class LiveMotion {
   std::jthread worker_;
 };
 
-}  // namespace palpate::app
+}  // namespace palpate

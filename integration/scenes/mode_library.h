@@ -7,7 +7,7 @@
 #include "compute/volume/result.h"
 #include "module/haptics/modes/modes.h"
 
-namespace palpate::app {
+namespace palpate::scenes {
 
 /// The kinds of mode that scenes may name: palpate's own and those of the libraries, which were
 /// made with PALPATE_MODES and stay loaded until the program ends. They are code that runs in this
@@ -19,4 +19,4 @@ Result<ModeKinds> load_modes(const std::vector<std::filesystem::path>& libraries
 /// The names of those that are not palpate's own, in alphabetical order.
 std::vector<std::string> added_kinds(const ModeKinds& kinds);
 
-}  // namespace palpate::app
+}  // namespace palpate::scenes

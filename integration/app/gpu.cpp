@@ -1,4 +1,4 @@
-#include "integration/app/session.h"
+#include "integration/app/gpu.h"
 
 #include <fmt/format.h>
 

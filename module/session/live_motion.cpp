@@ -1,6 +1,5 @@
-#include "integration/app/live_motion.h"
+#include "module/session/live_motion.h"
 
-#include <fmt/format.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -8,11 +7,10 @@
 #include <chrono>
 
 #include "compute/motion/estimate_sequence.h"
-#include "integration/app/frames.h"
-#include "integration/files/raster.h"
+#include "compute/volume/memory.h"
 #include "module/scene/make_volume.h"
 
-namespace palpate::app {
+namespace palpate {
 namespace {
 
 constexpr int kNice = 10;
@@ -28,14 +26,9 @@ void yield_to_the_hand() {
 
 }  // namespace
 
-LiveMotion::LiveMotion(const FeltScene& scene, const DeviceOptions& device,
-                       const std::string& preset, OnStep on_step, OnWhole on_whole,
-                       Console& console)
-    : device_(device),
-      preset_(preset),
-      on_step_(std::move(on_step)),
-      on_whole_(std::move(on_whole)),
-      console_(console) {
+LiveMotion::LiveMotion(const LoadedScene& scene, const LiveMotionOptions& options,
+                       LiveMotionListener listener)
+    : options_(options), listener_(std::move(listener)) {
   for (const MissingMotion& missing : scene.missing) {
     const VolumeSpec& spec = scene.spec.volumes[missing.volume];
     // What is computed changes by itself, and its own values are right.
@@ -46,14 +39,21 @@ LiveMotion::LiveMotion(const FeltScene& scene, const DeviceOptions& device,
         {missing, spec.cyclic, whole, spec.values.value_or(CarriedValues::kReference), volume});
     steps_ += size_t(scene.data[missing.volume]->times.steps());
   }
-  if (jobs_.empty()) {
+  if (jobs_.empty() || !options_.open_context) {
     done_ = true;
     return;
   }
   worker_ = std::jthread([this](std::stop_token stop) { run(stop); });
 }
 
-LiveMotion::~LiveMotion() = default;
+LiveMotion::~LiveMotion() {
+  cancel();
+}
+
+void LiveMotion::cancel() {
+  worker_.request_stop();
+  if (worker_.joinable()) worker_.join();
+}
 
 void LiveMotion::wait() {
   if (worker_.joinable()) worker_.join();
@@ -63,16 +63,13 @@ bool LiveMotion::finds_whole() const {
   return std::any_of(jobs_.begin(), jobs_.end(), [](const Job& job) { return job.whole; });
 }
 
-std::string LiveMotion::text() const {
-  if (done_) return {};
-  std::string text = known_ == steps_
-                         ? "one motion for the whole sequence"
-                         : fmt::format("motion {} of {} steps", known_.load(), steps_.load());
+LiveMotion::Progress LiveMotion::progress() const {
+  Progress now{steps_, known_, moves_after_s_, seconds_, -1.0};
   const double share = share_, elapsed_s = 1e-9 * double(steady_ns() - start_ns_);
   // Before this nothing can be said about the time left.
-  if (start_ns_ > 0 && share > 0.02 && elapsed_s > 0.5)
-    text += ", " + duration_text(elapsed_s * (1.0 - share) / share) + " left";
-  return text;
+  if (!done_ && start_ns_ > 0 && share > 0.02 && elapsed_s > 0.5)
+    now.left_s = elapsed_s * (1.0 - share) / share;
+  return now;
 }
 
 std::string LiveMotion::trouble() const {
@@ -94,24 +91,23 @@ void LiveMotion::run(std::stop_token stop) {
     seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
   done_ = true;
+  if (!stop.stop_requested()) listener_.on_change(*this);
 }
 
 Status LiveMotion::estimate(const Job& job, std::stop_token stop) {
   auto frames = job.missing.open();
   if (!frames) return frames.error();
-  const auto context = open_device(device_, console_);
+  const auto context = options_.open_context();
   if (!context) return context.error();
-  const auto preset = motion_preset(preset_);
-  if (!preset)
-    return Error{ErrorKind::kBadInput,
-                 "There is no preset '" + preset_ + "': see 'palpate motion --help'"};
+  const auto preset = motion_preset(options_.preset);
+  if (!preset) return Error{ErrorKind::kBadInput, "There is no preset '" + options_.preset + "'"};
   EstimatorOptions options;
   options.motion = *preset;
   options.cyclic = job.cyclic;
   start_ns_ = steady_ns();
   // Each frame is asked for more than once: all are kept.
   const double bytes = double(frames->count) * double(frames->grid.count()) * sizeof(float);
-  const Status fits = files::check_fits_memory("One motion for the whole sequence", bytes);
+  const Status fits = check_fits_memory("One motion for the whole sequence", bytes);
   if (job.whole && fits) return whole(job, *frames, *context, options, stop);
   if (job.missing.own && !fits) return fits;
   const Status done = step_by_step(job, *frames, *context, options, stop);
@@ -121,9 +117,11 @@ Status LiveMotion::estimate(const Job& job, std::stop_token stop) {
 Status LiveMotion::take_pair(const Job& job, const PairMotion& pair) {
   Status taken = Nothing{};
   if (!job.missing.own)
-    taken =
-        on_step_(job.missing.volume, pair.fixed_frame, MotionMap::of(pair.field, &pair.confidence));
-  if (++known_ == steps_) moves_after_s_ = 1e-9 * double(steady_ns() - start_ns_);
+    taken = listener_.on_step(job.missing.volume, pair.fixed_frame,
+                              MotionMap::of(pair.field, &pair.confidence));
+  if (known_ + 1 == steps_) moves_after_s_ = 1e-9 * double(steady_ns() - start_ns_);
+  ++known_;
+  listener_.on_change(*this);
   return taken;
 }
 
@@ -179,10 +177,11 @@ Status LiveMotion::whole(const Job& job, Frames& frames,
   if (stop.stop_requested()) return Nothing{};
   if (!taken) return taken;
   if (!motion) return motion.error();
-  for (const std::string& note : report.notes) console_.say("Note      " + note);
+  for (const std::string& note : report.notes) listener_.on_note(note);
   auto volume = carried(*job.volume, *motion, job.values);
   if (!volume) return volume.error();
-  return on_whole_(job.missing.volume, std::make_shared<const MovingVolume>(std::move(*volume)));
+  return listener_.on_whole(job.missing.volume,
+                            std::make_shared<const MovingVolume>(std::move(*volume)));
 }
 
-}  // namespace palpate::app
+}  // namespace palpate

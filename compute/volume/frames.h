@@ -1,0 +1,22 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "compute/volume/result.h"
+#include "compute/volume/volume.h"
+
+namespace palpate {
+
+/// The frames that are worked on, wherever they come from: geometry now, samples when asked.
+struct Frames {
+  std::string name;  ///< for people
+  Grid grid;
+  size_t count = 0;
+  std::vector<double> times_s;                 ///< one per frame; empty if not known
+  std::function<Result<Volume>(size_t)> read;  ///< in rising order, once per frame
+  std::vector<std::string> notes;              ///< on the files, for people, a sentence each
+};
+
+}  // namespace palpate

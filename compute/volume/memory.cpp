@@ -1,0 +1,47 @@
+#include "compute/volume/memory.h"
+
+#include <array>
+#include <cstdio>
+#include <fstream>
+
+namespace palpate {
+namespace {
+
+/// 0 where the system does not say it.
+double available_memory_bytes() {
+  std::ifstream info("/proc/meminfo");
+  std::string key;
+  double kilobytes = 0.0;
+  std::string unit;
+  while (info >> key >> kilobytes) {
+    std::getline(info, unit);
+    if (key == "MemAvailable:") return kilobytes * 1024.0;
+  }
+  return 0.0;
+}
+
+std::string number_text(const char* format, double number) {
+  std::array<char, 64> text{};
+  std::snprintf(text.data(), text.size(), format, number);
+  return text.data();
+}
+
+}  // namespace
+
+std::string bytes_for_people(double bytes) {
+  if (bytes < 1e4) return number_text("%.0f bytes", bytes);
+  if (bytes < 1e6) return number_text("%.1f kB", bytes / 1e3);
+  if (bytes < 1e9) return number_text("%.1f MB", bytes / 1e6);
+  return number_text("%.1f GB", bytes / 1e9);
+}
+
+Status check_fits_memory(const std::string& what, double bytes) {
+  const double available = available_memory_bytes();
+  if (available <= 0.0 || bytes <= available) return Nothing{};
+  return Error{ErrorKind::kOutOfMemory,
+               what + " needs " + bytes_for_people(bytes) + " of memory but only " +
+                   bytes_for_people(available) +
+                   " are free: crop or coarsen the data, or use a larger machine"};
+}
+
+}  // namespace palpate

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <string>
+
+#include "compute/volume/result.h"
+
+namespace palpate {
+
+/// 37 -> "37 bytes", 5000000 -> "5.0 MB".
+std::string bytes_for_people(double bytes);
+
+/// kOutOfMemory for an allocation that this machine can not hold now. `what` is the subject of the
+/// sentence. Any thread.
+Status check_fits_memory(const std::string& what, double bytes);
+
+}  // namespace palpate

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "compute/volume/result.h"
+#include "module/session/loaded_scene.h"
+
+namespace palpate::scenes {
+
+/// How a sequence that comes without a scene is to be felt.
+struct SequenceChoices {
+  std::optional<double> level;  ///< the surface's value; none: found in the data
+  std::optional<double> width;
+  double strength_n = 4.0;
+  double friction = 0.2;
+  double frames_per_second = 0.0;  ///< 0: as the file says
+  std::filesystem::path fields;    ///< of palpate motion: its folder, or its one file; empty: none
+  bool cyclic = true;
+  std::optional<CarriedValues> values;  ///< of a scene file's volumes of files, too
+  std::filesystem::path folder;         ///< where a scene file's paths begin; empty: beside it
+  std::vector<std::filesystem::path> mode_libraries;  ///< with haptic modes that scenes may name
+  std::vector<std::filesystem::path> segments;        ///< segmentations whose parts are the walls
+  size_t segments_frame = 0;                          ///< to which a single one belongs
+  std::vector<std::string> segment_names;             ///< of its parts; none: all
+};
+
+/// Hears what is being done, in a few words for a person.
+using OnDoing = std::function<void(const std::string&)>;
+
+/// "heart", "shell" or "molecule", a scene file (.json, .x3d), or a sequence: a 4D file, a folder,
+/// a list of 3D files, or a single frame. `doing` (may be empty) hears what is being done, for
+/// example "reading frame 3 of 20". kBadInput in one sentence. Any thread.
+Result<LoadedScene> load_scene(const std::vector<std::filesystem::path>& inputs,
+                               const SequenceChoices& choices, const OnDoing& doing = {});
+
+/// What is only looked at: as load_scene, and several inputs that are no frames of one
+/// sequence (other grids, or scalars and vectors) as volumes of their own, where they are beside
+/// the first one. kBadInput.
+Result<LoadedScene> load_seen_scene(const std::vector<std::filesystem::path>& inputs,
+                                    const SequenceChoices& choices, const OnDoing& doing = {});
+
+}  // namespace palpate::scenes

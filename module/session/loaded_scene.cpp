@@ -1,0 +1,54 @@
+#include "module/session/loaded_scene.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "compute/volume/heart_phantom.h"
+
+namespace palpate {
+
+void forget_motion(LoadedScene& scene) {
+  for (size_t v = 0; v < scene.data.size(); ++v) {
+    const std::string source = scene.spec.volumes[v].source;
+    if (source != "heart" && source != "shell") continue;
+    MovingVolume volume = *scene.data[v];
+    volume.motions.clear();
+    scene.missing.push_back(
+        {v,
+         [source, count = int(volume.frames.size())]() -> Result<Frames> {
+           const Grid grid = heart_grid(128);
+           auto made =
+               std::make_shared<Sequence>(source == "heart" ? heart_phantom(grid, count, 1, 0.0)
+                                                            : shell_phantom(grid, count, 1, 0.0));
+           Frames frames;
+           frames.name = source;
+           frames.grid = made->frames.front().grid;
+           frames.count = made->frames.size();
+           frames.read = [made](size_t k) -> Result<Volume> { return std::move(made->frames[k]); };
+           return frames;
+         },
+         nullptr});
+    scene.data[v] = std::make_shared<const MovingVolume>(std::move(volume));
+  }
+}
+
+double fit_to_reach(LoadedScene& scene, const DeviceInfo& device) {
+  VolumeSpec& spec = scene.spec.volumes.front();
+  const FrameData& frame = *scene.data.front()->frames.front();
+  const glm::dvec3 size = frame.high_m() - frame.low_m();
+  const double longest = std::max({size.x, size.y, size.z});
+  // Seven tenths of the reach on either side: corners stick out, and the hand has to come free.
+  const double room = 2.0 * 0.7 * device.workspace_radius_m;
+  if (!(room > 0.0) || longest <= room) return 1.0;
+  const double scale = room / longest;
+  const glm::dvec3 middle = 0.5 * (frame.low_m() + frame.high_m());
+  const glm::dvec3 world = spec.transform.world_from_volume(middle);
+  spec.transform.scale *= scale;
+  spec.transform.translation_m = world - spec.transform.rotation * (spec.transform.scale * middle);
+  scene.notes.push_back(fmt::format(
+      "It is shown at {:.2g} of its size so that the device reaches all of it.", scale));
+  return scale;
+}
+
+}  // namespace palpate

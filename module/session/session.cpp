@@ -1,0 +1,291 @@
+#include "module/session/session.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "module/scene/drive.h"
+
+namespace palpate {
+namespace {
+
+constexpr std::chrono::milliseconds kPosePause{16};  // as often as a display asks
+
+int64_t monotonic_ns() {
+  return std::chrono::steady_clock::now().time_since_epoch().count();
+}
+
+}  // namespace
+
+bool needs_poses(const VolumeSpec& spec) {
+  if (spec.drive.kind == DriveSpec::Kind::kSecondHand) return true;
+  return spec.drive.kind != DriveSpec::Kind::kStill && spec.path != PosePath::kExact;
+}
+
+Session::Session(LoadedScene scene, const SessionOptions& options, const DeviceInfo& device)
+    : options_(options), felt_(std::move(scene)), ticker_(options.haptics, device) {}
+
+Result<std::unique_ptr<Session>> Session::start(LoadedScene scene, ForceDevice& device,
+                                                SessionOptions options) {
+  const LoadedScene at_start = scene;
+  auto session = std::unique_ptr<Session>(new Session(std::move(scene), options, device.info()));
+  if (const Status begun = session->begin(); !begun) return begun.error();
+  auto servo = Servo::start(device, session->ticker_, options.servo);
+  if (!servo) return servo.error();
+  session->servo_ = std::move(*servo);
+  session->begin_motion(at_start);
+  return session;
+}
+
+Result<std::unique_ptr<Session>> Session::start_in_host(LoadedScene scene, const DeviceInfo& device,
+                                                        SessionOptions options) {
+  const LoadedScene at_start = scene;
+  auto session = std::unique_ptr<Session>(new Session(std::move(scene), options, device));
+  if (const Status begun = session->begin(); !begun) return begun.error();
+  session->host_ = std::make_unique<HostLoop>(session->ticker_, device, options.servo.loop,
+                                              options.servo.listeners);
+  session->begin_motion(at_start);
+  return session;
+}
+
+/// The scene for the first tick.
+Status Session::begin() {
+  const std::lock_guard lock(mutex_);
+  for (const VolumeSpec& volume : felt_.spec.volumes) {
+    rates_.push_back(volume.rate);
+    moved_.push_back(driven(volume.drive, volume.transform, 0.0));
+  }
+  // A motion that is to come has its steps from the start, all still.
+  for (const MissingMotion& missing : felt_.missing) {
+    missing_.push_back(missing.volume);
+    felt_.spec.volumes[missing.volume].rate = 0.0;
+    // What waits for one motion has no steps.
+    if (missing.own) continue;
+    MovingVolume volume = *felt_.data[missing.volume];
+    const size_t steps = size_t(volume.times.steps());
+    volume.motions = {{"data", std::vector<std::shared_ptr<const MotionMap>>(steps)}};
+    felt_.data[missing.volume] = std::make_shared<const MovingVolume>(volume);
+  }
+  start_ns_ = last_ns_ = monotonic_ns();
+  return hand_over();
+}
+
+/// With the loop in place: poses that are sent, and motion that nothing gives.
+void Session::begin_motion(const LoadedScene& at_start) {
+  // What stands still as one of its frames stands at the time of that.
+  for (const MissingMotion& missing : at_start.missing)
+    if (missing.own)
+      send({ControlEvent::Kind::kScrub, int(missing.volume),
+            missing.own->times.times_s[missing.own->segments_frame]});
+  const auto& volumes = at_start.spec.volumes;
+  const bool posed = std::any_of(volumes.begin(), volumes.end(), needs_poses);
+  poses_ = std::make_unique<Background>(kPosePause, [this, posed] {
+    if (posed) send_poses();
+    const std::lock_guard lock(mutex_);
+    if (waiting_) waiting_ = !ticker_.offer(assembled_);
+    ticker_.collect();
+  });
+  can_play_ = at_start.missing.empty();
+  LiveMotionListener listener;
+  listener.on_step = [this](size_t volume, size_t step, std::shared_ptr<const MotionMap> map) {
+    return take_motion(volume, step, std::move(map));
+  };
+  listener.on_whole = [this](size_t volume, std::shared_ptr<const MovingVolume> data) {
+    return take_volume(volume, std::move(data));
+  };
+  listener.on_note = [this](const std::string& note) { tell(SessionEvent::Kind::kNote, note); };
+  listener.on_change = [this](const LiveMotion& motion) { on_motion(motion); };
+  motion_ = std::make_unique<LiveMotion>(at_start, options_.motion, std::move(listener));
+}
+
+Session::~Session() {
+  stop();
+}
+
+void Session::stop() {
+  if (motion_) motion_->cancel();
+  poses_.reset();
+  if (servo_) servo_->stop();
+  if (host_) host_->stop();
+}
+
+bool Session::at_rest() const noexcept {
+  return servo_ ? servo_->at_rest() : host_ && host_->at_rest();
+}
+
+void Session::tell(SessionEvent::Kind kind, std::string sentence) const {
+  if (options_.on_event) options_.on_event({kind, std::move(sentence)});
+}
+
+/// On the estimation's thread, after each step and at its end.
+void Session::on_motion(const LiveMotion& motion) {
+  using Kind = SessionEvent::Kind;
+  const LiveMotion::Progress now = motion.progress();
+  const bool all_steps = now.steps_known == now.steps;
+  if (!can_play_ && motion.can_move()) {
+    can_play_ = true;
+    if (!all_steps)
+      tell(Kind::kMotionFailed,
+           "The motion could not be estimated, so one frame is felt: " + motion.trouble());
+    else if (!motion.needs_whole())
+      tell(Kind::kMoves, fmt::format("{} steps known after {:.1f} s; now it moves", now.steps,
+                                     now.moves_after_s));
+    if (all_steps && playing_)
+      for (const size_t volume : missing_)
+        send({ControlEvent::Kind::kRate, int(volume), rates_[volume]});
+  }
+  if (!motion.is_done() || !motion.finds_whole() || !all_steps) return;
+  if (!motion.trouble().empty())
+    tell(Kind::kMotionFailed,
+         fmt::format("One motion for the whole sequence could not be found, so {}: {}",
+                     motion.needs_whole() ? "one frame is felt" : "the steps go on",
+                     motion.trouble()));
+  else
+    tell(Kind::kWholeMotion,
+         fmt::format("one for the whole sequence after {:.1f} s; from now on one frame's material "
+                     "is felt and seen",
+                     now.seconds));
+}
+
+/// With mutex_ held.
+Status Session::hand_over() {
+  auto assembled = assemble(felt_.spec, felt_.data, felt_.kinds);
+  if (!assembled) return assembled.error();
+  assembled_ = *assembled;
+  waiting_ = !ticker_.offer(assembled_);
+  return Nothing{};
+}
+
+Status Session::take_motion(size_t volume, size_t step, std::shared_ptr<const MotionMap> map) {
+  const std::lock_guard lock(mutex_);
+  MovingVolume known = *felt_.data[volume];
+  if (known.motions.empty() || step >= known.motions[0].steps.size()) return Nothing{};
+  known.motions[0].steps[step] = std::move(map);
+  felt_.data[volume] = std::make_shared<const MovingVolume>(std::move(known));
+  return hand_over();
+}
+
+Status Session::take_volume(size_t volume, std::shared_ptr<const MovingVolume> data) {
+  const std::lock_guard lock(mutex_);
+  felt_.data[volume] = std::move(data);
+  return hand_over();
+}
+
+bool Session::send(const ControlEvent& event) {
+  const std::lock_guard lock(mutex_);
+  return servo_ ? servo_->send(event) : host_ && host_->send(event);
+}
+
+/// With mutex_ held.
+bool Session::push(const PoseUpdate& pose) {
+  return servo_ ? servo_->send(pose) : host_ && host_->send(pose);
+}
+
+bool Session::newest(int reader, TickOutput& output) noexcept {
+  return servo_ ? servo_->newest(reader, output) : host_->newest(reader, output);
+}
+
+const ServoStatistics& Session::statistics() const noexcept {
+  return servo_ ? servo_->statistics() : host_->statistics();
+}
+
+const ServoReport& Session::report() const {
+  static const ServoReport none;
+  return servo_ ? servo_->report() : none;
+}
+
+void Session::toggle_play() {
+  play(!playing_);
+}
+
+void Session::play(bool on) {
+  if (!can_play_) return;
+  playing_ = on;
+  if (on) {
+    const std::lock_guard lock(mutex_);
+    scrubbed_s_.clear();
+  }
+  const auto felt = scene();
+  for (size_t v = 0; v < felt->volumes.size(); ++v)
+    if (!felt->volumes[v].data->is_still())
+      send({ControlEvent::Kind::kRate, int(v), on ? rates_[v] : 0.0});
+}
+
+void Session::scrub(const SceneMoment& moment, double share) {
+  if (!can_play_) return;
+  play(false);
+  const auto felt = scene();
+  std::vector<std::pair<int, double>> wanted;
+  {
+    const std::lock_guard lock(mutex_);
+    if (scrubbed_s_.empty())
+      for (int v = 0; v < moment.volume_count; ++v)
+        scrubbed_s_.push_back(moment.volumes[size_t(v)].time_s);
+    for (int v = 0; v < std::min(int(felt->volumes.size()), moment.volume_count); ++v) {
+      const MovingVolume& volume = *felt->volumes[size_t(v)].data;
+      if (volume.is_still()) continue;
+      const double length_s = volume.times.length_s();
+      double& to_s = scrubbed_s_[size_t(v)];
+      to_s += share * length_s;
+      if (volume.times.cyclic())
+        to_s -= length_s * std::floor(to_s / length_s);
+      else
+        to_s = std::clamp(to_s, 0.0, length_s);
+      wanted.emplace_back(v, to_s);
+    }
+  }
+  for (const auto& [volume, to_s] : wanted) send({ControlEvent::Kind::kScrub, volume, to_s});
+}
+
+std::shared_ptr<const HapticScene> Session::scene() const {
+  const std::lock_guard lock(mutex_);
+  return assembled_;
+}
+
+void Session::drag(const Transform& moved) {
+  const std::lock_guard lock(mutex_);
+  const int64_t now_ns = monotonic_ns();
+  const auto& volumes = felt_.spec.volumes;
+  for (size_t v = 0; v < volumes.size(); ++v) {
+    if (volumes[v].drive.kind != DriveSpec::Kind::kSecondHand) continue;
+    Transform& place = moved_[v];
+    place.translation_m = moved.world_from_volume(place.translation_m);
+    place.rotation = glm::normalize(moved.rotation * place.rotation);
+    place.scale *= moved.scale.x;
+    push(PoseUpdate{int(v), place, now_ns});
+  }
+}
+
+bool Session::place(size_t volume, const Transform& world_from_volume) {
+  const std::lock_guard lock(mutex_);
+  if (volume >= moved_.size()) return false;
+  moved_[volume] = world_from_volume;
+  return push(PoseUpdate{int(volume), world_from_volume, monotonic_ns()});
+}
+
+void Session::send_poses() {
+  const std::lock_guard lock(mutex_);
+  const int64_t now_ns = monotonic_ns();
+  const double dt_s = double(now_ns - last_ns_) * 1e-9;
+  last_ns_ = now_ns;
+  const auto& volumes = felt_.spec.volumes;
+  for (size_t v = 0; v < volumes.size(); ++v) {
+    if (!needs_poses(volumes[v])) continue;
+    if (volumes[v].drive.kind != DriveSpec::Kind::kSecondHand) {
+      moved_[v] = driven(volumes[v].drive, volumes[v].transform, double(now_ns - start_ns_) * 1e-9);
+    } else if (!options_.second_hand) {
+      continue;  // only dragged
+    } else {
+      const FrameData& frame = *felt_.data[v]->frames.front();
+      const glm::dvec3 middle = 0.5 * (frame.low_m() + frame.high_m());
+      MoveLimits limits;
+      limits.home_m = volumes[v].transform.world_from_volume(middle);
+      moved_[v] = palpate::moved(moved_[v], options_.second_hand->read(), dt_s, middle, limits);
+    }
+    push(PoseUpdate{int(v), moved_[v], now_ns});
+  }
+}
+
+}  // namespace palpate
