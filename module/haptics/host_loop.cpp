@@ -26,10 +26,6 @@ DeviceReading HostLoop::Device::exchange(const DeviceCommand& wanted) noexcept {
   return answer;
 }
 
-int64_t HostLoop::Clock::now_ns() noexcept {
-  return ticked_ns + (monotonic_now_ns() - monotonic_ns);
-}
-
 HostLoop::HostLoop(Ticker& ticker, const DeviceInfo& device, const LoopOptions& options,
                    TickListeners listeners)
     : device_(device), loop_(device_, ticker, clock_, ports_, twice(options), listeners) {}
@@ -40,16 +36,15 @@ glm::dvec3 HostLoop::tick(const HostTick& tick) noexcept {
   const int64_t time_ns = tick.time_ns == 0 ? monotonic_ns : tick.time_ns;
   const glm::dvec3 x = tick.position_m;
   const bool finite = std::isfinite(x.x) && std::isfinite(x.y) && std::isfinite(x.z);
-  const bool rises = time_ns > clock_.ticked_ns;
-  clock_.ticked_ns = rises ? time_ns : clock_.ticked_ns + 1;
-  clock_.monotonic_ns = monotonic_ns;
-  ahead_ns_.store(clock_.ticked_ns - monotonic_ns, std::memory_order_relaxed);
+  const bool rises = time_ns > clock_.time_ns;
+  clock_.time_ns = rises ? time_ns : clock_.time_ns + 1;
+  ahead_ns_.store(clock_.time_ns - monotonic_ns, std::memory_order_relaxed);
 
   DeviceReading& reading = device_.reading;
   reading.fault = finite && rises ? DeviceFault::kNone : DeviceFault::kGarbage;
   reading.fresh = finite && rises;
   if (finite) reading.position_m = x;
-  reading.time_ns = clock_.ticked_ns;
+  reading.time_ns = clock_.time_ns;
   reading.buttons = tick.buttons;
   over_ = !loop_.turn();
   return over_ ? glm::dvec3(0.0) : device_.command.force_n;

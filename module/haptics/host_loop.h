@@ -43,7 +43,7 @@ class HostLoop {
   bool newest(int reader, TickOutput& output) noexcept {
     return ports_.outputs[size_t(reader)].get(output);
   }
-  /// Its misses and latenesses say nothing: the host decides when it ticks.
+  /// Counts of ticks, lateness by the watchdog and faults; nothing of how long anything took.
   const ServoStatistics& statistics() const noexcept { return ports_.statistics; }
 
  private:
@@ -60,14 +60,13 @@ class HostLoop {
    private:
     DeviceInfo info_;
   };
-  /// The host's clock, which goes on by itself during a tick.
+  /// The host's time of this tick, all through it: the same ticks give the same forces.
   class Clock final : public ServoClock {
    public:
-    int64_t now_ns() noexcept override;
+    int64_t now_ns() noexcept override { return time_ns; }
     void sleep_until(int64_t) noexcept override {}
 
-    int64_t ticked_ns = 0;     ///< the host's time at the tick's begin
-    int64_t monotonic_ns = 0;  ///< of the same moment
+    int64_t time_ns = 0;
   };
 
   ServoPorts ports_;
