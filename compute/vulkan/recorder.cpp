@@ -7,7 +7,7 @@ namespace palpate::vulkan {
 namespace {
 
 constexpr uint32_t kMaxStamps = 256;
-constexpr uint32_t kMaxBindingsPerDispatch = 18;
+constexpr uint32_t kMaxBindingsPerDispatch = 19;
 
 }  // namespace
 

@@ -62,6 +62,9 @@ class Recorder {
   /// Writes a device time stamp under a name; read with timestamps() after run().
   void stamp(const std::string& name);
 
+  /// The list itself, for what is not said above; with barriers of its own.
+  VkCommandBuffer commands() const { return commands_; }
+
   /// Runs all that was recorded and waits for its end. May be called again.
   void run();
   /// Starts without waiting; wait() must follow before the next start().

@@ -99,10 +99,10 @@ const vulkan::Kernel& Kernels::things() {
   return get(k_view_things, "ubbbb", sizeof(ThingsPush));
 }
 const vulkan::Kernel& Kernels::raycast(int volumes, bool things, bool skip, bool count, bool masked,
-                                       bool texels) {
-  return get(k_view_raycast, "uttbbbbbssssssssbb", 0,
+                                       bool texels, uint32_t backdrop) {
+  return get(k_view_raycast, "uttbbbbbssssssssbbb", 0,
              {uint32_t(volumes), things ? 1U : 0U, skip ? 1U : 0U, count ? 1U : 0U,
-              masked ? 1U : 0U, texels ? 1U : 0U});
+              masked ? 1U : 0U, texels ? 1U : 0U, backdrop});
 }
 
 }  // namespace palpate::view

@@ -33,8 +33,9 @@ class Kernels {
   const vulkan::Kernel& things();
   /// volumes: 1 to kMostVolumes. skip: off marches everywhere; count: samples are counted. Both
   /// for measurements. masked: not all pixels are seen. texels: skip words are read as texels.
+  /// backdrop: see view::backdrop_bits(); 0: none.
   const vulkan::Kernel& raycast(int volumes, bool things, bool skip, bool count, bool masked,
-                                bool texels);
+                                bool texels, uint32_t backdrop);
 
   const vulkan::Sampler& linear() const { return linear_; }
   const vulkan::Sampler& nearest() const { return nearest_; }

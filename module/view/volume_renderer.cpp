@@ -231,6 +231,17 @@ std::vector<ViewVolume> VolumeRenderer::with_segments(const ViewScene& scene) co
 
 Status VolumeRenderer::start(const ViewScene& scene, std::span<const Eye> eyes, PictureSize size,
                              std::shared_ptr<const SeenPixels> seen) {
+  return start(scene, eyes, size, std::move(seen), nullptr);
+}
+
+Status VolumeRenderer::start(const ViewScene& scene, std::span<const Eye> eyes, PictureSize size,
+                             const HostImages& images) {
+  if (const Status fine = view::check(images, int(eyes.size())); !fine) return fine;
+  return start(scene, eyes, size, nullptr, &images);
+}
+
+Status VolumeRenderer::start(const ViewScene& scene, std::span<const Eye> eyes, PictureSize size,
+                             std::shared_ptr<const SeenPixels> seen, const HostImages* images) {
   if (eyes.empty() || int(eyes.size()) > options_.most_eyes)
     return refused("it has no eyes, or more than the renderer was made for");
   if (size.width < 1 || size.height < 1 || size.width > options_.most.width ||
@@ -252,7 +263,7 @@ Status VolumeRenderer::start(const ViewScene& scene, std::span<const Eye> eyes, 
   return tried([&] {
     recorder_->restart();
     seen_ = std::move(seen);
-    record(scene, eyes, size);
+    record(scene, eyes, size, images);
     recorder_->start();
   });
 }
@@ -301,7 +312,8 @@ void VolumeRenderer::upload_seen() {
   uploaded_seen_ = seen_;
 }
 
-void VolumeRenderer::record(const ViewScene& scene, std::span<const Eye> eyes, PictureSize size) {
+void VolumeRenderer::record(const ViewScene& scene, std::span<const Eye> eyes, PictureSize size,
+                            const HostImages* images) {
   vulkan::Recorder& recorder = *recorder_;
   size_ = size;
   eyes_ = int(eyes.size());
@@ -341,11 +353,21 @@ void VolumeRenderer::record(const ViewScene& scene, std::span<const Eye> eyes, P
     bindings.emplace_back(drawn[std::min(v, drawn.size() - 1)]->surface(), kernels_->linear());
   bindings.emplace_back(seen_ ? seen_tiles_ : samples_);
   bindings.emplace_back(skip_);
+  if (images) {
+    const uint64_t bytes = 8 * uint64_t(size.width) * uint64_t(size.height) * uint64_t(eyes_);
+    if (backdrop_.bytes() < bytes) backdrop_ = Buffer(context_, bytes);
+    parameters.backdrop = glm::vec4(images->inverse_depth_0,
+                                    images->inverse_depth_1 - images->inverse_depth_0, 0.0, 0.0);
+    view::record_from(*images, eyes_, size, recorder, backdrop_);
+  }
+  bindings.emplace_back(images ? backdrop_ : samples_);
   recorder.dispatch(
       kernels_->raycast(int(drawn.size()), things, options_.skip_empty, options_.count_samples,
-                        seen_ != nullptr, skip_texels_.whole()),
+                        seen_ != nullptr, skip_texels_.whole(),
+                        images ? view::backdrop_bits(*images) : 0U),
       bindings, nullptr, {(size.width + 7) / 8, (size.height + 7) / 8, eyes_});
   recorder.stamp("rays");
+  if (images) view::record_into(*images, eyes_, size, recorder, colour_, depth_);
 }
 
 Status VolumeRenderer::wait() {

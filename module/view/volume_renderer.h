@@ -8,6 +8,7 @@
 #include "compute/vulkan/buffer.h"
 #include "compute/vulkan/recorder.h"
 #include "module/view/eye.h"
+#include "module/view/host_images.h"
 #include "module/view/picture.h"
 #include "module/view/seen_pixels.h"
 #include "module/view/view_scene.h"
@@ -75,6 +76,10 @@ class VolumeRenderer {
   /// size, or none where all is seen, which costs nothing; the same object is uploaded once.
   Status start(const ViewScene& scene, std::span<const Eye> eyes, PictureSize size,
                std::shared_ptr<const SeenPixels> seen = nullptr);
+  /// The same into a host's images: what the host has drawn takes the place of the background, and
+  /// ends rays. On the queue after what the host has submitted, before what it submits next.
+  Status start(const ViewScene& scene, std::span<const Eye> eyes, PictureSize size,
+               const HostImages& images);
   Status wait();
 
   const vulkan::Buffer& colour() const { return colour_; }
@@ -91,7 +96,10 @@ class VolumeRenderer {
  private:
   VolumeRenderer(std::shared_ptr<vulkan::Context> context, const RendererOptions& options);
   void upload(std::span<const std::shared_ptr<const MovingVolume>> volumes);
-  void record(const ViewScene& scene, std::span<const Eye> eyes, PictureSize size);
+  Status start(const ViewScene& scene, std::span<const Eye> eyes, PictureSize size,
+               std::shared_ptr<const SeenPixels> seen, const HostImages* images);
+  void record(const ViewScene& scene, std::span<const Eye> eyes, PictureSize size,
+              const HostImages* images);
   void upload_seen();
   void upload_steps(view::ResidentVolume& resident, const view::ResidentVolume* before);
   double thin_per_mm(const view::ResidentVolume& resident) const;
@@ -118,6 +126,7 @@ class VolumeRenderer {
   vulkan::Buffer parameters_, skip_, thing_depth_, thing_colour_, colour_, depth_, samples_;
   std::shared_ptr<const SeenPixels> seen_, uploaded_seen_;
   vulkan::Buffer seen_tiles_, staged_seen_;  ///< made when first needed
+  vulkan::Buffer backdrop_;                  ///< likewise
   std::unique_ptr<vulkan::Recorder> recorder_;
   PictureSize size_;
   int eyes_ = 0;

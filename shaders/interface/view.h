@@ -75,11 +75,12 @@ struct ViewParameters {
   vec4 background_low;  // at the bottom of the picture
   vec4 light;           // towards the light, world
   ivec4 counts;         // eyes, planes, width, height
+  vec4 backdrop;        // of a host's images: 1 / t = x + y d, 1/m, of their depth d
   ViewVolumeParameters volumes[8];
 };
 PALPATE_SIZE(ViewRays, 64);
 PALPATE_SIZE(ViewVolumeParameters, 256);
-PALPATE_SIZE(ViewParameters, 2368);
+PALPATE_SIZE(ViewParameters, 2384);
 
 // A round cone: all spheres between two.
 struct ViewThing {

@@ -21,12 +21,15 @@
 // 3        in         uint              eyes x height x width   bits of the depth t of things, m; ~0 none
 // 4        in         uint              the same                their colour, sRGB, and coverage, RGBA8
 // 5        out        uint              the same                colour, sRGB, RGBA8
-// 6        out        float             the same                near / depth, 0 where nothing is
+// 6        out        uint              the same                bits of near / depth, 0 where nothing is; with a
+//                                                               backdrop a depth as that has it
 // 7        out        uint              2 per pixel             samples taken and needed (if kCount)
 // 8..15    in         any rgba          volumes (z, y, x)       see brick.comp, carry.comp
 // 16       in         uvec2             tiles of 8 x 8 pixels   bit x + 8 y: the pixel is seen (if kMasked)
 // 17       in         uint              as 2                    the same buffer, read where kTexels is 0: the
 //                                                               device has too few texels for it
+// 18       in         uint              2 eyes x h x w          a host's picture: colours, encoded, RGBA8, then
+//                                                               depths (if kBackdrop); rays end there
 //
 // kVolumes of the images are used. One invocation: one pixel of one eye. Border: a volume ends half
 // a voxel beyond its outermost samples, its value held. Precision: fp32. Race: each output written
@@ -41,7 +44,7 @@ layout(set = 0, binding = 2) uniform usamplerBuffer skips;
 layout(set = 0, binding = 3) readonly buffer ThingDepth { uint thing_depth[]; };
 layout(set = 0, binding = 4) readonly buffer ThingColour { uint thing_colour[]; };
 layout(set = 0, binding = 5) writeonly buffer Colour { uint colour_out[]; };
-layout(set = 0, binding = 6) writeonly buffer Depth { float depth_out[]; };
+layout(set = 0, binding = 6) writeonly buffer Depth { uint depth_out[]; };
 layout(set = 0, binding = 7) writeonly buffer Samples { uint samples_out[]; };
 layout(set = 0, binding = 8) uniform sampler3D volume0;
 layout(set = 0, binding = 9) uniform sampler3D volume1;
@@ -53,12 +56,16 @@ layout(set = 0, binding = 14) uniform sampler3D volume6;
 layout(set = 0, binding = 15) uniform sampler3D volume7;
 layout(set = 0, binding = 16) readonly buffer Seen { uvec2 seen[]; };
 layout(set = 0, binding = 17) readonly buffer SkipBuffer { uint skip_buffer[]; };
+layout(set = 0, binding = 18) readonly buffer Backdrop { uint backdrop[]; };
 layout(constant_id = 0) const int kVolumes = 1;
 layout(constant_id = 1) const int kThings = 1;
 layout(constant_id = 2) const int kSkip = 1;
 layout(constant_id = 3) const int kCount = 0;
 layout(constant_id = 4) const int kMasked = 0;
 layout(constant_id = 5) const int kTexels = 1;
+// Bits. 1: there is one; 2: red and blue are swapped in it, and are to be; 4: its depths are integers of
+// 24 bits, not floats; 8: it has depths.
+layout(constant_id = 6) const int kBackdrop = 0;
 
 vec4 table(uint i) { return texelFetch(tables, int(i)); }
 uint skip(uint i) { return kTexels != 0 ? texelFetch(skips, int(i)).x : skip_buffer[i]; }
@@ -224,11 +231,20 @@ void march(ivec2 pixel, int eye, ivec2 size, uint out_index) {
     }
   }
 
+  float back_at = kFar;
+  uint back_word = 0u;
+  if ((kBackdrop & 8) != 0) {
+    back_word = backdrop[uint(view.counts.x * size.x * size.y) + out_index];
+    const float d = (kBackdrop & 4) != 0 ? float(back_word & 0xffffffu) / 16777215.0 : uintBitsToFloat(back_word);
+    const float inverse = view.backdrop.x + view.backdrop.y * d;
+    if (inverse > 1e-9) back_at = 1.0 / inverse;
+    finish = min(finish, back_at);
+  }
   float thing_at = kFar;
   vec4 thing = vec4(0.0);
   if (kThings != 0) {
     const uint depth_bits = thing_depth[out_index];
-    if (depth_bits != ~0u) {
+    if (depth_bits != ~0u && (kBackdrop == 0 || uintBitsToFloat(depth_bits) < back_at)) {
       thing_at = uintBitsToFloat(depth_bits);
       thing = unpackUnorm4x8(thing_colour[out_index]);
     }
@@ -328,10 +344,23 @@ void march(ivec2 pixel, int eye, ivec2 size, uint out_index) {
     colour /= 1.0 - through;
     through = 0.0;
   }
-  const float down = (float(pixel.y) + 0.5) / float(size.y);
-  colour += through * mix(view.background.rgb, view.background_low.rgb, down);
-  colour_out[out_index] = packUnorm4x8(vec4(encoded(colour), 1.0 - through));
-  depth_out[out_index] = depth;
+  if (kBackdrop == 0) {
+    const float down = (float(pixel.y) + 0.5) / float(size.y);
+    colour += through * mix(view.background.rgb, view.background_low.rgb, down);
+    colour_out[out_index] = packUnorm4x8(vec4(encoded(colour), 1.0 - through));
+    depth_out[out_index] = floatBitsToUint(depth);
+  } else {
+    // Where no light is lost the host's bytes stay as they are.
+    const vec4 back = unpackUnorm4x8(backdrop[out_index]);
+    const bool swapped = (kBackdrop & 2) != 0;
+    const vec3 over = encoded(colour + through * decoded(swapped ? back.bgr : back.rgb));
+    colour_out[out_index] = through == 1.0 ? backdrop[out_index]
+                                           : packUnorm4x8(vec4(swapped ? over.bgr : over, mix(1.0, back.a, through)));
+    // In the backdrop's own words; its own where no volume takes half of the light.
+    const float d = clamp((depth / view.background.w - view.backdrop.x) / view.backdrop.y, 0.0, 1.0);
+    const uint word = (kBackdrop & 4) != 0 ? uint(d * 16777215.0 + 0.5) : floatBitsToUint(d);
+    depth_out[out_index] = depth > 0.0 ? word : back_word;
+  }
   if (kCount != 0) {
     samples_out[2u * out_index] = taken;
     samples_out[2u * out_index + 1u] = needed;
@@ -361,7 +390,7 @@ void main() {
   const bool is_here = is_seen(pixel, eye, size);
   if (!is_here) {
     colour_out[out_index] = 0u;
-    depth_out[out_index] = 0.0;
+    depth_out[out_index] = 0u;
     if (kCount != 0) {
       samples_out[2u * out_index] = 0u;
       samples_out[2u * out_index + 1u] = 0u;

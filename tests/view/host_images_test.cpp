@@ -1,0 +1,299 @@
+// Pictures in a host's images. Oracle: the same picture by the renderer alone, cut by a plane where
+// the host's surface stands and before a background of the host's colour.
+#include "module/view/host_images.h"
+
+#include <cmath>
+#include <cstring>
+#include <optional>
+
+#include "tests/view/view_scenes.h"
+
+namespace palpate::test {
+namespace {
+
+constexpr PictureSize kSize{96, 64};
+constexpr double kNear_m = 0.05, kFar_m = 2.0;  // of the host's camera
+constexpr uint32_t kHost = 0xff4080c0u;         // its colour: A, B, G, R
+constexpr int kRounding = 1;                    // of 255
+
+/// An image of a host's, with its bytes on the host on either side.
+class HostImage {
+ public:
+  HostImage(std::shared_ptr<vulkan::Context> context, VkFormat format, VkImageAspectFlags aspect,
+            VkImageLayout layout)
+      : context_(std::move(context)), aspect_(aspect), layout_(layout) {
+    VkImageCreateInfo create{VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO};
+    create.imageType = VK_IMAGE_TYPE_2D;
+    create.format = format;
+    create.extent = {uint32_t(kSize.width), uint32_t(kSize.height), 1};
+    create.mipLevels = 1;
+    create.arrayLayers = 2;
+    create.samples = VK_SAMPLE_COUNT_1_BIT;
+    create.usage =
+        VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT |
+        (aspect == VK_IMAGE_ASPECT_COLOR_BIT ? VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT
+                                             : VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT);
+    vulkan::check(vkCreateImage(context_->device(), &create, nullptr, &image_), "making an image");
+    VkMemoryRequirements needed;
+    vkGetImageMemoryRequirements(context_->device(), image_, &needed);
+    bytes_ = needed.size;
+    memory_ = context_->allocate(needed, vulkan::MemoryKind::kDevice);
+    vulkan::check(vkBindImageMemory(context_->device(), image_, memory_, 0), "binding an image");
+    staged_ = vulkan::Buffer(context_, 4 * pixels(), vulkan::MemoryKind::kHostVisible);
+  }
+  ~HostImage() {
+    vkDestroyImage(context_->device(), image_, nullptr);
+    context_->release(memory_, bytes_, vulkan::MemoryKind::kDevice);
+  }
+  HostImage(const HostImage&) = delete;
+  HostImage& operator=(const HostImage&) = delete;
+
+  static size_t pixels() { return size_t(kSize.width) * size_t(kSize.height); }
+  VkImage handle() const { return image_; }
+
+  void fill(uint32_t layer, const std::vector<uint32_t>& words) {
+    std::copy(words.begin(), words.end(), staged_.as<uint32_t>().begin());
+    transfer(layer, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
+             [&](VkCommandBuffer commands, const VkBufferImageCopy& region) {
+               vkCmdCopyBufferToImage(commands, staged_.handle(), image_,
+                                      VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &region);
+             });
+  }
+  std::vector<uint32_t> read(uint32_t layer) {
+    transfer(layer, layout_, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
+             [&](VkCommandBuffer commands, const VkBufferImageCopy& region) {
+               vkCmdCopyImageToBuffer(commands, image_, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
+                                      staged_.handle(), 1, &region);
+             });
+    const auto words = staged_.as<uint32_t>();
+    return {words.begin(), words.begin() + std::ptrdiff_t(pixels())};
+  }
+
+ private:
+  template <class Copy>
+  void transfer(uint32_t layer, VkImageLayout from, VkImageLayout through, const Copy& copy) {
+    vulkan::Recorder recorder(context_, 1);
+    barrier(recorder.commands(), layer, from, through);
+    VkBufferImageCopy region{};
+    region.imageSubresource = {aspect_, 0, layer, 1};
+    region.imageExtent = {uint32_t(kSize.width), uint32_t(kSize.height), 1};
+    copy(recorder.commands(), region);
+    barrier(recorder.commands(), layer, through, layout_);
+    recorder.run();
+  }
+  void barrier(VkCommandBuffer commands, uint32_t layer, VkImageLayout from, VkImageLayout to) {
+    VkImageMemoryBarrier change{VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER};
+    change.srcAccessMask = VK_ACCESS_MEMORY_WRITE_BIT;
+    change.dstAccessMask = VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT;
+    change.oldLayout = from;
+    change.newLayout = to;
+    change.srcQueueFamilyIndex = change.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
+    change.image = image_;
+    change.subresourceRange = {aspect_, 0, 1, layer, 1};
+    vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT,
+                         VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, 0, 0, nullptr, 0, nullptr, 1, &change);
+  }
+
+  std::shared_ptr<vulkan::Context> context_;
+  VkImageAspectFlags aspect_;
+  VkImageLayout layout_;
+
+  VkImage image_ = VK_NULL_HANDLE;
+  VkDeviceMemory memory_ = VK_NULL_HANDLE;
+  uint64_t bytes_ = 0;
+  vulkan::Buffer staged_;
+};
+
+/// What a host's camera makes of depths, and the formats it keeps.
+struct Convention {
+  const char* name;
+  VkFormat colour, depth;
+  bool reversed = false;
+
+  double inverse_0() const { return reversed ? 0.0 : 1.0 / kNear_m; }
+  double inverse_1() const { return reversed ? 1.0 / kNear_m : 1.0 / kFar_m; }
+  double of(double z_m) const {
+    return std::clamp((1.0 / z_m - inverse_0()) / (inverse_1() - inverse_0()), 0.0, 1.0);
+  }
+  uint32_t word(double z_m) const {
+    if (depth == VK_FORMAT_X8_D24_UNORM_PACK32) return uint32_t(std::lround(of(z_m) * 0xffffff));
+    const float d = float(of(z_m));
+    uint32_t bits;
+    std::memcpy(&bits, &d, 4);
+    return bits;
+  }
+  double z_m(uint32_t bits) const {
+    double d = double(bits & 0xffffff) / 0xffffff;
+    if (depth != VK_FORMAT_X8_D24_UNORM_PACK32) {
+      float value;
+      std::memcpy(&value, &bits, 4);
+      d = double(value);
+    }
+    return 1.0 / (inverse_0() + (inverse_1() - inverse_0()) * d);
+  }
+  bool swapped() const { return colour == VK_FORMAT_B8G8R8A8_UNORM; }
+};
+
+uint32_t swap(uint32_t c) {
+  return (c & 0xff00ff00u) | (c & 0xffu) << 16 | (c >> 16 & 0xffu);
+}
+
+int worst_channel(uint32_t a, uint32_t b) {
+  int worst = 0;
+  for (int c = 0; c < 24; c += 8)
+    worst = std::max(worst, std::abs(int(a >> c & 0xffu) - int(b >> c & 0xffu)));
+  return worst;
+}
+
+class HostImagesTest : public ViewTest, public ::testing::WithParamInterface<Convention> {
+ protected:
+  void SetUp() override {
+    ViewTest::SetUp();
+    if (IsSkipped()) return;
+    const Convention& of = GetParam();
+    VkFormatProperties can;
+    vkGetPhysicalDeviceFormatProperties(context()->physical_device(), of.depth, &can);
+    if (!(can.optimalTilingFeatures & VK_FORMAT_FEATURE_DEPTH_STENCIL_ATTACHMENT_BIT))
+      GTEST_SKIP() << "This device has no depth images of this format.";
+    colour_.emplace(context(), of.colour, VK_IMAGE_ASPECT_COLOR_BIT,
+                    VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
+    depth_.emplace(context(), of.depth, VK_IMAGE_ASPECT_DEPTH_BIT,
+                   VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL);
+    view_ = renderer({kSize, 2});
+    ball_ = still_volume(
+        64, 1.0, [](glm::dvec3 x) { return std::clamp(12.0 - glm::length(x) + 0.5, 0.0, 1.0); });
+    set(*view_, {ball_});
+    Look look{"ball", {}, {0.6, 0.5, 0.0}, 0.0};
+    look.points = {{0.45, {0.9, 0.1, 0.1}, 0.0}, {0.55, {0.9, 0.1, 0.1}, 0.08}};
+    scene_.volumes = {{ball_, {}, {}, look}};
+    // A rod through the ball.
+    scene_.things.push_back({{-0.02, 0.0, 0.0}, {0.02, 0.004, 0.0}, 0.002, 0.002, {0.1, 0.1, 0.9}});
+    split_eyes(eye_at({0.0, 0.0, kAway_m}, {0.0, 0.0, 0.0}, 0.3, kSize), 0.02, eyes_[0], eyes_[1]);
+  }
+
+  uint32_t host_colour() const { return GetParam().swapped() ? swap(kHost) : kHost; }
+
+  /// Fills the host's images with its colour at a depth, draws, and gives its pixels (R lowest).
+  std::vector<uint32_t> drawn(double z_m, bool with_depth, int eye) {
+    const std::vector<uint32_t> colours(HostImage::pixels(), host_colour());
+    const std::vector<uint32_t> depths(HostImage::pixels(), GetParam().word(z_m));
+    for (uint32_t layer = 0; layer < 2; ++layer) {
+      colour_->fill(layer, colours);
+      depth_->fill(layer, depths);
+    }
+    HostImages images;
+    images.colour_format = GetParam().colour;
+    images.depth_format = GetParam().depth;
+    for (uint32_t e = 0; e < 2; ++e)
+      images.eyes[e] = {colour_->handle(), e, with_depth ? depth_->handle() : VK_NULL_HANDLE, e};
+    images.inverse_depth_0 = GetParam().inverse_0();
+    images.inverse_depth_1 = GetParam().inverse_1();
+    images.writes_depth = true;
+    const Status started = view_->start(scene_, eyes_, kSize, images);
+    EXPECT_TRUE(started) << (started ? "" : started.error().message);
+    EXPECT_TRUE(view_->wait());
+    std::vector<uint32_t> pixels = colour_->read(uint32_t(eye));
+    if (GetParam().swapped())
+      for (uint32_t& pixel : pixels) pixel = swap(pixel);
+    return pixels;
+  }
+
+  /// The renderer's own picture before a background of the host's colour, nothing farther than z.
+  Picture expected(double z_m, int eye) {
+    ViewScene scene = scene_;
+    scene.background_top = scene.background_bottom =
+        glm::dvec3(kHost & 0xff, kHost >> 8 & 0xff, kHost >> 16 & 0xff) / 255.0;
+    const glm::dvec3 ahead = eyes_[0].orientation * glm::dvec3(0.0, 0.0, -1.0);
+    if (z_m > 0.0) scene.clips.push_back({-ahead, -glm::dot(ahead, eyes_[0].position_m) - z_m});
+    return draw(*view_, scene, {eyes_[0], eyes_[1]}, kSize)[size_t(eye)];
+  }
+
+  static constexpr double kAway_m = 0.15;
+  std::optional<HostImage> colour_, depth_;
+  std::unique_ptr<VolumeRenderer> view_;
+  std::shared_ptr<const MovingVolume> ball_;
+  ViewScene scene_;
+  std::array<Eye, 2> eyes_;
+};
+
+TEST_P(HostImagesTest, AreTheBackgroundWhereTheyHaveNoDepth) {
+  for (int eye = 0; eye < 2; ++eye) {
+    const auto pixels = drawn(1.0, false, eye);
+    const Picture alone = expected(0.0, eye);
+    int changed = 0;
+    for (size_t p = 0; p < pixels.size(); ++p) {
+      ASSERT_LE(worst_channel(pixels[p], alone.colours[p]), kRounding) << "pixel " << p;
+      changed += pixels[p] != kHost;
+    }
+    EXPECT_GT(changed, 500);
+    EXPECT_LT(changed, int(pixels.size()) / 2);
+  }
+}
+
+TEST_P(HostImagesTest, HideWhatLiesBehindThem) {
+  // In the middle of the ball; the rod, whose edges mix with what is behind it, is left out.
+  scene_.things.clear();
+  const double middle_m = kAway_m + 0.002;
+  for (int eye = 0; eye < 2; ++eye) {
+    const auto pixels = drawn(middle_m, true, eye);
+    const Picture alone = expected(middle_m, eye), all = expected(0.0, eye);
+    int cut = 0;
+    for (size_t p = 0; p < pixels.size(); ++p) {
+      ASSERT_LE(worst_channel(pixels[p], alone.colours[p]), kRounding) << "pixel " << p;
+      cut += worst_channel(pixels[p], all.colours[p]) > 3;
+    }
+    EXPECT_GT(cut, 300) << "the plane hides nothing";
+  }
+}
+
+TEST_P(HostImagesTest, KeepTheirBytesInFrontOfEverything) {
+  const auto pixels = drawn(0.06, true, 0);
+  for (const uint32_t pixel : pixels) ASSERT_EQ(pixel, kHost);
+  for (const uint32_t word : depth_->read(0)) ASSERT_EQ(word, GetParam().word(0.06));
+}
+
+TEST_P(HostImagesTest, GetTheDepthWhereAVolumeTakesHalfOfTheLight) {
+  drawn(1.0, true, 1);
+  const std::vector<uint32_t> words = depth_->read(1);
+  const Picture alone = expected(0.0, 1);
+  constexpr double kRendererNear_m = 0.02;
+  int taken = 0;
+  for (size_t p = 0; p < words.size(); ++p) {
+    if (alone.depths[p] == 0.0F) {
+      ASSERT_EQ(words[p], GetParam().word(1.0)) << "pixel " << p;
+      continue;
+    }
+    ++taken;
+    ASSERT_NEAR(GetParam().z_m(words[p]), kRendererNear_m / double(alone.depths[p]), 1e-4);
+  }
+  EXPECT_GT(taken, 300);
+}
+
+TEST_P(HostImagesTest, ThatCanNotBeDrawnIntoAreRefused) {
+  HostImages images;
+  EXPECT_FALSE(view_->start(scene_, eyes_, kSize, images));
+  images.colour_format = GetParam().colour;
+  EXPECT_FALSE(view_->start(scene_, eyes_, kSize, images)) << "an eye without an image";
+  for (uint32_t e = 0; e < 2; ++e) images.eyes[e] = {colour_->handle(), e, VK_NULL_HANDLE, 0};
+  images.eyes[1].depth = depth_->handle();
+  EXPECT_FALSE(view_->start(scene_, eyes_, kSize, images)) << "one depth image of two";
+  images.eyes[0].depth = depth_->handle();
+  images.depth_format = VK_FORMAT_D16_UNORM;
+  EXPECT_FALSE(view_->start(scene_, eyes_, kSize, images)) << "16 bits";
+  images.depth_format = GetParam().depth;
+  const Status meaningless = view_->start(scene_, eyes_, kSize, images);
+  ASSERT_FALSE(meaningless);
+  EXPECT_EQ(meaningless.error().kind, ErrorKind::kBadInput);
+}
+
+INSTANTIATE_TEST_SUITE_P(, HostImagesTest,
+                         ::testing::Values(Convention{"Rgba", VK_FORMAT_R8G8B8A8_SRGB,
+                                                      VK_FORMAT_D32_SFLOAT},
+                                           Convention{"BgraReversed", VK_FORMAT_B8G8R8A8_UNORM,
+                                                      VK_FORMAT_D32_SFLOAT, true},
+                                           Convention{"Depth24", VK_FORMAT_R8G8B8A8_UNORM,
+                                                      VK_FORMAT_X8_D24_UNORM_PACK32}),
+                         [](const auto& of) { return of.param.name; });
+
+}  // namespace
+}  // namespace palpate::test
