@@ -100,9 +100,38 @@ Result<MotionData> read_motion(const MotionSpec& spec) {
   return motion;
 }
 
+/// What a program gave in place of these files; null: they are files.
+std::shared_ptr<const GivenVolume> given_for(const std::vector<fs::path>& files,
+                                             const SequenceChoices& choices) {
+  if (files.size() != 1) return nullptr;
+  const auto found = choices.given.find(files.front().filename().string());
+  return found == choices.given.end() ? nullptr : found->second;
+}
+
+/// The frames of files, or of what was given in their place, once more.
+std::function<Result<Frames>()> opener(const std::vector<fs::path>& files,
+                                       const SequenceChoices& choices) {
+  const auto given = given_for(files, choices);
+  if (!given) return [files] { return files::open_sequence(files); };
+  return [given]() -> Result<Frames> {
+    Frames frames;
+    frames.name = given->frames.name;
+    frames.grid = given->frames.frames.front().grid;
+    frames.count = given->frames.frames.size();
+    if (given->frames.times_known) frames.times_s = given->frames.times_s;
+    frames.read = [given](size_t k) -> Result<Volume> { return given->frames.frames[k]; };
+    return frames;
+  };
+}
+
 /// All frames of files, a single one included.
-Result<Sequence> read_frames(const std::vector<fs::path>& inputs, Samples& samples,
-                             const OnDoing& doing, std::vector<std::string>& notes) {
+Result<Sequence> read_frames(const std::vector<fs::path>& inputs, const SequenceChoices& choices,
+                             Samples& samples, const OnDoing& doing,
+                             std::vector<std::string>& notes) {
+  if (const auto given = given_for(inputs, choices)) {
+    for (const Volume& frame : given->frames.frames) samples.add(frame);
+    return given->frames;
+  }
   auto reader = files::SequenceReader::open(inputs);
   if (!reader) return reader.error();
   notes.insert(notes.end(), reader->notes().begin(), reader->notes().end());
@@ -122,8 +151,9 @@ Result<Sequence> read_frames(const std::vector<fs::path>& inputs, Samples& sampl
 
 /// The reference frame, which the motion carries to all times: of the others only the mean knows.
 /// Where each frame's own values are wanted, all frames and the fields between them.
-Status read_whole(const fs::path& file, VolumeSpec& spec, VolumeData& data, Samples& samples,
-                  const OnDoing& doing, std::vector<std::string>& notes) {
+Status read_whole(const fs::path& file, VolumeSpec& spec, const SequenceChoices& choices,
+                  VolumeData& data, Samples& samples, const OnDoing& doing,
+                  std::vector<std::string>& notes) {
   if (spec.motions.size() > 1 || spec.motions.front().fields.size() > 1)
     return files::bad_input(file,
                             "is one motion for all of a volume and all times: name no other beside "
@@ -138,7 +168,7 @@ Status read_whole(const fs::path& file, VolumeSpec& spec, VolumeData& data, Samp
                             "of this sequence",
                             motion->frames(), reader->name(), reader->frame_count());
   if (spec.values.value_or(CarriedValues::kReference) != CarriedValues::kReference) {
-    auto frames = read_frames(spec.files, samples, doing, notes);
+    auto frames = read_frames(spec.files, choices, samples, doing, notes);
     if (!frames) return frames.error();
     data.frames = std::move(*frames);
     if (spec.values == CarriedValues::kMean) {
@@ -216,12 +246,14 @@ Status read_segments(VolumeSpec& spec, VolumeData& data, const OnDoing& doing) {
   return Nothing{};
 }
 
-Result<MovingVolume> read_volume_of(VolumeSpec& spec, Samples& samples, const OnDoing& doing,
+Result<MovingVolume> read_volume_of(VolumeSpec& spec, const SequenceChoices& choices,
+                                    Samples& samples, const OnDoing& doing,
                                     std::vector<std::string>& notes) {
   if (doing) doing("preparing " + spec.name);
   if (!spec.source.empty()) return build(spec);
   VolumeData data;
-  if (files::holds_vectors(spec.files)) {
+  const auto given = given_for(spec.files, choices);
+  if (!given && files::holds_vectors(spec.files)) {
     auto vectors = files::read_vectors(spec.files);
     if (!vectors) return vectors.error();
     for (const VectorFrame& frame : *vectors) samples.add(lengths_of(frame));
@@ -234,11 +266,11 @@ Result<MovingVolume> read_volume_of(VolumeSpec& spec, Samples& samples, const On
                               "out");
     data.vectors = std::move(*vectors);
   } else {
-    if (const fs::path whole = whole_motion_of(spec); !whole.empty()) {
-      const Status read = read_whole(whole, spec, data, samples, doing, notes);
+    if (const fs::path whole = whole_motion_of(spec); !whole.empty() && !given) {
+      const Status read = read_whole(whole, spec, choices, data, samples, doing, notes);
       if (!read) return read.error();
     } else {
-      auto frames = read_frames(spec.files, samples, doing, notes);
+      auto frames = read_frames(spec.files, choices, samples, doing, notes);
       if (!frames) return frames.error();
       data.frames = std::move(*frames);
     }
@@ -256,6 +288,11 @@ Result<MovingVolume> read_volume_of(VolumeSpec& spec, Samples& samples, const On
   if (const Status segments = read_segments(spec, data, doing); !segments) return segments.error();
   if (doing) doing("preparing " + spec.name);
   if (data.whole) return build(spec, std::move(data));
+  if (given && given->motion && spec.values != CarriedValues::kOwn) {
+    const auto own = build(spec, std::move(data));
+    if (!own) return own.error();
+    return carried(*own, *given->motion, spec.values.value_or(CarriedValues::kReference));
+  }
   // Consecutive fields make one motion for all frames where that is asked for, or where only it
   // brings the segments of one frame to the others.
   const bool of_one = has_one_segmentation(data);
@@ -284,7 +321,7 @@ bool waits_for_motion(const MovingVolume& volume) {
 }
 
 /// Adds a volume with its data at its place.
-Status add(LoadedScene& scene, size_t v, MovingVolume volume) {
+Status add(LoadedScene& scene, size_t v, const SequenceChoices& choices, MovingVolume volume) {
   VolumeSpec& spec = scene.spec.volumes[v];
   const auto start = start_transform(spec, volume);
   if (!start) return start.error();
@@ -298,8 +335,8 @@ Status add(LoadedScene& scene, size_t v, MovingVolume volume) {
         fmt::format("The segmentation is that of frame {}: {} stands still there until one motion "
                     "for all frames is known.",
                     volume.segments_frame, spec.name));
-    scene.missing.push_back({v, [files = spec.files] { return files::open_sequence(files); },
-                             std::make_shared<const MovingVolume>(std::move(volume))});
+    scene.missing.push_back(
+        {v, opener(spec.files, choices), std::make_shared<const MovingVolume>(std::move(volume))});
     scene.data.push_back(std::make_shared<const MovingVolume>(std::move(*standing)));
     return Nothing{};
   }
@@ -307,8 +344,7 @@ Status add(LoadedScene& scene, size_t v, MovingVolume volume) {
   const bool vectors = volume.frames.front()->is_vector();
   if (!volume.is_still() && volume.motions.empty() && !volume.whole && spec.source.empty() &&
       !vectors)
-    scene.missing.push_back(
-        {v, [files = spec.files] { return files::open_sequence(files); }, nullptr});
+    scene.missing.push_back({v, opener(spec.files, choices), nullptr});
   scene.data.push_back(std::make_shared<const MovingVolume>(std::move(volume)));
   return Nothing{};
 }
@@ -384,7 +420,7 @@ Result<LoadedScene> of_spec(std::string name, SceneSpec spec, const SequenceChoi
   const bool without_modes = scene.spec.modes.empty();
   for (size_t v = 0; v < scene.spec.volumes.size(); ++v) {
     Samples samples;
-    auto volume = read_volume_of(scene.spec.volumes[v], samples, doing, scene.notes);
+    auto volume = read_volume_of(scene.spec.volumes[v], choices, samples, doing, scene.notes);
     if (!volume) return volume.error();
     if (without_modes && !samples.first.values.empty() &&
         (volume->segments.empty() || choices.level)) {
@@ -397,7 +433,8 @@ Result<LoadedScene> of_spec(std::string name, SceneSpec spec, const SequenceChoi
       if (v > 0) mode->name += fmt::format(" of {}", of.name);
       scene.spec.modes.push_back(std::move(*mode));
     }
-    if (const Status added = add(scene, v, std::move(*volume)); !added) return added.error();
+    if (const Status added = add(scene, v, choices, std::move(*volume)); !added)
+      return added.error();
   }
   return scene;
 }
@@ -429,7 +466,7 @@ Result<LoadedScene> of_sequence(const std::vector<fs::path>& inputs, const Seque
     spec.segments.parts.back().name = name;
   }
   Samples samples;
-  auto volume = read_volume_of(spec, samples, doing, scene.notes);
+  auto volume = read_volume_of(spec, choices, samples, doing, scene.notes);
   if (!volume) return volume.error();
   for (SegmentSpec& segment : spec.segments.parts) {
     segment.strength_n = choices.strength_n;
@@ -438,7 +475,8 @@ Result<LoadedScene> of_sequence(const std::vector<fs::path>& inputs, const Seque
   scene.spec.volumes = {spec};
   // With segments their walls are felt, and a surface of the values only where it is asked for.
   if (!volume->segments.empty() && !choices.level) {
-    if (const Status added = add(scene, 0, std::move(*volume)); !added) return added.error();
+    if (const Status added = add(scene, 0, choices, std::move(*volume)); !added)
+      return added.error();
     return scene;
   }
   auto mode = volume->frames.front()->is_vector()
@@ -447,11 +485,34 @@ Result<LoadedScene> of_sequence(const std::vector<fs::path>& inputs, const Seque
   if (!mode) return mode.error();
   mode->volume = spec.name;
   scene.spec.modes = {std::move(*mode)};
-  if (const Status added = add(scene, 0, std::move(*volume)); !added) return added.error();
+  if (const Status added = add(scene, 0, choices, std::move(*volume)); !added) return added.error();
+  return scene;
+}
+
+/// A scene in the words of a scene file, which `read` gives for the kinds of mode that there are.
+template <class Read>
+Result<LoadedScene> of_words(const std::string& name, const SequenceChoices& choices,
+                             const OnDoing& doing, const Read& read) {
+  auto kinds = load_modes(choices.mode_libraries);
+  if (!kinds) return kinds.error();
+  Result<SceneSpec> spec = read(added_kinds(*kinds));
+  if (!spec) return spec.error();
+  if (choices.values)
+    for (VolumeSpec& volume : spec->volumes)
+      if (volume.source.empty()) volume.values = choices.values;
+  auto scene = of_spec(name, std::move(*spec), choices, doing);
+  if (scene) scene->kinds = std::move(*kinds);
   return scene;
 }
 
 }  // namespace
+
+Result<LoadedScene> load_scene_text(const std::string& text, const SequenceChoices& choices,
+                                    const OnDoing& doing) {
+  return of_words("scene", choices, doing, [&](const std::vector<std::string>& more_kinds) {
+    return files::parse_scene("scene", text, more_kinds, nullptr, choices.folder);
+  });
+}
 
 Result<LoadedScene> load_scene(const std::vector<fs::path>& inputs, const SequenceChoices& choices,
                                const OnDoing& doing) {
@@ -471,18 +532,10 @@ Result<LoadedScene> load_scene(const std::vector<fs::path>& inputs, const Sequen
                                name)};
     return of_spec(name, scene(), choices, doing);
   }
-  if (is_scene) {
-    auto kinds = load_modes(choices.mode_libraries);
-    if (!kinds) return kinds.error();
-    auto spec = files::read_scene(inputs.front(), added_kinds(*kinds), choices.folder);
-    if (!spec) return spec.error();
-    if (choices.values)
-      for (VolumeSpec& volume : spec->volumes)
-        if (volume.source.empty()) volume.values = choices.values;
-    auto scene = of_spec(name, std::move(*spec), choices, doing);
-    if (scene) scene->kinds = std::move(*kinds);
-    return scene;
-  }
+  if (is_scene)
+    return of_words(name, choices, doing, [&](const std::vector<std::string>& more_kinds) {
+      return files::read_scene(inputs.front(), more_kinds, choices.folder);
+    });
   if (inputs.size() == 1 && x3d::is_x3d(inputs.front())) {
     auto read = x3d::read_x3d(inputs.front(), choices.folder);
     if (!read) return read.error();

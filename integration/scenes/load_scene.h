@@ -2,14 +2,24 @@
 
 #include <filesystem>
 #include <functional>
+#include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "compute/volume/result.h"
+#include "compute/volume/sequence.h"
+#include "compute/volume/sequence_motion.h"
 #include "module/session/loaded_scene.h"
 
 namespace palpate::scenes {
+
+/// Frames that a program has in memory instead of a file.
+struct GivenVolume {
+  Sequence frames;
+  std::optional<SequenceMotion> motion;  ///< of all of them; none: estimated while they are felt
+};
 
 /// How a sequence that comes without a scene is to be felt.
 struct SequenceChoices {
@@ -26,6 +36,8 @@ struct SequenceChoices {
   std::vector<std::filesystem::path> segments;        ///< segmentations whose parts are the walls
   size_t segments_frame = 0;                          ///< to which a single one belongs
   std::vector<std::string> segment_names;             ///< of its parts; none: all
+  /// By the name that stands in place of a file, in the inputs or in a scene file's "files".
+  std::map<std::string, std::shared_ptr<const GivenVolume>> given;
 };
 
 /// Hears what is being done, in a few words for a person.
@@ -36,6 +48,11 @@ using OnDoing = std::function<void(const std::string&)>;
 /// example "reading frame 3 of 20". kBadInput in one sentence. Any thread.
 Result<LoadedScene> load_scene(const std::vector<std::filesystem::path>& inputs,
                                const SequenceChoices& choices, const OnDoing& doing = {});
+
+/// A scene in the words of a scene file (docs/scene-file.md); its paths begin at choices.folder.
+/// kBadInput in one sentence. Any thread.
+Result<LoadedScene> load_scene_text(const std::string& text, const SequenceChoices& choices,
+                                    const OnDoing& doing = {});
 
 /// What is only looked at: as load_scene, and several inputs that are no frames of one
 /// sequence (other grids, or scalars and vectors) as volumes of their own, where they are beside
