@@ -1,0 +1,277 @@
+// A scene while it is felt, ticked by the test as a host would tick it.
+#include "module/session/session.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <map>
+#include <thread>
+
+#include "compute/volume/phantom.h"
+#include "integration/scenes/load_scene.h"
+#include "tests/support/device.h"
+
+namespace palpate {
+namespace {
+
+using namespace std::chrono_literals;
+using Kind = SessionEvent::Kind;
+
+constexpr int64_t kMs = 1'000'000;
+constexpr double kStep_n = 0.1;  // largest change of the force of a resting hand in a millisecond
+
+DeviceInfo host_device() {
+  DeviceInfo info;
+  info.kind = "test";
+  info.max_force_n = 10.0;
+  info.workspace_radius_m = 1.0;
+  return info;
+}
+
+/// The beating shell as frames that a program has in memory, without its motion.
+LoadedScene shell_in_memory(int size = 40, int frames = 4) {
+  auto given = std::make_shared<scenes::GivenVolume>();
+  given->frames = shell_phantom(size, frames, 1, 0.0);
+  scenes::SequenceChoices choices;
+  choices.given["shell frames"] = given;
+  auto scene = scenes::load_scene({"shell frames"}, choices);
+  EXPECT_TRUE(scene) << (scene ? "" : scene.error().message);
+  return scene ? std::move(*scene) : LoadedScene{};
+}
+
+/// A hand that a host moves and a session that answers.
+class Hand {
+ public:
+  explicit Hand(Session& session) : session_(session) {}
+
+  /// One millisecond at r along a slanted way out of the middle.
+  glm::dvec3 at(double r_m) {
+    time_ns_ += kMs;
+    const glm::dvec3 force_n =
+        session_.tick({r_m * glm::normalize(glm::dvec3(0.3, 0.4, 0.9)), time_ns_});
+    worst_step_n = std::max(worst_step_n, glm::length(force_n - last_n_));
+    return last_n_ = force_n;
+  }
+  /// Comes in slowly until the force is there; where that is, m. 0: there is nothing.
+  double press(double force_n) {
+    for (double r_m = 0.07; r_m > 0.005; r_m -= 10e-6)
+      if (glm::length(at(r_m)) > force_n) return r_m;
+    return 0.0;
+  }
+  double worst_step_n = 0.0;
+
+ private:
+  Session& session_;
+  int64_t time_ns_ = 5'000'000'000;
+  glm::dvec3 last_n_{0.0};
+};
+
+/// What a session said, in order.
+class Events {
+ public:
+  std::function<void(const SessionEvent&)> listener() {
+    return [this](const SessionEvent& event) {
+      const std::lock_guard lock(mutex_);
+      events_.push_back(event);
+    };
+  }
+  std::vector<SessionEvent> all() const {
+    const std::lock_guard lock(mutex_);
+    return events_;
+  }
+  bool has(Kind kind) const {
+    const auto events = all();
+    return std::any_of(events.begin(), events.end(),
+                       [&](const SessionEvent& event) { return event.kind == kind; });
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::vector<SessionEvent> events_;
+};
+
+std::unique_ptr<Session> in_host(LoadedScene scene, SessionOptions options = {}) {
+  auto session = Session::start_in_host(std::move(scene), host_device(), std::move(options));
+  EXPECT_TRUE(session) << (session ? "" : session.error().message);
+  return session ? std::move(*session) : nullptr;
+}
+
+class SessionWithMotion : public test::DeviceTest {
+ protected:
+  SessionOptions options() {
+    SessionOptions options;
+    options.motion.preset = "fast";
+    options.motion.open_context = [this]() -> Result<std::shared_ptr<vulkan::Context>> {
+      return context();
+    };
+    options.on_event = events_.listener();
+    return options;
+  }
+  Events events_;
+};
+
+TEST_F(SessionWithMotion, FindsTheMotionOfFramesInMemoryUnderTheHand) {
+  auto session = in_host(shell_in_memory(), options());
+  ASSERT_TRUE(session);
+  EXPECT_FALSE(session->can_play());
+  Hand hand(*session);
+  const double r_m = hand.press(0.5);
+  ASSERT_GT(r_m, 0.01);
+  hand.worst_step_n = 0.0;
+  // The host's millisecond passes in less than one: the estimation has the rest of the time.
+  const auto give_up = std::chrono::steady_clock::now() + 60s;
+  while (!session->motion().is_done() && std::chrono::steady_clock::now() < give_up) {
+    hand.at(r_m);
+    std::this_thread::sleep_for(200us);
+  }
+  ASSERT_TRUE(session->motion().is_done());
+  for (int k = 0; k < 4000; ++k) hand.at(r_m);
+  EXPECT_TRUE(events_.has(Kind::kMoves));
+  EXPECT_TRUE(events_.has(Kind::kWholeMotion));
+  EXPECT_FALSE(events_.has(Kind::kMotionFailed));
+  EXPECT_TRUE(session->can_play());
+  EXPECT_LT(hand.worst_step_n, kStep_n);
+  EXPECT_TRUE(session->scene()->volumes[0].data->whole);
+  // It moves: the same place is pressed by another force at another phase.
+  double least_n = 1e9, most_n = 0.0;
+  for (int k = 0; k < 4000; ++k) {
+    const double force_n = glm::length(hand.at(r_m));
+    least_n = std::min(least_n, force_n);
+    most_n = std::max(most_n, force_n);
+  }
+  EXPECT_GT(most_n - least_n, 0.3);
+}
+
+TEST_F(SessionWithMotion, EndsWhileItIsBeingFound) {
+  auto session = in_host(shell_in_memory(64, 6), options());
+  ASSERT_TRUE(session);
+  Hand hand(*session);
+  hand.press(0.5);
+  session.reset();
+  EXPECT_FALSE(events_.has(Kind::kMotionFailed)) << events_.all().back().sentence;
+}
+
+TEST_F(SessionWithMotion, SaysWhyThereIsNone) {
+  SessionOptions failing = options();
+  failing.motion.open_context = []() -> Result<std::shared_ptr<vulkan::Context>> {
+    return Error{ErrorKind::kNoDevice, "There is no device today"};
+  };
+  auto session = in_host(shell_in_memory(), failing);
+  ASSERT_TRUE(session);
+  while (!session->motion().is_done()) std::this_thread::sleep_for(1ms);
+  Hand hand(*session);
+  EXPECT_GT(hand.press(0.5), 0.01) << "what is known is not felt";
+  for (int k = 0; k < 1000 && !events_.has(Kind::kMotionFailed); ++k)
+    std::this_thread::sleep_for(1ms);
+  ASSERT_TRUE(events_.has(Kind::kMotionFailed));
+  EXPECT_NE(events_.all().back().sentence.find("There is no device today"), std::string::npos);
+}
+
+TEST(Session, WithoutADeviceToComputeStandsStill) {
+  auto session = in_host(shell_in_memory());
+  ASSERT_TRUE(session);
+  EXPECT_TRUE(session->motion().is_done());
+  EXPECT_FALSE(session->can_play());
+  Hand hand(*session);
+  const double r_m = hand.press(0.5);
+  ASSERT_GT(r_m, 0.01);
+  for (int k = 0; k < 2000; ++k) hand.at(r_m);
+  const double before_n = glm::length(hand.at(r_m));
+  for (int k = 0; k < 1000; ++k) EXPECT_NEAR(glm::length(hand.at(r_m)), before_n, 0.05);
+}
+
+TEST(Session, PlacesAVolumeThatMayBeMoved) {
+  LoadedScene scene = shell_in_memory();
+  ASSERT_FALSE(scene.spec.volumes.empty());
+  scene.spec.volumes[0].drive.kind = DriveSpec::Kind::kSecondHand;
+  scene.spec.volumes[0].path = usual_path(DriveSpec::Kind::kSecondHand);
+  const Transform start = scene.spec.volumes[0].transform;
+  auto session = in_host(scene);
+  ASSERT_TRUE(session);
+  Hand hand(*session);
+  const double r_m = hand.press(0.5);
+  Transform away = start;
+  away.translation_m += glm::dvec3(0.0, 0.0, -0.05);
+  hand.worst_step_n = 0.0;
+  for (int k = 0; k < 1000; ++k) {
+    // Poses have monotonic times, and the smooth path follows these.
+    if (k % 16 == 0) {
+      Transform part = start;
+      part.translation_m += std::min(1.0, k / 500.0) * (away.translation_m - start.translation_m);
+      EXPECT_TRUE(session->place(0, part));
+    }
+    hand.at(r_m);
+    std::this_thread::sleep_for(1ms);
+  }
+  EXPECT_EQ(glm::length(hand.at(r_m)), 0.0);
+  EXPECT_FALSE(session->place(7, away));
+  SceneMoment moment;
+  session->newest(MomentReader::kPictures, moment);
+  EXPECT_NEAR(moment.volumes[0].world_from_volume.translation_m.z, away.translation_m.z, 1e-4);
+}
+
+TEST(Session, PlaysPausesAndScrubs) {
+  auto scene = scenes::load_scene({"shell"}, {});
+  ASSERT_TRUE(scene);
+  auto session = in_host(std::move(*scene));
+  ASSERT_TRUE(session);
+  EXPECT_TRUE(session->can_play());
+  Hand hand(*session);
+  const auto time_after = [&](int ticks) {
+    for (int k = 0; k < ticks; ++k) hand.at(0.1);
+    SceneMoment moment;
+    session->newest(MomentReader::kPictures, moment);
+    return moment;
+  };
+  const double first_s = time_after(100).volumes[0].time_s;
+  EXPECT_NE(time_after(100).volumes[0].time_s, first_s);
+  session->toggle_play();
+  time_after(1000);  // it comes to rest by a ramp
+  const SceneMoment paused = time_after(1);
+  EXPECT_EQ(time_after(100).volumes[0].time_s, paused.volumes[0].time_s);
+  session->scrub(paused, 0.25);
+  const SceneMoment scrubbed = time_after(500);
+  const double length_s = session->scene()->volumes[0].data->times.length_s();
+  double moved_s = scrubbed.volumes[0].time_s - paused.volumes[0].time_s;
+  if (moved_s < 0.0) moved_s += length_s;
+  EXPECT_NEAR(moved_s, 0.25 * length_s, 1e-9);
+  session->toggle_play();
+  EXPECT_NE(time_after(200).volumes[0].time_s, scrubbed.volumes[0].time_s);
+}
+
+TEST(Session, ThatIsStoppedInItsHostRampsWhileTheHostTicks) {
+  auto session = in_host(shell_in_memory());
+  ASSERT_TRUE(session);
+  Hand hand(*session);
+  const double r_m = hand.press(0.5);
+  for (int k = 0; k < 1000; ++k) hand.at(r_m);
+  hand.worst_step_n = 0.0;
+  session->stop();
+  EXPECT_FALSE(session->at_rest());
+  for (int k = 0; k < 600; ++k) hand.at(r_m);
+  EXPECT_TRUE(session->at_rest());
+  EXPECT_EQ(hand.at(r_m), glm::dvec3(0.0));
+  EXPECT_LT(hand.worst_step_n, kStep_n);
+}
+
+TEST(Session, TwoAtOnceDoNotKnowEachOther) {
+  auto first = in_host(shell_in_memory()), second = in_host(shell_in_memory());
+  ASSERT_TRUE(first && second);
+  Hand left(*first), right(*second);
+  EXPECT_EQ(left.press(0.5), right.press(0.5));
+  first.reset();
+  EXPECT_GT(glm::length(right.at(0.02)), 0.0);
+}
+
+TEST(Session, RefusesASceneThatCanNotBePutTogether) {
+  LoadedScene scene = shell_in_memory();
+  ASSERT_FALSE(scene.spec.modes.empty());
+  scene.spec.modes[0].volume = "nowhere";
+  const auto session = Session::start_in_host(std::move(scene), host_device(), {});
+  ASSERT_FALSE(session);
+  EXPECT_EQ(session.error().kind, ErrorKind::kBadInput);
+}
+
+}  // namespace
+}  // namespace palpate
