@@ -300,11 +300,7 @@ Result<std::shared_ptr<Context>> Context::open(const ContextOptions& options) {
   self->info_ = infos[size_t(*index)];
   self->physical_device_ = devices[size_t(*index)];
   self->queue_family_ = compute_family(self->physical_device_);
-  VkPhysicalDeviceProperties properties;
-  vkGetPhysicalDeviceProperties(self->physical_device_, &properties);
-  self->limits_ = properties.limits;
-  self->is_cpu_ = properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU;
-  vkGetPhysicalDeviceMemoryProperties(self->physical_device_, &self->memory_);
+  self->read_properties();
 
   const float priority = 0.5F;
   VkDeviceQueueCreateInfo queue{VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO};
@@ -331,7 +327,47 @@ Result<std::shared_ptr<Context>> Context::open(const ContextOptions& options) {
   return self;
 }
 
+Result<std::shared_ptr<Context>> Context::share(const SharedDevice& shared,
+                                                uint64_t memory_cap_bytes) {
+  if (!shared.instance || !shared.physical_device || !shared.device || !shared.queue)
+    return Error{
+        ErrorKind::kBadInput,
+        "A shared Vulkan device needs an instance, a physical device, a device and a queue."};
+  if (bool(shared.lock_queue) != bool(shared.unlock_queue))
+    return Error{
+        ErrorKind::kBadInput,
+        "A shared Vulkan queue needs both a way to lock it and one to unlock it, or none."};
+  std::shared_ptr<Context> self(new Context);
+  self->shared_ = true;
+  self->memory_cap_ = memory_cap_bytes;
+  self->info_ = describe(shared.physical_device, 0);
+  if (!self->info_.usable)
+    return Error{ErrorKind::kNoDevice, "The shared device, " + self->info_.name +
+                                           ", can not do what palpate needs: it lacks " +
+                                           self->info_.missing + "."};
+  self->instance_ = shared.instance;
+  self->physical_device_ = shared.physical_device;
+  self->device_ = shared.device;
+  self->queue_ = shared.queue;
+  self->queue_family_ = shared.queue_family;
+  self->lock_queue_ = shared.lock_queue;
+  self->unlock_queue_ = shared.unlock_queue;
+  self->loads_extended_formats_ = shared.has_extended_formats;
+  self->read_properties();
+  return self;
+}
+
+void Context::read_properties() {
+  VkPhysicalDeviceProperties properties;
+  vkGetPhysicalDeviceProperties(physical_device_, &properties);
+  limits_ = properties.limits;
+  is_cpu_ = properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU;
+  vkGetPhysicalDeviceMemoryProperties(physical_device_, &memory_);
+}
+
 Context::~Context() {
+  // What was made of a shared device has waited for its own work.
+  if (shared_) return;
   if (device_) {
     vkDeviceWaitIdle(device_);
     vkDestroyDevice(device_, nullptr);
@@ -396,7 +432,10 @@ void Context::submit(VkCommandBuffer commands, VkFence fence) {
   submit.commandBufferCount = 1;
   submit.pCommandBuffers = &commands;
   const std::lock_guard lock(queue_mutex_);
-  check(vkQueueSubmit(queue_, 1, &submit, fence), "submitting work");
+  if (lock_queue_) lock_queue_();
+  const VkResult submitted = vkQueueSubmit(queue_, 1, &submit, fence);
+  if (unlock_queue_) unlock_queue_();
+  check(submitted, "submitting work");
 }
 
 std::vector<std::string> Context::validation_messages() const {

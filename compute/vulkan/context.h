@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <stdexcept>
@@ -66,6 +67,21 @@ struct ContextOptions {
   DeviceMaker* maker = nullptr;   ///< makes and chooses the device; `device` is not looked at then
 };
 
+/// A device that somebody else has opened and goes on using; made with Vulkan 1.2 or later and the
+/// feature shaderStorageImageWriteWithoutFormat. It must outlive the context.
+struct SharedDevice {
+  VkInstance instance = VK_NULL_HANDLE;
+  VkPhysicalDevice physical_device = VK_NULL_HANDLE;
+  VkDevice device = VK_NULL_HANDLE;
+  uint32_t queue_family = 0;  ///< with compute
+  VkQueue queue = VK_NULL_HANDLE;
+  /// Around every use of the queue, on whatever thread that is; both, or neither where nobody else
+  /// uses it meanwhile. Must not throw.
+  std::function<void()> lock_queue, unlock_queue;
+  /// Whether it was made with the feature shaderStorageImageExtendedFormats, which saves memory.
+  bool has_extended_formats = false;
+};
+
 /// Where memory lies. kDevice: near the device. kHostVisible: the host's, coherent, quick to read
 /// for the host. kFilledByHost: written by the host, read by kernels: near the device where the
 /// host can write there, since kernels that read the host's memory wait for the bus.
@@ -77,6 +93,11 @@ enum class MemoryKind { kDevice, kHostVisible, kFilledByHost };
 class Context {
  public:
   static Result<std::shared_ptr<Context>> open(const ContextOptions& options);
+  /// On a device of somebody else's, which is left as it is in the end. memory_cap_bytes: as in
+  /// ContextOptions. kBadInput if something is missing, kNoDevice if the device can not do the
+  /// work.
+  static Result<std::shared_ptr<Context>> share(const SharedDevice& shared,
+                                                uint64_t memory_cap_bytes = 0);
   ~Context();
   Context(const Context&) = delete;
   Context& operator=(const Context&) = delete;
@@ -115,6 +136,7 @@ class Context {
 
  private:
   Context() = default;
+  void read_properties();
   void listen();
   static VkBool32 VKAPI_PTR on_message(VkDebugUtilsMessageSeverityFlagBitsEXT,
                                        VkDebugUtilsMessageTypeFlagsEXT,
@@ -126,6 +148,8 @@ class Context {
   VkDevice device_ = VK_NULL_HANDLE;
   VkQueue queue_ = VK_NULL_HANDLE;
   uint32_t queue_family_ = 0;
+  bool shared_ = false;  ///< instance and device are somebody else's
+  std::function<void()> lock_queue_, unlock_queue_;
   VkPhysicalDeviceLimits limits_{};
   VkPhysicalDeviceMemoryProperties memory_{};
   DeviceInfo info_;

@@ -105,6 +105,7 @@ Session::~Session() {
 }
 
 void Session::stop() {
+  const std::lock_guard lock(stopping_);
   if (motion_) motion_->cancel();
   poses_.reset();
   if (servo_) servo_->stop();
@@ -237,6 +238,19 @@ void Session::scrub(const SceneMoment& moment, double share) {
     }
   }
   for (const auto& [volume, to_s] : wanted) send({ControlEvent::Kind::kScrub, volume, to_s});
+}
+
+void Session::scrub_to(double share) {
+  if (!can_play_) return;
+  play(false);
+  const auto felt = scene();
+  for (size_t v = 0; v < felt->volumes.size(); ++v) {
+    const MovingVolume& volume = *felt->volumes[v].data;
+    if (volume.is_still()) continue;
+    send({ControlEvent::Kind::kScrub, int(v), share * volume.times.length_s()});
+    const std::lock_guard lock(mutex_);
+    if (v < scrubbed_s_.size()) scrubbed_s_[v] = share * volume.times.length_s();
+  }
 }
 
 std::shared_ptr<const HapticScene> Session::scene() const {

@@ -89,6 +89,8 @@ class Session {
   /// By a share of each sequence from where it is in `moment`, or from where the scrub before took
   /// it, which no picture may have shown yet; pauses. Any thread.
   void scrub(const SceneMoment& moment, double share);
+  /// To a share of every moving sequence's length, 0 to 1; pauses. Any thread.
+  void scrub_to(double share);
 
   /// The scene as it is felt now. Any thread.
   std::shared_ptr<const HapticScene> scene() const;
@@ -112,7 +114,8 @@ class Session {
   bool place(size_t volume, const Transform& world_from_volume);
 
   /// Ramps to zero and ends the servo thread and the estimation. In a host the ramp takes place
-  /// while it goes on to tick, and this does not wait for it. Further calls do nothing.
+  /// while it goes on to tick, and this does not wait for it. Further calls do nothing. Any thread
+  /// but those of the session.
   void stop();
   /// Whether the loop has been stopped and the device has had a force of zero since.
   bool at_rest() const noexcept;
@@ -140,6 +143,7 @@ class Session {
   std::unique_ptr<HostLoop> host_;
   std::vector<Transform> moved_;  ///< per volume: where second hands have taken it
   int64_t start_ns_ = 0, last_ns_ = 0;
+  std::mutex stopping_;  ///< stop() may be called by several threads
   std::atomic<bool> can_play_{false}, playing_{true};
   std::vector<double> scrubbed_s_;  ///< per volume; empty: not since it played
   std::unique_ptr<Background> poses_;

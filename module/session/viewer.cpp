@@ -21,9 +21,10 @@ Status Viewer::update(std::shared_ptr<const HapticScene> scene) {
 }
 
 Status Viewer::start(const SceneMoment& moment, int64_t display_ns, std::span<const Eye> eyes,
-                     PictureSize size) {
+                     PictureSize size, const HostImages* images) {
   shown_ = picture_.at(moment, display_ns, eyes[0]);
-  return renderer_->start(shown_, eyes, size);
+  return images ? renderer_->start(shown_, eyes, size, *images)
+                : renderer_->start(shown_, eyes, size);
 }
 
 }  // namespace palpate

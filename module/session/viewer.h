@@ -25,9 +25,9 @@ class Viewer {
   /// Takes the scene as it is felt now; uploads what is new of it. Before bounds and pictures.
   Status update(std::shared_ptr<const HapticScene> scene);
   /// Draws `moment` as it will be at display_ns (monotonic) for one eye or two; submits, and does
-  /// not wait. See VolumeRenderer::start().
+  /// not wait. See VolumeRenderer::start(). images: of a host's, into which it goes; null: none.
   Status start(const SceneMoment& moment, int64_t display_ns, std::span<const Eye> eyes,
-               PictureSize size);
+               PictureSize size, const HostImages* images = nullptr);
 
   /// What the last picture shows.
   const ViewScene& shown() const { return shown_; }

@@ -1,0 +1,227 @@
+// Contexts, errors, and what the host gives of grids and samples.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "integration/files/raster.h"
+#include "integration/toolkit/handles.h"
+
+namespace palpate::toolkit {
+namespace {
+
+// Without a destructor, so that the library can be unloaded while threads live that used it.
+thread_local std::array<char, 1024> last_error{};
+
+PalResult result_of(ErrorKind kind) noexcept {
+  switch (kind) {
+    case ErrorKind::kBadInput:
+      return PAL_BAD_INPUT;
+    case ErrorKind::kBadOutput:
+      return PAL_BAD_OUTPUT;
+    case ErrorKind::kNoDevice:
+      return PAL_NO_DEVICE;
+    case ErrorKind::kDeviceFailed:
+      return PAL_DEVICE_FAILED;
+    case ErrorKind::kOutOfMemory:
+      return PAL_OUT_OF_MEMORY;
+    case ErrorKind::kCancelled:
+      return PAL_CANCELLED;
+  }
+  return PAL_INTERNAL;
+}
+
+template <class Sample>
+void converted(const void* samples, std::vector<float>& values) {
+  const auto* const from = static_cast<const Sample*>(samples);
+  std::transform(from, from + values.size(), values.begin(),
+                 [](Sample sample) { return float(sample); });
+}
+
+}  // namespace
+
+PalResult failed(PalResult result, std::initializer_list<std::string_view> parts) noexcept {
+  size_t length = 0;
+  for (const std::string_view part : parts) {
+    const size_t taken = std::min(part.size(), last_error.size() - 1 - length);
+    std::memcpy(last_error.data() + length, part.data(), taken);
+    length += taken;
+  }
+  last_error[length] = '\0';
+  return result;
+}
+
+PalResult failed(const Error& error) noexcept {
+  return failed(result_of(error.kind), {error.message});
+}
+
+PalResult refused_handle(const char* what) noexcept {
+  return failed(PAL_BAD_INPUT, {"The ", what, " is NULL, or was closed"});
+}
+
+Result<Grid> grid_of(const PalGrid& grid) {
+  files::Placement placement;
+  const bool has_direction = std::any_of(std::begin(grid.direction), std::end(grid.direction),
+                                         [](double d) { return d != 0.0; });
+  for (int a = 0; a < 3; ++a) {
+    placement.size[a] = double(grid.size[a]);
+    placement.spacing_mm[a] = grid.spacing_mm[a];
+    placement.origin_mm[a] = grid.origin_mm[a];
+    for (int row = 0; row < 3 && has_direction; ++row)
+      placement.axes[a][row] = grid.direction[3 * row + a];
+  }
+  return files::make_grid("PalGrid", placement);
+}
+
+Result<Volume> volume_of(const Grid& grid, PalSampleType type, const void* samples) {
+  if (!samples) return Error{ErrorKind::kBadInput, "A frame has no samples"};
+  Volume volume{grid, std::vector<float>(grid.count())};
+  switch (type) {
+    case PAL_FLOAT32:
+      converted<float>(samples, volume.values);
+      break;
+    case PAL_FLOAT64:
+      converted<double>(samples, volume.values);
+      break;
+    case PAL_INT8:
+      converted<int8_t>(samples, volume.values);
+      break;
+    case PAL_UINT8:
+      converted<uint8_t>(samples, volume.values);
+      break;
+    case PAL_INT16:
+      converted<int16_t>(samples, volume.values);
+      break;
+    case PAL_UINT16:
+      converted<uint16_t>(samples, volume.values);
+      break;
+    case PAL_INT32:
+      converted<int32_t>(samples, volume.values);
+      break;
+    case PAL_UINT32:
+      converted<uint32_t>(samples, volume.values);
+      break;
+    default:
+      return Error{ErrorKind::kBadInput, "A sample type that palpate.h does not name"};
+  }
+  const auto wrong = std::find_if_not(volume.values.begin(), volume.values.end(),
+                                      [](float value) { return std::isfinite(value); });
+  if (wrong != volume.values.end())
+    return Error{ErrorKind::kBadInput,
+                 "A frame holds values that are not finite: replace them first"};
+  files::reverse_j(grid, volume.values.data(), 1);
+  return volume;
+}
+
+namespace {
+
+Result<std::shared_ptr<vulkan::Context>> opened(const PalContextInfo& info) {
+  if (!info.vulkan) {
+    vulkan::ContextOptions options;
+    if (info.device) options.device = info.device;
+    options.memory_cap_bytes = info.memory_cap_bytes;
+    return vulkan::Context::open(options);
+  }
+  const PalVulkan& host = *info.vulkan;
+  vulkan::SharedDevice shared;
+  shared.instance = static_cast<VkInstance>(host.instance);
+  shared.physical_device = static_cast<VkPhysicalDevice>(host.physical_device);
+  shared.device = static_cast<VkDevice>(host.device);
+  shared.queue = static_cast<VkQueue>(host.queue);
+  shared.queue_family = host.queue_family;
+  shared.has_extended_formats = host.has_extended_formats != 0;
+  if (host.lock_queue) shared.lock_queue = [host] { host.lock_queue(host.user); };
+  if (host.unlock_queue) shared.unlock_queue = [host] { host.unlock_queue(host.user); };
+  return vulkan::Context::share(shared, info.memory_cap_bytes);
+}
+
+PalResult open_context(const PalContextInfo* given, PalContext** context) {
+  if (!context) return failed(PAL_BAD_INPUT, {"There is no place for the context"});
+  PalContextInfo info;
+  if (const PalResult read = taken(given, offsetof(PalContextInfo, device), "PalContextInfo", info);
+      read != PAL_OK)
+    return read;
+  if (info.version >> 16 != PAL_VERSION_MAJOR ||
+      (info.version >> 8 & 0xffU) > uint32_t(PAL_VERSION_MINOR))
+    return failed(PAL_BAD_VERSION,
+                  {"The program was compiled for another version of palpate than this library is: "
+                   "set version to PAL_VERSION, and install the library of that version"});
+  PalVulkan vulkan;
+  if (info.vulkan) {
+    if (const PalResult read =
+            taken(info.vulkan, offsetof(PalVulkan, has_extended_formats), "PalVulkan", vulkan);
+        read != PAL_OK)
+      return read;
+    info.vulkan = &vulkan;
+  }
+  auto content = std::make_shared<ContextContent>();
+  content->log = info.log;
+  content->user = info.user;
+  if (!(info.flags & PAL_CONTEXT_NO_GPU)) {
+    auto device = opened(info);
+    if (!device) return failed(device.error());
+    content->device = std::move(*device);
+    content->device_name = content->device->info().name;
+  }
+  *context = reinterpret_cast<PalContext*>(Handle<ContextContent>::make(std::move(content)));
+  return PAL_OK;
+}
+
+}  // namespace
+}  // namespace palpate::toolkit
+
+using namespace palpate::toolkit;
+
+uint32_t pal_version(void) {
+  return PAL_VERSION;
+}
+
+const char* pal_result_name(PalResult result) {
+  switch (result) {
+    case PAL_OK:
+      return "PAL_OK";
+    case PAL_NOT_YET:
+      return "PAL_NOT_YET";
+    case PAL_END:
+      return "PAL_END";
+    case PAL_BAD_INPUT:
+      return "PAL_BAD_INPUT";
+    case PAL_BAD_OUTPUT:
+      return "PAL_BAD_OUTPUT";
+    case PAL_NO_DEVICE:
+      return "PAL_NO_DEVICE";
+    case PAL_DEVICE_FAILED:
+      return "PAL_DEVICE_FAILED";
+    case PAL_OUT_OF_MEMORY:
+      return "PAL_OUT_OF_MEMORY";
+    case PAL_CANCELLED:
+      return "PAL_CANCELLED";
+    case PAL_BAD_VERSION:
+      return "PAL_BAD_VERSION";
+    case PAL_INTERNAL:
+      return "PAL_INTERNAL";
+  }
+  return "no PalResult";
+}
+
+const char* pal_last_error(void) {
+  return last_error.data();
+}
+
+PalResult pal_context_open(const PalContextInfo* info, PalContext** context) {
+  return guarded([&] { return open_context(info, context); });
+}
+
+PalResult pal_context_close(PalContext** context) {
+  return guarded([&] {
+    if (!context || !*context) return PAL_OK;
+    PalContext* const closed = std::exchange(*context, nullptr);
+    of(closed)->close();
+    return PAL_OK;
+  });
+}
+
+const char* pal_context_device(const PalContext* context) {
+  const Use use(of(context));
+  return use ? use->device_name.c_str() : "";
+}

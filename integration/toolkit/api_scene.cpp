@@ -1,0 +1,186 @@
+// Scenes.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "integration/files/scene_file.h"
+#include "integration/scenes/load_scene.h"
+#include "integration/toolkit/handles.h"
+#include "module/scene/plan.h"
+
+namespace palpate::toolkit {
+namespace {
+
+Result<std::shared_ptr<const scenes::GivenVolume>> given_of(const PalFrames& frames) {
+  const auto refused = [&](const std::string& what) {
+    return Error{ErrorKind::kBadInput,
+                 fmt::format("The frames '{}' {}", frames.name ? frames.name : "", what)};
+  };
+  if (!frames.name || !*frames.name) return refused("need a name");
+  if (frames.frame_count == 0 || !frames.frames) return refused("are none");
+  const auto grid = grid_of(frames.grid);
+  if (!grid) return refused("have no sound grid: " + grid.error().message);
+  auto given = std::make_shared<scenes::GivenVolume>();
+  Sequence& sequence = given->frames;
+  sequence.name = frames.name;
+  for (uint32_t k = 0; k < frames.frame_count; ++k) {
+    auto volume = volume_of(*grid, frames.sample_type, frames.frames[k]);
+    if (!volume)
+      return refused(fmt::format("can not be taken, in frame {}: {}", k, volume.error().message));
+    sequence.frames.push_back(std::move(*volume));
+    sequence.times_s.push_back(frames.times_s ? frames.times_s[k] : double(k));
+    if (k > 0 && !(sequence.times_s[k] > sequence.times_s[k - 1]))
+      return refused("have times that do not rise");
+  }
+  sequence.times_known = frames.times_s != nullptr;
+  return std::shared_ptr<const scenes::GivenVolume>(std::move(given));
+}
+
+/// What the host says of the scene, checked and in our words.
+Result<scenes::SequenceChoices> choices_of(const PalSceneInfo& info) {
+  scenes::SequenceChoices choices;
+  if (info.iso_value) choices.level = *info.iso_value;
+  if (info.strength_n > 0.0) choices.strength_n = info.strength_n;
+  if (info.friction != 0.0) choices.friction = std::max(info.friction, 0.0);
+  choices.frames_per_second = info.frames_per_second;
+  if (info.fields) choices.fields = info.fields;
+  if (info.folder) choices.folder = info.folder;
+  choices.cyclic = !(info.flags & PAL_SCENE_NOT_CYCLIC);
+  for (uint32_t k = 0; k < info.mode_library_count; ++k)
+    choices.mode_libraries.emplace_back(info.mode_libraries[k]);
+  if (info.frame_sets > 0 && !info.frames)
+    return Error{ErrorKind::kBadInput, "PalSceneInfo.frames is missing"};
+  for (uint32_t k = 0; k < info.frame_sets; ++k) {
+    PalFrames frames;
+    // An array has the stride of the structure that the program knows.
+    const auto* const at =
+        reinterpret_cast<const char*>(info.frames) + size_t(k) * info.frames->size;
+    if (taken(reinterpret_cast<const PalFrames*>(at), offsetof(PalFrames, times_s), "PalFrames",
+              frames) != PAL_OK)
+      return Error{ErrorKind::kBadInput, pal_last_error()};
+    auto given = given_of(frames);
+    if (!given) return given.error();
+    choices.given[frames.name] = std::move(*given);
+  }
+  return choices;
+}
+
+/// What nothing moves may be placed by the host.
+void make_movable(LoadedScene& scene) {
+  for (VolumeSpec& volume : scene.spec.volumes) {
+    if (volume.drive.kind != DriveSpec::Kind::kStill) continue;
+    volume.drive.kind = DriveSpec::Kind::kSecondHand;
+    volume.path = usual_path(volume.drive.kind);
+  }
+}
+
+PalResult open_scene(PalContext* context, const PalSceneInfo* given, PalScene** scene) {
+  const Use use(of(context));
+  if (!use) return refused_handle("context");
+  if (!scene) return failed(PAL_BAD_INPUT, {"There is no place for the scene"});
+  PalSceneInfo info;
+  if (const PalResult read = taken(given, offsetof(PalSceneInfo, folder), "PalSceneInfo", info);
+      read != PAL_OK)
+    return read;
+  const bool has_paths = info.path_count > 0 && info.paths;
+  if (has_paths == (info.json != nullptr))
+    return failed(PAL_BAD_INPUT,
+                  {"A scene is opened from paths or from JSON: give one of the two"});
+  if (has_paths && std::any_of(info.paths, info.paths + info.path_count,
+                               [](const char* path) { return !path || !*path; }))
+    return failed(PAL_BAD_INPUT, {"A path of the scene is empty"});
+  auto choices = choices_of(info);
+  if (!choices) return failed(choices.error());
+  auto loaded = has_paths ? scenes::load_scene({info.paths, info.paths + info.path_count}, *choices)
+                          : scenes::load_scene_text(info.json, *choices);
+  if (!loaded) return failed(loaded.error());
+  auto content = std::make_shared<SceneContent>();
+  content->context = use.shared();
+  content->scene = std::move(*loaded);
+  content->keeps_size = (info.flags & PAL_SCENE_TRUE_SIZE) != 0;
+  if (info.flags & PAL_SCENE_MOVABLE) make_movable(content->scene);
+  if (const ContextContent& with = *content->context; with.log)
+    for (const std::string& note : content->scene.notes) with.log(with.user, note.c_str());
+  *scene = reinterpret_cast<PalScene*>(Handle<SceneContent>::make(std::move(content)));
+  return PAL_OK;
+}
+
+std::string text_of(const LoadedScene& scene, PalSceneText which) {
+  if (which == PAL_SCENE_TEXT_PLAN) return text(plan(scene.spec, scene.data));
+  if (which == PAL_SCENE_TEXT_JSON) return files::scene_text(scene.spec);
+  std::string notes;
+  for (const std::string& note : scene.notes) notes += note + "\n";
+  return notes;
+}
+
+}  // namespace
+
+void rows_of(const Transform& transform, double rows[12]) {
+  const glm::dmat3 linear = transform.linear();
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) rows[4 * row + column] = linear[column][row];
+    rows[4 * row + 3] = transform.translation_m[row];
+  }
+}
+
+}  // namespace palpate::toolkit
+
+using namespace palpate::toolkit;
+
+PalResult pal_scene_open(PalContext* context, const PalSceneInfo* info, PalScene** scene) {
+  return guarded([&] { return open_scene(context, info, scene); });
+}
+
+PalResult pal_scene_close(PalScene** scene) {
+  return guarded([&] {
+    if (!scene || !*scene) return PAL_OK;
+    PalScene* const closed = std::exchange(*scene, nullptr);
+    of(closed)->close();
+    return PAL_OK;
+  });
+}
+
+PalResult pal_scene_text(const PalScene* scene, PalSceneText which, char* text, size_t capacity,
+                         size_t* length) {
+  return guarded([&] {
+    const Use use(of(scene));
+    if (!use) return refused_handle("scene");
+    if (which < PAL_SCENE_TEXT_NOTES || which > PAL_SCENE_TEXT_JSON)
+      return failed(PAL_BAD_INPUT, {"There is no such text of a scene"});
+    const std::string all = text_of(use->scene, which);
+    if (length) *length = all.size();
+    if (!text || capacity == 0) return PAL_OK;
+    const size_t written = std::min(all.size(), capacity - 1);
+    std::memcpy(text, all.data(), written);
+    text[written] = '\0';
+    return PAL_OK;
+  });
+}
+
+PalResult pal_scene_volume(const PalScene* scene, uint32_t index, PalVolume* volume) {
+  return guarded([&] {
+    const Use use(of(scene));
+    if (!use) return refused_handle("scene");
+    PalVolume known;
+    if (const PalResult read = taken(volume, offsetof(PalVolume, length_s), "PalVolume", known);
+        read != PAL_OK)
+      return read;
+    const palpate::LoadedScene& of_scene = use->scene;
+    if (index >= of_scene.data.size()) return PAL_END;
+    const palpate::MovingVolume& data = *of_scene.data[index];
+    const palpate::VolumeSpec& spec = of_scene.spec.volumes[index];
+    known.frame_count = uint32_t(data.times.times_s.size());
+    known.length_s = data.times.length_s();
+    for (int a = 0; a < 3; ++a) {
+      known.low_m[a] = data.frames.front()->low_m()[a];
+      known.high_m[a] = data.frames.front()->high_m()[a];
+    }
+    rows_of(spec.transform, known.world_from_volume);
+    known.is_motion_known = std::none_of(
+        of_scene.missing.begin(), of_scene.missing.end(),
+        [&](const palpate::MissingMotion& missing) { return missing.volume == index; });
+    known.is_movable = spec.drive.kind == palpate::DriveSpec::Kind::kSecondHand;
+    std::memcpy(volume, &known, volume->size);
+    return PAL_OK;
+  });
+}

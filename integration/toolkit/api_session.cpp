@@ -1,0 +1,391 @@
+// Sessions, and force devices of the host's.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "compute/motion/options.h"
+#include "integration/devices/force_devices.h"
+#include "integration/toolkit/session_content.h"
+
+namespace palpate::toolkit {
+namespace {
+
+// Of the force that a device may be asked for; above it a number is a mistake.
+constexpr double kMostForce_n = 100.0;
+
+/// The session in one of whose callbacks this thread is.
+thread_local const void* calling_back = nullptr;
+
+int64_t monotonic_ns() noexcept {
+  return std::chrono::steady_clock::now().time_since_epoch().count();
+}
+
+DeviceFault fault_of(uint32_t fault) noexcept {
+  switch (fault) {
+    case PAL_FAULT_NONE:
+      return DeviceFault::kNone;
+    case PAL_FAULT_NOT_OPENED:
+      return DeviceFault::kNotOpened;
+    case PAL_FAULT_UNPLUGGED:
+      return DeviceFault::kUnplugged;
+    case PAL_FAULT_TIMEOUT:
+      return DeviceFault::kTimeout;
+    case PAL_FAULT_NOT_HOMED:
+      return DeviceFault::kNotHomed;
+    case PAL_FAULT_FORCE_OFF:
+      return DeviceFault::kForceOff;
+    default:
+      return DeviceFault::kGarbage;
+  }
+}
+
+/// A force device of the host's, as the servo loop takes one.
+class HostDevice final : public ForceDevice {
+ public:
+  HostDevice(const PalDevice& device, DeviceInfo info) : device_(device), info_(std::move(info)) {}
+  DeviceInfo info() const override { return info_; }
+  DeviceReading exchange(const DeviceCommand& command) noexcept override {
+    PalReading given{};
+    const double force_n[3] = {command.force_n.x, command.force_n.y, command.force_n.z};
+    device_.exchange(device_.user, force_n, &given);
+    DeviceReading reading;
+    const glm::dvec3 x(given.position_m[0], given.position_m[1], given.position_m[2]);
+    const bool finite = std::isfinite(x.x) && std::isfinite(x.y) && std::isfinite(x.z);
+    reading.fault = finite ? fault_of(given.fault) : DeviceFault::kGarbage;
+    if (reading.fault == DeviceFault::kNone) last_m_ = x;
+    reading.position_m = last_m_;
+    reading.time_ns = given.time_ns ? given.time_ns : monotonic_ns();
+    reading.buttons = given.buttons;
+    reading.fresh = reading.fault == DeviceFault::kNone && given.is_fresh;
+    return reading;
+  }
+
+ private:
+  PalDevice device_;
+  DeviceInfo info_;
+  glm::dvec3 last_m_{0.0};
+};
+
+Result<DeviceInfo> info_of(const PalDeviceInfo* given) {
+  PalDeviceInfo host;
+  if (taken(given, offsetof(PalDeviceInfo, resolution_m), "PalDeviceInfo", host) != PAL_OK)
+    return Error{ErrorKind::kBadInput, pal_last_error()};
+  DeviceInfo info;
+  info.kind = "host";
+  info.name = host.name ? host.name : "host";
+  info.max_force_n = host.max_force_n;
+  info.max_stiffness_n_per_m = host.max_stiffness_n_per_m;
+  info.workspace_radius_m = host.workspace_radius_m;
+  info.resolution_m = host.resolution_m;
+  info.delay_s = host.delay_s;
+  info.buttons = 32;
+  for (int a = 0; a < 3; ++a) info.workspace_centre_m[a] = host.workspace_centre_m[a];
+  const auto sound = [](double number) { return std::isfinite(number) && number >= 0.0; };
+  const glm::dvec3 centre = info.workspace_centre_m;
+  if (!(info.max_force_n > 0.0) || !(info.workspace_radius_m > 0.0) || !sound(info.max_force_n) ||
+      !sound(info.workspace_radius_m) || !sound(info.max_stiffness_n_per_m) ||
+      !sound(info.resolution_m) || !sound(info.delay_s) ||
+      !std::isfinite(centre.x + centre.y + centre.z))
+    return Error{ErrorKind::kBadInput,
+                 "A device needs a largest force and a workspace above 0, and no number of it may "
+                 "be below 0 or not finite"};
+  return info;
+}
+
+/// "haply@localhost:10001" in two.
+std::pair<std::string, std::string> parts_of(const std::string& name) {
+  const size_t at = name.find('@');
+  return {name.substr(0, at), at == std::string::npos ? "" : name.substr(at + 1)};
+}
+
+/// A device that palpate drives.
+Result<std::unique_ptr<ForceDevice>> own_device(const char* name, bool real_time) {
+  const auto [kind, place] = parts_of(name ? name : "auto");
+  const devices::ForceDeviceOptions options{place, "", real_time};
+  for (const devices::ForceDeviceKind& known : devices::force_device_kinds())
+    if (kind == known.kind || (kind == "auto" && known.may_be_there(options)))
+      return known.make(options);
+  if (kind == "auto")
+    return Error{ErrorKind::kNoDevice,
+                 "No force device is there: plug one in, or give one of your own (PalDevice)"};
+  std::string known;
+  for (const devices::ForceDeviceKind& one : devices::force_device_kinds())
+    known += (known.empty() ? "" : ", ") + std::string(one.kind);
+  return Error{
+      ErrorKind::kBadInput,
+      fmt::format("There is no kind of force device '{}': choose one of auto, {}", kind, known)};
+}
+
+Result<std::unique_ptr<ForceDevice>> device_of(const PalSessionInfo& info) {
+  if (!info.device) return own_device(info.device_name, !(info.flags & PAL_SESSION_NO_REAL_TIME));
+  PalDevice host;
+  if (taken(info.device, sizeof(PalDevice), "PalDevice", host) != PAL_OK)
+    return Error{ErrorKind::kBadInput, pal_last_error()};
+  if (!host.exchange) return Error{ErrorKind::kBadInput, "A PalDevice needs exchange"};
+  auto known = info_of(&host.info);
+  if (!known) return known.error();
+  return std::unique_ptr<ForceDevice>(std::make_unique<HostDevice>(host, std::move(*known)));
+}
+
+/// What the host wants, checked.
+Result<SessionOptions> options_of(const PalSessionInfo& info, const SceneContent& of_scene,
+                                  const SessionContent* session) {
+  const auto refused = [](const char* sentence) { return Error{ErrorKind::kBadInput, sentence}; };
+  for (const double number : {info.max_force_n, info.stiffness_n_per_m, info.watchdog_s})
+    if (!std::isfinite(number) || number < 0.0)
+      return refused("A number of PalSessionInfo is below 0 or not finite");
+  if (info.max_force_n > kMostForce_n) return refused("A largest force above 100 N is a mistake");
+  SessionOptions options;
+  options.haptics.safety.max_force_n =
+      info.max_force_n > 0.0 ? info.max_force_n : of_scene.scene.spec.max_force_n;
+  options.haptics.safety.dead_man = (info.flags & PAL_SESSION_DEAD_MAN) != 0;
+  if (info.watchdog_s > 0.0) {
+    options.haptics.safety.late_s = info.watchdog_s;
+    options.haptics.safety.stale_s =
+        std::max(options.haptics.safety.stale_s, 2.0 * info.watchdog_s);
+    options.servo.loop.watchdog_ns = int64_t(1e9 * info.watchdog_s);
+  }
+  // A host's memory is the host's to lock.
+  options.servo.real_time.lock_memory = false;
+  if (info.flags & PAL_SESSION_NO_REAL_TIME)
+    options.servo.real_time = {
+        .priority = 0, .core = -1, .lock_memory = false, .cores_awake = false};
+  if (info.preset) {
+    if (!motion_preset(info.preset)) return refused("There is no such preset of the estimation");
+    options.motion.preset = info.preset;
+  }
+  if (of_scene.context->device && !(info.flags & PAL_SESSION_NO_ESTIMATION))
+    options.motion.open_context =
+        [device = of_scene.context->device]() -> Result<std::shared_ptr<vulkan::Context>> {
+      return device;
+    };
+  if (info.on_event)
+    options.on_event = [on_event = info.on_event, user = info.user,
+                        session](const SessionEvent& event) {
+      const void* const before = std::exchange(calling_back, session);
+      on_event(user, PalEventKind(event.kind), event.sentence.c_str());
+      calling_back = before;
+    };
+  return options;
+}
+static_assert(int(SessionEvent::Kind::kNote) == PAL_EVENT_NOTE &&
+              int(SessionEvent::Kind::kMoves) == PAL_EVENT_MOVES &&
+              int(SessionEvent::Kind::kWholeMotion) == PAL_EVENT_WHOLE_MOTION &&
+              int(SessionEvent::Kind::kMotionFailed) == PAL_EVENT_MOTION_FAILED);
+
+PalResult open_session(PalScene* scene, const PalSessionInfo* given, PalSession** session) {
+  const Use use(of(scene));
+  if (!use) return refused_handle("scene");
+  if (!session) return failed(PAL_BAD_INPUT, {"There is no place for the session"});
+  PalSessionInfo info;
+  if (const PalResult read =
+          taken(given, offsetof(PalSessionInfo, max_force_n), "PalSessionInfo", info);
+      read != PAL_OK)
+    return read;
+  const bool host_ticks = (info.flags & PAL_SESSION_HOST_TICKS) != 0;
+  if (host_ticks && (info.device || info.device_name))
+    return failed(PAL_BAD_INPUT,
+                  {"A host that ticks has the device itself: give PalSessionInfo.host alone"});
+  Result<DeviceInfo> host = DeviceInfo{};
+  Result<std::unique_ptr<ForceDevice>> device = std::unique_ptr<ForceDevice>();
+  if (host_ticks)
+    host = info_of(info.host);
+  else
+    device = device_of(info);
+  if (!host) return failed(host.error());
+  if (!device) return failed(device.error());
+  const DeviceInfo known = host_ticks ? *host : (*device)->info();
+
+  auto content = std::make_shared<SessionContent>(use->context, std::move(*device));
+  content->host_ticks = host_ticks;
+  auto options = options_of(info, *use, content.get());
+  if (!options) return failed(options.error());
+  LoadedScene felt = use->scene;
+  if (info.stiffness_n_per_m > 0.0) felt.spec.stiffness_n_per_m = info.stiffness_n_per_m;
+  if (felt.from_sequence && !use->keeps_size) fit_to_reach(felt, known);
+  auto started = host_ticks
+                     ? Session::start_in_host(std::move(felt), known, std::move(*options))
+                     : Session::start(std::move(felt), *content->device(), std::move(*options));
+  if (!started) return failed(started.error());
+  content->session = std::move(*started);
+  *session = reinterpret_cast<PalSession*>(Handle<SessionContent>::make(std::move(content)));
+  return PAL_OK;
+}
+
+/// Runs `work` with the session of a handle.
+template <class Work>
+PalResult with(const PalSession* session, const Work& work) noexcept {
+  return guarded([&] {
+    const Use use(of(session));
+    return use ? work(*use) : refused_handle("session");
+  });
+}
+
+PalResult sent(SessionContent& of_session, const ControlEvent& event) {
+  return of_session.session->send(event)
+             ? PAL_OK
+             : failed(PAL_NOT_YET, {"Too many changes wait already: the haptic loop does not run, "
+                                    "or try again later"});
+}
+
+void fill(PalState& state, SessionContent& of_session) {
+  const SceneMoment moment = of_session.moment();
+  const Session& session = *of_session.session;
+  state.in_contact = moment.in_contact;
+  state.time_ns = moment.now_ns;
+  for (int a = 0; a < 3; ++a) {
+    state.hand_m[a] = moment.probe_m[a];
+    state.proxy_m[a] = moment.proxy_m[a];
+    state.force_n[a] = moment.force_n[a];
+  }
+  const bool is_scene = moment.cause == Cause::kNone;
+  state.cause = is_scene ? "" : word(moment.cause);
+  state.cause_sentence = is_scene ? "" : sentence(moment.cause);
+  state.can_play = session.can_play();
+  const LiveMotion::Progress motion = session.motion().progress();
+  state.steps = uint32_t(motion.steps);
+  state.steps_known = uint32_t(motion.steps_known);
+  state.volume_count = uint32_t(moment.volume_count);
+  for (int v = 0; v < moment.volume_count; ++v) {
+    const VolumeMoment& volume = moment.volumes[size_t(v)];
+    rows_of(volume.world_from_volume, state.volumes[v].world_from_volume);
+    state.volumes[v].time_s = volume.time_s;
+    state.volumes[v].rate = volume.rate;
+  }
+  state.ticks = session.statistics().ticks.load();
+  state.late_ticks = session.statistics().late.load();
+}
+static_assert(int(PAL_MOST_VOLUMES) == SceneMoment::kMostVolumes);
+
+}  // namespace
+}  // namespace palpate::toolkit
+
+using namespace palpate::toolkit;
+using palpate::ControlEvent;
+
+PalResult pal_session_open(PalScene* scene, const PalSessionInfo* info, PalSession** session) {
+  return guarded([&] { return open_session(scene, info, session); });
+}
+
+PalResult pal_session_close(PalSession** session) {
+  return guarded([&] {
+    if (!session || !*session) return PAL_OK;
+    {
+      const Use use(of(*session));
+      if (use && calling_back == &*use)
+        return failed(
+            PAL_BAD_INPUT,
+            {"A session can not be closed from its own callback: close it from another thread"});
+    }
+    PalSession* const closed = std::exchange(*session, nullptr);
+    // A view may keep the rest of it; what runs ends here.
+    if (const auto content = of(closed)->close()) content->session->stop();
+    return PAL_OK;
+  });
+}
+
+PalResult pal_session_stop(PalSession* session) {
+  return with(session, [](SessionContent& of_session) {
+    if (calling_back == &of_session)
+      return failed(
+          PAL_BAD_INPUT,
+          {"A session can not be stopped from its own callback: stop it from another thread"});
+    of_session.session->stop();
+    return PAL_OK;
+  });
+}
+
+int pal_session_at_rest(const PalSession* session) {
+  const Use use(of(session));
+  return use && use->session->at_rest();
+}
+
+PalResult pal_haptics_tick(PalSession* session, const PalTick* tick, double force_n[3]) {
+  if (!force_n) return failed(PAL_BAD_INPUT, {"There is no place for the force"});
+  force_n[0] = force_n[1] = force_n[2] = 0.0;
+  const Use use(of(session));
+  if (!use) return refused_handle("session");
+  if (!tick || !use->host_ticks)
+    return failed(PAL_BAD_INPUT,
+                  {"The tick is missing, or the session has a haptic thread of its own"});
+  const glm::dvec3 force =
+      use->session->tick({{tick->position_m[0], tick->position_m[1], tick->position_m[2]},
+                          tick->time_ns,
+                          tick->buttons});
+  for (int a = 0; a < 3; ++a) force_n[a] = force[a];
+  return PAL_OK;
+}
+
+PalResult pal_session_state(PalSession* session, PalState* state) {
+  return with(session, [&](SessionContent& of_session) {
+    PalState known;
+    if (const PalResult read = taken(state, offsetof(PalState, hand_m), "PalState", known);
+        read != PAL_OK)
+      return read;
+    fill(known, of_session);
+    std::memcpy(state, &known, state->size);
+    return PAL_OK;
+  });
+}
+
+PalResult pal_session_play(PalSession* session, int on) {
+  return with(session, [&](SessionContent& of_session) {
+    if (!of_session.session->can_play())
+      return failed(PAL_NOT_YET, {"The motion is not known yet"});
+    of_session.session->play(on != 0);
+    return PAL_OK;
+  });
+}
+
+PalResult pal_session_scrub(PalSession* session, double share) {
+  return with(session, [&](SessionContent& of_session) {
+    if (!(share >= 0.0 && share <= 1.0))
+      return failed(PAL_BAD_INPUT, {"A share of the sequence is from 0 to 1"});
+    if (!of_session.session->can_play())
+      return failed(PAL_NOT_YET, {"The motion is not known yet"});
+    of_session.session->scrub_to(share);
+    return PAL_OK;
+  });
+}
+
+PalResult pal_session_set_mode(PalSession* session, uint32_t index, int on, double gain) {
+  return with(session, [&](SessionContent& of_session) {
+    if (index >= of_session.session->scene()->modes.size())
+      return failed(PAL_BAD_INPUT, {"The scene has no such mode"});
+    if (!(gain >= 0.0 && gain <= 1e6)) return failed(PAL_BAD_INPUT, {"A gain is from 0 to 1e6"});
+    const PalResult switched =
+        sent(of_session, {ControlEvent::Kind::kModeOn, int(index), on ? 1.0 : 0.0});
+    return switched == PAL_OK ? sent(of_session, {ControlEvent::Kind::kModeGain, int(index), gain})
+                              : switched;
+  });
+}
+
+PalResult pal_session_place(PalSession* session, uint32_t volume,
+                            const double world_from_volume[12]) {
+  return with(session, [&](SessionContent& of_session) {
+    const auto scene = of_session.session->scene();
+    if (volume >= scene->volumes.size() || !world_from_volume)
+      return failed(PAL_BAD_INPUT, {"The scene has no such volume, or its place is missing"});
+    if (scene->volumes[volume].spec.drive.kind != palpate::DriveSpec::Kind::kSecondHand)
+      return failed(PAL_BAD_INPUT,
+                    {"The volume does not take places: open its scene with PAL_SCENE_MOVABLE"});
+    glm::dmat4 matrix(1.0);
+    for (int row = 0; row < 3; ++row)
+      for (int column = 0; column < 4; ++column)
+        matrix[column][row] = world_from_volume[4 * row + column];
+    const auto transform = palpate::split(matrix);
+    if (!transform) return failed(transform.error());
+    return of_session.session->place(volume, *transform)
+               ? PAL_OK
+               : failed(PAL_NOT_YET,
+                        {"Too many places wait already: the haptic loop does not run"});
+  });
+}
+
+PalResult pal_session_rearm(PalSession* session) {
+  return with(session, [](SessionContent& of_session) {
+    return sent(of_session, {ControlEvent::Kind::kRearm, 0, 0.0});
+  });
+}

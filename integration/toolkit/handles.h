@@ -1,0 +1,181 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstring>
+#include <exception>
+#include <initializer_list>
+#include <memory>
+#include <mutex>
+#include <new>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include "compute/volume/result.h"
+#include "compute/vulkan/context.h"
+#include "integration/toolkit/palpate.h"
+#include "module/session/loaded_scene.h"
+
+/// What the functions of palpate.h share: handles that outlive wrong calls, structures of older
+/// programs, and errors as a number and a sentence.
+namespace palpate::toolkit {
+
+/// Keeps the sentence for pal_last_error() of this thread. Any thread; does not allocate.
+PalResult failed(PalResult result, std::initializer_list<std::string_view> parts) noexcept;
+PalResult failed(const Error& error) noexcept;
+
+/// What a handle stands for, with who uses it just now. Never freed, but used again, so that a call
+/// with a handle that another thread has closed finds a closed one instead of freed memory.
+template <class Content>
+struct Handle {
+  std::atomic<int> users{0};
+  std::atomic<bool> open{false};
+  std::shared_ptr<Content> content;
+
+  static Handle* make(std::shared_ptr<Content> content) {
+    const std::lock_guard lock(pool().mutex);
+    Handle* handle = nullptr;
+    if (pool().free.empty()) {
+      handle = pool().all.emplace_back(std::make_unique<Handle>()).get();
+      pool().free.reserve(pool().all.size());
+    } else {
+      handle = pool().free.back();
+      pool().free.pop_back();
+    }
+    handle->content = std::move(content);
+    handle->open.store(true);
+    return handle;
+  }
+
+  /// Waits for the calls under way and gives what it stood for; null if it was closed already.
+  std::shared_ptr<Content> close() {
+    if (!open.exchange(false)) return nullptr;
+    while (users.load() != 0) std::this_thread::sleep_for(std::chrono::microseconds(50));
+    std::shared_ptr<Content> last = std::move(content);
+    const std::lock_guard lock(pool().mutex);
+    pool().free.push_back(this);
+    return last;
+  }
+
+ private:
+  struct Pool {
+    std::mutex mutex;
+    std::vector<std::unique_ptr<Handle>> all;
+    std::vector<Handle*> free;
+  };
+  static Pool& pool() {
+    static Pool pool;
+    return pool;
+  }
+};
+
+/// A call that uses a handle, which can not be closed meanwhile. Wait-free.
+template <class Content>
+class Use {
+ public:
+  explicit Use(Handle<Content>* handle) noexcept : handle_(handle) {
+    if (!handle_) return;
+    handle_->users.fetch_add(1);
+    open_ = handle_->open.load();
+  }
+  ~Use() {
+    if (handle_) handle_->users.fetch_sub(1);
+  }
+  Use(const Use&) = delete;
+  Use& operator=(const Use&) = delete;
+
+  explicit operator bool() const noexcept { return open_; }
+  Content* operator->() const noexcept { return handle_->content.get(); }
+  Content& operator*() const noexcept { return *handle_->content; }
+  std::shared_ptr<Content> shared() const { return handle_->content; }
+
+ private:
+  Handle<Content>* handle_;
+  bool open_ = false;
+};
+
+/// The result of a call with a handle that is null or closed.
+PalResult refused_handle(const char* what) noexcept;
+
+/// The structure that a program has given, as this library knows it: what an older one lacks is 0.
+/// PAL_BAD_INPUT without one; PAL_BAD_VERSION with a size below `least`, or one that is larger than
+/// this library's.
+template <class Info>
+PalResult taken(const Info* info, size_t least, const char* name, Info& result) noexcept {
+  if (!info) return failed(PAL_BAD_INPUT, {name, " is missing"});
+  if (info->size > sizeof(Info))
+    return failed(PAL_BAD_VERSION, {name,
+                                    " is larger than this library knows: the program was compiled "
+                                    "for a newer palpate"});
+  if (info->size < least)
+    return failed(PAL_BAD_VERSION,
+                  {name, " does not say its size: set size to sizeof(", name, ")"});
+  std::memset(&result, 0, sizeof(Info));
+  std::memcpy(&result, info, info->size);
+  return PAL_OK;
+}
+
+/// Runs a function of the C interface: an exception becomes a result and a sentence.
+template <class Work>
+PalResult guarded(const Work& work) noexcept {
+  try {
+    return work();
+  } catch (const std::bad_alloc&) {
+    return failed(PAL_OUT_OF_MEMORY, {"There is not enough memory on this machine"});
+  } catch (const vulkan::Failure& failure) {
+    return failed(failure.error());
+  } catch (const std::exception& error) {
+    return failed(PAL_INTERNAL, {error.what()});
+  } catch (...) {
+    return failed(PAL_INTERNAL, {"An unknown exception was thrown"});
+  }
+}
+
+/// kBadInput, in a sentence, for a grid that is none.
+Result<Grid> grid_of(const PalGrid& grid);
+
+/// A frame of the host's as a volume. kBadInput for a type that is none, and samples that are not
+/// finite.
+Result<Volume> volume_of(const Grid& grid, PalSampleType type, const void* samples);
+
+struct ContextContent {
+  std::shared_ptr<vulkan::Context> device;  ///< null: there is none
+  std::string device_name;
+  void (*log)(void* user, const char* sentence) = nullptr;
+  void* user = nullptr;
+};
+
+struct SceneContent {
+  std::shared_ptr<ContextContent> context;
+  LoadedScene scene;
+  bool keeps_size = false;
+  bool movable = false;
+};
+
+class SessionContent;
+class ViewContent;
+
+/// The handles that palpate.h only names.
+inline Handle<ContextContent>* of(PalContext* handle) noexcept {
+  return reinterpret_cast<Handle<ContextContent>*>(handle);
+}
+inline Handle<SceneContent>* of(PalScene* handle) noexcept {
+  return reinterpret_cast<Handle<SceneContent>*>(handle);
+}
+inline Handle<SessionContent>* of(PalSession* handle) noexcept {
+  return reinterpret_cast<Handle<SessionContent>*>(handle);
+}
+inline Handle<ViewContent>* of(PalView* handle) noexcept {
+  return reinterpret_cast<Handle<ViewContent>*>(handle);
+}
+template <class Named>
+auto* of(const Named* handle) noexcept {
+  return of(const_cast<Named*>(handle));
+}
+
+/// A transform as three rows of four.
+void rows_of(const Transform& transform, double rows[12]);
+
+}  // namespace palpate::toolkit

@@ -1,0 +1,453 @@
+/* palpate.h: palpate in other programs. C99, and C++.
+
+   A person puts a hand into a moving volume: palpate estimates how the data move, renders the
+   forces, and draws the picture. Here all of that is functions over opaque handles: PalContext the
+   device that computes: palpate's own, or the host's Vulkan device PalScene     what there is to
+   feel and see PalSession   a scene that is felt, by a haptic thread of palpate's or in the host's
+   own haptic loop PalView      pictures of a session, into the host's images or into memory
+
+   Rules
+   - Every structure begins with its size: set it to sizeof, and all that is not needed to 0. A
+   program that was compiled with an older header goes on to work: what its structures lack is 0. A
+   larger size than the library knows is PAL_BAD_VERSION.
+   - Functions return a PalResult: 0 is success, below 0 is a failure, above 0 "not yet" or "no
+   more". After a failure pal_last_error() has a sentence for people, of this thread.
+   - Closing takes the handle's address and sets it to NULL. Closing NULL, or a handle that is NULL,
+   is no error. A call with a handle that was closed by another thread fails with PAL_BAD_INPUT;
+   closing waits for calls that are under way.
+   - Callbacks get the `user` pointer that was given with them, and hold no lock of the library's.
+   They may call every function but the closing of what calls them.
+   - The library never exits, aborts, prints, sets the locale or a signal handler, or throws over
+   the boundary.
+   - Memory comes from the C++ runtime's allocator; there is no hook for it, since parts of that
+   runtime allocate by themselves.
+   - Threads: [RT] real-time safe: no lock, no allocation, no system call; [ANY] any thread; [OWNER]
+   one thread at a time.
+   - Units: haptics m, N, s in the device's space (x right, y up, z towards the user); the world is
+   m, right-handed, y up; grids and motion fields are mm in the patient's space (LPS), as ITK has
+   them.
+
+   A volume's own space is m, y up: x = L, y = S, z = -P of its patient, times 0.001. */
+#ifndef PALPATE_H
+#define PALPATE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#if defined(_WIN32)
+#define PAL_API
+#else
+#define PAL_API __attribute__((visibility("default")))
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* --------------------------------------------------------------------------------- first of all */
+
+#define PAL_VERSION_MAJOR 0
+#define PAL_VERSION_MINOR 1
+#define PAL_VERSION_PATCH 0
+#define PAL_VERSION \
+  (((uint32_t)PAL_VERSION_MAJOR << 16) | (PAL_VERSION_MINOR << 8) | PAL_VERSION_PATCH)
+
+/* Of the library, as PAL_VERSION is of this header. [RT] */
+PAL_API uint32_t pal_version(void);
+
+typedef enum PalResult {
+  PAL_OK = 0,
+  PAL_NOT_YET = 1,        /* nothing is wrong: ask again later */
+  PAL_END = 2,            /* there is no such thing any more: the end of a list */
+  PAL_BAD_INPUT = -1,     /* data or arguments are wrong: the sentence says what to change */
+  PAL_BAD_OUTPUT = -2,    /* a result could not be written: nothing was touched */
+  PAL_NO_DEVICE = -3,     /* no device that can do the work */
+  PAL_DEVICE_FAILED = -4, /* the device was lost, or its driver refused */
+  PAL_OUT_OF_MEMORY = -5, /* the host or the device can not hold the work */
+  PAL_CANCELLED = -6,     /* as was asked for */
+  PAL_BAD_VERSION = -7,   /* header and library do not fit together */
+  PAL_INTERNAL = -8       /* a fault of the library's own: please report it */
+} PalResult;
+
+/* "PAL_BAD_INPUT". Static. [RT] */
+PAL_API const char* pal_result_name(PalResult result);
+
+/* The sentence on this thread's last failure, "" before the first; valid until this thread's next
+ * call. [ANY] */
+PAL_API const char* pal_last_error(void);
+
+/* Where samples lie: sample (i, j, k) at index i + size[0] * (j + size[1] * k) has its centre at
+ * origin + direction * (spacing * (i, j, k)). */
+typedef struct PalGrid {
+  uint32_t size[3];
+  double spacing_mm[3]; /* more than 0 */
+  double origin_mm[3];  /* LPS */
+  double direction[9]; /* three rows of a rotation matrix, whose columns are the directions of i, j,
+                          k in LPS; all 0: the unit matrix */
+} PalGrid;
+
+typedef enum PalSampleType {
+  PAL_FLOAT32 = 0,
+  PAL_FLOAT64 = 1,
+  PAL_INT8 = 2,
+  PAL_UINT8 = 3,
+  PAL_INT16 = 4,
+  PAL_UINT16 = 5,
+  PAL_INT32 = 6,
+  PAL_UINT32 = 7
+} PalSampleType;
+
+/* -------------------------------------------------------------------------------------- contexts
+ */
+
+typedef struct PalContext PalContext;
+
+enum {
+  /* There is no device that computes: forces only, and motion is not estimated. */
+  PAL_CONTEXT_NO_GPU = 1u << 0
+};
+
+/* A host's Vulkan device, which the library goes on to share. Made with Vulkan 1.2 or later and
+   with the feature shaderStorageImageWriteWithoutFormat; the queue has compute and, for pictures in
+   the host's images, is the one that draws them. It must outlive the context. Handles are Vulkan's
+   own. */
+typedef struct PalVulkan {
+  uint32_t size; /* sizeof(PalVulkan) */
+  uint32_t queue_family;
+  void* instance;        /* VkInstance */
+  void* physical_device; /* VkPhysicalDevice */
+  void* device;          /* VkDevice */
+  void* queue;           /* VkQueue */
+  /* 1: made with the feature shaderStorageImageExtendedFormats, which saves memory. */
+  uint32_t has_extended_formats;
+  /* Around every use of the queue, on any thread; NULL where nobody else uses it meanwhile. */
+  void (*lock_queue)(void* user);
+  void (*unlock_queue)(void* user);
+  void* user;
+} PalVulkan;
+
+typedef struct PalContextInfo {
+  uint32_t size;      /* sizeof(PalContextInfo) */
+  uint32_t version;   /* PAL_VERSION */
+  uint32_t flags;     /* PAL_CONTEXT_... */
+  const char* device; /* a Vulkan device, by number or part of its name; NULL: the first GPU, else
+                         the CPU */
+  const PalVulkan* vulkan;   /* instead: the host's; NULL: the library opens a device of its own */
+  uint64_t memory_cap_bytes; /* use no more device memory; 0: what there is */
+  /* Hears sentences on what the library does, on any thread. NULL: nobody does. */
+  void (*log)(void* user, const char* sentence);
+  void* user;
+} PalContextInfo;
+
+/* [ANY] */
+PAL_API PalResult pal_context_open(const PalContextInfo* info, PalContext** context);
+/* What was opened with the context goes on, and ends with the last of it. [ANY] */
+PAL_API PalResult pal_context_close(PalContext** context);
+/* The name of the device that computes, "" without one; valid until the context is closed. [ANY] */
+PAL_API const char* pal_context_device(const PalContext* context);
+
+/* ---------------------------------------------------------------------------------------- scenes
+
+   What there is to feel and see: volumes with their data, haptic modes, a spring. Immutable after
+   it was opened; any number of sessions may use one scene, also after it was closed. */
+
+typedef struct PalScene PalScene;
+
+/* Frames in memory, which stand in place of a file. Read during the call alone. */
+typedef struct PalFrames {
+  uint32_t size;    /* sizeof(PalFrames) */
+  const char* name; /* takes the place of a file's name: among the paths of PalSceneInfo, or in a
+                       scene's "files" */
+  PalGrid grid;     /* of every frame */
+  PalSampleType sample_type;
+  const void* const* frames; /* frame_count arrays of grid.size[0] * [1] * [2] samples, x fastest */
+  uint32_t frame_count;
+  /* frame_count rising times; NULL: one frame a second, or as PalSceneInfo says. */
+  const double* times_s;
+} PalFrames;
+
+enum {
+  /* Volumes that nothing moves may be placed by the host, see pal_session_place(). */
+  PAL_SCENE_MOVABLE = 1u << 0,
+  /* A sequence without a scene keeps its size; else it is shrunk to the device's reach when a
+     session opens. */
+  PAL_SCENE_TRUE_SIZE = 1u << 1,
+  /* The sequence has an end: it does not go on with its first frame after the last. */
+  PAL_SCENE_NOT_CYCLIC = 1u << 2
+};
+
+typedef struct PalSceneInfo {
+  uint32_t size;            /* sizeof(PalSceneInfo) */
+  uint32_t flags;           /* PAL_SCENE_... */
+  const char* const* paths; /* a scene file (.json, .x3d), a folder, a 4D file, files of frames in
+                               order, the name of a PalFrames, or "heart", "shell", "molecule" */
+  uint32_t path_count;
+  const char* json; /* instead of paths: a scene in the words of docs/scene-file.md */
+  /* Where the paths of a scene begin; NULL: beside its file, or the working folder. */
+  const char* folder;
+  const PalFrames* frames; /* frame_sets of them */
+  uint32_t frame_sets;
+  const char* const* mode_libraries; /* haptic modes of your own, see docs/writing-a-mode.md */
+  uint32_t mode_library_count;
+  /* A sequence without a scene: */
+  const double* iso_value;  /* of the surface to feel; NULL: found in the data */
+  double strength_n;        /* the surface holds as much; 0: 4 */
+  double friction;          /* Coulomb's mu; 0: 0.2; below 0: none */
+  double frames_per_second; /* 0: as the data say */
+  const char* fields;       /* folder or file that `palpate motion` wrote; NULL: none */
+} PalSceneInfo;
+
+/* Reads the data and prepares them, on all cores: takes from a fraction of a second to many. [ANY]
+ */
+PAL_API PalResult pal_scene_open(PalContext* context, const PalSceneInfo* info, PalScene** scene);
+
+/* Nulls *scene. Sessions that use it go on. [ANY] */
+PAL_API PalResult pal_scene_close(PalScene** scene);
+
+typedef enum PalSceneText {
+  PAL_SCENE_TEXT_NOTES = 0, /* what was chosen, and what was left out, a sentence per line */
+  PAL_SCENE_TEXT_PLAN = 1,  /* what each haptic frame does, and what it leaves out and why */
+  PAL_SCENE_TEXT_JSON = 2   /* the scene in the words of docs/scene-file.md */
+} PalSceneText;
+
+/* Writes up to `capacity` bytes of a text, with its end, to `text` (NULL if capacity is 0) and the
+   length of all of it, without its end, to *length. [ANY] */
+PAL_API PalResult pal_scene_text(const PalScene* scene, PalSceneText which, char* text,
+                                 size_t capacity, size_t* length);
+
+typedef struct PalVolume {
+  uint32_t size; /* sizeof(PalVolume), set before the call */
+  uint32_t frame_count;
+  double length_s;              /* of the sequence at rate 1 */
+  double low_m[3], high_m[3];   /* its box, volume space */
+  double world_from_volume[12]; /* at the start: three rows of four */
+  uint32_t is_motion_known;     /* 0: it stands still until a session has found it */
+  uint32_t is_movable;          /* by the host */
+} PalVolume;
+
+/* PAL_END after the last one. [ANY] */
+PAL_API PalResult pal_scene_volume(const PalScene* scene, uint32_t index, PalVolume* volume);
+
+/* --------------------------------------------------------------------------------------- devices
+
+   Haptic units: m, N, s, rad. Device space: x right, y up, z towards the user. */
+
+typedef struct PalDeviceInfo {
+  uint32_t size;                /* sizeof(PalDeviceInfo) */
+  const char* name;             /* for people; NULL: "host" */
+  double max_force_n;           /* it can give for a moment in every direction; more than 0 */
+  double max_stiffness_n_per_m; /* that is stable; 0: not known */
+  double workspace_centre_m[3];
+  double workspace_radius_m; /* more than 0: forces fade at its end */
+  double resolution_m;       /* of the position; 0: not known */
+  double delay_s;            /* from taking a position to its force on the motors; 0: not known */
+} PalDeviceInfo;
+
+enum {
+  PAL_FAULT_NONE = 0,
+  PAL_FAULT_NOT_OPENED = 1,
+  PAL_FAULT_UNPLUGGED = 2,
+  PAL_FAULT_TIMEOUT = 3,
+  PAL_FAULT_GARBAGE = 4,
+  PAL_FAULT_NOT_HOMED = 5,
+  PAL_FAULT_FORCE_OFF = 6
+};
+
+typedef struct PalReading {
+  double position_m[3]; /* of the grip */
+  int64_t time_ns;      /* CLOCK_MONOTONIC when it was taken; 0: now */
+  uint32_t buttons;     /* bit k: button k is down */
+  uint32_t fault;       /* PAL_FAULT_...; the position is not looked at unless it is 0 */
+  uint32_t is_fresh;    /* 0: the position is the last one again */
+} PalReading;
+
+/* A force device of the host's, for sessions with a haptic thread of palpate's. `exchange` is
+   called about 1,000 times a second on that thread: it sends a force to the hand (N) and returns
+   the newest position, within about a millisecond, without a lock that another thread may hold
+   long. The table and what it points to must live until the session is closed; the last force is
+   zero. */
+typedef struct PalDevice {
+  uint32_t size; /* sizeof(PalDevice) */
+  PalDeviceInfo info;
+  void (*exchange)(void* user, const double force_n[3], PalReading* reading);
+  void* user;
+} PalDevice;
+
+/* -------------------------------------------------------------------------------------- sessions
+
+   A scene that is felt: haptic frames, poses, playing, and motion that is found meanwhile. */
+
+typedef struct PalSession PalSession;
+
+enum {
+  /* The host calls pal_haptics_tick() in its own haptic loop; there is no haptic thread. */
+  PAL_SESSION_HOST_TICKS = 1u << 0,
+  /* Motion that nothing gives is not estimated: what has none stands still. */
+  PAL_SESSION_NO_ESTIMATION = 1u << 1,
+  /* The haptic thread does not ask for real-time priority, locked memory and awake cores. */
+  PAL_SESSION_NO_REAL_TIME = 1u << 2,
+  /* A button of the device must be held, or the force goes to zero. */
+  PAL_SESSION_DEAD_MAN = 1u << 3
+};
+
+typedef enum PalEventKind {
+  PAL_EVENT_NOTE = 0,         /* something that a person may want to know */
+  PAL_EVENT_MOVES = 1,        /* every step of the motion is known: the volumes begin to move */
+  PAL_EVENT_WHOLE_MOTION = 2, /* one motion for a whole sequence is felt from now on */
+  PAL_EVENT_MOTION_FAILED = 3 /* the sentence says why; what is known stays felt */
+} PalEventKind;
+
+typedef struct PalSessionInfo {
+  uint32_t size;             /* sizeof(PalSessionInfo) */
+  uint32_t flags;            /* PAL_SESSION_... */
+  const PalDeviceInfo* host; /* PAL_SESSION_HOST_TICKS: the host's device */
+  const PalDevice* device;   /* else: a device of the host's; NULL: one that palpate drives ... */
+  const char* device_name;   /* ... as --device of the program has it: "falcon",
+                                "haply@localhost:10001"; NULL: the first that answers */
+  double max_force_n;        /* 0: the scene's */
+  double stiffness_n_per_m;  /* of the spring between hand and proxy; 0: the scene's */
+  double watchdog_s;         /* ticks further apart bring the force down; 0: 0.005 */
+  const char* preset;        /* of the estimation; NULL: "balanced" */
+  /* Hears what happens, on threads of the session's; must not close it. NULL: nobody does. */
+  void (*on_event)(void* user, PalEventKind kind, const char* sentence);
+  void* user;
+} PalSessionInfo;
+
+/* Starts. The force begins at zero and comes in over two seconds. [ANY] */
+PAL_API PalResult pal_session_open(PalScene* scene, const PalSessionInfo* info,
+                                   PalSession** session);
+
+/* Ramps the force to zero and waits for that, at most 0.6 s, then ends all threads of the session
+   and nulls *session. A session that its host ticks is ended at once: call pal_session_stop()
+   first, go on ticking until pal_session_at_rest(), then close. Views of it go on with the last
+   moment. [ANY] */
+PAL_API PalResult pal_session_close(PalSession** session);
+
+/* The force goes to zero by a ramp, for good; waits for it where the haptic thread is palpate's.
+ * [ANY] */
+PAL_API PalResult pal_session_stop(PalSession* session);
+/* 1: it was stopped, and the force has been zero since. [ANY] */
+PAL_API int pal_session_at_rest(const PalSession* session);
+
+typedef struct PalTick {
+  double position_m[3]; /* of the grip */
+  int64_t time_ns;      /* when it was taken, by a clock that runs evenly; 0: now */
+  uint32_t buttons;     /* bit k: button k is down */
+} PalTick;
+
+/* One haptic frame: the force on the hand, N. 250 to 4,000 times a second, by one thread at a time.
+   Zero, and PAL_BAD_INPUT, if the session is not one that its host ticks. A position that is not
+   finite, or a time that does not rise, is taken for a fault of the device: the force ramps to
+   zero, and comes back when the hand has been free. [RT] */
+PAL_API PalResult pal_haptics_tick(PalSession* session, const PalTick* tick, double force_n[3]);
+
+enum { PAL_MOST_VOLUMES = 8 };
+
+/* The newest haptic frame. */
+typedef struct PalState {
+  uint32_t size; /* sizeof(PalState), set before the call */
+  uint32_t in_contact;
+  int64_t time_ns;              /* of the frame; 0: there was none yet */
+  double hand_m[3], proxy_m[3]; /* world */
+  double force_n[3];            /* on the hand, along the world's axes */
+  const char* cause; /* why the force is not the scene's, in a word ("late"), or ""; static */
+  const char* cause_sentence;  /* the same for people; static */
+  uint32_t can_play;           /* 0: motion is awaited */
+  uint32_t steps, steps_known; /* of the motion that is found meanwhile */
+  uint32_t volume_count;
+  struct {
+    double world_from_volume[12];
+    double time_s; /* of its sequence */
+    double rate;   /* it plays with, s per s */
+  } volumes[PAL_MOST_VOLUMES];
+  uint64_t ticks, late_ticks; /* so far; late: by the watchdog */
+} PalState;
+
+/* Waits for nothing but another thread in this very call. [ANY] */
+PAL_API PalResult pal_session_state(PalSession* session, PalState* state);
+
+/* Plays or pauses; PAL_NOT_YET while motion is awaited. Both are ramps. [ANY] */
+PAL_API PalResult pal_session_play(PalSession* session, int on);
+/* To a time of every moving volume's sequence, as a share of its length, 0 to 1; pauses. [ANY] */
+PAL_API PalResult pal_session_scrub(PalSession* session, double share);
+/* Mode `index` of the scene: on or off, and a factor on its strengths. The change is a ramp. [ANY]
+ */
+PAL_API PalResult pal_session_set_mode(PalSession* session, uint32_t index, int on, double gain);
+/* Where a movable volume is now: a rotation with equal or unequal scales along its axes, and a
+   translation, three rows of four. It goes there on a smooth path: once per picture is enough.
+   [ANY] */
+PAL_API PalResult pal_session_place(PalSession* session, uint32_t volume,
+                                    const double world_from_volume[12]);
+/* After a cause that stays ("the force is off until ...") : begin again. [ANY] */
+PAL_API PalResult pal_session_rearm(PalSession* session);
+
+/* ----------------------------------------------------------------------------------------- views
+
+   Pictures of what is felt, by the context's device. */
+
+typedef struct PalView PalView;
+
+enum {
+  PAL_VIEW_NO_HAND = 1u << 0, /* without pen, proxy and force */
+  PAL_VIEW_NO_BOX =
+      1u << 1, /* without the edges of the data and the letters of the patient's sides */
+  PAL_VIEW_CUT_OPEN = 1u << 2 /* what lies towards the eye is cut away, through what is touched */
+};
+
+typedef struct PalViewInfo {
+  uint32_t size;          /* sizeof(PalViewInfo) */
+  uint32_t flags;         /* PAL_VIEW_... */
+  uint32_t width, height; /* of an eye's largest picture */
+  uint32_t eye_count;     /* at most: 1 or 2 */
+  /* A transfer function, as --look of the program has it; NULL: what suits the data. */
+  const char* look;
+} PalViewInfo;
+
+/* Uploads the data: off the picture loop. [ANY] */
+PAL_API PalResult pal_view_open(PalSession* session, const PalViewInfo* info, PalView** view);
+/* Waits for the picture in the making; nulls *view. [ANY] */
+PAL_API PalResult pal_view_close(PalView** view);
+
+/* As OpenXR has it. */
+typedef struct PalEye {
+  double position_m[3];  /* world */
+  double orientation[4]; /* world from eye, a unit quaternion x, y, z, w; it looks along its -z, y
+                            up */
+  /* Tangents of the angles of view; left and down are below 0. */
+  double tan_left, tan_right, tan_down, tan_up;
+} PalEye;
+
+/* The host's images for a picture, of the device that the context shares with it: what the host has
+   drawn there hides what lies behind, and is seen through what lies before. One sample, as large as
+   the picture, made for transfers from and to them. Handles and enumerations are Vulkan's (VkImage,
+   VkFormat, VkImageLayout). */
+typedef struct PalImages {
+  uint32_t size;                /* sizeof(PalImages) */
+  uint32_t writes_depth;        /* 1: the depth goes there where a volume takes half of the light */
+  uint64_t colour[2], depth[2]; /* VkImage per eye; depth 0: all of the host's is behind */
+  uint32_t colour_layer[2], depth_layer[2];
+  /* R8G8B8A8 or B8G8R8A8, _UNORM or _SRGB; D32_SFLOAT, D32_SFLOAT_S8_UINT, X8_D24_UNORM_PACK32 or
+     D24_UNORM_S8_UINT. */
+  uint32_t colour_format, depth_format;
+  uint32_t colour_layout, depth_layout;    /* in which they are and are left */
+  double inverse_depth_0, inverse_depth_1; /* 1/m: 1 / z where the depth is 0 and 1 */
+} PalImages;
+
+/* Submits a picture of the session as it will be `ahead_s` seconds from now, and does not wait for
+   it. With images: into these, on the shared queue after what the host has submitted and before
+   what it submits next. Without: for pal_view_read(). One thread at a time. */
+PAL_API PalResult pal_view_render(PalView* view, const PalEye* eyes, uint32_t eye_count,
+                                  uint32_t width, uint32_t height, double ahead_s,
+                                  const PalImages* images);
+/* Waits for the last picture. One thread at a time. */
+PAL_API PalResult pal_view_wait(PalView* view);
+/* The last picture of an eye: width * height pixels, rows from the top, R in the lowest byte, then
+   G, B (sRGB) and how much is covered; depths along the eye's axis, m, 0 where nothing is. Either
+   may be NULL. One thread at a time. */
+PAL_API PalResult pal_view_read(PalView* view, uint32_t eye, uint32_t* rgba, float* depth_m);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* PALPATE_H */
