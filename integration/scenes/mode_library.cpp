@@ -7,6 +7,7 @@
 #include <iterator>
 
 #include "integration/files/sentences.h"
+#include "integration/scenes/c_modes.h"
 
 namespace palpate::scenes {
 namespace {
@@ -15,17 +16,35 @@ namespace fs = std::filesystem;
 
 using Stamp = void (*)(ModeLibraryStamp*);
 using Add = void (*)(ModeKinds*);
+using KindsInC = decltype(&pal_mode_kinds);
+
+/// The kinds of a library that was written against palpate_mode.h.
+Status add_all(const fs::path& file, KindsInC kinds_of, ModeKinds& kinds) {
+  const PalModeKind* found = nullptr;
+  const uint32_t count = kinds_of(PAL_MODE_VERSION, &found);
+  if (count == 0 || !found)
+    return files::bad_input(file,
+                            "has no haptic modes for this palpate: compile it again with this "
+                            "one's palpate_mode.h");
+  for (uint32_t k = 0; k < count; ++k)
+    if (const Status added = add_c_mode(found[k], kinds); !added)
+      return files::bad_input(file, "has a mode that can not be used: {}", added.error().message);
+  return Nothing{};
+}
 
 Status load(const fs::path& file, ModeKinds& kinds) {
   // With its folder, so that no other library of this name is taken. Never closed: its modes live
   // as long as scenes do.
   void* library = dlopen(fs::absolute(file).c_str(), RTLD_NOW | RTLD_LOCAL);
   if (!library) return files::bad_input(file, "can not be loaded: {}", dlerror());
+  if (const auto in_c = reinterpret_cast<KindsInC>(dlsym(library, "pal_mode_kinds")))
+    return add_all(file, in_c, kinds);
   const auto stamp = reinterpret_cast<Stamp>(dlsym(library, "palpate_modes_stamp"));
   const auto add = reinterpret_cast<Add>(dlsym(library, "palpate_add_modes"));
   if (!stamp || !add)
-    return files::bad_input(
-        file, "is no library of haptic modes: it lacks PALPATE_MODES (docs/writing-a-mode.md)");
+    return files::bad_input(file,
+                            "is no library of haptic modes: it lacks PALPATE_MODES or "
+                            "pal_mode_kinds (docs/writing-a-mode.md)");
   ModeLibraryStamp theirs;
   stamp(&theirs);
   if (theirs != ModeLibraryStamp{})

@@ -44,6 +44,30 @@ TEST(ModeLibrary, AddsAKindThatAScenePlansAndFeels) {
   EXPECT_THAT(replayed.out, HasSubstr("every output is the recorded one"));
 }
 
+TEST(ModeLibrary, InCIsFeltLikeAnyOther) {
+  const std::string scene = PALPATE_SOURCE_DIR "/docs/examples/my_mode.json";
+  const Outcome without = run({"plan", scene});
+  EXPECT_EQ(without.exit_code, 2);
+  EXPECT_THAT(without.err, HasSubstr("\"snap-c\""));
+  const Outcome plan = run({"plan", scene, "--modes", PALPATE_MY_MODE});
+  EXPECT_EQ(plan.exit_code, 0) << plan.err;
+  EXPECT_THAT(plan.out, HasSubstr("held"));
+  const Outcome felt = run({"feel", scene, "--modes", PALPATE_MY_MODE, "--device", "simulated",
+                            "--path", "press", "--seconds", "3", "--headset", "off"});
+  EXPECT_EQ(felt.exit_code, 0) << felt.err;
+  EXPECT_THAT(felt.out, HasSubstr("held"));
+}
+
+TEST(ModeLibrary, InCMayRefuseToo) {
+  const TemporaryFolder folder;
+  std::string text = kScene;
+  text.replace(text.find("0.004"), 5, "0.0");
+  text.replace(text.find("\"snap\""), 6, "\"snap-c\"");
+  const Outcome plan = run({"plan", scene_in(folder, text), "--modes", PALPATE_MY_MODE});
+  EXPECT_EQ(plan.exit_code, 2);
+  EXPECT_THAT(plan.err, HasSubstr("Mode \"held\" can not be made: it needs a range_m above 0"));
+}
+
 TEST(ModeLibrary, LetsTheModeRefuseWhatCanNotWork) {
   const TemporaryFolder folder;
   std::string text = kScene;
