@@ -1,0 +1,575 @@
+// The C library as a host uses it, and as one breaks it.
+#include <dlfcn.h>
+#include <gmock/gmock.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <limits>
+#include <set>
+#include <thread>
+
+#include "tests/haptics/forbidden_calls.h"
+#include "tests/toolkit/c_library.h"
+
+extern "C" size_t size_in_c(int which);
+
+namespace palpate::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(CHeader, HasTheSameStructuresInCAndCpp) {
+  EXPECT_EQ(size_in_c(0), sizeof(PalContextInfo));
+  EXPECT_EQ(size_in_c(1), sizeof(PalSceneInfo));
+  EXPECT_EQ(size_in_c(2), sizeof(PalSessionInfo));
+  EXPECT_EQ(size_in_c(3), sizeof(PalState));
+  EXPECT_EQ(size_in_c(4), sizeof(PalImages));
+  EXPECT_EQ(size_in_c(5), sizeof(PalFrames));
+}
+
+TEST(CLibrary, ExportsWhatItsHeaderNamesAndNothingElse) {
+  std::ifstream header(PALPATE_SOURCE_DIR "/integration/toolkit/palpate.h");
+  std::set<std::string> named, exported;
+  for (std::string line; std::getline(header, line);)
+    if (line.starts_with("PAL_API")) {
+      const size_t begin = line.find("pal_");
+      named.insert(line.substr(begin, line.find('(') - begin));
+    }
+  std::FILE* const nm = ::popen("nm -D --defined-only " PALPATE_LIBRARY, "r");
+  ASSERT_TRUE(nm);
+  char line[512];
+  while (std::fgets(line, sizeof line, nm)) {
+    std::string name = line;
+    name = name.substr(name.rfind(' ') + 1);
+    name = name.substr(0, name.find_first_of("@\n"));
+    if (name != "PALPATE_0") exported.insert(name);
+  }
+  EXPECT_EQ(::pclose(nm), 0);
+  EXPECT_EQ(exported, named);
+  EXPECT_GT(named.size(), 20U);
+}
+
+TEST(CLibrary, RefusesStructuresThatItDoesNotKnow) {
+  PalContext* context = nullptr;
+  PalContextInfo info = context_info();
+  for (const uint32_t size : {0U, 4U, uint32_t(sizeof info) + 8}) {
+    info.size = size;
+    EXPECT_EQ(pal_context_open(&info, &context), PAL_BAD_VERSION) << size;
+    EXPECT_EQ(context, nullptr);
+    EXPECT_THAT(pal_last_error(), HasSubstr("PalContextInfo"));
+  }
+  EXPECT_EQ(pal_context_open(nullptr, &context), PAL_BAD_INPUT);
+  EXPECT_EQ(pal_context_open(&info, nullptr), PAL_BAD_INPUT);
+  info = context_info();
+  info.version = PAL_VERSION + (1U << 16);
+  EXPECT_EQ(pal_context_open(&info, &context), PAL_BAD_VERSION);
+  info.version = 0xffffff;
+  EXPECT_EQ(pal_context_open(&info, &context), PAL_BAD_VERSION);
+}
+
+TEST(CLibrary, TakesTheShorterStructuresOfOlderPrograms) {
+  // What stood after `flags` did not exist for this program; there is no memory behind it.
+  std::vector<unsigned char> bytes(offsetof(PalContextInfo, device));
+  PalContextInfo info = context_info();
+  info.size = uint32_t(bytes.size());
+  std::memcpy(bytes.data(), &info, bytes.size());
+  PalContext* context = nullptr;
+  PAL_EXPECT_OK(pal_context_open(reinterpret_cast<const PalContextInfo*>(bytes.data()), &context));
+  EXPECT_STREQ(pal_context_device(context), "");
+  PAL_EXPECT_OK(pal_context_close(&context));
+  EXPECT_EQ(context, nullptr);
+
+  Opened opened;
+  open_ball(opened, BallFrames());
+  std::vector<unsigned char> state(offsetof(PalState, cause) + 16, 0xee);
+  const uint32_t short_size = offsetof(PalState, cause);
+  std::memcpy(state.data(), &short_size, 4);
+  PAL_EXPECT_OK(pal_session_state(opened.session, reinterpret_cast<PalState*>(state.data())));
+  for (size_t k = short_size; k < state.size(); ++k) EXPECT_EQ(state[k], 0xee) << "byte " << k;
+}
+
+TEST(CLibrary, FeelsFramesInMemory) {
+  Opened opened;
+  open_ball(opened, BallFrames());
+  PalVolume volume{};
+  volume.size = sizeof volume;
+  PAL_ASSERT_OK(pal_scene_volume(opened.scene, 0, &volume));
+  EXPECT_EQ(volume.frame_count, 1U);
+  EXPECT_NEAR(volume.high_m[0], 0.032, 0.0011);
+  EXPECT_EQ(pal_scene_volume(opened.scene, 1, &volume), PAL_END);
+  HostHand hand{opened.session};
+  const double z_m = hand.press(1.0);
+  // A spring of 600 N/m gives 1 N at 1.7 mm below the surface, and less while it is let in.
+  EXPECT_NEAR(z_m, 0.020 - 1.0 / 600.0, 0.0006);
+  for (int k = 0; k < 3000; ++k) hand.at(0.018);
+  EXPECT_NEAR(hand.force_n[0], 0.0, 0.01);
+  PalState state{};
+  state.size = sizeof state;
+  PAL_ASSERT_OK(pal_session_state(opened.session, &state));
+  EXPECT_TRUE(state.in_contact);
+  EXPECT_EQ(state.time_ns, hand.time_ns);
+  EXPECT_NEAR(state.hand_m[2], 0.018, 1e-4);
+  // The surface is found between the two values, as wide as the edge of the ball is.
+  EXPECT_NEAR(state.proxy_m[2], 0.020, 0.5e-3);
+  EXPECT_NEAR(hand.force_n[2], 600.0 * (state.proxy_m[2] - state.hand_m[2]), 0.02);
+  EXPECT_NEAR(state.force_n[2], hand.force_n[2], 1e-12);
+  EXPECT_EQ(state.volume_count, 1U);
+  EXPECT_STREQ(state.cause, "");
+  PAL_EXPECT_OK(pal_session_stop(opened.session));
+  EXPECT_EQ(pal_session_at_rest(opened.session), 0);
+  hand.worst_change_n = 0.0;
+  for (int k = 0; k < 600; ++k) hand.at(0.018);
+  EXPECT_EQ(pal_session_at_rest(opened.session), 1);
+  EXPECT_EQ(hand.size(), 0.0);
+  EXPECT_LT(hand.worst_change_n, 0.1);
+}
+
+TEST(CLibrary, TakesEverySampleTypeForTheSameVolume) {
+  BallFrames ball;
+  const auto pressed = [&](PalSampleType type, const void* samples) {
+    BallFrames given;
+    given.info.sample_type = type;
+    given.pointers[0] = samples;
+    Opened opened;
+    open_ball(opened, given);
+    HostHand hand{opened.session};
+    return hand.press(1.0);
+  };
+  std::vector<double> f64(ball.samples[0].begin(), ball.samples[0].end());
+  std::vector<int16_t> i16;
+  std::vector<uint16_t> u16;
+  std::vector<int32_t> i32;
+  std::vector<uint32_t> u32;
+  for (float& value : ball.samples[0]) {
+    value = std::round(value);
+    i16.push_back(int16_t(value));
+    u16.push_back(uint16_t(value));
+    i32.push_back(int32_t(value));
+    u32.push_back(uint32_t(value));
+  }
+  const double exact = pressed(PAL_FLOAT32, ball.samples[0].data());
+  EXPECT_EQ(pressed(PAL_INT16, i16.data()), exact);
+  EXPECT_EQ(pressed(PAL_UINT16, u16.data()), exact);
+  EXPECT_EQ(pressed(PAL_INT32, i32.data()), exact);
+  EXPECT_EQ(pressed(PAL_UINT32, u32.data()), exact);
+  EXPECT_NEAR(pressed(PAL_FLOAT64, f64.data()), exact, 1e-4);
+}
+
+TEST(CLibrary, TakesAGridWhateverItsAxes) {
+  // The same ball with i and k exchanged, and with j the other way round: it is a ball.
+  for (const auto& direction : {std::array<double, 9>{0, 0, 1, 0, 1, 0, 1, 0, 0},
+                                std::array<double, 9>{1, 0, 0, 0, -1, 0, 0, 0, 1}}) {
+    BallFrames ball;
+    for (int a = 0; a < 9; ++a) ball.info.grid.direction[a] = direction[size_t(a)];
+    Opened opened;
+    open_ball(opened, ball);
+    HostHand hand{opened.session};
+    EXPECT_NEAR(hand.press(1.0), 0.020 - 1.0 / 600.0, 0.0006);
+  }
+}
+
+TEST(CLibrary, RefusesBadFramesInOneSentence) {
+  const PalContextInfo context = context_info();
+  Opened opened;
+  PAL_ASSERT_OK(pal_context_open(&context, &opened.context));
+  const auto refusal = [&](const BallFrames& ball) {
+    PalSceneInfo scene{};
+    scene.size = sizeof scene;
+    const char* path = "ball";
+    scene.paths = &path;
+    scene.path_count = 1;
+    scene.frames = &ball.info;
+    scene.frame_sets = 1;
+    PalScene* never = nullptr;
+    EXPECT_LT(pal_scene_open(opened.context, &scene, &never), PAL_OK);
+    EXPECT_EQ(never, nullptr);
+    const std::string sentence = pal_last_error();
+    EXPECT_EQ(sentence.find('\n'), std::string::npos) << sentence;
+    return sentence;
+  };
+  BallFrames ball;
+  ball.samples[0][77] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_THAT(refusal(ball), HasSubstr("not finite"));
+  ball = BallFrames();
+  ball.info.grid.spacing_mm[1] = -1.0;
+  EXPECT_THAT(refusal(ball), HasSubstr("ball"));
+  ball = BallFrames();
+  ball.info.grid.direction[0] = 1.0;
+  EXPECT_THAT(refusal(ball), HasSubstr("ball"));
+  ball = BallFrames();
+  ball.info.grid.size[2] = 0;
+  refusal(ball);
+  ball = BallFrames();
+  ball.pointers[0] = nullptr;
+  EXPECT_THAT(refusal(ball), HasSubstr("no samples"));
+  ball = BallFrames();
+  const int no_type = 77;
+  std::memcpy(&ball.info.sample_type, &no_type, sizeof no_type);
+  EXPECT_THAT(refusal(ball), HasSubstr("sample type"));
+  BallFrames two(2);
+  const double times_s[] = {0.0, 0.0};
+  two.info.times_s = times_s;
+  EXPECT_THAT(refusal(two), HasSubstr("rise"));
+}
+
+TEST(CLibrary, TakesAJsonSceneWithFramesInMemory) {
+  const BallFrames ball;
+  const PalContextInfo context = context_info();
+  Opened opened;
+  PAL_ASSERT_OK(pal_context_open(&context, &opened.context));
+  PalSceneInfo scene{};
+  scene.size = sizeof scene;
+  scene.json =
+      R"({"stiffness_n_per_m": 800, "volumes": [{"name": "thing", "files": ["ball"]}],
+          "modes": [{"name": "wall", "kind": "surface", "volume": "thing",
+                     "strength": {"pairs": [[0, 0], [500, 0], [500, 3]]}}]})";
+  scene.frames = &ball.info;
+  scene.frame_sets = 1;
+  const PalResult opening = pal_scene_open(opened.context, &scene, &opened.scene);
+  ASSERT_EQ(opening, PAL_OK) << pal_last_error();
+  size_t length = 0;
+  PAL_ASSERT_OK(pal_scene_text(opened.scene, PAL_SCENE_TEXT_PLAN, nullptr, 0, &length));
+  std::string plan(length + 1, 'x');
+  PAL_ASSERT_OK(
+      pal_scene_text(opened.scene, PAL_SCENE_TEXT_PLAN, plan.data(), plan.size(), nullptr));
+  EXPECT_THAT(plan, HasSubstr("wall"));
+  EXPECT_EQ(plan.back(), '\0');
+  char few[4] = "xyz";
+  PAL_ASSERT_OK(pal_scene_text(opened.scene, PAL_SCENE_TEXT_PLAN, few, sizeof few, nullptr));
+  EXPECT_EQ(std::string(few), plan.substr(0, 3));
+  const PalDeviceInfo device = host_device();
+  PalSessionInfo session{};
+  session.size = sizeof session;
+  session.flags = PAL_SESSION_HOST_TICKS;
+  session.host = &device;
+  PAL_ASSERT_OK(pal_session_open(opened.scene, &session, &opened.session));
+  HostHand hand{opened.session};
+  hand.press(1.0);
+  for (int k = 0; k < 3000; ++k) hand.at(0.0185);
+  // A step of strength where the value is 500, at 20 mm; cubic splines of 2 mm voxels are that
+  // near.
+  EXPECT_NEAR(hand.force_n[2], 800.0 * 0.0015, 0.02);
+  scene.json = R"({"volumes": [{"name": "thing", "files": ["ball"], "colour": 3}]})";
+  PalScene* never = nullptr;
+  EXPECT_EQ(pal_scene_open(opened.context, &scene, &never), PAL_BAD_INPUT);
+  EXPECT_THAT(pal_last_error(), HasSubstr("colour"));
+}
+
+TEST(CLibrary, PlacesVolumesThatMayBePlaced) {
+  Opened opened;
+  open_ball(opened, BallFrames(), PAL_SCENE_MOVABLE);
+  const double nearer[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0.005};
+  const double sheared[12] = {1, 1, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+  HostHand hand{opened.session};
+  const double z_m = hand.press(1.0);
+  EXPECT_EQ(pal_session_place(opened.session, 0, sheared), PAL_BAD_INPUT);
+  EXPECT_EQ(pal_session_place(opened.session, 3, nearer), PAL_BAD_INPUT);
+  for (int k = 0; k < 1500; ++k) {
+    hand.at(z_m + 0.01);
+    if (k % 16 == 0) {
+      PAL_EXPECT_OK(pal_session_place(opened.session, 0, nearer));
+    }
+    ::usleep(200);
+  }
+  EXPECT_NEAR(hand.press(1.0), z_m + 0.005, 0.0004);
+  Opened still;
+  open_ball(still, BallFrames());
+  EXPECT_EQ(pal_session_place(still.session, 0, nearer), PAL_BAD_INPUT);
+  EXPECT_THAT(pal_last_error(), HasSubstr("PAL_SCENE_MOVABLE"));
+}
+
+TEST(CLibrary, SwitchesModesByARamp) {
+  Opened opened;
+  open_ball(opened, BallFrames());
+  HostHand hand{opened.session};
+  hand.press(1.0);
+  for (int k = 0; k < 2000; ++k) hand.at(0.018);
+  const double full_n = hand.size();
+  hand.worst_change_n = 0.0;
+  PAL_EXPECT_OK(pal_session_set_mode(opened.session, 0, 0, 1.0));
+  for (int k = 0; k < 1000; ++k) hand.at(0.018);
+  EXPECT_EQ(hand.size(), 0.0);
+  EXPECT_GT(full_n, 0.5);
+  EXPECT_LT(hand.worst_change_n, 0.1);
+  EXPECT_EQ(pal_session_set_mode(opened.session, 9, 1, 1.0), PAL_BAD_INPUT);
+  EXPECT_EQ(pal_session_set_mode(opened.session, 0, 1, std::nan("")), PAL_BAD_INPUT);
+  EXPECT_EQ(pal_session_scrub(opened.session, 1.5), PAL_BAD_INPUT);
+}
+
+TEST(CLibrary, TakesGarbageOfItsHostForAFault) {
+  Opened opened;
+  open_ball(opened, BallFrames());
+  HostHand hand{opened.session};
+  hand.press(1.0);
+  for (int k = 0; k < 1000; ++k) hand.at(0.018);
+  ASSERT_GT(hand.size(), 0.8);
+  hand.worst_change_n = 0.0;
+  for (int k = 0; k < 200; ++k) hand.at(std::nan(""));
+  EXPECT_EQ(hand.size(), 0.0);
+  EXPECT_LT(hand.worst_change_n, 0.6);
+  PalState state{};
+  state.size = sizeof state;
+  PAL_ASSERT_OK(pal_session_state(opened.session, &state));
+  EXPECT_STRNE(state.cause, "");
+  double force_n[3] = {1.0, 1.0, 1.0};
+  EXPECT_EQ(pal_haptics_tick(opened.session, nullptr, force_n), PAL_BAD_INPUT);
+  EXPECT_EQ(force_n[0], 0.0);
+}
+
+/// A host's device that presses on the ball.
+struct Pressing {
+  std::atomic<int> exchanges{0};
+  std::atomic<double> z_m{0.03}, last_n{0.0};
+  static void exchange(void* user, const double force_n[3], PalReading* reading) {
+    auto* const self = static_cast<Pressing*>(user);
+    ++self->exchanges;
+    self->last_n = force_n[2];
+    reading->position_m[2] = self->z_m;
+    reading->is_fresh = 1;
+  }
+};
+
+TEST(CLibrary, DrivesADeviceOfTheHostsOnItsOwnThread) {
+  Opened opened;
+  const BallFrames ball;
+  open_ball(opened, ball);
+  PAL_ASSERT_OK(pal_session_close(&opened.session));
+  Pressing pressing;
+  PalDevice device{};
+  device.size = sizeof device;
+  device.info = host_device();
+  device.exchange = &Pressing::exchange;
+  device.user = &pressing;
+  PalSessionInfo info{};
+  info.size = sizeof info;
+  info.flags = PAL_SESSION_NO_REAL_TIME;
+  info.device = &device;
+  info.watchdog_s = 0.2;  // of a test beside others
+  PAL_ASSERT_OK(pal_session_open(opened.scene, &info, &opened.session));
+  double force_n[3];
+  const PalTick tick{};
+  EXPECT_EQ(pal_haptics_tick(opened.session, &tick, force_n), PAL_BAD_INPUT);
+  for (int k = 0; k < 2500; ++k) {
+    pressing.z_m = std::max(0.018, 0.03 - 6e-6 * k);
+    ::usleep(1000);
+  }
+  EXPECT_GT(pressing.exchanges, 1000);
+  EXPECT_GT(pressing.last_n, 0.3);
+  PAL_ASSERT_OK(pal_session_close(&opened.session));
+  EXPECT_EQ(pressing.last_n, 0.0);
+  const int after = pressing.exchanges;
+  ::usleep(20'000);
+  EXPECT_EQ(pressing.exchanges, after) << "the device is used after the session was closed";
+}
+
+TEST(CLibrary, RefusesDevicesAndNumbersThatCanNotBe) {
+  Opened opened;
+  open_ball(opened, BallFrames());
+  PalSession* never = nullptr;
+  PalSessionInfo info{};
+  info.size = sizeof info;
+  const auto refusal = [&] {
+    EXPECT_LT(pal_session_open(opened.scene, &info, &never), PAL_OK);
+    EXPECT_EQ(never, nullptr);
+    return std::string(pal_last_error());
+  };
+  info.device_name = "phantom";
+  EXPECT_THAT(refusal(), HasSubstr("'phantom'"));
+  info.device_name = nullptr;
+  info.flags = PAL_SESSION_HOST_TICKS;
+  EXPECT_THAT(refusal(), HasSubstr("PalDeviceInfo"));
+  PalDeviceInfo device = host_device();
+  info.host = &device;
+  device.max_force_n = 0.0;
+  EXPECT_THAT(refusal(), HasSubstr("largest force"));
+  device = host_device();
+  info.max_force_n = 1e9;
+  EXPECT_THAT(refusal(), HasSubstr("100 N"));
+  info.max_force_n = std::nan("");
+  EXPECT_THAT(refusal(), HasSubstr("not finite"));
+  info.max_force_n = 0.0;
+  info.preset = "quickest";
+  EXPECT_THAT(refusal(), HasSubstr("preset"));
+}
+
+TEST(CLibrary, RefusesHandlesThatAreClosed) {
+  Opened opened;
+  open_ball(opened, BallFrames());
+  PalSession* const stale = opened.session;
+  PAL_ASSERT_OK(pal_session_close(&opened.session));
+  EXPECT_EQ(opened.session, nullptr);
+  PAL_EXPECT_OK(pal_session_close(&opened.session));
+  PAL_EXPECT_OK(pal_session_close(nullptr));
+  PalState state{};
+  state.size = sizeof state;
+  EXPECT_EQ(pal_session_state(stale, &state), PAL_BAD_INPUT);
+  EXPECT_THAT(pal_last_error(), HasSubstr("closed"));
+  double force_n[3] = {1.0, 1.0, 1.0};
+  const PalTick tick{};
+  EXPECT_EQ(pal_haptics_tick(stale, &tick, force_n), PAL_BAD_INPUT);
+  EXPECT_EQ(force_n[0], 0.0);
+  EXPECT_EQ(pal_session_at_rest(nullptr), 0);
+}
+
+TEST(CLibrary, OutlivesTheClosingOfWhatOtherThreadsUse) {
+  const BallFrames ball;
+  for (int round = 0; round < 20; ++round) {
+    Opened opened;
+    open_ball(opened, ball);
+    PalSession* const shared = opened.session;
+    std::atomic<bool> end{false};
+    std::thread ticking([&] {
+      HostHand hand{shared};
+      double force_n[3];
+      while (!end) {
+        const PalTick tick{{0.0, 0.0, 0.019}, hand.time_ns += 1'000'000, 0};
+        pal_haptics_tick(shared, &tick, force_n);
+      }
+    });
+    std::thread reading([&] {
+      PalState state{};
+      state.size = sizeof state;
+      while (!end) pal_session_state(shared, &state);
+    });
+    ::usleep(2000);
+    PAL_EXPECT_OK(pal_session_close(&opened.session));
+    ::usleep(500);
+    end = true;
+    ticking.join();
+    reading.join();
+  }
+}
+
+TEST(CLibrary, FeelsTwoContextsAtOnce) {
+  Opened first, second;
+  open_ball(first, BallFrames());
+  open_ball(second, BallFrames());
+  HostHand left{first.session}, right{second.session};
+  EXPECT_EQ(left.press(1.0), right.press(1.0));
+  PAL_EXPECT_OK(pal_context_close(&first.context));
+  PAL_EXPECT_OK(pal_scene_close(&first.scene));
+  EXPECT_GT(left.at(0.018), 0.0) << "a session ends with its scene's handle";
+  PAL_EXPECT_OK(pal_session_close(&first.session));
+  EXPECT_GT(right.at(0.018), 0.0);
+}
+
+long resident_kb() {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);)
+    if (line.starts_with("VmRSS:")) return std::stol(line.substr(6));
+  return 0;
+}
+
+TEST(CLibrary, OpensAndClosesAThousandSessionsInTheSameMemory) {
+  Opened opened;
+  open_ball(opened, BallFrames());
+  const PalDeviceInfo device = host_device();
+  PalSessionInfo info{};
+  info.size = sizeof info;
+  info.flags = PAL_SESSION_HOST_TICKS;
+  info.host = &device;
+  long after_some_kb = 0;
+  for (int k = 0; k < 1000; ++k) {
+    PalSession* session = nullptr;
+    PAL_ASSERT_OK(pal_session_open(opened.scene, &info, &session));
+    HostHand hand{session};
+    for (int t = 0; t < 3; ++t) hand.at(0.025);
+    PAL_ASSERT_OK(pal_session_close(&session));
+    if (k == 100) after_some_kb = resident_kb();
+  }
+  EXPECT_LT(resident_kb() - after_some_kb, 2000);
+}
+
+TEST(CLibrary, KeepsTheRealTimePromiseInAHostsLoop) {
+  if (!ForbiddenCalls::can_watch())
+    GTEST_SKIP() << "A sanitizer stands in front of the C library here.";
+  Opened opened;
+  open_ball(opened, BallFrames());
+  HostHand hand{opened.session};
+  hand.press(0.5);
+  ForbiddenCalls::forget();
+  ForbiddenCalls::count(true);
+  ForbiddenCalls::watch_this_thread(true);
+  double force_n[3];
+  for (int k = 0; k < 4000; ++k) {
+    const double z_m = k % 500 == 499 ? std::numeric_limits<double>::quiet_NaN()
+                                      : 0.019 + 0.003 * std::sin(0.01 * k);
+    const PalTick tick{{0.0, 0.0, z_m}, hand.time_ns += 1'000'000, 0};
+    pal_haptics_tick(opened.session, &tick, force_n);
+  }
+  pal_haptics_tick(nullptr, nullptr, force_n);
+  pal_session_at_rest(opened.session);
+  ForbiddenCalls::watch_this_thread(false);
+  EXPECT_EQ(ForbiddenCalls::counted(), 0) << ForbiddenCalls::first();
+}
+
+TEST(CLibrary, CanNotBeClosedFromItsOwnCallback) {
+  // Two frames without motion and without a device that computes: nothing is estimated, so the
+  // callback is that of a failing estimation with a device.
+  const PalContextInfo context = context_info(0);
+  Opened opened;
+  if (pal_context_open(&context, &opened.context) == PAL_NO_DEVICE)
+    GTEST_SKIP() << pal_last_error();
+  const BallFrames ball(2);
+  PalSceneInfo scene{};
+  scene.size = sizeof scene;
+  const char* path = "ball";
+  scene.paths = &path;
+  scene.path_count = 1;
+  scene.frames = &ball.info;
+  scene.frame_sets = 1;
+  PAL_ASSERT_OK(pal_scene_open(opened.context, &scene, &opened.scene));
+  struct Heard {
+    std::atomic<PalSession*> session{nullptr};
+    std::atomic<int> closed{77}, stopped{77}, events{0};
+  } heard;
+  const PalDeviceInfo device = host_device();
+  PalSessionInfo info{};
+  info.size = sizeof info;
+  info.flags = PAL_SESSION_HOST_TICKS;
+  info.host = &device;
+  info.preset = "fast";
+  info.user = &heard;
+  info.on_event = [](void* user, PalEventKind, const char*) {
+    auto* const self = static_cast<Heard*>(user);
+    while (!self->session) ::usleep(1000);
+    PalSession* handle = self->session;
+    self->closed = pal_session_close(&handle);
+    self->stopped = pal_session_stop(self->session);
+    ++self->events;
+  };
+  PAL_ASSERT_OK(pal_session_open(opened.scene, &info, &opened.session));
+  heard.session = opened.session;
+  for (int k = 0; k < 60000 && heard.events == 0; ++k) ::usleep(1000);
+  ASSERT_GT(heard.events, 0);
+  EXPECT_EQ(heard.closed, PAL_BAD_INPUT);
+  EXPECT_EQ(heard.stopped, PAL_BAD_INPUT);
+  PalState state{};
+  state.size = sizeof state;
+  PAL_ASSERT_OK(pal_session_state(opened.session, &state));
+  EXPECT_EQ(state.steps_known, state.steps);
+  EXPECT_EQ(state.can_play, 1U);
+}
+
+TEST(CLibrary, CanBeLoadedAndUnloaded) {
+  // In a process of its own: this one is linked with the library.
+  for (int round = 0; round < 3; ++round)
+    ASSERT_EQ(std::system(PALPATE_LOADER " " PALPATE_LIBRARY), 0) << "round " << round;
+}
+
+TEST(CLibrary, NamesItsResults) {
+  for (int result = -8; result <= 2; ++result)
+    EXPECT_THAT(pal_result_name(PalResult(result)), HasSubstr("PAL_")) << result;
+  EXPECT_STREQ(pal_result_name(PalResult(5)), "no PalResult");
+  EXPECT_EQ(pal_version(), PAL_VERSION);
+}
+
+}  // namespace
+}  // namespace palpate::test
