@@ -1,5 +1,6 @@
-// A small Vulkan program with its own device, window and picture, into which palpate draws a volume: the cube of this
-// program goes around the beating heart and is hidden by it, and hides it, by depth.
+// A small Vulkan program with its own device, window and picture, into which palpate draws a
+// volume: the cube of this program goes around the beating heart and is hidden by it, and hides it,
+// by depth.
 //
 //   host_vulkan [scene, sequence or "heart"] [--frames N] [--screenshot FILE.ppm]
 //
@@ -112,13 +113,17 @@ Host::Host() {
   if (!glfwInit()) throw std::runtime_error("there is no display");
   glfwWindowHint(GLFW_CLIENT_API, GLFW_NO_API);
   glfwWindowHint(GLFW_RESIZABLE, GLFW_FALSE);
-  window = glfwCreateWindow(int(kWidth), int(kHeight), "palpate in a Vulkan program", nullptr, nullptr);
+  window =
+      glfwCreateWindow(int(kWidth), int(kHeight), "palpate in a Vulkan program", nullptr, nullptr);
   if (!window) throw std::runtime_error("no window can be opened");
   make_device();
   make_swapchain();
-  constexpr VkImageUsageFlags kCopied = VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT;
-  colour = make_image(kColour, VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | kCopied, VK_IMAGE_ASPECT_COLOR_BIT);
-  depth = make_image(kDepth, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | kCopied, VK_IMAGE_ASPECT_DEPTH_BIT);
+  constexpr VkImageUsageFlags kCopied =
+      VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT;
+  colour =
+      make_image(kColour, VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | kCopied, VK_IMAGE_ASPECT_COLOR_BIT);
+  depth = make_image(kDepth, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | kCopied,
+                     VK_IMAGE_ASPECT_DEPTH_BIT);
   make_pipeline();
   VkCommandPoolCreateInfo pool_info{VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO};
   pool_info.flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT;
@@ -165,7 +170,8 @@ void Host::make_device() {
   VkPhysicalDeviceFeatures offered, wanted{};
   vkGetPhysicalDeviceFeatures(physical, &offered);
   wanted.shaderStorageImageWriteWithoutFormat = VK_TRUE;  // palpate: needs it ...
-  wanted.shaderStorageImageExtendedFormats = offered.shaderStorageImageExtendedFormats;  // ... likes it
+  wanted.shaderStorageImageExtendedFormats =
+      offered.shaderStorageImageExtendedFormats;  // ... likes it
   has_extended_formats = offered.shaderStorageImageExtendedFormats;
   const float priority = 1.0F;
   VkDeviceQueueCreateInfo queues{VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO};
@@ -192,8 +198,10 @@ void Host::make_swapchain() {
   vkGetPhysicalDeviceSurfaceFormatsKHR(physical, surface, &count, formats.data());
   VkSurfaceFormatKHR chosen = formats.front();
   for (const VkSurfaceFormatKHR& format : formats)
-    if (format.format == VK_FORMAT_B8G8R8A8_SRGB || format.format == VK_FORMAT_R8G8B8A8_SRGB) chosen = format;
-  shown_size = can.currentExtent.width == UINT32_MAX ? VkExtent2D{kWidth, kHeight} : can.currentExtent;
+    if (format.format == VK_FORMAT_B8G8R8A8_SRGB || format.format == VK_FORMAT_R8G8B8A8_SRGB)
+      chosen = format;
+  shown_size =
+      can.currentExtent.width == UINT32_MAX ? VkExtent2D{kWidth, kHeight} : can.currentExtent;
   VkSwapchainCreateInfoKHR create{VK_STRUCTURE_TYPE_SWAPCHAIN_CREATE_INFO_KHR};
   create.surface = surface;
   create.minImageCount = std::max(can.minImageCount, 2U);
@@ -216,7 +224,9 @@ VkDeviceMemory Host::memory_for(const VkMemoryRequirements& needed, VkMemoryProp
   VkPhysicalDeviceMemoryProperties types;
   vkGetPhysicalDeviceMemoryProperties(physical, &types);
   for (uint32_t type = 0; type < types.memoryTypeCount; ++type) {
-    if (!(needed.memoryTypeBits >> type & 1U) || (types.memoryTypes[type].propertyFlags & wanted) != wanted) continue;
+    if (!(needed.memoryTypeBits >> type & 1U) ||
+        (types.memoryTypes[type].propertyFlags & wanted) != wanted)
+      continue;
     VkMemoryAllocateInfo allocate{VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO};
     allocate.allocationSize = needed.size;
     allocate.memoryTypeIndex = type;
@@ -317,25 +327,32 @@ void Host::make_pipeline() {
   stages[0].module = shader(k_host_vulkan_vert, sizeof k_host_vulkan_vert);
   stages[1].stage = VK_SHADER_STAGE_FRAGMENT_BIT;
   stages[1].module = shader(k_host_vulkan_frag, sizeof k_host_vulkan_frag);
-  const VkPipelineVertexInputStateCreateInfo no_buffers{VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO};
-  VkPipelineInputAssemblyStateCreateInfo triangles{VK_STRUCTURE_TYPE_PIPELINE_INPUT_ASSEMBLY_STATE_CREATE_INFO};
+  const VkPipelineVertexInputStateCreateInfo no_buffers{
+      VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO};
+  VkPipelineInputAssemblyStateCreateInfo triangles{
+      VK_STRUCTURE_TYPE_PIPELINE_INPUT_ASSEMBLY_STATE_CREATE_INFO};
   triangles.topology = VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST;
   const VkViewport viewport{0.0F, 0.0F, float(kWidth), float(kHeight), 0.0F, 1.0F};
   const VkRect2D scissor{{0, 0}, {kWidth, kHeight}};
-  VkPipelineViewportStateCreateInfo viewports{VK_STRUCTURE_TYPE_PIPELINE_VIEWPORT_STATE_CREATE_INFO};
+  VkPipelineViewportStateCreateInfo viewports{
+      VK_STRUCTURE_TYPE_PIPELINE_VIEWPORT_STATE_CREATE_INFO};
   viewports.viewportCount = viewports.scissorCount = 1;
   viewports.pViewports = &viewport;
   viewports.pScissors = &scissor;
-  VkPipelineRasterizationStateCreateInfo raster{VK_STRUCTURE_TYPE_PIPELINE_RASTERIZATION_STATE_CREATE_INFO};
+  VkPipelineRasterizationStateCreateInfo raster{
+      VK_STRUCTURE_TYPE_PIPELINE_RASTERIZATION_STATE_CREATE_INFO};
   raster.lineWidth = 1.0F;
-  VkPipelineMultisampleStateCreateInfo samples{VK_STRUCTURE_TYPE_PIPELINE_MULTISAMPLE_STATE_CREATE_INFO};
+  VkPipelineMultisampleStateCreateInfo samples{
+      VK_STRUCTURE_TYPE_PIPELINE_MULTISAMPLE_STATE_CREATE_INFO};
   samples.rasterizationSamples = VK_SAMPLE_COUNT_1_BIT;
-  VkPipelineDepthStencilStateCreateInfo nearest{VK_STRUCTURE_TYPE_PIPELINE_DEPTH_STENCIL_STATE_CREATE_INFO};
+  VkPipelineDepthStencilStateCreateInfo nearest{
+      VK_STRUCTURE_TYPE_PIPELINE_DEPTH_STENCIL_STATE_CREATE_INFO};
   nearest.depthTestEnable = nearest.depthWriteEnable = VK_TRUE;
   nearest.depthCompareOp = VK_COMPARE_OP_LESS;
   VkPipelineColorBlendAttachmentState opaque{};
   opaque.colorWriteMask = 0xf;
-  VkPipelineColorBlendStateCreateInfo blend{VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO};
+  VkPipelineColorBlendStateCreateInfo blend{
+      VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO};
   blend.attachmentCount = 1;
   blend.pAttachments = &opaque;
   VkGraphicsPipelineCreateInfo create{VK_STRUCTURE_TYPE_GRAPHICS_PIPELINE_CREATE_INFO};
@@ -350,8 +367,10 @@ void Host::make_pipeline() {
   create.pColorBlendState = &blend;
   create.layout = layout;
   create.renderPass = pass;
-  check(vkCreateGraphicsPipelines(device, VK_NULL_HANDLE, 1, &create, nullptr, &pipeline), "a pipeline");
-  for (const VkPipelineShaderStageCreateInfo& stage : stages) vkDestroyShaderModule(device, stage.module, nullptr);
+  check(vkCreateGraphicsPipelines(device, VK_NULL_HANDLE, 1, &create, nullptr, &pipeline),
+        "a pipeline");
+  for (const VkPipelineShaderStageCreateInfo& stage : stages)
+    vkDestroyShaderModule(device, stage.module, nullptr);
 }
 
 void Host::submit(VkCommandBuffer commands, VkFence fence) {
@@ -385,26 +404,29 @@ void Host::draw(const Push& push) {
 
 void change(VkCommandBuffer commands, VkImage image, VkImageLayout from, VkImageLayout to) {
   VkImageMemoryBarrier barrier{VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER};
-  barrier.srcAccessMask = barrier.dstAccessMask = VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT;
+  barrier.srcAccessMask = barrier.dstAccessMask =
+      VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT;
   barrier.oldLayout = from;
   barrier.newLayout = to;
   barrier.srcQueueFamilyIndex = barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
   barrier.image = image;
   barrier.subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
-  vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, 0, 0, nullptr,
-                       0, nullptr, 1, &barrier);
+  vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT,
+                       VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, 0, 0, nullptr, 0, nullptr, 1, &barrier);
 }
 
 /// The picture into the window; waits for it, which is simple and slow.
 void Host::show() {
   uint32_t at = 0;
   check(vkResetFences(device, 1, &presented), "a fence");
-  const VkResult acquired = vkAcquireNextImageKHR(device, swapchain, UINT64_MAX, VK_NULL_HANDLE, presented, &at);
+  const VkResult acquired =
+      vkAcquireNextImageKHR(device, swapchain, UINT64_MAX, VK_NULL_HANDLE, presented, &at);
   if (acquired == VK_ERROR_OUT_OF_DATE_KHR) return;
   check(vkWaitForFences(device, 1, &presented, VK_TRUE, UINT64_MAX), "the window");
   VkCommandBufferBeginInfo begin{VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
   check(vkBeginCommandBuffer(showing, &begin), "showing");
-  change(showing, colour.image, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL);
+  change(showing, colour.image, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
+         VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL);
   change(showing, shown[at], VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
   VkImageBlit region{};
   region.srcSubresource = region.dstSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
@@ -433,14 +455,16 @@ void Host::write_picture(const std::string& file) {
   check(vkCreateBuffer(device, &create, nullptr, &copied), "a buffer");
   VkMemoryRequirements needed;
   vkGetBufferMemoryRequirements(device, copied, &needed);
-  copied_memory = memory_for(needed, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT);
+  copied_memory = memory_for(
+      needed, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT);
   check(vkBindBufferMemory(device, copied, copied_memory, 0), "a buffer's memory");
   VkCommandBufferBeginInfo begin{VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
   check(vkBeginCommandBuffer(showing, &begin), "copying");
   VkBufferImageCopy region{};
   region.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
   region.imageExtent = {kWidth, kHeight, 1};
-  vkCmdCopyImageToBuffer(showing, colour.image, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, copied, 1, &region);
+  vkCmdCopyImageToBuffer(showing, colour.image, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, copied, 1,
+                         &region);
   check(vkEndCommandBuffer(showing), "copying");
   check(vkResetFences(device, 1, &presented), "a fence");
   submit(showing, presented);
@@ -450,7 +474,8 @@ void Host::write_picture(const std::string& file) {
   const auto* const rgba = static_cast<const unsigned char*>(mapped);
   std::ofstream out(file, std::ios::binary);
   out << "P6\n" << kWidth << " " << kHeight << "\n255\n";
-  for (size_t p = 0; p < size_t(kWidth) * kHeight; ++p) out.write(reinterpret_cast<const char*>(rgba + 4 * p), 3);
+  for (size_t p = 0; p < size_t(kWidth) * kHeight; ++p)
+    out.write(reinterpret_cast<const char*>(rgba + 4 * p), 3);
   if (!out.flush()) throw std::runtime_error("can not write " + file);
 }
 
@@ -586,17 +611,20 @@ int run(int argc, char** argv) {
     const double turn = frames > 0 ? 0.6 * (drawn + 1) / frames : 0.4 * drawn / 60.0 * 6.28;
     const glm::dvec3 place(0.05 * std::cos(turn), -0.01, 0.05 * std::sin(turn));
     glm::dmat4 world_from_cube = glm::translate(glm::dmat4(1.0), place);
-    world_from_cube = glm::rotate(world_from_cube, 2.0 * turn, glm::normalize(glm::dvec3(1.0, 2.0, 0.5)));
+    world_from_cube =
+        glm::rotate(world_from_cube, 2.0 * turn, glm::normalize(glm::dvec3(1.0, 2.0, 0.5)));
     world_from_cube = glm::scale(world_from_cube, glm::dvec3(0.022));
-    host.draw({glm::mat4(camera.clip_from_eye() * camera.eye_from_world() * world_from_cube), glm::mat4(world_from_cube)});
+    host.draw({glm::mat4(camera.clip_from_eye() * camera.eye_from_world() * world_from_cube),
+               glm::mat4(world_from_cube)});
     palpate.draw(host, camera.eye());
     host.show();
     check(vkWaitForFences(host.device, 1, &host.drawn, VK_TRUE, UINT64_MAX), "drawing");
     check(vkResetFences(host.device, 1, &host.drawn), "a fence");
   }
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  std::printf("%d pictures of %u x %u on %s, %.1f ms each\n", drawn, kWidth, kHeight, pal_context_device(palpate.context),
-              1e3 * seconds / std::max(drawn, 1));
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  std::printf("%d pictures of %u x %u on %s, %.1f ms each\n", drawn, kWidth, kHeight,
+              pal_context_device(palpate.context), 1e3 * seconds / std::max(drawn, 1));
   if (!screenshot.empty()) host.write_picture(screenshot);
   return 0;
 }
