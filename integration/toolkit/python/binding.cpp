@@ -1,5 +1,5 @@
-// palpate._palpate: the C library for Python. Arrays in and out, the interpreter's lock released while palpate works; what is
-// comfortable is in palpate/__init__.py.
+// palpate._palpate: the C library for Python. Arrays in and out, the interpreter's lock released
+// while palpate works; what is comfortable is in palpate/__init__.py.
 #include <pybind11/functional.h>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
@@ -90,7 +90,8 @@ PalGrid grid_of(const std::array<uint32_t, 3>& size, const std::array<double, 3>
 }
 
 py::array_t<float> volume_for(const PalGrid& grid) {
-  return py::array_t<float>({py::ssize_t(grid.size[2]), py::ssize_t(grid.size[1]), py::ssize_t(grid.size[0])});
+  return py::array_t<float>(
+      {py::ssize_t(grid.size[2]), py::ssize_t(grid.size[1]), py::ssize_t(grid.size[0])});
 }
 
 class Context {
@@ -125,7 +126,8 @@ class Motion {
   py::array_t<float> field(uint32_t step, std::optional<double> time_s, bool inverse) const {
     const PalFieldInfo info = wanted(step, time_s, inverse);
     const PalGrid& grid = summary_.grid;
-    py::array_t<float> u({py::ssize_t(grid.size[2]), py::ssize_t(grid.size[1]), py::ssize_t(grid.size[0]), py::ssize_t(3)});
+    py::array_t<float> u({py::ssize_t(grid.size[2]), py::ssize_t(grid.size[1]),
+                          py::ssize_t(grid.size[0]), py::ssize_t(3)});
     float* const to = u.mutable_data();
     without_lock([&] { return pal_motion_field(handle_, &info, to); });
     return u;
@@ -154,17 +156,15 @@ class Motion {
   py::dict summary() const {
     const PalMotionSummary& s = summary_;
     using namespace py::literals;
-    return py::dict("frame_count"_a = s.frame_count, "step_count"_a = s.step_count,
-                    "is_whole"_a = s.is_whole != 0, "reference_frame"_a = s.reference_frame,
-                    "harmonics"_a = s.harmonics, "cycle_s"_a = s.cycle_s,
-                    "trust"_a = std::string(s.trust_word), "reasons"_a = std::string(s.reasons),
-                    "seconds"_a = s.seconds, "motion_mean_mm"_a = s.motion_mean_mm,
-                    "motion_max_mm"_a = s.motion_max_mm, "folded_voxels"_a = s.folded_voxels,
-                    "least_determinant"_a = s.least_determinant,
-                    "correlation_before"_a = s.correlation_before,
-                    "correlation_after"_a = s.correlation_after,
-                    "motion_left_voxels"_a = s.motion_left_voxels,
-                    "drift_mean_mm"_a = s.drift_mean_mm);
+    return py::dict(
+        "frame_count"_a = s.frame_count, "step_count"_a = s.step_count,
+        "is_whole"_a = s.is_whole != 0, "reference_frame"_a = s.reference_frame,
+        "harmonics"_a = s.harmonics, "cycle_s"_a = s.cycle_s, "trust"_a = std::string(s.trust_word),
+        "reasons"_a = std::string(s.reasons), "seconds"_a = s.seconds,
+        "motion_mean_mm"_a = s.motion_mean_mm, "motion_max_mm"_a = s.motion_max_mm,
+        "folded_voxels"_a = s.folded_voxels, "least_determinant"_a = s.least_determinant,
+        "correlation_before"_a = s.correlation_before, "correlation_after"_a = s.correlation_after,
+        "motion_left_voxels"_a = s.motion_left_voxels, "drift_mean_mm"_a = s.drift_mean_mm);
   }
 
  private:
@@ -173,7 +173,8 @@ class Motion {
     info.size = sizeof info;
     info.step = step;
     info.time_s = time_s.value_or(0.0);
-    info.flags = (time_s ? uint32_t(PAL_FIELD_TO_TIME) : 0U) | (inverse ? uint32_t(PAL_FIELD_INVERSE) : 0U);
+    info.flags =
+        (time_s ? uint32_t(PAL_FIELD_TO_TIME) : 0U) | (inverse ? uint32_t(PAL_FIELD_INVERSE) : 0U);
     return info;
   }
   PalMotion* handle_ = nullptr;
@@ -200,14 +201,13 @@ struct Listener {
 };
 
 /// Estimates the motion of frames (shape (z, y, x), contiguous, read where they are).
-std::unique_ptr<Motion> estimate(const Context& context, const std::vector<py::array>& frames,
-                                 const std::array<uint32_t, 3>& size,
-                                 const std::array<double, 3>& spacing,
-                                 const std::array<double, 3>& origin,
-                                 const std::array<double, 9>& direction, const std::string& preset,
-                                 const std::vector<double>& times_s,
-                                 const std::optional<py::array_t<uint8_t, py::array::c_style>>& mask,
-                                 uint32_t flags, const std::optional<py::function>& progress) {
+std::unique_ptr<Motion> estimate(
+    const Context& context, const std::vector<py::array>& frames,
+    const std::array<uint32_t, 3>& size, const std::array<double, 3>& spacing,
+    const std::array<double, 3>& origin, const std::array<double, 9>& direction,
+    const std::string& preset, const std::vector<double>& times_s,
+    const std::optional<py::array_t<uint8_t, py::array::c_style>>& mask, uint32_t flags,
+    const std::optional<py::function>& progress) {
   PalEstimatorInfo info{};
   info.size = sizeof info;
   info.flags = flags;
@@ -329,13 +329,16 @@ class Session {
     pal_scene_close(&scene_);
   }
 
-  std::array<double, 3> tick(const std::array<double, 3>& position_m, int64_t time_ns, uint32_t buttons) {
+  std::array<double, 3> tick(const std::array<double, 3>& position_m, int64_t time_ns,
+                             uint32_t buttons) {
     const PalTick tick{{position_m[0], position_m[1], position_m[2]}, time_ns, buttons};
     std::array<double, 3> force_n{};
     check(pal_haptics_tick(session_, &tick, force_n.data()));
     return force_n;
   }
-  void stop() { without_lock([&] { return pal_session_stop(session_); }); }
+  void stop() {
+    without_lock([&] { return pal_session_stop(session_); });
+  }
   bool at_rest() const { return pal_session_at_rest(session_) != 0; }
   bool play(bool on) {
     const PalResult result = pal_session_play(session_, on);
@@ -350,7 +353,9 @@ class Session {
   void place(uint32_t volume, const std::array<double, 12>& world_from_volume) {
     check(pal_session_place(session_, volume, world_from_volume.data()));
   }
-  void set_mode(uint32_t index, bool on, double gain) { check(pal_session_set_mode(session_, index, on, gain)); }
+  void set_mode(uint32_t index, bool on, double gain) {
+    check(pal_session_set_mode(session_, index, on, gain));
+  }
   std::string text(int which) const {
     size_t length = 0;
     check(pal_scene_text(scene_, PalSceneText(which), nullptr, 0, &length));
@@ -372,18 +377,22 @@ class Session {
     using namespace py::literals;
     for (uint32_t v = 0; v < s.volume_count; ++v) {
       py::array_t<double> place({3, 4});
-      std::copy(s.volumes[v].world_from_volume, s.volumes[v].world_from_volume + 12, place.mutable_data());
-      volumes.append(py::dict("world_from_volume"_a = place, "time_s"_a = s.volumes[v].time_s, "rate"_a = s.volumes[v].rate));
+      std::copy(s.volumes[v].world_from_volume, s.volumes[v].world_from_volume + 12,
+                place.mutable_data());
+      volumes.append(py::dict("world_from_volume"_a = place, "time_s"_a = s.volumes[v].time_s,
+                              "rate"_a = s.volumes[v].rate));
     }
-    return py::dict("in_contact"_a = s.in_contact != 0, "hand_m"_a = three(s.hand_m),
-                    "proxy_m"_a = three(s.proxy_m), "force_n"_a = three(s.force_n),
-                    "cause"_a = std::string(s.cause), "cause_sentence"_a = std::string(s.cause_sentence),
-                    "can_play"_a = s.can_play != 0, "steps"_a = s.steps, "steps_known"_a = s.steps_known,
-                    "volumes"_a = volumes, "ticks"_a = s.ticks, "late_ticks"_a = s.late_ticks);
+    return py::dict(
+        "in_contact"_a = s.in_contact != 0, "hand_m"_a = three(s.hand_m),
+        "proxy_m"_a = three(s.proxy_m), "force_n"_a = three(s.force_n),
+        "cause"_a = std::string(s.cause), "cause_sentence"_a = std::string(s.cause_sentence),
+        "can_play"_a = s.can_play != 0, "steps"_a = s.steps, "steps_known"_a = s.steps_known,
+        "volumes"_a = volumes, "ticks"_a = s.ticks, "late_ticks"_a = s.late_ticks);
   }
   /// RGBA, shape (height, width, 4).
-  py::array_t<uint8_t> picture(const std::array<double, 3>& position_m, const std::array<double, 4>& orientation,
-                               double tan_x, double tan_y, uint32_t width, uint32_t height) {
+  py::array_t<uint8_t> picture(const std::array<double, 3>& position_m,
+                               const std::array<double, 4>& orientation, double tan_x, double tan_y,
+                               uint32_t width, uint32_t height) {
     if (!view_ || width != width_ || height != height_) {
       pal_view_close(&view_);
       PalViewInfo info{};
@@ -425,7 +434,8 @@ class Session {
 
 PYBIND11_MODULE(_palpate, m) {
   using namespace py::literals;
-  m.attr("__version__") = std::to_string(PAL_VERSION_MAJOR) + "." + std::to_string(PAL_VERSION_MINOR) + "." +
+  m.attr("__version__") = std::to_string(PAL_VERSION_MAJOR) + "." +
+                          std::to_string(PAL_VERSION_MINOR) + "." +
                           std::to_string(PAL_VERSION_PATCH);
   m.attr("PAIRWISE") = int(PAL_ESTIMATOR_PAIRWISE);
   m.attr("CYCLIC") = int(PAL_ESTIMATOR_CYCLIC);
@@ -434,7 +444,8 @@ PYBIND11_MODULE(_palpate, m) {
   m.attr("TRUE_SIZE") = int(PAL_SCENE_TRUE_SIZE);
   m.attr("NOT_CYCLIC") = int(PAL_SCENE_NOT_CYCLIC);
   py::class_<Context, std::shared_ptr<Context>>(m, "Context")
-      .def(py::init<const std::optional<std::string>&, bool>(), "device"_a = py::none(), "computes"_a = true)
+      .def(py::init<const std::optional<std::string>&, bool>(), "device"_a = py::none(),
+           "computes"_a = true)
       .def_property_readonly("device", &Context::device);
   py::class_<Motion>(m, "Motion")
       .def("field", &Motion::field, "step"_a, "time_s"_a, "inverse"_a)
@@ -442,13 +453,14 @@ PYBIND11_MODULE(_palpate, m) {
       .def("warp", &Motion::warp, "frame"_a, "step"_a, "time_s"_a, "inverse"_a)
       .def("save", &Motion::save, "path"_a, "step"_a)
       .def("summary", &Motion::summary);
-  m.def("estimate", &estimate, "context"_a, "frames"_a, "size"_a, "spacing"_a, "origin"_a, "direction"_a, "preset"_a,
-        "times_s"_a, "mask"_a, "flags"_a, "progress"_a);
+  m.def("estimate", &estimate, "context"_a, "frames"_a, "size"_a, "spacing"_a, "origin"_a,
+        "direction"_a, "preset"_a, "times_s"_a, "mask"_a, "flags"_a, "progress"_a);
   m.def("open_motion", &opened_motion, "context"_a, "path"_a);
   py::class_<Session>(m, "Session")
-      .def(py::init<std::shared_ptr<Context>, const std::vector<std::string>&, const std::optional<std::string>&,
-                    const std::optional<std::string>&, const std::vector<std::string>&, const std::optional<double>&,
-                    uint32_t, double, double, double, const std::optional<std::string>&>())
+      .def(py::init<std::shared_ptr<Context>, const std::vector<std::string>&,
+                    const std::optional<std::string>&, const std::optional<std::string>&,
+                    const std::vector<std::string>&, const std::optional<double>&, uint32_t, double,
+                    double, double, const std::optional<std::string>&>())
       .def("close", &Session::close)
       .def("tick", &Session::tick, "position_m"_a, "time_ns"_a = 0, "buttons"_a = 0)
       .def("stop", &Session::stop)
