@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cstdlib>
 #include <future>
@@ -248,7 +249,11 @@ class FeelRun {
     options.transform = command_.live_transform;
     options.keep_cycles = command_.keep_cycles;
     if (!command_.preset.empty()) options.preset = command_.preset;
-    options.open_context = [this] { return open_device(command_.gpu, console_); };
+    // Opened more than once, and said once.
+    options.open_context = [this, said = std::make_shared<std::atomic<bool>>(false)] {
+      Console quiet(true, false);
+      return open_device(command_.gpu, said->exchange(true) ? quiet : console_);
+    };
     options.on_note = [this](const std::string& note) { console_.say("Live      " + note); };
     auto opened = LiveSource::open(command_.inputs.front().string(), std::move(options));
     if (!opened) return opened.error();

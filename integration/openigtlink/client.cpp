@@ -141,9 +141,7 @@ void Client::run(std::stop_token stop) {
       listen(socket.fd(), stop);
       connected_ = false;
       if (!stop.stop_requested()) {
-        say(fmt::format("The connection to {} has ended: what is felt stands still until it is "
-                        "back",
-                        name_));
+        say(fmt::format("The connection to {} has ended: connecting again", name_));
         said_waiting = true;
       }
       break;

@@ -20,6 +20,7 @@ constexpr int kNice = 10;
 constexpr auto kTooLong = 60s;                // for the motion of a pair
 constexpr double kThere = 0.02;               // of the way between two frames
 constexpr double kMostHistory_bytes = 512e6;  // of frames that may turn out to be a cycle
+constexpr auto kSilence = 2s;                 // without a frame: it is said
 constexpr double kUnlike = 0.5;               // of the cycle's contrast: no frame of it
 constexpr double kOutOfStep = 0.2;            // of the cycle
 constexpr double kPace = 2.0, kMostPace = 0.5;
@@ -210,8 +211,10 @@ void LiveSequence::run(std::stop_token stop) {
   }
 }
 
-/// The newest frame, or false: stop, or a cycle was found.
+/// The newest frame, or false: stop, or a cycle was found. Without frames nothing moves.
 bool LiveSequence::wait_for_frame(Frame& frame, std::stop_token stop, bool or_cycle) {
+  const auto since = std::chrono::steady_clock::now();
+  bool silent = false;
   std::unique_lock lock(mutex_);
   const auto cycle_is_ready = [&] {
     return or_cycle && cycle_.valid() &&
@@ -224,6 +227,12 @@ bool LiveSequence::wait_for_frame(Frame& frame, std::stop_token stop, bool or_cy
       return true;
     }
     changed_.wait_for(lock, stop, 100ms, [&] { return newest_.has_value(); });
+    if (silent || newest_ || std::chrono::steady_clock::now() - since < kSilence) continue;
+    silent = true;
+    lock.unlock();
+    session_.send({ControlEvent::Kind::kRate, int(index_), 0.0});
+    say("No frame has come for 2 s: what is felt stands still until the next one.");
+    lock.lock();
   }
   return false;
 }

@@ -9,7 +9,6 @@ namespace {
 constexpr int kBlocks = 12;       // along an axis
 constexpr int kFewestFrames = 4;  // of a cycle
 constexpr double kAlike = 0.3;    // of the largest difference within a cycle
-constexpr int kInARow = 3;
 
 std::vector<float> means_of(const Volume& frame) {
   const glm::ivec3 n = frame.grid.size, blocks = glm::min(n, glm::ivec3(kBlocks));
@@ -72,7 +71,7 @@ std::optional<int> Repetition::add(const Volume& frame) {
   }
   in_a_row_ = found && std::abs(*found - found_) <= 1 ? in_a_row_ + 1 : int(found.has_value());
   found_ = found.value_or(0);
-  if (in_a_row_ < kInARow) return std::nullopt;
+  if (in_a_row_ < std::max(3, found_ / 4)) return std::nullopt;
   contrast_ = most;
   return found;
 }

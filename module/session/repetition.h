@@ -12,8 +12,8 @@ namespace palpate {
 /// at most 12 x 12 x 12 blocks, in which noise goes down; d(a, b) is the RMS difference of two such.
 /// Frames repeat after k of them if over the last k frames n
 ///   m(k) = mean of d(n, n - k) <= 0.3 max of m(l), l < k,
-/// at a minimum of m, for the smallest such k from 4 to kMostFrames, three frames in a row. A source
-/// that stands still has m of its noise alone at every k and does not repeat. Frames are taken to be
+/// at a minimum of m, for the smallest such k from 4 to kMostFrames, and so for k / 4 frames in a row,
+/// three at least. A source that stands still has m of its noise alone at every k and does not repeat. Frames are taken to be
 /// evenly spaced. One thread.
 class Repetition {
  public:
