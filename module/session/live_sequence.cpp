@@ -191,7 +191,8 @@ void LiveSequence::watch() {
   ++numbers_.felt;
   // What was measured longest ago gives way, so that no run is too long for it.
   if (delays_s_.size() >= 100'000) delays_s_.erase(delays_s_.begin(), delays_s_.begin() + 50'000);
-  delays_s_.push_back(float(1e-9 * double(moment.now_ns - target_arrived_ns_)));
+  const int64_t now_ns = std::chrono::steady_clock::now().time_since_epoch().count();
+  delays_s_.push_back(float(1e-9 * double(now_ns - target_arrived_ns_)));
   target_arrived_ns_ = 0;
   changed_.notify_all();
 }

@@ -64,7 +64,7 @@ std::optional<int> Repetition::add(const Volume& frame) {
   std::optional<int> found;
   for (int k = 1; k <= kMostFrames && 2 * (k + 1) <= count && !found; ++k) {
     const double here = m(k);
-    if (k >= kFewestFrames && here <= kAlike * most && here <= m(k + 1) && here <= m(k - 1))
+    if (k >= kFewestFrames && most > 0.0 && here <= kAlike * most && here <= m(k + 1) && here <= m(k - 1))
       found = k;
     else
       most = std::max(most, here);
