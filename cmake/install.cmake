@@ -1,6 +1,9 @@
-# What another project gets: the value types of space, the quality measures, the cross-check and the matchers.
-#   cmake --install build --prefix PREFIX --component palpate_development
-#   find_package(palpate REQUIRED); target_link_libraries(my_test PRIVATE palpate::testing)
+# What another project gets, by components:
+#   palpate_library      libpalpate.so.0
+#   palpate_development  palpate.h and palpate_mode.h, CMake and pkg-config files; and the value types of space, the quality
+#                        measures, the cross-check and the matchers for tests in C++
+#   find_package(palpate); target_link_libraries(my_program PRIVATE palpate::palpate)
+#   find_package(palpate COMPONENTS testing); target_link_libraries(my_test PRIVATE palpate::testing)
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
@@ -15,10 +18,26 @@ target_compile_features(palpate_volume INTERFACE cxx_std_20)
 target_include_directories(palpate_volume INTERFACE $<INSTALL_INTERFACE:${palpate_header_dir}>)
 
 install(TARGETS palpate_volume palpate_quality palpate_opencv palpate_testing
-        EXPORT palpateTargets
+        EXPORT palpateTestingTargets
         ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT palpate_development
         LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT palpate_development)
+install(EXPORT palpateTestingTargets NAMESPACE palpate:: DESTINATION ${palpate_package_dir}
+        COMPONENT palpate_development)
+
+set_target_properties(palpate_c PROPERTIES EXPORT_NAME palpate)
+target_include_directories(palpate_c INTERFACE $<INSTALL_INTERFACE:${palpate_header_dir}>)
+install(TARGETS palpate_c EXPORT palpateTargets
+        LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT palpate_library
+        NAMELINK_COMPONENT palpate_development)
 install(EXPORT palpateTargets NAMESPACE palpate:: DESTINATION ${palpate_package_dir}
+        COMPONENT palpate_development)
+install(FILES ${PROJECT_SOURCE_DIR}/integration/toolkit/palpate.h
+              ${PROJECT_SOURCE_DIR}/integration/scenes/palpate_mode.h
+        DESTINATION ${palpate_header_dir} COMPONENT palpate_development)
+# Paths from where the file lies: the same for every prefix.
+file(RELATIVE_PATH palpate_prefix_from_pc /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
+configure_file(${PROJECT_SOURCE_DIR}/cmake/palpate.pc.in ${PROJECT_BINARY_DIR}/palpate.pc @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/palpate.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig
         COMPONENT palpate_development)
 
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/compute/volume DESTINATION ${palpate_header_dir}/compute
@@ -35,7 +54,8 @@ install(FILES ${PROJECT_SOURCE_DIR}/integration/opencv/cross_check.h
         DESTINATION ${palpate_header_dir}/integration/opencv COMPONENT palpate_development)
 
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/palpateConfig.cmake.in
-  ${PROJECT_BINARY_DIR}/palpateConfig.cmake INSTALL_DESTINATION ${palpate_package_dir})
+  ${PROJECT_BINARY_DIR}/palpateConfig.cmake INSTALL_DESTINATION ${palpate_package_dir}
+  PATH_VARS CMAKE_INSTALL_LIBDIR)
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/palpateConfigVersion.cmake
   COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/palpateConfig.cmake ${PROJECT_BINARY_DIR}/palpateConfigVersion.cmake

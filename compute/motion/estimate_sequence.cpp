@@ -384,6 +384,12 @@ Field consecutive_field(const SequenceMotion& motion, size_t k, const Grid& onto
   return result;
 }
 
+Distances drift_of(const SequenceMotion& motion, const Grid& image, const Mask* mask) {
+  CyclePoints points(image, mask);
+  for (size_t k = 0; k < motion.frames(); ++k) points.follow(consecutive_field(motion, k, image));
+  return points.drift();
+}
+
 Result<SequenceMotion> motion_of_steps(std::span<const Field> consecutive, const TimeBasis& times,
                                        size_t reference) {
   const size_t frames = times.times_s.size();

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "compute/motion/estimator.h"
+#include "compute/motion/quality.h"
 #include "compute/volume/field.h"
 #include "compute/volume/result.h"
 #include "compute/volume/sequence_motion.h"
@@ -47,6 +48,10 @@ SequenceMotion told_from_reference(const SequenceMotion& motion);
 Field consecutive_field(const SequenceMotion& motion, size_t k);
 /// The same at the samples of another grid: exact there, where the motion's own grid is coarse.
 Field consecutive_field(const SequenceMotion& motion, size_t k, const Grid& onto);
+
+/// Where points are after a cycle of the fields from frame to frame that follow from a cyclic
+/// motion, at the samples of `image` (inside the mask on it, if not null).
+Distances drift_of(const SequenceMotion& motion, const Grid& image, const Mask* mask);
 
 /// One motion from the fields of consecutive frames (one less than frames, or as many if cyclic),
 /// told from a frame of them: forward to those after it, and backward by the inverses to those

@@ -1,6 +1,7 @@
 #include "compute/motion/sequence_quality.h"
 
 #include <cmath>
+#include <optional>
 
 #include "compute/volume/parallel.h"
 
@@ -63,6 +64,40 @@ std::vector<Folds> folds_between(const SequenceMotion& motion) {
   for (size_t k = 0; k < steps; ++k)
     result[k] = folds(combined(motion.terms, motion.basis.at(int(k), 0.5)));
   return result;
+}
+
+Result<SequenceEvidence> examined(
+    const SequenceMotion& motion, const std::vector<Volume>& frames,
+    const std::vector<Confidence>& confidence, const Mask* mask,
+    const std::function<void(const SequenceEvidence&, size_t)>& tell) {
+  SequenceEvidence evidence;
+  evidence.reference = motion.reference;
+  evidence.frames.resize(motion.frames());
+  const bool cyclic = motion.basis.cycle_s > 0.0;
+  const std::vector<Field> at_frame = fields_at_frames(motion);
+  const std::optional<Mask> on_terms =
+      mask ? std::optional(resampled(*mask, at_frame.front().grid)) : std::nullopt;
+  const Mask* const solved_mask = on_terms ? &*on_terms : nullptr;
+  const auto accelerations = accelerations_mm(at_frame, cyclic, solved_mask);
+  const auto between = folds_between(motion);
+  const Grid& image = frames.empty() ? at_frame.front().grid : frames.front().grid;
+  for (size_t k = 0; k < motion.frames(); ++k) {
+    FrameEvidence& frame = evidence.frames[k];
+    const Field field = frames.empty() ? at_frame[k] : resampled(at_frame[k], image);
+    frame.motion_mm = lengths_mm(field, frames.empty() ? solved_mask : mask);
+    frame.acceleration_mm = accelerations[k];
+    frame.between = between[k];
+    if (frames.empty() || k == motion.reference) {
+      frame.evidence.folds = folds(field);
+    } else {
+      auto found = examined(frames[motion.reference], frames[k], field, nullptr,
+                            confidence.empty() ? nullptr : &confidence[k], mask);
+      if (!found) return found.error();
+      frame.evidence = std::move(*found);
+    }
+    if (tell) tell(evidence, k);
+  }
+  return evidence;
 }
 
 }  // namespace palpate

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <functional>
 #include <span>
 #include <vector>
 
 #include "compute/motion/quality_folds.h"
+#include "compute/motion/verdict.h"
 #include "compute/volume/sequence_motion.h"
 #include "compute/volume/volume.h"
 
@@ -24,5 +26,13 @@ std::vector<double> accelerations_mm(std::span<const Field> at_frame, bool cycli
 /// Folds in the middle of the step after each frame, one per frame; empty after the last of what is
 /// not cyclic.
 std::vector<Folds> folds_between(const SequenceMotion& motion);
+
+/// Measures one motion against its frames: per frame as a pair with the reference, folds between
+/// frames, acceleration; not the drift. `frames` may be empty: then nothing is compared.
+/// `confidence`: empty, or one per frame. `tell` (may be empty) hears of each frame when it is
+/// measured.
+Result<SequenceEvidence> examined(const SequenceMotion& motion, const std::vector<Volume>& frames,
+                                  const std::vector<Confidence>& confidence, const Mask* mask,
+                                  const std::function<void(const SequenceEvidence&, size_t)>& tell);
 
 }  // namespace palpate

@@ -4,6 +4,7 @@
    ./host_loop                        the built-in beating heart
    ./host_loop frame_*.mha            frames of a sequence: its motion is found while it is felt
    ./host_loop scene.json --folder D  a scene
+   and --seconds N at the end: not 8 s but so long
 
    The "device" is a mass of 0.1 kg on a spring that a hand pulls towards the volume's middle: once a millisecond it asks palpate for the
    force and moves. A real device would be read and written in the same place. */
@@ -11,6 +12,7 @@
 #include <math.h>
 #include <palpate.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
@@ -45,6 +47,11 @@ static double length_of(const double v[3]) { return sqrt(v[0] * v[0] + v[1] * v[
 int main(int argc, char** argv) {
   /* What to feel. */
   const char* built_in = "heart";
+  int end_ms = 8000;
+  if (argc > 2 && strcmp(argv[argc - 2], "--seconds") == 0) {
+    end_ms = 1000 * atoi(argv[argc - 1]);
+    argc -= 2;
+  }
   PalSceneInfo scene_info = {.size = sizeof scene_info, .paths = &built_in, .path_count = 1};
   if (argc > 2 && strcmp(argv[argc - 2], "--folder") == 0) {
     scene_info.folder = argv[argc - 1];
@@ -75,7 +82,7 @@ int main(int argc, char** argv) {
   int contact_ticks = 0, ticks = 0;
   struct timespec next;
   clock_gettime(CLOCK_MONOTONIC, &next);
-  for (; ticks < 8000; ++ticks) {
+  for (; ticks < end_ms; ++ticks) {
     /* The hand comes in for two seconds and rests on the surface then. */
     const double way = ticks < 2000 ? ticks / 2000.0 : 1.0;
     const double hand_m[3] = {0.0, 0.0, 0.09 * (1.0 - way)};

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "compute/motion/sequence_quality.h"
 #include "compute/volume/memory.h"
 #include "integration/app/summary.h"
 #include "integration/charts/charts.h"
@@ -48,46 +47,6 @@ Result<std::vector<Volume>> all_frames(Frames& frames, std::stop_token stop) {
 
 std::string reference_field_name(const std::string& format, size_t frame, size_t count) {
   return fmt::format("reference_to_{:0{}}.{}", frame, std::to_string(count - 1).size(), format);
-}
-
-Result<SequenceEvidence> examined(
-    const SequenceMotion& motion, const std::vector<Volume>& frames,
-    const std::vector<Confidence>& confidence, const Mask* mask,
-    const std::function<void(const SequenceEvidence&, size_t)>& tell) {
-  SequenceEvidence evidence;
-  evidence.reference = motion.reference;
-  evidence.frames.resize(motion.frames());
-  const bool cyclic = motion.basis.cycle_s > 0.0;
-  const std::vector<Field> at_frame = fields_at_frames(motion);
-  const std::optional<Mask> on_terms =
-      mask ? std::optional(resampled(*mask, at_frame.front().grid)) : std::nullopt;
-  const Mask* const solved_mask = on_terms ? &*on_terms : nullptr;
-  const auto accelerations = accelerations_mm(at_frame, cyclic, solved_mask);
-  const auto between = folds_between(motion);
-  const Grid& image = frames.empty() ? at_frame.front().grid : frames.front().grid;
-  for (size_t k = 0; k < motion.frames(); ++k) {
-    FrameEvidence& frame = evidence.frames[k];
-    const Field field = frames.empty() ? at_frame[k] : resampled(at_frame[k], image);
-    frame.motion_mm = lengths_mm(field, frames.empty() ? solved_mask : mask);
-    frame.acceleration_mm = accelerations[k];
-    frame.between = between[k];
-    if (frames.empty() || k == motion.reference) {
-      frame.evidence.folds = folds(field);
-    } else {
-      auto found = examined(frames[motion.reference], frames[k], field, nullptr,
-                            confidence.empty() ? nullptr : &confidence[k], mask);
-      if (!found) return found.error();
-      frame.evidence = std::move(*found);
-    }
-    if (tell) tell(evidence, k);
-  }
-  return evidence;
-}
-
-Distances drift_of(const SequenceMotion& motion, const Grid& image, const Mask* mask) {
-  CyclePoints points(image, mask);
-  for (size_t k = 0; k < motion.frames(); ++k) points.follow(consecutive_field(motion, k, image));
-  return points.drift();
 }
 
 Result<Written> write_sequence(const SequenceMotion& motion, const std::vector<Volume>& frames,

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "compute/motion/estimate_sequence.h"
+#include "compute/motion/sequence_quality.h"
 #include "compute/motion/verdict.h"
 #include "integration/app/delivery.h"
 #include "integration/app/outputs.h"
@@ -27,18 +28,6 @@ struct SequenceOutputOptions {
 
 /// Name of the field from the reference to a frame.
 std::string reference_field_name(const std::string& format, size_t frame, size_t count);
-
-/// Measures one motion against its frames: per frame as a pair with the reference, folds between
-/// frames, acceleration; not the drift. `frames` may be empty: then nothing is compared.
-/// `confidence`: empty, or one per frame. `tell` (may be empty) hears of each frame when it is
-/// measured.
-Result<SequenceEvidence> examined(const SequenceMotion& motion, const std::vector<Volume>& frames,
-                                  const std::vector<Confidence>& confidence, const Mask* mask,
-                                  const std::function<void(const SequenceEvidence&, size_t)>& tell);
-
-/// Where points are after a cycle of the fields from frame to frame that follow from a cyclic
-/// motion, at the samples of `image` (inside the mask on it, if not null).
-Distances drift_of(const SequenceMotion& motion, const Grid& image, const Mask* mask);
 
 /// What was written, for the summary, and the drift of the fields from frame to frame in a cycle.
 struct Written {

@@ -5,7 +5,7 @@
 
 #include "integration/files/scene_file.h"
 #include "integration/scenes/load_scene.h"
-#include "integration/toolkit/handles.h"
+#include "integration/toolkit/motion_content.h"
 #include "module/scene/plan.h"
 
 namespace palpate::toolkit {
@@ -33,6 +33,13 @@ Result<std::shared_ptr<const scenes::GivenVolume>> given_of(const PalFrames& fra
       return refused("have times that do not rise");
   }
   sequence.times_known = frames.times_s != nullptr;
+  if (frames.motion) {
+    const Use motion(of(frames.motion));
+    if (!motion) return refused("have a motion that was closed");
+    auto whole = whole_of(*motion);
+    if (!whole) return refused("have a motion that can not be used: " + whole.error().message);
+    given->motion = std::move(*whole);
+  }
   return std::shared_ptr<const scenes::GivenVolume>(std::move(given));
 }
 

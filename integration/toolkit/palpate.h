@@ -146,6 +146,135 @@ PAL_API PalResult pal_context_close(PalContext** context);
 /* The name of the device that computes, "" without one; valid until the context is closed. [ANY] */
 PAL_API const char* pal_context_device(const PalContext* context);
 
+/* ---------------------------------------------------------------------------------------- motion
+
+   How the material moves between frames that a program has in memory. A displacement field says,
+   for each sample x of the fixed frame, that its material is at x + u(x) in the moving frame; u in
+   mm along L, P, S, as in an ITK displacement field. */
+
+typedef struct PalEstimator PalEstimator;
+typedef struct PalMotion PalMotion;
+
+enum {
+  /* Three frames and more: only the fields from each frame to the next, not one motion for all. */
+  PAL_ESTIMATOR_PAIRWISE = 1u << 0,
+  /* The last frame leads back to the first. */
+  PAL_ESTIMATOR_CYCLIC = 1u << 1,
+  /* Nothing is measured for a verdict, which takes about as long again as a pair. */
+  PAL_ESTIMATOR_NO_VERDICT = 1u << 2
+};
+
+typedef struct PalEstimatorInfo {
+  uint32_t size;      /* sizeof(PalEstimatorInfo) */
+  uint32_t flags;     /* PAL_ESTIMATOR_... */
+  PalGrid grid;       /* of all frames */
+  const char* preset; /* "fast", "balanced", "best" or "classic"; NULL: "balanced" */
+  /* One byte per sample of the grid, 0: counts for nothing; NULL: all count. Read during the call.
+   */
+  const uint8_t* mask;
+  /* Hears what is done and its share of all, 0 to 1, on threads of the estimator's; NULL: nobody
+   * does. May cancel. */
+  void (*on_progress)(void* user, const char* doing, double share);
+  void* user;
+} PalEstimatorInfo;
+
+/* The context needs a device that computes. [ANY] */
+PAL_API PalResult pal_estimator_open(PalContext* context, const PalEstimatorInfo* info,
+                                     PalEstimator** estimator);
+
+/* Takes the next frame: grid.size[0] * [1] * [2] samples, x fastest, read during the call. Work on
+   a pair begins with its second frame where pairs are all that is wanted. time_s: when it was
+   taken, above the last one's; below 0: one second after it. [ANY] */
+PAL_API PalResult pal_estimator_push(PalEstimator* estimator, PalSampleType type,
+                                     const void* samples, double time_s);
+
+/* No more frames: waits for the motion. PAL_CANCELLED after pal_estimator_cancel(). Once. [ANY] */
+PAL_API PalResult pal_estimator_finish(PalEstimator* estimator, PalMotion** motion);
+
+/* Stops as soon as the device has done what it is doing; the estimator can only be closed then.
+ * [ANY], also from on_progress. */
+PAL_API PalResult pal_estimator_cancel(PalEstimator* estimator);
+
+/* Cancels what is still running. Not from on_progress. [ANY] */
+PAL_API PalResult pal_estimator_close(PalEstimator** estimator);
+PAL_API PalResult pal_motion_close(PalMotion** motion);
+
+/* One motion for all frames, from the one file that `palpate motion` and pal_motion_save() write.
+ * [ANY] */
+PAL_API PalResult pal_motion_open(PalContext* context, const char* path, PalMotion** motion);
+
+typedef enum PalTrust {
+  PAL_TRUST_UNKNOWN = 0, /* nothing was measured */
+  PAL_TRUST_OK = 1,
+  PAL_TRUST_SUSPECT = 2, /* a person should look before using it */
+  PAL_TRUST_FAILED = 3   /* do not use it */
+} PalTrust;
+
+/* Of the motion, and of what speaks for it; of several fields the worst counts. What was not
+ * measured is NaN. */
+typedef struct PalMotionSummary {
+  uint32_t size; /* sizeof(PalMotionSummary), set before the call */
+  uint32_t frame_count;
+  uint32_t step_count;      /* fields from a frame to the next */
+  uint32_t is_whole;        /* 1: one motion for all frames, told from one of them */
+  uint32_t reference_frame; /* that one */
+  uint32_t harmonics;       /* of the cycle; 0: curves through the frames */
+  double cycle_s;           /* 0: not cyclic */
+  PalGrid grid;             /* of the frames */
+  PalTrust trust;
+  const char* trust_word; /* "ok", "suspect", "failed", or "" */
+  const char*
+      reasons; /* what speaks against it, a sentence per line; valid until the motion is closed */
+  double seconds; /* that it took */
+  double motion_mean_mm, motion_max_mm;
+  double folded_voxels;                         /* where the field folds space */
+  double least_determinant;                     /* of I + grad u */
+  double correlation_before, correlation_after; /* local, mean */
+  double motion_left_voxels;                    /* that the frames still show */
+  double drift_mean_mm; /* after one cycle of the fields from frame to frame */
+} PalMotionSummary;
+
+/* [ANY] */
+PAL_API PalResult pal_motion_summary(const PalMotion* motion, PalMotionSummary* summary);
+
+enum {
+  /* From the reference frame to `time_s`, instead of from frame `step` to the next. Only where
+     is_whole. */
+  PAL_FIELD_TO_TIME = 1u << 0,
+  /* The inverse: from there back. */
+  PAL_FIELD_INVERSE = 1u << 1
+};
+
+/* Which field, and at which samples. */
+typedef struct PalFieldInfo {
+  uint32_t size;  /* sizeof(PalFieldInfo) */
+  uint32_t flags; /* PAL_FIELD_... */
+  uint32_t step;
+  double time_s;
+  const PalGrid* grid; /* NULL: the frames' */
+} PalFieldInfo;
+
+/* u at the grid's samples: 3 * grid.size[0] * [1] * [2] floats, x, y, z of a sample side by side,
+ * mm. [ANY] */
+PAL_API PalResult pal_motion_field(const PalMotion* motion, const PalFieldInfo* info,
+                                   float* xyz_mm);
+
+/* How far a field may be trusted at each sample, 0 (a guess) to 1, of a step, or of the field from
+   the reference frame to frame `step` where is_whole. flags and time_s are not looked at. [ANY] */
+PAL_API PalResult pal_motion_confidence(const PalMotion* motion, const PalFieldInfo* info,
+                                        float* values);
+
+/* A frame carried along a field: at each sample x of the grid the value at x + u(x) of the frame,
+   linear between samples, its border value held outside. The frame has the frames' grid. [ANY] */
+PAL_API PalResult pal_motion_warp(const PalMotion* motion, const PalFieldInfo* info,
+                                  PalSampleType type, const void* samples, float* warped);
+
+/* Writes a field for ITK and what reads its fields (.mha, .nrrd, .nii, .nii.gz). info NULL: the one
+   motion for all frames, as one file
+   (.nrrd) that palpate reads again. All of the file or none. [ANY] */
+PAL_API PalResult pal_motion_save(const PalMotion* motion, const PalFieldInfo* info,
+                                  const char* path);
+
 /* ---------------------------------------------------------------------------------------- scenes
 
    What there is to feel and see: volumes with their data, haptic modes, a spring. Immutable after
@@ -164,6 +293,7 @@ typedef struct PalFrames {
   uint32_t frame_count;
   /* frame_count rising times; NULL: one frame a second, or as PalSceneInfo says. */
   const double* times_s;
+  const PalMotion* motion; /* of these frames; NULL: it is found while they are felt */
 } PalFrames;
 
 enum {

@@ -228,7 +228,7 @@ TEST(Install, PutsProgramPagesAndCompletionsInPlaceAndTakesThemAway) {
                                        (build / "cmake_install.cmake").string() + "'");
   ASSERT_EQ(installed.exit_code, 0) << installed.text;
   for (const char* file :
-       {"bin/palpate", "share/man/man1/palpate.1", "share/man/man1/palpate-feel.1",
+       {"bin/palpate", "share/man/man1/palpate.1.gz", "share/man/man1/palpate-feel.1.gz",
         "share/bash-completion/completions/palpate", "share/zsh/vendor-completions/_palpate"})
     EXPECT_TRUE(fs::is_regular_file(prefix / file)) << file;
   const ShellOutcome version = shell("'" + (prefix / "bin/palpate").string() + "' --version");

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "compute/motion/estimator.h"
+#include "compute/motion/verdict.h"
+#include "compute/volume/sequence_motion.h"
+#include "integration/toolkit/handles.h"
+
+namespace palpate::toolkit {
+
+/// What a PalMotion stands for. Does not change.
+struct MotionContent {
+  Grid grid;  ///< of the frames
+  size_t frames = 0;
+  std::vector<Field> steps;  ///< on the grids they were solved on; none with `whole`
+  std::optional<SequenceMotion> whole;
+  std::vector<Confidence> confidence;  ///< of steps, or from the reference to each frame
+  TimeBasis times;                     ///< of the frames
+  // What was measured.
+  std::optional<Verdict> verdict;
+  std::string reasons;
+  double seconds = 0.0;
+  Spread motion_mm;
+  std::optional<Folds> folds;  ///< the worst
+  std::optional<Match> match;  ///< the worst
+  std::optional<Distances> drift;
+
+  size_t step_count() const {
+    return whole ? frames - (whole->basis.cycle_s > 0.0 ? 0 : 1) : steps.size();
+  }
+};
+
+class EstimatorContent;
+
+inline Handle<MotionContent>* of(PalMotion* handle) noexcept {
+  return reinterpret_cast<Handle<MotionContent>*>(handle);
+}
+inline Handle<EstimatorContent>* of(PalEstimator* handle) noexcept {
+  return reinterpret_cast<Handle<EstimatorContent>*>(handle);
+}
+inline Handle<MotionContent>* of(const PalMotion* handle) noexcept {
+  return of(const_cast<PalMotion*>(handle));
+}
+
+/// One motion for all frames, whatever the motion is told as: fields from frame to frame are put
+/// together. kBadInput if there are none.
+Result<SequenceMotion> whole_of(const MotionContent& motion);
+
+}  // namespace palpate::toolkit

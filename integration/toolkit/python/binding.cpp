@@ -1,0 +1,476 @@
+// palpate._palpate: the C library for Python. Arrays in and out, the interpreter's lock released
+// while palpate works; what is comfortable is in palpate/__init__.py.
+#include <pybind11/functional.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <exception>
+#include <future>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "integration/toolkit/palpate.h"
+
+namespace py = pybind11;
+
+namespace {
+
+/// The exception that fits a failure.
+void check(PalResult result) {
+  if (result >= PAL_OK) return;
+  const std::string sentence = pal_last_error();
+  switch (result) {
+    case PAL_BAD_INPUT:
+    case PAL_BAD_OUTPUT:
+      throw py::value_error(sentence);
+    case PAL_OUT_OF_MEMORY:
+      PyErr_SetString(PyExc_MemoryError, sentence.c_str());
+      throw py::error_already_set();
+    case PAL_CANCELLED:
+      PyErr_SetString(PyExc_InterruptedError, sentence.c_str());
+      throw py::error_already_set();
+    default:
+      throw std::runtime_error(sentence);
+  }
+}
+
+/// Runs work that may take long without the interpreter's lock.
+template <class Work>
+void without_lock(const Work& work) {
+  PalResult result;
+  std::string sentence;
+  {
+    const py::gil_scoped_release released;
+    result = work();
+    if (result < PAL_OK) sentence = pal_last_error();
+  }
+  check(result);
+}
+
+PalSampleType type_of(const py::array& array) {
+  const py::dtype type = array.dtype();
+  const auto is = [&](const char* name) { return type.is(py::dtype(name)); };
+  if (is("float32")) return PAL_FLOAT32;
+  if (is("float64")) return PAL_FLOAT64;
+  if (is("int8")) return PAL_INT8;
+  if (is("uint8")) return PAL_UINT8;
+  if (is("int16")) return PAL_INT16;
+  if (is("uint16")) return PAL_UINT16;
+  if (is("int32")) return PAL_INT32;
+  if (is("uint32")) return PAL_UINT32;
+  throw py::type_error("samples of this type can not be taken: convert them to float32");
+}
+
+/// Shape (z, y, x), contiguous: taken as it is.
+const void* samples_of(const py::array& array, const PalGrid& grid) {
+  if (array.ndim() != 3 || array.shape(0) != py::ssize_t(grid.size[2]) ||
+      array.shape(1) != py::ssize_t(grid.size[1]) || array.shape(2) != py::ssize_t(grid.size[0]))
+    throw py::value_error("a frame has another shape than the first one");
+  if (!(array.flags() & py::array::c_style))
+    throw py::value_error("a frame is not contiguous in memory");
+  return array.data();
+}
+
+PalGrid grid_of(const std::array<uint32_t, 3>& size, const std::array<double, 3>& spacing,
+                const std::array<double, 3>& origin, const std::array<double, 9>& direction) {
+  PalGrid grid{};
+  for (size_t a = 0; a < 3; ++a) {
+    grid.size[a] = size[a];
+    grid.spacing_mm[a] = spacing[a];
+    grid.origin_mm[a] = origin[a];
+  }
+  std::copy(direction.begin(), direction.end(), grid.direction);
+  return grid;
+}
+
+py::array_t<float> volume_for(const PalGrid& grid) {
+  return py::array_t<float>(
+      {py::ssize_t(grid.size[2]), py::ssize_t(grid.size[1]), py::ssize_t(grid.size[0])});
+}
+
+class Context {
+ public:
+  explicit Context(const std::optional<std::string>& device, bool computes) {
+    PalContextInfo info{};
+    info.size = sizeof info;
+    info.version = PAL_VERSION;
+    info.flags = computes ? 0 : uint32_t(PAL_CONTEXT_NO_GPU);
+    if (device) info.device = device->c_str();
+    without_lock([&] { return pal_context_open(&info, &handle); });
+  }
+  ~Context() { pal_context_close(&handle); }
+  Context(const Context&) = delete;
+  Context& operator=(const Context&) = delete;
+  std::string device() const { return pal_context_device(handle); }
+
+  PalContext* handle = nullptr;
+};
+
+/// A motion that was found.
+class Motion {
+ public:
+  explicit Motion(PalMotion* found) : handle_(found) {
+    summary_.size = sizeof summary_;
+    check(pal_motion_summary(handle_, &summary_));
+  }
+  ~Motion() { pal_motion_close(&handle_); }
+  Motion(const Motion&) = delete;
+  Motion& operator=(const Motion&) = delete;
+
+  py::array_t<float> field(uint32_t step, std::optional<double> time_s, bool inverse) const {
+    const PalFieldInfo info = wanted(step, time_s, inverse);
+    const PalGrid& grid = summary_.grid;
+    py::array_t<float> u({py::ssize_t(grid.size[2]), py::ssize_t(grid.size[1]),
+                          py::ssize_t(grid.size[0]), py::ssize_t(3)});
+    float* const to = u.mutable_data();
+    without_lock([&] { return pal_motion_field(handle_, &info, to); });
+    return u;
+  }
+  py::array_t<float> confidence(uint32_t step) const {
+    const PalFieldInfo info = wanted(step, std::nullopt, false);
+    py::array_t<float> values = volume_for(summary_.grid);
+    float* const to = values.mutable_data();
+    without_lock([&] { return pal_motion_confidence(handle_, &info, to); });
+    return values;
+  }
+  py::array_t<float> warp(const py::array& frame, uint32_t step, std::optional<double> time_s,
+                          bool inverse) const {
+    const PalFieldInfo info = wanted(step, time_s, inverse);
+    const PalSampleType type = type_of(frame);
+    const void* const samples = samples_of(frame, summary_.grid);
+    py::array_t<float> warped = volume_for(summary_.grid);
+    float* const to = warped.mutable_data();
+    without_lock([&] { return pal_motion_warp(handle_, &info, type, samples, to); });
+    return warped;
+  }
+  void save(const std::string& path, std::optional<uint32_t> step) const {
+    const PalFieldInfo info = wanted(step.value_or(0), std::nullopt, false);
+    without_lock([&] { return pal_motion_save(handle_, step ? &info : nullptr, path.c_str()); });
+  }
+  py::dict summary() const {
+    const PalMotionSummary& s = summary_;
+    using namespace py::literals;
+    return py::dict(
+        "frame_count"_a = s.frame_count, "step_count"_a = s.step_count,
+        "is_whole"_a = s.is_whole != 0, "reference_frame"_a = s.reference_frame,
+        "harmonics"_a = s.harmonics, "cycle_s"_a = s.cycle_s, "trust"_a = std::string(s.trust_word),
+        "reasons"_a = std::string(s.reasons), "seconds"_a = s.seconds,
+        "motion_mean_mm"_a = s.motion_mean_mm, "motion_max_mm"_a = s.motion_max_mm,
+        "folded_voxels"_a = s.folded_voxels, "least_determinant"_a = s.least_determinant,
+        "correlation_before"_a = s.correlation_before, "correlation_after"_a = s.correlation_after,
+        "motion_left_voxels"_a = s.motion_left_voxels, "drift_mean_mm"_a = s.drift_mean_mm);
+  }
+
+ private:
+  static PalFieldInfo wanted(uint32_t step, std::optional<double> time_s, bool inverse) {
+    PalFieldInfo info{};
+    info.size = sizeof info;
+    info.step = step;
+    info.time_s = time_s.value_or(0.0);
+    info.flags =
+        (time_s ? uint32_t(PAL_FIELD_TO_TIME) : 0U) | (inverse ? uint32_t(PAL_FIELD_INVERSE) : 0U);
+    return info;
+  }
+  PalMotion* handle_ = nullptr;
+  PalMotionSummary summary_{};
+};
+
+/// What Python hears while an estimator works.
+struct Listener {
+  py::function progress;
+  PalEstimator* estimator = nullptr;
+  std::exception_ptr raised;
+
+  static void hear(void* user, const char* doing, double share) {
+    auto* const self = static_cast<Listener*>(user);
+    const py::gil_scoped_acquire acquired;
+    if (self->raised) return;
+    try {
+      self->progress(std::string(doing), share);
+    } catch (...) {
+      self->raised = std::current_exception();
+      pal_estimator_cancel(self->estimator);
+    }
+  }
+};
+
+/// Estimates the motion of frames (shape (z, y, x), contiguous, read where they are).
+std::unique_ptr<Motion> estimate(
+    const Context& context, const std::vector<py::array>& frames,
+    const std::array<uint32_t, 3>& size, const std::array<double, 3>& spacing,
+    const std::array<double, 3>& origin, const std::array<double, 9>& direction,
+    const std::string& preset, const std::vector<double>& times_s,
+    const std::optional<py::array_t<uint8_t, py::array::c_style>>& mask, uint32_t flags,
+    const std::optional<py::function>& progress) {
+  PalEstimatorInfo info{};
+  info.size = sizeof info;
+  info.flags = flags;
+  info.grid = grid_of(size, spacing, origin, direction);
+  info.preset = preset.c_str();
+  if (mask) info.mask = static_cast<const uint8_t*>(samples_of(*mask, info.grid));
+  Listener listener;
+  if (progress) {
+    listener.progress = *progress;
+    info.on_progress = &Listener::hear;
+    info.user = &listener;
+  }
+  struct Owner {
+    PalEstimator* handle = nullptr;
+    ~Owner() {
+      const py::gil_scoped_release released;
+      pal_estimator_close(&handle);
+    }
+  } owner;
+  without_lock([&] { return pal_estimator_open(context.handle, &info, &owner.handle); });
+  listener.estimator = owner.handle;
+  for (size_t k = 0; k < frames.size(); ++k) {
+    const PalSampleType type = type_of(frames[k]);
+    const void* const samples = samples_of(frames[k], info.grid);
+    const double time_s = times_s.empty() ? -1.0 : times_s[k];
+    without_lock([&] { return pal_estimator_push(owner.handle, type, samples, time_s); });
+    if (listener.raised) std::rethrow_exception(listener.raised);
+  }
+  // On a thread of its own, so that Ctrl-C is heard here.
+  PalMotion* found = nullptr;
+  std::string sentence;
+  auto finished = std::async(std::launch::async, [&] {
+    const PalResult result = pal_estimator_finish(owner.handle, &found);
+    if (result < PAL_OK) sentence = pal_last_error();
+    return result;
+  });
+  bool interrupted = false;
+  while (true) {
+    std::future_status status;
+    {
+      const py::gil_scoped_release released;
+      status = finished.wait_for(std::chrono::milliseconds(50));
+    }
+    if (status == std::future_status::ready) break;
+    if (!interrupted && PyErr_CheckSignals() != 0) {
+      interrupted = true;
+      pal_estimator_cancel(owner.handle);
+    }
+  }
+  const PalResult result = finished.get();
+  std::unique_ptr<Motion> motion = found ? std::make_unique<Motion>(found) : nullptr;
+  if (interrupted) throw py::error_already_set();
+  if (listener.raised) std::rethrow_exception(listener.raised);
+  if (result == PAL_CANCELLED) {
+    PyErr_SetString(PyExc_InterruptedError, sentence.c_str());
+    throw py::error_already_set();
+  }
+  if (result == PAL_BAD_INPUT) throw py::value_error(sentence);
+  if (result < PAL_OK) throw std::runtime_error(sentence);
+  return motion;
+}
+
+std::unique_ptr<Motion> opened_motion(const Context& context, const std::string& path) {
+  PalMotion* found = nullptr;
+  without_lock([&] { return pal_motion_open(context.handle, path.c_str(), &found); });
+  return std::make_unique<Motion>(found);
+}
+
+/// A scene that is felt in Python's own loop, and its pictures.
+class Session {
+ public:
+  Session(std::shared_ptr<Context> context, const std::vector<std::string>& paths,
+          const std::optional<std::string>& json, const std::optional<std::string>& folder,
+          const std::vector<std::string>& mode_libraries, const std::optional<double>& iso_value,
+          uint32_t scene_flags, double max_force_n, double workspace_radius_m,
+          double device_force_n, const std::optional<std::string>& preset)
+      : context_(std::move(context)) {
+    PalSceneInfo of_scene{};
+    of_scene.size = sizeof of_scene;
+    of_scene.flags = scene_flags;
+    std::vector<const char*> path_words, library_words;
+    for (const std::string& path : paths) path_words.push_back(path.c_str());
+    for (const std::string& library : mode_libraries) library_words.push_back(library.c_str());
+    of_scene.paths = path_words.data();
+    of_scene.path_count = uint32_t(path_words.size());
+    if (json) of_scene.json = json->c_str();
+    if (folder) of_scene.folder = folder->c_str();
+    of_scene.mode_libraries = library_words.data();
+    of_scene.mode_library_count = uint32_t(library_words.size());
+    if (iso_value) of_scene.iso_value = &*iso_value;
+    without_lock([&] { return pal_scene_open(context_->handle, &of_scene, &scene_); });
+    PalDeviceInfo device{};
+    device.size = sizeof device;
+    device.name = "Python";
+    device.max_force_n = device_force_n;
+    device.workspace_radius_m = workspace_radius_m;
+    PalSessionInfo info{};
+    info.size = sizeof info;
+    info.flags = PAL_SESSION_HOST_TICKS;
+    info.host = &device;
+    info.max_force_n = max_force_n;
+    if (preset) info.preset = preset->c_str();
+    info.user = this;
+    info.on_event = [](void* user, PalEventKind, const char* sentence) {
+      auto* const self = static_cast<Session*>(user);
+      const std::lock_guard lock(self->mutex_);
+      self->events_.emplace_back(sentence);
+    };
+    without_lock([&] { return pal_session_open(scene_, &info, &session_); });
+  }
+  ~Session() { close(); }
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+
+  void close() {
+    const py::gil_scoped_release released;
+    pal_view_close(&view_);
+    pal_session_close(&session_);
+    pal_scene_close(&scene_);
+  }
+
+  std::array<double, 3> tick(const std::array<double, 3>& position_m, int64_t time_ns,
+                             uint32_t buttons) {
+    const PalTick tick{{position_m[0], position_m[1], position_m[2]}, time_ns, buttons};
+    std::array<double, 3> force_n{};
+    check(pal_haptics_tick(session_, &tick, force_n.data()));
+    return force_n;
+  }
+  void stop() {
+    without_lock([&] { return pal_session_stop(session_); });
+  }
+  bool at_rest() const { return pal_session_at_rest(session_) != 0; }
+  bool play(bool on) {
+    const PalResult result = pal_session_play(session_, on);
+    check(result);
+    return result == PAL_OK;
+  }
+  bool scrub(double share) {
+    const PalResult result = pal_session_scrub(session_, share);
+    check(result);
+    return result == PAL_OK;
+  }
+  void place(uint32_t volume, const std::array<double, 12>& world_from_volume) {
+    check(pal_session_place(session_, volume, world_from_volume.data()));
+  }
+  void set_mode(uint32_t index, bool on, double gain) {
+    check(pal_session_set_mode(session_, index, on, gain));
+  }
+  std::string text(int which) const {
+    size_t length = 0;
+    check(pal_scene_text(scene_, PalSceneText(which), nullptr, 0, &length));
+    std::string all(length + 1, '\0');
+    check(pal_scene_text(scene_, PalSceneText(which), all.data(), all.size(), nullptr));
+    all.resize(length);
+    return all;
+  }
+  std::vector<std::string> events() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(events_, {});
+  }
+  py::dict state() const {
+    PalState s{};
+    s.size = sizeof s;
+    check(pal_session_state(session_, &s));
+    const auto three = [](const double v[3]) { return py::make_tuple(v[0], v[1], v[2]); };
+    py::list volumes;
+    using namespace py::literals;
+    for (uint32_t v = 0; v < s.volume_count; ++v) {
+      py::array_t<double> place({3, 4});
+      std::copy(s.volumes[v].world_from_volume, s.volumes[v].world_from_volume + 12,
+                place.mutable_data());
+      volumes.append(py::dict("world_from_volume"_a = place, "time_s"_a = s.volumes[v].time_s,
+                              "rate"_a = s.volumes[v].rate));
+    }
+    return py::dict(
+        "in_contact"_a = s.in_contact != 0, "hand_m"_a = three(s.hand_m),
+        "proxy_m"_a = three(s.proxy_m), "force_n"_a = three(s.force_n),
+        "cause"_a = std::string(s.cause), "cause_sentence"_a = std::string(s.cause_sentence),
+        "can_play"_a = s.can_play != 0, "steps"_a = s.steps, "steps_known"_a = s.steps_known,
+        "volumes"_a = volumes, "ticks"_a = s.ticks, "late_ticks"_a = s.late_ticks);
+  }
+  /// RGBA, shape (height, width, 4).
+  py::array_t<uint8_t> picture(const std::array<double, 3>& position_m,
+                               const std::array<double, 4>& orientation, double tan_x, double tan_y,
+                               uint32_t width, uint32_t height) {
+    if (!view_ || width != width_ || height != height_) {
+      pal_view_close(&view_);
+      PalViewInfo info{};
+      info.size = sizeof info;
+      info.width = width_ = width;
+      info.height = height_ = height;
+      info.eye_count = 1;
+      without_lock([&] { return pal_view_open(session_, &info, &view_); });
+    }
+    PalEye eye{};
+    std::copy(position_m.begin(), position_m.end(), eye.position_m);
+    std::copy(orientation.begin(), orientation.end(), eye.orientation);
+    eye.tan_left = -tan_x;
+    eye.tan_right = tan_x;
+    eye.tan_down = -tan_y;
+    eye.tan_up = tan_y;
+    py::array_t<uint8_t> pixels({py::ssize_t(height), py::ssize_t(width), py::ssize_t(4)});
+    auto* const to = reinterpret_cast<uint32_t*>(pixels.mutable_data());
+    PalResult result = PAL_OK;
+    without_lock([&] {
+      result = pal_view_render(view_, &eye, 1, width, height, 0.0, nullptr);
+      return result == PAL_OK ? pal_view_read(view_, 0, to, nullptr) : result;
+    });
+    if (result == PAL_NOT_YET) throw py::value_error(pal_last_error());
+    return pixels;
+  }
+
+ private:
+  std::shared_ptr<Context> context_;
+  PalScene* scene_ = nullptr;
+  PalSession* session_ = nullptr;
+  PalView* view_ = nullptr;
+  uint32_t width_ = 0, height_ = 0;
+  std::mutex mutex_;
+  std::vector<std::string> events_;
+};
+
+}  // namespace
+
+PYBIND11_MODULE(_palpate, m) {
+  using namespace py::literals;
+  m.attr("__version__") = std::to_string(PAL_VERSION_MAJOR) + "." +
+                          std::to_string(PAL_VERSION_MINOR) + "." +
+                          std::to_string(PAL_VERSION_PATCH);
+  m.attr("PAIRWISE") = int(PAL_ESTIMATOR_PAIRWISE);
+  m.attr("CYCLIC") = int(PAL_ESTIMATOR_CYCLIC);
+  m.attr("NO_VERDICT") = int(PAL_ESTIMATOR_NO_VERDICT);
+  m.attr("MOVABLE") = int(PAL_SCENE_MOVABLE);
+  m.attr("TRUE_SIZE") = int(PAL_SCENE_TRUE_SIZE);
+  m.attr("NOT_CYCLIC") = int(PAL_SCENE_NOT_CYCLIC);
+  py::class_<Context, std::shared_ptr<Context>>(m, "Context")
+      .def(py::init<const std::optional<std::string>&, bool>(), "device"_a = py::none(),
+           "computes"_a = true)
+      .def_property_readonly("device", &Context::device);
+  py::class_<Motion>(m, "Motion")
+      .def("field", &Motion::field, "step"_a, "time_s"_a, "inverse"_a)
+      .def("confidence", &Motion::confidence, "step"_a)
+      .def("warp", &Motion::warp, "frame"_a, "step"_a, "time_s"_a, "inverse"_a)
+      .def("save", &Motion::save, "path"_a, "step"_a)
+      .def("summary", &Motion::summary);
+  m.def("estimate", &estimate, "context"_a, "frames"_a, "size"_a, "spacing"_a, "origin"_a,
+        "direction"_a, "preset"_a, "times_s"_a, "mask"_a, "flags"_a, "progress"_a);
+  m.def("open_motion", &opened_motion, "context"_a, "path"_a);
+  py::class_<Session>(m, "Session")
+      .def(py::init<std::shared_ptr<Context>, const std::vector<std::string>&,
+                    const std::optional<std::string>&, const std::optional<std::string>&,
+                    const std::vector<std::string>&, const std::optional<double>&, uint32_t, double,
+                    double, double, const std::optional<std::string>&>())
+      .def("close", &Session::close)
+      .def("tick", &Session::tick, "position_m"_a, "time_ns"_a = 0, "buttons"_a = 0)
+      .def("stop", &Session::stop)
+      .def("at_rest", &Session::at_rest)
+      .def("play", &Session::play, "on"_a)
+      .def("scrub", &Session::scrub, "share"_a)
+      .def("place", &Session::place, "volume"_a, "world_from_volume"_a)
+      .def("set_mode", &Session::set_mode, "index"_a, "on"_a, "gain"_a)
+      .def("text", &Session::text, "which"_a)
+      .def("events", &Session::events)
+      .def("state", &Session::state)
+      .def("picture", &Session::picture);
+}

@@ -1,0 +1,373 @@
+"""palpate for Python: how moving volumes move, and how they feel.
+
+    import palpate
+    motion = palpate.register(fixed, moving)        # two volumes, or one sequence
+    motion.field                                     # (z, y, x, 3) float32, mm along L, P, S
+    motion.verdict                                   # ok, suspect or failed, and why
+
+Volumes are numpy arrays of shape (z, y, x) with their spacing, origin and direction, or images of nibabel, SimpleITK or itk, which bring
+these along. The convention of fields is ITK's: the material at x of the fixed volume is at x + field(x) in the moving one.
+"""
+
+import collections
+import os
+import sys
+
+import numpy as np
+
+from . import _palpate
+
+__version__ = _palpate.__version__
+__all__ = ["Motion", "Session", "Verdict", "open_motion", "register"]
+
+PRESETS = ("fast", "balanced", "best", "classic")
+
+_contexts = {}
+
+
+def _context(device=None):
+    """The Vulkan device that computes; opened once for each name."""
+    if device not in _contexts:
+        _contexts[device] = _palpate.Context(device)
+    return _contexts[device]
+
+
+_Image = collections.namedtuple("_Image", "array spacing origin direction")
+
+
+def _of_simple_itk(image):
+    import SimpleITK
+
+    array = SimpleITK.GetArrayViewFromImage(image)
+    return _Image(array, image.GetSpacing(), image.GetOrigin(), np.reshape(image.GetDirection(), (-1,)))
+
+
+def _of_itk(image):
+    import itk
+
+    return _Image(itk.array_view_from_image(image), tuple(image.GetSpacing()), tuple(image.GetOrigin()),
+                  np.reshape(itk.array_from_matrix(image.GetDirection()), (-1,)))
+
+
+def _of_nibabel(image):
+    # nibabel's indices are i, j, k and its axes R, A, S; ours are shapes (z, y, x) and axes L, P, S.
+    array = np.transpose(np.asanyarray(image.dataobj))
+    affine = np.diag([-1.0, -1.0, 1.0, 1.0]) @ np.asarray(image.affine, dtype=float)
+    spacing = np.linalg.norm(affine[:3, :3], axis=0)
+    if not np.all(spacing > 0.0):
+        raise ValueError("the affine of this image is singular: give it a sound one")
+    return _Image(array, tuple(spacing), tuple(affine[:3, 3]), (affine[:3, :3] / spacing).reshape(-1))
+
+
+def _of_array(array):
+    return _Image(np.asanyarray(array), None, None, None)
+
+
+def _image_of(image):
+    """Any of the kinds of image that are known, with its geometry; of a bare array that is None."""
+    if hasattr(image, "dataobj") and hasattr(image, "affine"):
+        return _of_nibabel(image)
+    if hasattr(image, "GetSpacing") and hasattr(image, "GetDirection"):
+        module = type(image).__module__.partition(".")[0]
+        return _of_simple_itk(image) if module == "SimpleITK" else _of_itk(image)
+    return _of_array(image)
+
+
+def _geometry(given, known, name, usual):
+    """What the caller says of the geometry, else what the image says, else the usual."""
+    if given is not None:
+        value = np.asarray(given, dtype=float).reshape(-1)
+    elif known is not None:
+        value = np.asarray(known, dtype=float).reshape(-1)
+    else:
+        value = np.asarray(usual, dtype=float)
+    if len(value) == len(usual) + 1 and name != "direction":
+        value = value[: len(usual)]  # of a 4D image: without time
+    if len(value) != len(usual):
+        raise ValueError(f"{name} needs {len(usual)} numbers, but {len(value)} were given")
+    return [float(number) for number in value]
+
+
+_TYPES = tuple(np.dtype(name) for name in ("float32", "float64", "int8", "uint8", "int16", "uint16", "int32", "uint32"))
+
+
+def _taken(array):
+    """The array as it is if it can be read where it is; else a copy that can."""
+    if array.dtype not in _TYPES:
+        if array.dtype.kind not in "fiub":
+            raise TypeError(f"samples of type {array.dtype} are no numbers that a volume can have")
+        array = array.astype(np.float32)
+    return np.ascontiguousarray(array)
+
+
+def _frames_of(fixed, moving):
+    """All frames as images of three dimensions."""
+    if moving is not None:
+        return [_image_of(fixed), _image_of(moving)]
+    if isinstance(fixed, (list, tuple)):
+        return [_image_of(frame) for frame in fixed]
+    image = _image_of(fixed)
+    if image.array.ndim != 4:
+        raise ValueError(f"one volume of shape {image.array.shape} has no motion: give two, a list, or a 4D array (t, z, y, x)")
+    direction = image.direction
+    if direction is not None and len(direction) == 16:
+        direction = np.reshape(direction, (4, 4))[:3, :3].reshape(-1)
+    return [_Image(frame, image.spacing, image.origin, direction) for frame in image.array]
+
+
+class Verdict(collections.namedtuple("Verdict", "trust reasons measured")):
+    """What speaks for a motion.
+
+    trust: "ok", "suspect" (a person should look before using it), "failed" (do not use it), or "" where nothing was measured.
+    reasons: what speaks against it, a list of sentences.
+    measured: a dict of numbers with their units in the names; NaN where something was not measured.
+    """
+
+    __slots__ = ()
+
+    def __bool__(self):
+        return self.trust == "ok"
+
+
+class Motion:
+    """How the material of one volume moves to the next, or through a sequence. Made by register() and open_motion()."""
+
+    def __init__(self, found, spacing, origin, direction):
+        self._found = found
+        self._summary = found.summary()
+        self.spacing = tuple(spacing)  #: mm along x, y, z of the index
+        self.origin = tuple(origin)  #: LPS mm of the first sample
+        self.direction = np.reshape(direction, (3, 3))  #: columns: directions of the axes x, y, z of the index
+
+    @property
+    def steps(self):
+        """How many fields from a frame to the next there are."""
+        return self._summary["step_count"]
+
+    @property
+    def is_whole(self):
+        """True: one motion for all frames, told from the frame `reference`."""
+        return self._summary["is_whole"]
+
+    @property
+    def reference(self):
+        """Number of the frame that tells all others; None for fields from frame to frame."""
+        return self._summary["reference_frame"] if self.is_whole else None
+
+    @property
+    def field(self):
+        """The field of a pair, shape (z, y, x, 3), float32: mm along L, P, S. Of a sequence the fields from each frame to the next, shape
+        (steps, z, y, x, 3): step() gives one of them."""
+        return self.step(0) if self.steps == 1 else np.stack([self.step(k) for k in range(self.steps)])
+
+    def step(self, k):
+        """The field from frame k to the next, shape (z, y, x, 3), float32, mm."""
+        return self._found.field(self._checked(k), None, False)
+
+    def at(self, time_s):
+        """The field from the reference frame to a time of the sequence (s), shape (z, y, x, 3), float32, mm. ValueError unless is_whole."""
+        return self._found.field(0, float(time_s), False)
+
+    def inverse(self, k=0, *, time_s=None):
+        """The field back: of step k, or from a time to the reference frame. Shape (z, y, x, 3), float32, mm."""
+        return self._found.field(self._checked(k), None if time_s is None else float(time_s), True)
+
+    @property
+    def confidence(self):
+        """How far the field may be trusted, 0 (a guess) to 1: shape (z, y, x), or of a sequence (n, z, y, x) for its n frames (is_whole)
+        or steps."""
+        if self.steps == 1 and not self.is_whole:
+            return self._found.confidence(0)
+        count = self._summary["frame_count"] if self.is_whole else self.steps
+        return np.stack([self._found.confidence(k) for k in range(count)])
+
+    @property
+    def verdict(self):
+        """See Verdict."""
+        measured = {name: value for name, value in self._summary.items() if isinstance(value, float)}
+        reasons = self._summary["reasons"]
+        return Verdict(self._summary["trust"], reasons.split("\n") if reasons else [], measured)
+
+    def warp(self, image, k=0, *, time_s=None, inverse=False):
+        """A volume carried along a field: at each sample x the value of `image` at x + field(x), linear between samples. Along step k that is
+        frame k + 1 brought onto frame k; with inverse=True frame k onto frame k + 1. Shape (z, y, x), float32."""
+        array = _taken(_image_of(image).array)
+        return self._found.warp(array, self._checked(k), None if time_s is None else float(time_s), inverse)
+
+    def save(self, path, k=None):
+        """Writes the field of step k as an ITK displacement field (.mha, .nrrd, .nii, .nii.gz); of a sequence without k the one motion for all
+        frames, as a .nrrd that open_motion() and palpate read again. All of the file or none."""
+        if k is None and self.steps == 1 and not self.is_whole:
+            k = 0
+        self._found.save(os.fspath(path), None if k is None else self._checked(k))
+
+    def __repr__(self):
+        what = "one motion for all frames" if self.is_whole else f"{self.steps} field{'s' if self.steps > 1 else ''}"
+        trust = self._summary["trust"]
+        return (f"<palpate.Motion: {what}, {self._summary['motion_mean_mm']:.2f} mm on average"
+                f"{', ' + trust if trust else ''}>")
+
+    def _checked(self, k):
+        k = int(k)
+        if not -self.steps <= k < self.steps:
+            raise IndexError(f"there is no step {k}: the motion has {self.steps}")
+        return k % self.steps
+
+
+def register(fixed, moving=None, *, spacing=None, origin=None, direction=None, mask=None, preset="balanced", times=None,
+             cyclic=False, pairwise=False, verdict=True, progress=None, device=None):
+    """Estimates how the material of `fixed` moves to `moving`, or through a sequence.
+
+    fixed, moving: two volumes of the same shape and place. Without `moving` a sequence: a list of volumes, or a 4D array (t, z, y, x).
+        numpy arrays (z, y, x), or images of nibabel, SimpleITK or itk. Arrays that are contiguous and of 8, 16 or 32-bit integers or floats
+        are read where they are.
+    spacing, origin: mm along x, y, z of the index, and LPS mm of the first sample; direction: 3 x 3, its columns the directions of the
+        axes x, y, z of the index in LPS. They stand before what an image says; 1 mm, 0 and the unit matrix where nobody says.
+    mask: (z, y, x), 0: counts for nothing.
+    preset: "fast", "balanced", "best" or "classic".
+    times: s, one per frame, rising; one second apart where nobody says.
+    cyclic: the last frame leads back to the first. pairwise: of a sequence only the fields from frame to frame.
+    verdict: False: nothing is measured for a verdict, which is quicker.
+    progress: called with what is done and its share of all, 0 to 1; what it raises ends the estimation.
+    device: a Vulkan device, by number or part of its name.
+
+    Returns a Motion. ValueError and TypeError for what can not be registered; KeyboardInterrupt ends it soon.
+    """
+    frames = _frames_of(fixed, moving)
+    if len(frames) < 2:
+        raise ValueError("motion is between volumes: give at least two")
+    first = frames[0]
+    for image in frames:
+        if image.array.ndim != 3:
+            raise ValueError(f"a volume has three dimensions (z, y, x), but one has the shape {image.array.shape}")
+        if image.array.shape != first.array.shape:
+            raise ValueError(f"the volumes have different shapes, {first.array.shape} and {image.array.shape}: resample them to one grid")
+        for name in ("spacing", "origin", "direction"):
+            a, b = getattr(image, name), getattr(first, name)
+            if a is not None and b is not None and not np.allclose(a, b, rtol=1e-4, atol=1e-3):
+                raise ValueError(f"the volumes differ in {name}, {list(b)} and {list(a)}: resample them to one grid")
+    spacing = _geometry(spacing, first.spacing, "spacing", (1.0, 1.0, 1.0))
+    origin = _geometry(origin, first.origin, "origin", (0.0, 0.0, 0.0))
+    direction = _geometry(direction, first.direction, "direction", (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0))
+    times = [] if times is None else [float(time) for time in times]
+    if times and len(times) != len(frames):
+        raise ValueError(f"there are {len(frames)} volumes, but {len(times)} times")
+    if mask is not None:
+        mask = np.ascontiguousarray(np.asarray(_image_of(mask).array) != 0, dtype=np.uint8)
+    flags = ((_palpate.CYCLIC if cyclic else 0) | (_palpate.PAIRWISE if pairwise else 0)
+             | (0 if verdict else _palpate.NO_VERDICT))
+    shape = first.array.shape
+    found = _palpate.estimate(_context(device), [_taken(image.array) for image in frames], list(shape[::-1]), spacing, origin, direction,
+                              preset, times, mask, flags, progress)
+    return Motion(found, spacing, origin, direction)
+
+
+def open_motion(path, *, device=None):
+    """One motion for all frames of a sequence, from the file that Motion.save() and `palpate motion` write (sequence_motion.nrrd). Its fields
+    are on the grid of the file."""
+    found = _palpate.open_motion(_context(device), os.fspath(path))
+    return Motion(found, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), np.eye(3))
+
+
+class Session:
+    """A scene that is felt in a loop of Python's: about 1,000 times a second it is asked for the force.
+
+    scene: a path (a scene file, a sequence, a folder), a list of paths, or "heart", "shell", "molecule"; or json=, a scene in the words of
+    docs/scene-file.md. Motion that nothing gives is found meanwhile. Lengths are m, forces N, in the device's space: x right, y up, z towards
+    the user.
+    """
+
+    def __init__(self, scene=(), *, json=None, folder=None, modes=(), iso_value=None, cyclic=True, movable=False, true_size=False,
+                 max_force_n=0.0, workspace_radius_m=0.1, device_force_n=8.0, preset=None, device=None, estimate=True):
+        paths = [os.fspath(scene)] if isinstance(scene, (str, os.PathLike)) else [os.fspath(path) for path in scene]
+        flags = ((0 if cyclic else _palpate.NOT_CYCLIC) | (_palpate.MOVABLE if movable else 0)
+                 | (_palpate.TRUE_SIZE if true_size else 0))
+        context = _context(device) if estimate else _palpate.Context(None, False)
+        self._session = _palpate.Session(context, paths, json, folder if folder is None else os.fspath(folder),
+                                         [os.fspath(library) for library in modes], iso_value, flags, max_force_n,
+                                         workspace_radius_m, device_force_n, preset)
+
+    def tick(self, position_m, time_ns=0, buttons=0):
+        """One haptic frame: the force (x, y, z), N, for a hand at `position_m`. time_ns: of a clock that runs evenly; 0: now."""
+        return self._session.tick(position_m, time_ns, buttons)
+
+    @property
+    def state(self):
+        """The newest haptic frame: hand, proxy and force in the world, contact, why the force is not the scene's, the volumes' places and
+        times, and how far the motion is known. A dict."""
+        return self._session.state()
+
+    @property
+    def plan(self):
+        """What each haptic frame does, and what it leaves out and why."""
+        return self._session.text(1)
+
+    @property
+    def notes(self):
+        """What was chosen for the user, a sentence per line."""
+        return self._session.text(0)
+
+    def events(self):
+        """Sentences on what has happened since the last call."""
+        return self._session.events()
+
+    def play(self, on=True):
+        """Plays or pauses, by a ramp. False while motion is awaited."""
+        return self._session.play(on)
+
+    def scrub(self, share):
+        """To a share of every moving volume's sequence, 0 to 1; pauses. False while motion is awaited."""
+        return self._session.scrub(share)
+
+    def place(self, volume, world_from_volume):
+        """Where a movable volume is now: 3 x 4 or 4 x 4."""
+        matrix = np.asarray(world_from_volume, dtype=float)
+        if matrix.shape not in ((3, 4), (4, 4)):
+            raise ValueError("a place is a matrix of 3 x 4 or 4 x 4")
+        self._session.place(volume, [float(number) for number in matrix[:3].reshape(-1)])
+
+    def set_mode(self, index, on=True, gain=1.0):
+        """Switches a mode of the scene, by a ramp."""
+        self._session.set_mode(index, on, gain)
+
+    def picture(self, position_m=(0.13, 0.09, 0.34), look_at_m=(0.0, 0.0, 0.0), *, width=640, height=480, height_angle=0.55):
+        """What is felt, seen from a place in the world: RGBA, shape (height, width, 4), uint8. After the first tick."""
+        eye, at = np.asarray(position_m, dtype=float), np.asarray(look_at_m, dtype=float)
+        back = eye - at
+        back /= np.linalg.norm(back)
+        right = np.cross((0.0, 1.0, 0.0), back)
+        right /= np.linalg.norm(right)
+        up = np.cross(back, right)
+        tan_y = float(np.tan(0.5 * height_angle))
+        return self._session.picture(list(eye), _quaternion(np.column_stack((right, up, back))), tan_y * width / height, tan_y,
+                                     width, height)
+
+    def stop(self):
+        """The force goes to zero by a ramp in the ticks that follow: go on until at_rest."""
+        self._session.stop()
+
+    @property
+    def at_rest(self):
+        """Stopped, and the force has been zero since."""
+        return self._session.at_rest()
+
+    def close(self):
+        """Ends it. Further calls fail with a ValueError."""
+        self._session.close()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+
+def _quaternion(matrix):
+    """x, y, z, w of a rotation matrix."""
+    values, vectors = np.linalg.eigh(np.array([
+        [matrix[0, 0] - matrix[1, 1] - matrix[2, 2], 0, 0, 0],
+        [matrix[0, 1] + matrix[1, 0], matrix[1, 1] - matrix[0, 0] - matrix[2, 2], 0, 0],
+        [matrix[0, 2] + matrix[2, 0], matrix[1, 2] + matrix[2, 1], matrix[2, 2] - matrix[0, 0] - matrix[1, 1], 0],
+        [matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0], matrix[1, 0] - matrix[0, 1],
+         matrix[0, 0] + matrix[1, 1] + matrix[2, 2]]]) / 3.0)
+    return [float(number) for number in vectors[:, np.argmax(values)]]

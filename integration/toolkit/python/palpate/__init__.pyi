@@ -1,0 +1,101 @@
+from os import PathLike
+from typing import Any, Callable, NamedTuple, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__version__: str
+PRESETS: tuple[str, ...]
+
+class Verdict(NamedTuple):
+    trust: str
+    reasons: list[str]
+    measured: dict[str, float]
+    def __bool__(self) -> bool: ...
+
+class Motion:
+    spacing: tuple[float, float, float]
+    origin: tuple[float, float, float]
+    direction: NDArray[np.float64]
+    @property
+    def steps(self) -> int: ...
+    @property
+    def is_whole(self) -> bool: ...
+    @property
+    def reference(self) -> int | None: ...
+    @property
+    def field(self) -> NDArray[np.float32]: ...
+    @property
+    def confidence(self) -> NDArray[np.float32]: ...
+    @property
+    def verdict(self) -> Verdict: ...
+    def step(self, k: int) -> NDArray[np.float32]: ...
+    def at(self, time_s: float) -> NDArray[np.float32]: ...
+    def inverse(self, k: int = 0, *, time_s: float | None = None) -> NDArray[np.float32]: ...
+    def warp(self, image: Any, k: int = 0, *, time_s: float | None = None, inverse: bool = False) -> NDArray[np.float32]: ...
+    def save(self, path: str | PathLike[str], k: int | None = None) -> None: ...
+
+def register(
+    fixed: Any,
+    moving: Any = None,
+    *,
+    spacing: Sequence[float] | None = None,
+    origin: Sequence[float] | None = None,
+    direction: ArrayLike | None = None,
+    mask: Any = None,
+    preset: str = "balanced",
+    times: Sequence[float] | None = None,
+    cyclic: bool = False,
+    pairwise: bool = False,
+    verdict: bool = True,
+    progress: Callable[[str, float], None] | None = None,
+    device: str | None = None,
+) -> Motion: ...
+def open_motion(path: str | PathLike[str], *, device: str | None = None) -> Motion: ...
+
+class Session:
+    def __init__(
+        self,
+        scene: str | PathLike[str] | Sequence[str | PathLike[str]] = (),
+        *,
+        json: str | None = None,
+        folder: str | PathLike[str] | None = None,
+        modes: Sequence[str | PathLike[str]] = (),
+        iso_value: float | None = None,
+        cyclic: bool = True,
+        movable: bool = False,
+        true_size: bool = False,
+        max_force_n: float = 0.0,
+        workspace_radius_m: float = 0.1,
+        device_force_n: float = 8.0,
+        preset: str | None = None,
+        device: str | None = None,
+        estimate: bool = True,
+    ) -> None: ...
+    def tick(self, position_m: Sequence[float], time_ns: int = 0, buttons: int = 0) -> list[float]: ...
+    @property
+    def state(self) -> dict[str, Any]: ...
+    @property
+    def plan(self) -> str: ...
+    @property
+    def notes(self) -> str: ...
+    def events(self) -> list[str]: ...
+    def play(self, on: bool = True) -> bool: ...
+    def scrub(self, share: float) -> bool: ...
+    def place(self, volume: int, world_from_volume: ArrayLike) -> None: ...
+    def set_mode(self, index: int, on: bool = True, gain: float = 1.0) -> None: ...
+    def picture(
+        self,
+        position_m: Sequence[float] = ...,
+        look_at_m: Sequence[float] = ...,
+        *,
+        width: int = 640,
+        height: int = 480,
+        height_angle: float = 0.55,
+    ) -> NDArray[np.uint8]: ...
+    def stop(self) -> None: ...
+    @property
+    def at_rest(self) -> bool: ...
+    def close(self) -> None: ...
+    def __enter__(self) -> Session: ...
+    def __exit__(self, *_: object) -> None: ...

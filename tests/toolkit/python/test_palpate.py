@@ -1,0 +1,261 @@
+"""palpate in Python. Oracles: phantoms whose motion is known, conventions worked out by hand."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+import types
+
+import numpy as np
+import pytest
+
+import palpate
+
+SOURCE = os.environ.get("PALPATE_SOURCE_DIR", ".")
+
+
+def ball(radius, n=40, centre=(0.0, 0.0, 0.0)):
+    """1000 inside a ball of voxels, 0 outside, an edge of two voxels: shape (z, y, x)."""
+    z, y, x = (axis - (n - 1) / 2 for axis in np.mgrid[:n, :n, :n])
+    r = np.sqrt((x - centre[0]) ** 2 + (y - centre[1]) ** 2 + (z - centre[2]) ** 2)
+    texture = 60 * np.sin(0.9 * x) * np.sin(0.7 * y) * np.sin(0.8 * z)
+    return ((1000 + texture) / (1 + np.exp(r - radius))).astype(np.float32)
+
+
+@pytest.fixture(scope="module")
+def pair():
+    fixed, moving = ball(11), ball(11, centre=(1.5, 0.0, 0.0))
+    return fixed, moving, palpate.register(fixed, moving, preset="fast")
+
+
+def test_a_shift_along_x_is_found_along_x(pair):
+    fixed, moving, motion = pair
+    assert motion.field.shape == (40, 40, 40, 3) and motion.field.dtype == np.float32
+    inside = fixed > 500
+    mean = motion.field[inside].mean(axis=0)
+    assert mean == pytest.approx([1.5, 0.0, 0.0], abs=0.15)
+    assert motion.steps == 1 and not motion.is_whole and motion.reference is None
+    assert motion.confidence.shape == fixed.shape
+    assert 0.0 <= motion.confidence.min() and motion.confidence.max() <= 1.0
+
+
+def test_the_moving_volume_is_brought_onto_the_fixed_one_and_back(pair):
+    fixed, moving, motion = pair
+    apart = np.abs(fixed - moving).mean()
+    assert np.abs(motion.warp(moving) - fixed).mean() < 0.4 * apart
+    assert np.abs(motion.warp(fixed, inverse=True) - moving).mean() < 0.4 * apart
+    assert motion.inverse()[fixed > 500].mean(axis=0) == pytest.approx([-1.5, 0.0, 0.0], abs=0.3)
+
+
+def test_the_verdict_says_what_was_measured(pair):
+    verdict = pair[2].verdict
+    assert verdict.trust in ("ok", "suspect", "failed")
+    assert bool(verdict) == (verdict.trust == "ok") == (not verdict.reasons)
+    assert verdict.measured["correlation_after"] > verdict.measured["correlation_before"]
+    unmeasured = palpate.register(pair[0], pair[1], preset="fast", verdict=False)
+    assert unmeasured.verdict.trust == "" and np.isnan(unmeasured.verdict.measured["correlation_after"])
+
+
+def test_spacing_makes_millimetres_and_direction_turns_the_field(pair):
+    fixed, moving, _ = pair
+    # Twice the spacing: twice the millimetres.
+    motion = palpate.register(fixed, moving, spacing=(2.0, 2.0, 2.0), preset="fast")
+    assert motion.field[fixed > 500].mean(axis=0) == pytest.approx([3.0, 0.0, 0.0], abs=0.3)
+    # The index axis x points along P (y of LPS), y along S, z along L.
+    turned = palpate.register(fixed, moving, direction=[[0, 0, 1], [1, 0, 0], [0, 1, 0]], preset="fast")
+    assert turned.field[fixed > 500].mean(axis=0) == pytest.approx([0.0, 1.5, 0.0], abs=0.15)
+
+
+@pytest.mark.parametrize("dtype", ["float32", "float64", "int16", "uint16", "int32", "uint32"])
+def test_every_type_gives_the_same_motion(pair, dtype):
+    fixed, moving = (np.round(volume) for volume in pair[:2])
+    exact = palpate.register(fixed, moving, preset="fast", verdict=False).field
+    assert np.array_equal(palpate.register(fixed.astype(dtype), moving.astype(dtype), preset="fast", verdict=False).field, exact)
+
+
+def test_arrays_are_read_where_they_are():
+    contiguous = ball(9, 32)
+    assert palpate._taken(contiguous) is contiguous
+    for dtype in ("int16", "uint8", "float64"):
+        array = contiguous.astype(dtype)
+        assert palpate._taken(array) is array
+    assert not np.shares_memory(palpate._taken(contiguous[::2]), contiguous)
+    assert palpate._taken(contiguous.T).flags.c_contiguous
+
+
+def test_a_sequence_is_one_motion(tmp_path):
+    radii = [10 + 1.2 * np.sin(2 * np.pi * k / 5) for k in range(5)]
+    frames = np.stack([ball(radius, 36) for radius in radii])
+    shares = []
+    motion = palpate.register(frames, cyclic=True, preset="fast", progress=lambda doing, share: shares.append((doing, share)))
+    assert motion.is_whole and motion.steps == 5 and 0 <= motion.reference < 5
+    assert motion.field.shape == (5, 36, 36, 36, 3) and motion.confidence.shape == (5, 36, 36, 36)
+    assert np.abs(motion.at(motion.reference)).max() < 0.1
+    assert all(0.0 <= share <= 1.0 and doing for doing, share in shares) and shares
+    # As a list, and in pairs.
+    listed = palpate.register([frame for frame in frames], cyclic=True, preset="fast")
+    assert np.array_equal(listed.at(0.5), motion.at(0.5))
+    pairs = palpate.register(frames, pairwise=True, preset="fast")
+    assert pairs.steps == 4 and not pairs.is_whole
+    with pytest.raises(ValueError):
+        pairs.at(0.5)
+    with pytest.raises(IndexError):
+        pairs.step(4)
+    assert np.array_equal(pairs.step(-1), pairs.step(3))
+    # Written and read again.
+    motion.save(tmp_path / "motion.nrrd")
+    again = palpate.open_motion(tmp_path / "motion.nrrd")
+    assert again.is_whole and again.steps == 5 and again.reference == motion.reference
+
+
+def test_nibabel_images_bring_their_geometry():
+    nibabel = pytest.importorskip("nibabel")
+    fixed, moving = ball(11), ball(11, centre=(1.5, 0.0, 0.0))
+    # RAS axes: i points to R, so the shift along i is one along -L.
+    affine = np.diag([2.0, 2.0, 2.0, 1.0])
+    images = [nibabel.Nifti1Image(volume.T, affine) for volume in (fixed, moving)]
+    motion = palpate.register(*images, preset="fast")
+    assert motion.field[fixed > 500].mean(axis=0) == pytest.approx([-3.0, 0.0, 0.0], abs=0.3)
+    assert motion.spacing == pytest.approx((2.0, 2.0, 2.0))
+    sequence = nibabel.Nifti1Image(np.stack([fixed.T, moving.T, fixed.T], axis=-1), affine)
+    assert palpate.register(sequence, pairwise=True, preset="fast").steps == 2
+
+
+def test_simple_itk_images_bring_their_geometry(monkeypatch):
+    """Debian has no SimpleITK: a module with the four functions that are asked of it stands for it."""
+    module = types.ModuleType("SimpleITK")
+
+    class Image:
+        def __init__(self, array):
+            self.array = array
+
+        def GetSpacing(self):
+            return (2.0, 2.0, 2.0)
+
+        def GetOrigin(self):
+            return (1.0, 2.0, 3.0)
+
+        def GetDirection(self):
+            return (0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+
+    Image.__module__ = "SimpleITK"
+    module.GetArrayViewFromImage = lambda image: image.array
+    monkeypatch.setitem(sys.modules, "SimpleITK", module)
+    fixed, moving = ball(11), ball(11, centre=(1.5, 0.0, 0.0))
+    motion = palpate.register(Image(fixed), Image(moving), preset="fast")
+    assert motion.field[fixed > 500].mean(axis=0) == pytest.approx([0.0, 3.0, 0.0], abs=0.3)
+    assert motion.origin == (1.0, 2.0, 3.0)
+
+
+def test_a_mask_is_honoured(pair):
+    fixed, moving, _ = pair
+    mask = np.zeros(fixed.shape, dtype=bool)
+    with pytest.raises(ValueError, match="mask"):
+        palpate.register(fixed, moving, mask=mask, preset="fast")
+    mask[:20] = True
+    masked = palpate.register(fixed, moving, mask=mask, preset="fast", verdict=False)
+    assert not np.array_equal(masked.field, palpate.register(fixed, moving, preset="fast", verdict=False).field)
+
+
+@pytest.mark.parametrize("wrong, kind, words", [
+    (lambda f, m: palpate.register(f), ValueError, "one volume"),
+    (lambda f, m: palpate.register([f]), ValueError, "at least two"),
+    (lambda f, m: palpate.register(f, m[:-1]), ValueError, "different shapes"),
+    (lambda f, m: palpate.register(f, m, spacing=(1, 1)), ValueError, "spacing needs 3"),
+    (lambda f, m: palpate.register(f, m, spacing=(1, 1, -1)), ValueError, "PalGrid"),
+    (lambda f, m: palpate.register(f, m, preset="quickest"), ValueError, "preset"),
+    (lambda f, m: palpate.register(f * np.nan, m), ValueError, "not finite"),
+    (lambda f, m: palpate.register(f.astype(complex), m), TypeError, "complex"),
+    (lambda f, m: palpate.register(f, m, times=[0.0]), ValueError, "1 times"),
+    (lambda f, m: palpate.register(f, m, times=[1.0, 0.5]), ValueError, "rise"),
+    (lambda f, m: palpate.register(f, m, device="no such device"), RuntimeError, "no such device"),
+])
+def test_what_can_not_be_is_said(pair, wrong, kind, words):
+    with pytest.raises(kind, match=words):
+        wrong(*pair[:2])
+
+
+def test_what_progress_raises_ends_the_estimation(pair):
+    def fail(doing, share):
+        raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        palpate.register(pair[0], pair[1], progress=fail)
+
+
+def test_other_threads_run_meanwhile():
+    count = [0]
+    end = threading.Event()
+
+    def work():
+        while not end.is_set():
+            count[0] += 1
+            time.sleep(0.001)
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    palpate.register(ball(20, 72), ball(20, 72, centre=(1.0, 0.0, 0.0)), preset="best")
+    end.set()
+    thread.join()
+    assert count[0] > 20
+
+
+def test_ctrl_c_ends_it():
+    program = """
+import sys, threading, numpy as np, palpate
+sys.path.insert(0, {folder!r})
+from test_palpate import ball
+frames = [ball(22 + k, 96) for k in range(6)]
+print("begin", flush=True)
+palpate.register(frames, preset="best")
+""".format(folder=os.path.dirname(os.path.abspath(__file__)))
+    process = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout.readline() == "begin\n"
+    time.sleep(1.0)
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=60)
+    assert process.returncode != 0 and "KeyboardInterrupt" in said
+
+
+def test_a_scene_is_felt_and_seen():
+    with palpate.Session("heart", preset="fast") as session:
+        assert "wall" in session.plan
+        with pytest.raises(ValueError):
+            session.picture()
+        force, at_ns = (0.0, 0.0, 0.0), 5_000_000_000
+        for k in range(3000):
+            at_ns += 1_000_000
+            force = session.tick((0.0, 0.0, max(0.03, 0.09 - 3e-5 * k)), at_ns)
+        assert session.state["in_contact"] and np.linalg.norm(force) > 0.05
+        assert session.state["ticks"] == 3000
+        picture = session.picture(width=160, height=120)
+        assert picture.shape == (120, 160, 4) and picture.dtype == np.uint8
+        assert picture[..., 3].max() == 255 and picture[..., 3].min() == 0
+        session.stop()
+        for k in range(700):
+            at_ns += 1_000_000
+            force = session.tick((0.0, 0.0, 0.03), at_ns)
+        assert session.at_rest and np.linalg.norm(force) == 0.0
+    with pytest.raises(ValueError, match="closed"):
+        session.tick((0.0, 0.0, 0.0))
+    with pytest.raises(ValueError, match="nowhere"):
+        palpate.Session("/nowhere.mha")
+
+
+def test_the_cine_example_runs_on_a_real_heart(tmp_path):
+    heart = os.path.join(SOURCE, "..", "shared", "data", "heart_cine")
+    if not os.path.isdir(heart):
+        pytest.skip("there is no heart_cine beside the source")
+    frames = [os.path.join(heart, f"frame_{k:02}.mha") for k in range(0, 20, 4)]
+    example = os.path.join(SOURCE, "docs", "examples", "cine.py")
+    done = subprocess.run([sys.executable, example, *frames, "--preset", "fast", "--save", tmp_path / "motion.nrrd"],
+                          capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "verdict: ok" in done.stdout
+    rows = [line.split() for line in done.stdout.splitlines() if line.strip()[:1].isdigit()]
+    assert len(rows) == 5
+    # The motion explains the frames: carried back they differ less from the reference frame.
+    assert all(float(row[-1]) <= float(row[-2].rstrip(",")) for row in rows)
+    assert (tmp_path / "motion.nrrd").stat().st_size > 1000
