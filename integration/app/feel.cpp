@@ -214,6 +214,11 @@ Command add_feel(CLI::App& program) {
   add_loop(*app, *command);
   add_sequence(*app, *command);
   add_live(*app, *command);
+  app->add_option("--serve", command->serve_port,
+                  "Send what is felt, the moved volume and its motion to OpenIGTLink clients (3D "
+                  "Slicer) that connect to this port")
+      ->type_name("PORT")
+      ->check(whole_number_in(1, 65535));
   app->add_option("--csv", command->csv, "Write every tick")->type_name("FILE");
   app->add_option("--picture", command->picture, "Draw force, depth and phase over time (PNG)")
       ->type_name("FILE");

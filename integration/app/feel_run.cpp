@@ -14,6 +14,7 @@
 #include "integration/app/cancel.h"
 #include "integration/app/exit_code.h"
 #include "integration/app/feel_report.h"
+#include "integration/app/felt_server.h"
 #include "integration/app/gallery.h"
 #include "integration/app/headset/viewers.h"
 #include "integration/app/live_source.h"
@@ -151,6 +152,11 @@ class FeelRun {
       auto outputs = Outputs::into(command_.headless);
       if (!outputs) return fail(console_, outputs.error());
       outputs_.emplace(std::move(*outputs));
+    }
+    if (command_.serve_port > 0) {
+      auto server = FeltServer::start(uint16_t(command_.serve_port));
+      if (!server) return fail(console_, server.error());
+      server_ = std::move(*server);
     }
     auto scene = prepared(choice);
     if (!scene) return fail(console_, scene.error());
@@ -403,6 +409,10 @@ class FeelRun {
     }
     begin_eyes(scene);
     if (live_) live_->begin(*session_);
+    if (server_) {
+      server_->begin(*session_);
+      console_.say(fmt::format("Serve     what is felt, by OpenIGTLink at port {}", server_->port()));
+    }
     const LiveMotion& motion = session_->motion();
     const auto begin = Clock::now();
     TickOutput tick;
@@ -430,6 +440,7 @@ class FeelRun {
     if (seen_.headset) seen_.headset->end();
     tell_headset();
     if (gallery_) gallery_->stop();
+    if (server_) server_->end();
     if (live_) live_->end();
     session_->stop();
     display_lost_ = seen_.window && seen_.window->lost();
@@ -514,6 +525,10 @@ class FeelRun {
     if (gallery_ && done) done = publish(summary);
     console_.say(summary);
     if (live_) console_.say(live_->summary());
+    if (server_)
+      console_.say(fmt::format("Serve     {} messages were sent; {} were left out because a client "
+                               "was slow",
+                               server_->server().sent(), server_->server().missed()));
     for (const fs::path& file : black_box_->files())
       console_.say(fmt::format("Wrote     {}: the ticks around a fault", file.string()));
     if (const auto trouble = black_box_->trouble()) console_.complain(*trouble);
@@ -582,6 +597,7 @@ class FeelRun {
   std::unique_ptr<Recorder> recorder_;
   std::unique_ptr<devices::SpaceMouse> second_hand_;
   std::optional<DeviceFault> second_hand_fault_;  ///< as it was told
+  std::unique_ptr<FeltServer> server_;  ///< likewise
   std::unique_ptr<LiveSource> live_;           ///< ends before session_ does: see feel()
   std::unique_ptr<Session> session_;  ///< ends its servo thread before what is above goes
   Viewers seen_;                      ///< look at session_

@@ -41,8 +41,8 @@ struct SessionOptions {
 };
 
 /// Who reads the newest moment, each on a thread of its own.
-enum class MomentReader { kHeadset, kWindow, kPictures, kLive };
-static_assert(int(MomentReader::kLive) < SceneTicker::kReaders);
+enum class MomentReader { kHeadset, kWindow, kPictures, kLive, kServer };
+static_assert(int(MomentReader::kServer) < SceneTicker::kReaders);
 
 /// A scene that is being felt: joins scene, haptic step and servo loop, sends the poses of volumes
 /// that move by themselves, estimates motion that nothing gives and takes it up while the loop
