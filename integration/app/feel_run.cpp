@@ -90,9 +90,10 @@ void announce(const FeelCommand& command, const LoadedScene& scene, const Opened
                     [&](const MissingMotion& motion) { return motion.volume == v; });
     const bool stands = volume.whole && volume.whole->largest_u_m() == 0.0;
     if (live) {
-      console.say(fmt::format("Volume    {}: live; the first frame stands still until the next "
-                              "one comes",
-                              volume.name));
+      console.say(
+          fmt::format("Volume    {}: live; the first frame stands still until the next "
+                      "one comes",
+                      volume.name));
       continue;
     }
     std::string motion = ", with its motion";
@@ -223,8 +224,9 @@ class FeelRun {
     if (live)
       if (const Status opened = open_live(); !opened) return opened.error();
     auto scene = live ? live_->load(command_.sequence, command_.hand, doing)
-                 : command_.hand ? scenes::load_scene(command_.inputs, command_.sequence, doing)
-                               : scenes::load_seen_scene(command_.inputs, command_.sequence, doing);
+                 : command_.hand
+                     ? scenes::load_scene(command_.inputs, command_.sequence, doing)
+                     : scenes::load_seen_scene(command_.inputs, command_.sequence, doing);
     if (!scene) return scene;
     apply_choices(*scene);
     if (command_.hand) doing("looking for a surface to touch");
@@ -411,7 +413,8 @@ class FeelRun {
     if (live_) live_->begin(*session_);
     if (server_) {
       server_->begin(*session_);
-      console_.say(fmt::format("Serve     what is felt, by OpenIGTLink at port {}", server_->port()));
+      console_.say(
+          fmt::format("Serve     what is felt, by OpenIGTLink at port {}", server_->port()));
     }
     const LiveMotion& motion = session_->motion();
     const auto begin = Clock::now();
@@ -526,9 +529,10 @@ class FeelRun {
     console_.say(summary);
     if (live_) console_.say(live_->summary());
     if (server_)
-      console_.say(fmt::format("Serve     {} messages were sent; {} were left out because a client "
-                               "was slow",
-                               server_->server().sent(), server_->server().missed()));
+      console_.say(
+          fmt::format("Serve     {} messages were sent; {} were left out because a client "
+                      "was slow",
+                      server_->server().sent(), server_->server().missed()));
     for (const fs::path& file : black_box_->files())
       console_.say(fmt::format("Wrote     {}: the ticks around a fault", file.string()));
     if (const auto trouble = black_box_->trouble()) console_.complain(*trouble);
@@ -597,8 +601,8 @@ class FeelRun {
   std::unique_ptr<Recorder> recorder_;
   std::unique_ptr<devices::SpaceMouse> second_hand_;
   std::optional<DeviceFault> second_hand_fault_;  ///< as it was told
-  std::unique_ptr<FeltServer> server_;  ///< likewise
-  std::unique_ptr<LiveSource> live_;           ///< ends before session_ does: see feel()
+  std::unique_ptr<FeltServer> server_;            ///< likewise
+  std::unique_ptr<LiveSource> live_;              ///< ends before session_ does: see feel()
   std::unique_ptr<Session> session_;  ///< ends its servo thread before what is above goes
   Viewers seen_;                      ///< look at session_
   std::unique_ptr<Gallery> gallery_;  ///< likewise

@@ -15,7 +15,7 @@ using namespace std::chrono_literals;
 
 constexpr auto kPlaces = 100ms, kImages = 500ms;
 constexpr size_t kMostSamples = 64 * 64 * 64;
-constexpr int kSteps = 8;                 // of the fixed point that inverts the motion
+constexpr int kSteps = 8;  // of the fixed point that inverts the motion
 constexpr double kInverted_m = 1e-5;
 
 /// Volume space (x = L, y = S, z = -P) to LPS.

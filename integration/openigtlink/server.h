@@ -15,8 +15,8 @@
 namespace palpate::openigtlink {
 
 /// Sends messages to all that connect, at most kMostClients at a time, from a thread of its own.
-/// Nobody is waited for: who has not taken a message yet misses the next ones, which is counted. What
-/// the clients say is thrown away.
+/// Nobody is waited for: who has not taken a message yet misses the next ones, which is counted.
+/// What the clients say is thrown away.
 class Server {
  public:
   static constexpr size_t kMostClients = 8;
