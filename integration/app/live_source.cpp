@@ -81,9 +81,8 @@ void LiveSource::take(const Rigid& rigid) {
   if (!session_) return;
   if (at_) {
     const Rigid step = between(*at_, rigid);
-    const double angle =
-        std::acos(std::clamp(0.5 * (step.rotation[0][0] + step.rotation[1][1] +
-                                    step.rotation[2][2] - 1.0), -1.0, 1.0));
+    const double angle = std::acos(std::clamp(
+        0.5 * (step.rotation[0][0] + step.rotation[1][1] + step.rotation[2][2] - 1.0), -1.0, 1.0));
     if (angle > kJump_rad || glm::length(rigid.translation_mm - at_->translation_mm) > kJump_mm) {
       if (++jumps_ == 1)
         say("A transform jumped: the volume stays where it is, and goes on from there.");
@@ -104,22 +103,30 @@ void LiveSource::take(const Rigid& rigid) {
 Result<LoadedScene> LiveSource::load(const scenes::SequenceChoices& choices, bool felt,
                                      const scenes::OnDoing& doing) {
   const std::string name = place_;
+  std::string volume = "live";
   auto given = std::make_shared<scenes::GivenVolume>();
   {
     std::unique_lock lock(mutex_);
     while (!first_) {
-      if (doing) doing(client_->is_connected() ? "waiting for the first image from " + name
-                                               : "waiting for " + name);
-      changed_.wait_for(lock, std::chrono::milliseconds(200), [this] { return first_.has_value(); });
+      if (doing)
+        doing(client_->is_connected() ? "waiting for the first image from " + name
+                                      : "waiting for " + name);
+      changed_.wait_for(lock, std::chrono::milliseconds(200),
+                        [this] { return first_.has_value(); });
     }
     given->frames = LiveSequence::standing(first_->volume);
+    if (!first_->device.empty()) volume = first_->device;
   }
+  // It stands in place of a file's name.
+  for (char& c : volume)
+    if (c == '/' || c == '.') c = '_';
   scenes::SequenceChoices of_live = choices;
-  of_live.given[name] = given;
+  of_live.given[volume] = given;
   of_live.cyclic = true;
   of_live.values = CarriedValues::kOwn;
   of_live.frames_per_second = 0.0;
-  auto scene = felt ? scenes::load_scene({name}, of_live) : scenes::load_seen_scene({name}, of_live);
+  auto scene =
+      felt ? scenes::load_scene({volume}, of_live) : scenes::load_seen_scene({volume}, of_live);
   if (!scene) return scene;
   LiveSequence::prepare(*scene, 0);
   if (!options_.transform.empty()) {
@@ -167,13 +174,14 @@ std::string LiveSource::live_text() const {
 
 std::string LiveSource::summary() const {
   const LiveNumbers& now = last_numbers_;
-  std::string text = fmt::format("Live      {} images came, {} were felt", client_numbers_.images,
-                                 now.felt);
+  std::string text =
+      fmt::format("Live      {} images came, {} were felt", client_numbers_.images, now.felt);
   if (now.felt > 0)
     text += fmt::format(", {:.2f} s after they arrived (median; {:.2f} p95, {:.2f} most)",
                         now.delay_median_s, now.delay_p95_s, now.delay_most_s);
   if (now.newer_came > 0)
-    text += fmt::format("\n          {} were left out because a newer one had come", now.newer_came);
+    text +=
+        fmt::format("\n          {} were left out because a newer one had come", now.newer_came);
   if (now.kept > 0) text += fmt::format("\n          {} kept the pace of a cycle", now.kept);
   if (now.elsewhere > 0)
     text += fmt::format("\n          {} lay elsewhere in space than the first one", now.elsewhere);

@@ -78,9 +78,9 @@ Result<std::unique_ptr<Client>> Client::start(const Place& place, ClientOptions 
   wanted.ai_family = AF_UNSPEC;
   if (getaddrinfo(place.host.c_str(), std::to_string(place.port).c_str(), &wanted,
                   &client->address_->first) != 0)
-    return Error{ErrorKind::kBadInput,
-                 fmt::format("There is no host '{}': check its name, or give its address",
-                             place.host)};
+    return Error{
+        ErrorKind::kBadInput,
+        fmt::format("There is no host '{}': check its name, or give its address", place.host)};
   client->thread_ = std::jthread([c = client.get()](std::stop_token stop) { c->run(stop); });
   return client;
 }
@@ -192,8 +192,8 @@ void Client::listen(int fd, std::stop_token stop) {
     const auto header =
         read_header(std::span<const std::byte, kHeaderBytes>(head.data(), kHeaderBytes));
     if (!header) return refuse("no OpenIGTLink", header.error().message);
-    const bool wanted = header->type == "IMAGE" ||
-                        (header->type == "TRANSFORM" && !options_.transform.empty());
+    const bool wanted =
+        header->type == "IMAGE" || (header->type == "TRANSFORM" && !options_.transform.empty());
     if (!receive(size_t(header->body_bytes), wanted ? &body : nullptr, false)) return;
     {
       const std::lock_guard lock(mutex_);
@@ -226,9 +226,9 @@ void Client::take_image(const Header& header, std::span<const std::byte> content
   const int64_t now_ns = Clock::now().time_since_epoch().count();
   const std::string& wanted = options_.image.empty() ? device_ : options_.image;
   if (header.device != wanted && !(options_.image.empty() && !any_image_))
-    return refuse("image of another name",
-                  fmt::format("There are images of '{}' too; those of '{}' are felt",
-                              header.device, wanted));
+    return refuse(
+        "image of another name",
+        fmt::format("There are images of '{}' too; those of '{}' are felt", header.device, wanted));
   if (header.time_s > 0.0 && header.time_s < last_time_s_ &&
       last_time_s_ - header.time_s < kClockRestarted_s)
     return refuse("late", "An image was older than one that came before it, and was left out");
@@ -239,8 +239,9 @@ void Client::take_image(const Header& header, std::span<const std::byte> content
   if (!image->is_whole()) {
     if (!whole_ || !same_geometry(whole_->grid, image->grid) ||
         whole_->j_reversed != image->j_reversed)
-      return refuse("part without a whole",
-                    "A part of an image came before a whole one of the same grid, and was left out");
+      return refuse(
+          "part without a whole",
+          "A part of an image came before a whole one of the same grid, and was left out");
     const glm::ivec3 n = image->grid.size, first = image->first, size = image->size;
     for (int k = 0; k < size.z; ++k)
       for (int j = 0; j < size.y; ++j)

@@ -39,7 +39,8 @@ struct ClientOptions {
   /// On the client's thread; they hold up what arrives, so they must be short.
   std::function<void(ArrivedImage)> on_image;
   std::function<void(const Rigid&)> on_transform;
-  std::function<void(const std::string&)> on_note;  ///< a sentence; never the same one again and again
+  std::function<void(const std::string&)>
+      on_note;  ///< a sentence; never the same one again and again
 };
 
 /// What came, and what of it was not used and why.
@@ -83,7 +84,7 @@ class Client {
   ClientNumbers numbers_;
   // The thread's alone.
   std::string last_said_, device_;
-  std::optional<Image> whole_;    ///< the last whole one, which parts are put into
+  std::optional<Image> whole_;  ///< the last whole one, which parts are put into
   double last_time_s_ = 0.0;
   uint64_t last_crc_ = 0;
   bool any_image_ = false;

@@ -116,8 +116,8 @@ void take_values(std::span<const std::byte> from, bool little, std::vector<float
   for (size_t v = 0; v < to.size(); ++v) {
     Bits bits = 0;
     for (size_t b = 0; b < sizeof(Bits); ++b)
-      bits = Bits(Bits(bits) |
-                  Bits(Bits(from[v * sizeof(Bits) + b]) << (8 * (little ? b : sizeof(Bits) - 1 - b))));
+      bits = Bits(Bits(bits) | Bits(Bits(from[v * sizeof(Bits) + b])
+                                    << (8 * (little ? b : sizeof(Bits) - 1 - b))));
     to[v] = float(std::bit_cast<T>(bits));
   }
 }
@@ -188,16 +188,17 @@ Result<Header> read_header(std::span<const std::byte, kHeaderBytes> bytes) {
   header.body_bytes = in.number<uint64_t>();
   header.crc = in.number<uint64_t>();
   if (header.version < 1 || header.version > 3)
-    return bad(fmt::format("The other side does not speak OpenIGTLink 1 to 3 (a message says "
-                           "version {}): is it the right port?",
-                           header.version));
+    return bad(
+        fmt::format("The other side does not speak OpenIGTLink 1 to 3 (a message says "
+                    "version {}): is it the right port?",
+                    header.version));
   if (header.type.empty() || !std::all_of(header.type.begin(), header.type.end(), [](char c) {
         return (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
       }))
     return bad("A message has no type that could be one: is it OpenIGTLink, and the right port?");
   if (header.body_bytes > kLargestBody)
-    return bad(fmt::format("A message {} claims {} bytes, and at most {} are taken in",
-                           header.type, header.body_bytes, kLargestBody));
+    return bad(fmt::format("A message {} claims {} bytes, and at most {} are taken in", header.type,
+                           header.body_bytes, kLargestBody));
   if (header.type == "TRANSFORM" && header.body_bytes > (1 << 20))
     return bad(fmt::format("A TRANSFORM claims {} bytes: the stream is broken", header.body_bytes));
   return header;
@@ -221,8 +222,7 @@ Result<std::span<const std::byte>> content_of(const Header& header,
 }
 
 Result<Image> read_image(std::span<const std::byte> content) {
-  if (content.size() < kImageHeaderBytes)
-    return bad("An IMAGE ends before its own header does");
+  if (content.size() < kImageHeaderBytes) return bad("An IMAGE ends before its own header does");
   Reader in(content);
   in.number<uint16_t>();  // of the image's format: 1 or 2, of one layout
   const int components = in.byte(), type = in.byte(), endian = in.byte(), coordinates = in.byte();
@@ -239,16 +239,18 @@ Result<Image> read_image(std::span<const std::byte> content) {
     return bad(fmt::format("An IMAGE has {} values per sample: only one, a grey value, can be felt",
                            components));
   const size_t scalar_bytes = bytes_of_scalar(type);
-  if (scalar_bytes == 0) return bad(fmt::format("An IMAGE has the scalar type {}, which is none", type));
+  if (scalar_bytes == 0)
+    return bad(fmt::format("An IMAGE has the scalar type {}, which is none", type));
   if (endian != 1 && endian != 2)
     return bad(fmt::format("An IMAGE has the endianness {}, which is none", endian));
   if (coordinates != 1 && coordinates != 2)
     return bad(fmt::format("An IMAGE has the coordinate system {}, which is none", coordinates));
   for (int a = 0; a < 3; ++a) {
     if (whole[a] < 2 || whole[a] > kMostSamplesPerAxis)
-      return bad(fmt::format("An IMAGE has {} x {} x {} samples: from 2 to {} along each axis can "
-                             "be felt",
-                             whole.x, whole.y, whole.z, kMostSamplesPerAxis));
+      return bad(
+          fmt::format("An IMAGE has {} x {} x {} samples: from 2 to {} along each axis can "
+                      "be felt",
+                      whole.x, whole.y, whole.z, kMostSamplesPerAxis));
     if (size[a] < 1 || first[a] + size[a] > whole[a])
       return bad("The part of the IMAGE that was sent does not lie within it");
   }
@@ -273,8 +275,7 @@ Result<Image> read_image(std::span<const std::byte> content) {
     image.grid.spacing_mm[c] = length;
     columns[c] /= length;
   }
-  if (glm::length(centre) > kFarthest_mm)
-    return bad("An IMAGE lies farther away than 10 m");
+  if (glm::length(centre) > kFarthest_mm) return bad("An IMAGE lies farther away than 10 m");
   const auto axes = squared_up(columns);
   if (!axes) return bad("The axes of an IMAGE are not at right angles");
   image.grid.direction = *axes;
@@ -296,8 +297,8 @@ Result<Image> read_image(std::span<const std::byte> content) {
 
 Result<Rigid> read_transform(std::span<const std::byte> content) {
   if (content.size() != kTransformBytes)
-    return bad(fmt::format("A TRANSFORM has {} bytes instead of {}", content.size(),
-                           kTransformBytes));
+    return bad(
+        fmt::format("A TRANSFORM has {} bytes instead of {}", content.size(), kTransformBytes));
   Reader in(content);
   glm::dmat3 columns;
   glm::dvec3 way;
@@ -350,8 +351,8 @@ Bytes write_transform(const std::string& device, double time_s, const Rigid& rig
 
 Bytes write_force(const std::string& device, double time_s, glm::dvec3 force_n) {
   Writer out;
-  out.byte(3);              // numbers
-  out.byte(0);              // status
+  out.byte(3);                               // numbers
+  out.byte(0);                               // status
   out.number(uint64_t(0x02C4000000000000));  // newton, in OpenIGTLink's coding of units
   for (int a = 0; a < 3; ++a) out.number(std::bit_cast<uint64_t>(force_n[a]));
   return message("SENSOR", device, time_s, out.bytes);

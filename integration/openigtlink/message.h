@@ -21,17 +21,18 @@ using Bytes = std::vector<std::byte>;
 
 constexpr size_t kHeaderBytes = 58;
 constexpr int kMostSamplesPerAxis = 1024;
-/// The largest body that is taken in: an image of float64 with 512 x 512 x 512 samples and its text.
+/// The largest body that is taken in: an image of float64 with 512 x 512 x 512 samples and its
+/// text.
 constexpr uint64_t kLargestBody = (uint64_t(1) << 30) + (1 << 20);
 
 /// The first 58 bytes.
 struct Header {
-  int version = 1;         ///< 1; 2 for versions 2 and 3, which have an extended header
-  std::string type;        ///< IMAGE, TRANSFORM, STATUS, ...
-  std::string device;      ///< who it is from, as the sender named it
-  double time_s = 0.0;     ///< the sender's clock; 0: it gave none
+  int version = 1;      ///< 1; 2 for versions 2 and 3, which have an extended header
+  std::string type;     ///< IMAGE, TRANSFORM, STATUS, ...
+  std::string device;   ///< who it is from, as the sender named it
+  double time_s = 0.0;  ///< the sender's clock; 0: it gave none
   uint64_t body_bytes = 0;
-  uint64_t crc = 0;        ///< of the body, ECMA-182
+  uint64_t crc = 0;  ///< of the body, ECMA-182
 };
 
 /// kBadInput: a version that is not 1 to 3, a type without letters, a body above kLargestBody, or
@@ -48,10 +49,10 @@ Result<std::span<const std::byte>> content_of(const Header& header,
 
 /// An IMAGE, or a part of one.
 struct Image {
-  Grid grid;                      ///< of the whole image, LPS; left-handed ones are turned right
-  bool j_reversed = false;        ///< its j axis was the other way round on the wire
-  glm::ivec3 first{0}, size{0};   ///< the part that came, in the sender's order of samples
-  std::vector<float> values;      ///< of the part, shape (size.z, size.y, size.x)
+  Grid grid;                     ///< of the whole image, LPS; left-handed ones are turned right
+  bool j_reversed = false;       ///< its j axis was the other way round on the wire
+  glm::ivec3 first{0}, size{0};  ///< the part that came, in the sender's order of samples
+  std::vector<float> values;     ///< of the part, shape (size.z, size.y, size.x)
   bool is_whole() const { return size == grid.size; }
 };
 

@@ -116,8 +116,8 @@ void LiveSequence::push(const Volume& frame, int64_t arrived_ns) {
 void LiveSequence::look_for_cycle(const Volume& frame, int64_t arrived_ns) {
   history_.push_back({frame, arrived_ns});
   const double bytes = double(frame.values.size()) * sizeof(float);
-  const size_t most = std::clamp<size_t>(size_t(kMostHistory_bytes / bytes), 1,
-                                         size_t(Repetition::kMostFrames));
+  const size_t most =
+      std::clamp<size_t>(size_t(kMostHistory_bytes / bytes), 1, size_t(Repetition::kMostFrames));
   while (history_.size() > most) history_.pop_front();
   const std::optional<int> period = repetition_.add(frame);
   if (!period || size_t(*period) + 1 > history_.size()) return;
@@ -239,8 +239,7 @@ bool LiveSequence::wait_for_frame(Frame& frame, std::stop_token stop, bool or_cy
 }
 
 /// Frame after frame, until a cycle is kept; then that, until it no longer is.
-Status LiveSequence::follow(const std::shared_ptr<vulkan::Context>& context,
-                            std::stop_token stop) {
+Status LiveSequence::follow(const std::shared_ptr<vulkan::Context>& context, std::stop_token stop) {
   const auto preset = motion_preset(options_.preset);
   if (!preset) return Error{ErrorKind::kBadInput, "There is no preset '" + options_.preset + "'"};
   EstimatorOptions options;
@@ -258,9 +257,8 @@ Status LiveSequence::follow(const std::shared_ptr<vulkan::Context>& context,
     const ScalarSamples samples = ring_.frames[slot_]->samples();
     if (samples.values.size() != grid_.count())
       return Error{ErrorKind::kBadInput, "What is felt has no samples to begin from"};
-    const Status begun = (*estimator)
-                             ->push(pushed++, Volume{grid_, {samples.values.begin(),
-                                                             samples.values.end()}});
+    const Status begun =
+        (*estimator)->push(pushed++, Volume{grid_, {samples.values.begin(), samples.values.end()}});
     if (!begun) return begun;
   }
   while (wait_for_frame(frame, stop, true)) {
@@ -304,8 +302,7 @@ Status LiveSequence::follow(const std::shared_ptr<vulkan::Context>& context,
 void LiveSequence::hand_over(std::shared_ptr<const MovingVolume> volume, std::stop_token stop) {
   if (const Status taken = session_.take_volume(index_, std::move(volume)); !taken)
     return say("A live frame could not be felt: " + taken.error().message);
-  while (!session_.has_handed_over() && !stop.stop_requested())
-    std::this_thread::sleep_for(2ms);
+  while (!session_.has_handed_over() && !stop.stop_requested()) std::this_thread::sleep_for(2ms);
 }
 
 void LiveSequence::move_to(Volume frame, int64_t arrived_ns, const PairMotion& pair,
@@ -354,9 +351,10 @@ void LiveSequence::keep(Cycle cycle, std::stop_token stop) {
   const int frames = int(cycle.means.size());
   const double step_s = cycle.cycle_s / frames;
   hand_over(cycle.volume, stop);
-  say(fmt::format("The frames repeat every {:.2f} s: {} of them are kept, with one motion, and keep "
-                  "the pace of those that come.",
-                  cycle.cycle_s, frames));
+  say(fmt::format(
+      "The frames repeat every {:.2f} s: {} of them are kept, with one motion, and keep "
+      "the pace of those that come.",
+      cycle.cycle_s, frames));
   Frame frame;
   bool begun = false;
   int odd = 0;
@@ -379,8 +377,7 @@ void LiveSequence::keep(Cycle cycle, std::stop_token stop) {
     const double behind = cycles - std::round(cycles);  // of the cycle
     const double rate = 1.0 + std::clamp(kPace * behind, -kMostPace, kMostPace);
     session_.send({ControlEvent::Kind::kRate, int(index_), rate});
-    const bool strange =
-        match.distance > kUnlike * cycle.contrast || std::abs(behind) > kOutOfStep;
+    const bool strange = match.distance > kUnlike * cycle.contrast || std::abs(behind) > kOutOfStep;
     odd = std::max(0, odd + (strange ? 1 : -1));
     if (odd <= frames / 2 + 2) continue;
     say("The frames no longer repeat: each is followed again.");

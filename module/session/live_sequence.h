@@ -26,28 +26,28 @@ struct LiveSequenceOptions {
 /// What became of the frames that came.
 struct LiveNumbers {
   uint64_t received = 0;
-  uint64_t felt = 0;       ///< the hand was carried to them
-  uint64_t newer_came = 0; ///< left out: a newer one came while motion was estimated
-  uint64_t elsewhere = 0;  ///< left out: nothing of them lies where the first one does
-  uint64_t kept = 0;       ///< came while the cycle was kept: they only held its pace
+  uint64_t felt = 0;        ///< the hand was carried to them
+  uint64_t newer_came = 0;  ///< left out: a newer one came while motion was estimated
+  uint64_t elsewhere = 0;   ///< left out: nothing of them lies where the first one does
+  uint64_t kept = 0;        ///< came while the cycle was kept: they only held its pace
   double delay_median_s = 0.0, delay_p95_s = 0.0, delay_most_s = 0.0;  ///< arrival to felt
-  double cycle_s = 0.0;    ///< of the cycle that is kept; 0: frames are followed
+  double cycle_s = 0.0;  ///< of the cycle that is kept; 0: frames are followed
 };
 
 /// Follows a source of frames that has no end while it is felt. The first frame is felt standing
 /// still. Then, again and again, the motion from the frame that is felt to the newest one is
-/// estimated, and the volume moves along it, values fading from the one to the other on the way; the
-/// newest frame wins, and those between are left out. When no frame comes it rests at the last one.
-/// Frames that repeat (Repetition) become a sequence with one motion for all of them, whose pace
-/// follows theirs; when they no longer repeat, each is followed again.
+/// estimated, and the volume moves along it, values fading from the one to the other on the way;
+/// the newest frame wins, and those between are left out. When no frame comes it rests at the last
+/// one. Frames that repeat (Repetition) become a sequence with one motion for all of them, whose
+/// pace follows theirs; when they no longer repeat, each is followed again.
 ///
 /// The scene has `kSlots` frames in a ring: what moves is between two of them, and what is new is
 /// put into the next. So each frame reaches the hand as those of a file do, within the same limits.
 class LiveSequence {
  public:
   static constexpr size_t kSlots = 4;
-  static constexpr double kSlot_s = 0.4;  ///< of the ring's own time; gone through four times as fast, so that a wall
-                                         ///< goes 10 mm in 0.1 s
+  static constexpr double kSlot_s = 0.4;  ///< of the ring's own time; gone through four times as
+                                          ///< fast, so that a wall goes 10 mm in 0.1 s
 
   /// The scene's frames before any has moved: the first one in each slot.
   static Sequence standing(const Volume& first);
@@ -96,7 +96,7 @@ class LiveSequence {
   MovingVolume ring_;  ///< the worker's alone, with slot_
   size_t slot_ = 0;
   size_t pushed_ = 0;
-  Repetition repetition_;      ///< push()'s alone, with history_ and its bytes
+  Repetition repetition_;  ///< push()'s alone, with history_ and its bytes
   std::deque<Frame> history_;
   std::atomic<bool> searching_{true};
 

@@ -18,8 +18,8 @@ std::vector<float> means_of(const Volume& frame) {
   for (int k = 0; k < n.z; ++k)
     for (int j = 0; j < n.y; ++j)
       for (int i = 0; i < n.x; ++i, ++v) {
-        const int b = i * blocks.x / n.x +
-                      blocks.x * (j * blocks.y / n.y + blocks.y * (k * blocks.z / n.z));
+        const int b =
+            i * blocks.x / n.x + blocks.x * (j * blocks.y / n.y + blocks.y * (k * blocks.z / n.z));
         sum[size_t(b)] += double(frame.values[v]);
         ++count[size_t(b)];
       }
@@ -64,7 +64,8 @@ std::optional<int> Repetition::add(const Volume& frame) {
   std::optional<int> found;
   for (int k = 1; k <= kMostFrames && 2 * (k + 1) <= count && !found; ++k) {
     const double here = m(k);
-    if (k >= kFewestFrames && most > 0.0 && here <= kAlike * most && here <= m(k + 1) && here <= m(k - 1))
+    if (k >= kFewestFrames && most > 0.0 && here <= kAlike * most && here <= m(k + 1) &&
+        here <= m(k - 1))
       found = k;
     else
       most = std::max(most, here);

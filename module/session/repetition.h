@@ -9,12 +9,12 @@
 namespace palpate {
 
 /// Finds out whether frames that come one after the other repeat. Each is reduced to the means of
-/// at most 12 x 12 x 12 blocks, in which noise goes down; d(a, b) is the RMS difference of two such.
-/// Frames repeat after k of them if over the last k frames n
+/// at most 12 x 12 x 12 blocks, in which noise goes down; d(a, b) is the RMS difference of two
+/// such. Frames repeat after k of them if over the last k frames n
 ///   m(k) = mean of d(n, n - k) <= 0.3 max of m(l), l < k,
-/// at a minimum of m, for the smallest such k from 4 to kMostFrames, and so for k / 4 frames in a row,
-/// three at least. A source that stands still has m of its noise alone at every k and does not repeat. Frames are taken to be
-/// evenly spaced. One thread.
+/// at a minimum of m, for the smallest such k from 4 to kMostFrames, and so for k / 4 frames in a
+/// row, three at least. A source that stands still has m of its noise alone at every k and does not
+/// repeat. Frames are taken to be evenly spaced. One thread.
 class Repetition {
  public:
   static constexpr int kMostFrames = 80;

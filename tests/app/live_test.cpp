@@ -35,6 +35,18 @@ test::Raw ball(int frame) {
   return test::wire_message(header, image.body());
 }
 
+/// A table that goes 1 mm to the right with each frame, and once far away.
+test::Raw table(size_t frame) {
+  test::Raw body;
+  const float way_mm = float(frame) + (frame >= 20 ? 500.0F : 0.0F);
+  for (const float f : {1.F, 0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 1.F, way_mm, 0.F, 0.F})
+    test::put_float(body, f);
+  test::WireHeader header;
+  header.type = "TRANSFORM";
+  header.device = "Table";
+  return test::wire_message(header, body);
+}
+
 /// Sends frames to whoever connects, ten a second, until it is over.
 class Source {
  public:
@@ -47,7 +59,7 @@ class Source {
           test::Raw frame = frames_[k % frames_.size()];
           frame[34] = uint8_t(k >> 24), frame[35] = uint8_t(k >> 16);
           frame[36] = uint8_t(k >> 8), frame[37] = uint8_t(k);
-          if (!server_.send(frame)) break;
+          if (!server_.send(frame) || !server_.send(table(k))) break;
           std::this_thread::sleep_for(100ms);
         }
       }
@@ -73,6 +85,17 @@ TEST(Live, ASourceIsFeltFollowedAndItsNumbersAreSaid) {
   ASSERT_NE(at, std::string::npos) << outcome.out;
   EXPECT_GT(std::stoi(outcome.out.substr(at + 13)), 3) << outcome.out;
   EXPECT_NE(outcome.out.find("after they arrived (median"), std::string::npos);
+}
+
+TEST(Live, TransformsMoveTheVolumeAndAJumpIsNotFollowed) {
+  NEEDS_DEVICE();
+  const Source source;
+  const Outcome outcome = run({"feel", source.place(), "--device", "simulated", "--headset", "off",
+                               "--seconds", "5", "--transform", "Table"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("transforms, 1 of them jumped"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("A transform jumped"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("Probe: live"), std::string::npos) << outcome.out;
 }
 
 TEST(Live, APictureOfItsFirstFrameIsDrawn) {

@@ -108,8 +108,8 @@ TEST_F(ClientTest, VersionsOneToThreeAreHeard) {
     header.version = version;
     header.seconds = 100 + version;
     const Raw body = wire.body();
-    ASSERT_TRUE(server_.send(
-        test::wire_message(header, version == 1 ? body : test::extended(body, Raw(8, 3), Raw(30, 65)))));
+    ASSERT_TRUE(server_.send(test::wire_message(
+        header, version == 1 ? body : test::extended(body, Raw(8, 3), Raw(30, 65)))));
   }
   ASSERT_TRUE(came(3));
   const auto images = heard_.images();
@@ -292,8 +292,8 @@ TEST(Places, AreReadOrRefused) {
   ASSERT_TRUE(six);
   EXPECT_EQ(six->host, "::1");
   EXPECT_EQ(six->port, 18945);
-  for (const char* wrong : {"igtl://", "igtl://:18944", "igtl://a:0", "igtl://a:65536", "igtl://a:",
-                            "igtl://a:1x", "igtl://[::1", "igtl://a/b", "http://a"})
+  for (const char* wrong : {"igtl://", "igtl://:18944", "igtl://a:0", "igtl://a:65536",
+                            "igtl://a:", "igtl://a:1x", "igtl://[::1", "igtl://a/b", "http://a"})
     EXPECT_FALSE(read_place(wrong)) << wrong;
 }
 

@@ -33,8 +33,10 @@ palpate::Volume ball(double phase, unsigned seed) {
     for (int j = 0; j < 64; ++j)
       for (int i = 0; i < 64; ++i) {
         const glm::dvec3 at = glm::dvec3(i, j, k) - 31.5;
-        const double r = glm::length(at * glm::dvec3(1.0, 1.1, 1.0)), radius = 18.0 + 2.5 * std::sin(phase);
-        volume.values.push_back(float(1000.0 / (1.0 + std::exp((r - radius) / 1.5)) + noise(random)));
+        const double r = glm::length(at * glm::dvec3(1.0, 1.1, 1.0)),
+                     radius = 18.0 + 2.5 * std::sin(phase);
+        volume.values.push_back(
+            float(1000.0 / (1.0 + std::exp((r - radius) / 1.5)) + noise(random)));
       }
   return volume;
 }
@@ -64,7 +66,8 @@ igtl::ImageMessage::Pointer message_of(const palpate::Volume& volume) {
     matrix[r][3] = float(ras * centre[r]);
   }
   message->SetMatrix(matrix);
-  std::memcpy(message->GetScalarPointer(), volume.values.data(), volume.values.size() * sizeof(float));
+  std::memcpy(message->GetScalarPointer(), volume.values.data(),
+              volume.values.size() * sizeof(float));
   return message;
 }
 
@@ -79,7 +82,8 @@ int main(int argc, char** argv) {
   if (kind == "cycle") {
     for (unsigned k = 0; k < 40; ++k) frames.push_back(ball(2 * M_PI * k / 20.0, k));
   } else if (kind == "free") {
-    for (unsigned k = 0; k < 60; ++k) frames.push_back(ball(0.37 * k + 0.9 * std::sin(0.611 * k), k));
+    for (unsigned k = 0; k < 60; ++k)
+      frames.push_back(ball(0.37 * k + 0.9 * std::sin(0.611 * k), k));
   } else {
     std::vector<std::filesystem::path> paths;
     for (const auto& entry : std::filesystem::directory_iterator(kind))

@@ -30,10 +30,11 @@ TEST(Messages, CrcIsTheOneOfTheProtocol) {
   EXPECT_EQ(crc64(std::as_bytes(std::span(text))), 0x6C40DF5F0B497347ULL);
 }
 
-/// 3 x 4 x 5 samples of 1 x 2 x 3 mm, turned by 90 degrees about S: i runs to A, j to L (-R), k to S.
-/// The middle lies at RAS (10, 20, 30). Worked out by hand: the first sample lies at
+/// 3 x 4 x 5 samples of 1 x 2 x 3 mm, turned by 90 degrees about S: i runs to A, j to L (-R), k to
+/// S. The middle lies at RAS (10, 20, 30). Worked out by hand: the first sample lies at
 ///   RAS = (10, 20, 30) - 1 (0, 1, 0) - 3 (-1, 0, 0) - 6 (0, 0, 1) = (13, 19, 24),
-/// LPS = (-13, -19, 24); sample (2, 1, 4) at RAS (13, 19, 24) + 2 (0,1,0) + 2 (-1,0,0) + 12 (0,0,1).
+/// LPS = (-13, -19, 24); sample (2, 1, 4) at RAS (13, 19, 24) + 2 (0,1,0) + 2 (-1,0,0) + 12
+/// (0,0,1).
 TEST(Messages, AnObliqueAnisotropicImageLiesWhereTheDocumentsSay) {
   WireImage wire;
   wire.size = wire.part = {3, 4, 5};
@@ -114,11 +115,29 @@ TEST(Messages, WhatIsNoImageIsRefusedBeforeItsSamplesAreTaken) {
       {"no scalar type", with([](auto& w) { w.scalar_type = 9; }), "scalar type 9"},
       {"no endianness", with([](auto& w) { w.endian = 0; }), "endianness"},
       {"no coordinates", with([](auto& w) { w.coordinates = 7; }), "coordinate"},
-      {"larger than its body", with([](auto& w) { w.size = w.part = {1000, 1000, 1000}; w.samples = {1}; }), "bytes of them"},
-      {"too many samples", with([](auto& w) { w.size = w.part = {65535, 65535, 65535}; w.samples = {1}; }), "along each axis"},
-      {"flat", with([](auto& w) { w.size = w.part = {24, 1, 1}; }), "along each axis"},
-      {"nothing", with([](auto& w) { w.part = {0, 3, 2}; w.samples = {1}; }), "part"},
-      {"a part outside", with([](auto& w) { w.first = {1, 0, 0}; }), "part"},
+      {"larger than its body", with([](auto& w) {
+         w.size = w.part = {1000, 1000, 1000};
+         w.samples = {1};
+       }),
+       "bytes of them"},
+      {"too many samples", with([](auto& w) {
+         w.size = w.part = {65535, 65535, 65535};
+         w.samples = {1};
+       }),
+       "along each axis"},
+      {"flat", with([](auto& w) {
+         w.size = w.part = {24, 1, 1};
+       }),
+       "along each axis"},
+      {"nothing", with([](auto& w) {
+         w.part = {0, 3, 2};
+         w.samples = {1};
+       }),
+       "part"},
+      {"a part outside", with([](auto& w) {
+         w.first = {1, 0, 0};
+       }),
+       "part"},
       {"NaN in the matrix", with([&](auto& w) { w.matrix[4] = nan; }), "not finite"},
       {"NaN in its place", with([&](auto& w) { w.matrix[10] = nan; }), "not finite"},
       {"zero spacing", with([](auto& w) { w.matrix[0] = 0; }), "mm apart"},
@@ -179,12 +198,13 @@ TEST(Messages, WhatIsWrittenIsReadBack) {
   grid.size = {3, 4, 5};
   grid.spacing_mm = {0.8, 1.2, 3.0};
   grid.origin_mm = {-13, 7, 24};
-  grid.direction = glm::dmat3(glm::dvec3(0.8, 0.6, 0), glm::dvec3(-0.6, 0.8, 0), glm::dvec3(0, 0, 1));
+  grid.direction =
+      glm::dmat3(glm::dvec3(0.8, 0.6, 0), glm::dvec3(-0.6, 0.8, 0), glm::dvec3(0, 0, 1));
   std::vector<float> values(grid.count());
   for (size_t n = 0; n < values.size(); ++n) values[n] = 0.25f * float(n) - 3.0f;
   const Bytes message = write_image("Moved", 12.5, grid, values);
-  const auto header = read_header(
-      std::span<const std::byte, kHeaderBytes>(message.data(), kHeaderBytes));
+  const auto header =
+      read_header(std::span<const std::byte, kHeaderBytes>(message.data(), kHeaderBytes));
   ASSERT_TRUE(header);
   EXPECT_EQ(header->type, "IMAGE");
   EXPECT_EQ(header->device, "Moved");
@@ -207,15 +227,16 @@ TEST(Messages, MutatedMessagesAreReadOrRefused) {
   const Raw plain = test::wire_message({}, wire.body());
   WireHeader second;
   second.version = 2;
-  const Raw with_meta = test::wire_message(second, test::extended(wire.body(), Raw(10, 1), Raw(20, 2)));
+  const Raw with_meta =
+      test::wire_message(second, test::extended(wire.body(), Raw(10, 1), Raw(20, 2)));
   int read = 0, refused = 0;
   for (int n = 0; n < 20'000; ++n) {
     Raw raw = n % 2 ? plain : with_meta;
     for (unsigned changes = random() % 4; changes > 0; --changes)
       raw[random() % raw.size()] = uint8_t(random());
     if (random() % 4 == 0) raw.resize(kHeaderBytes + random() % (raw.size() - kHeaderBytes + 1));
-    auto header = read_header(
-        std::span<const std::byte, kHeaderBytes>(bytes(raw).data(), kHeaderBytes));
+    auto header =
+        read_header(std::span<const std::byte, kHeaderBytes>(bytes(raw).data(), kHeaderBytes));
     if (!header) {
       ++refused;
       continue;

@@ -117,8 +117,7 @@ class WireServer {
   bool send(const Raw& bytes) {
     size_t sent = 0;
     while (sent < bytes.size()) {
-      const ssize_t n =
-          ::send(connection_, bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
+      const ssize_t n = ::send(connection_, bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
       if (n <= 0) return false;
       sent += size_t(n);
     }

@@ -1,4 +1,5 @@
-// A live source while it is felt: frames come one by one, the test ticks the session as a host does.
+// A live source while it is felt: frames come one by one, the test ticks the session as a host
+// does.
 #include "module/session/live_sequence.h"
 
 #include <gtest/gtest.h>
@@ -224,9 +225,9 @@ TEST(RepetitionOfFrames, IsFoundInNoiseAndOnlyWhereItIs) {
     for (const double noise : {0.0, 20.0})
       EXPECT_EQ(period_of([&](int n) { return 2 * M_PI * n / period; }, 4 * period, noise), period)
           << period << " frames, noise " << noise;
-  EXPECT_FALSE(period_of([](int) { return 0.3; }, 160, 20.0));                  // stands still
+  EXPECT_FALSE(period_of([](int) { return 0.3; }, 160, 20.0));  // stands still
   EXPECT_FALSE(period_of([](int) { return 0.3; }, 160, 0.0));
-  EXPECT_FALSE(period_of([](int n) { return 0.002 * n * n; }, 60, 0.0));        // ever faster
+  EXPECT_FALSE(period_of([](int n) { return 0.002 * n * n; }, 60, 0.0));  // ever faster
   EXPECT_FALSE(period_of([](int n) { return 3.0 * std::sin(0.0005 * n * n); }, 70, 20.0));
 }
 
