@@ -182,6 +182,12 @@ void add_seeing(CLI::App& app, FeelCommand& command) {
       ->capture_default_str();
   app.add_flag("--pass-through", command.pass_through,
                "In the headset, show the room behind the volume, where the headset can");
+  app.add_option(
+         "--overlay", command.overlay,
+         "In the headset, above the picture of another OpenXR program that runs; of several "
+         "overlays the higher number is in front. Needs a runtime that can (Monado, WiVRn)")
+      ->type_name("PLACE")
+      ->check(whole_number_in(0, 1'000'000));
   app.add_flag_callback(
       "--no-mirror", [&command] { command.mirror = false; }, "No window besides the headset");
   app.add_option("--look", command.view.look,

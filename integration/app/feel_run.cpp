@@ -280,6 +280,7 @@ class FeelRun {
     choice.headless = !command_.headless.empty();
     choice.mirror = command_.mirror;
     choice.pass_through = command_.pass_through;
+    choice.overlay = command_.overlay;
     choice.scene_name = command_.inputs.front().filename().string();
     choice.gpu = command_.gpu;
     choice.view = command_.view;

@@ -39,7 +39,8 @@ struct FeelCommand {
   bool dead_man = false, no_real_time = false, no_motion = false, estimate = false, quiet = false;
   bool mirror = true;
   bool pass_through = false;
-  bool hand = true;  ///< false: it is only looked at, as by 'palpate view'
+  std::optional<uint32_t> overlay;  ///< above another OpenXR program
+  bool hand = true;                 ///< false: it is only looked at, as by 'palpate view'
 };
 
 /// Feels, or replays, from what is said to its summary; returns the exit code. From the main

@@ -199,7 +199,7 @@ Done FrameLoop::end(const FrameParts& parts, XrTime time, const Layer& filled) {
   layer.layer.space = parts.spaces.base();
   layer.layer.viewCount = uint32_t(layer.projection.size());
   layer.layer.views = layer.projection.data();
-  if (parts.blend == XR_ENVIRONMENT_BLEND_MODE_ALPHA_BLEND)
+  if (parts.see_through)
     layer.layer.layerFlags = XR_COMPOSITION_LAYER_BLEND_TEXTURE_SOURCE_ALPHA_BIT;
   const auto* header = reinterpret_cast<const XrCompositionLayerBaseHeader*>(&layer.layer);
   if (layer.shown) {

@@ -21,6 +21,7 @@ struct FrameParts {
   Colocation& colocation;
   FrameSource& source;
   XrEnvironmentBlendMode blend;
+  bool see_through;  ///< what the picture does not cover shows what is behind it
 };
 
 /// What became of a frame.

@@ -134,12 +134,14 @@ void Headset::Story::take(const Round& round) {
     drop_runtime();
     return rest(State::kEnded, "The session in the headset was ended.");
   }
-  if (live) report.state = state_of(live->session().life());
+  if (!live) return;
+  report.state = state_of(live->session().life());
+  report.main_visible = live->main_visible();
 }
 
 Done Headset::Story::arrive() {
   if (!instance_) {
-    Outcome<Instance> made = Instance::make();
+    Outcome<Instance> made = Instance::make(options.overlay.has_value());
     if (!made) return made.error();
     instance_.emplace(std::move(*made));
     report.runtime = instance_->runtime();
@@ -197,6 +199,8 @@ Done Headset::Story::open_session() {
   ++report.sessions;
   report.origin = live->origin();
   report.blend = blend_of(live->blend());
+  report.see_through = live->see_through();
+  report.main_visible = true;
   rest(State::kIdle, "The headset is there: " + report.system + " through " + report.runtime + ".");
   return Nothing{};
 }

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "module/xr/colocation.h"
@@ -30,6 +31,10 @@ struct HeadsetOptions {
   bool validation = false;         ///< Vulkan validation layers, if installed
   Origin origin = Origin::kStage;  ///< kStage falls back to kLocal where there is none
   Blend blend = Blend::kOpaque;    ///< used where offered, else the runtime's first choice
+  /// Above the picture of another OpenXR program that runs at the same time, on runtimes that can
+  /// (XR_EXTX_overlay); of several overlays the higher number is in front. None: palpate is the
+  /// program that runs.
+  std::optional<uint32_t> overlay;
   /// Picture size as a fraction of what the runtime recommends.
   double view_scale = 1.0;
   uint64_t memory_cap_bytes = 0;  ///< for vulkan::ContextOptions
@@ -45,6 +50,9 @@ struct Report {
   Origin origin = Origin::kStage;  ///< as it is
   Blend blend = Blend::kOpaque;
   bool depth = false;  ///< the depth layer is handed over
+  /// What the picture does not cover is seen through: a room, or the program below an overlay.
+  bool see_through = false;
+  bool main_visible = true;  ///< an overlay's: the program below is seen
   /// As of the last frame; at rest in every state but kFocused. What must not go on when frames
   /// stop, the dead-man, is to be asked here: a FrameSource hears nothing then.
   Hands hands;

@@ -34,7 +34,7 @@ Done load(XrInstance instance, const char* name, Function& function) {
 
 }  // namespace
 
-Outcome<Instance> Instance::make() {
+Outcome<Instance> Instance::make(bool overlay) {
   const auto offered = offered_extensions();
   if (!offered) return offered.error();
   if (!offers(*offered, XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME)) {
@@ -43,7 +43,15 @@ Outcome<Instance> Instance::make() {
                    "draw for it: choose another runtime with XR_RUNTIME_JSON.",
                    "xrEnumerateInstanceExtensionProperties", XR_ERROR_EXTENSION_NOT_PRESENT};
   }
+  if (overlay && !offers(*offered, XR_EXTX_OVERLAY_EXTENSION_NAME)) {
+    return Problem{Trouble::kUnsupported,
+                   "The OpenXR runtime can not show palpate above another program, it lacks "
+                   "XR_EXTX_overlay: use one that has it, as Monado and WiVRn do, or run palpate "
+                   "without an overlay.",
+                   "xrEnumerateInstanceExtensionProperties", XR_ERROR_EXTENSION_NOT_PRESENT};
+  }
   std::vector<const char*> wanted{XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME};
+  if (overlay) wanted.push_back(XR_EXTX_OVERLAY_EXTENSION_NAME);
   const auto want = [&](const char* name) {
     if (!offers(*offered, name)) return false;
     wanted.push_back(name);

@@ -17,8 +17,9 @@ namespace palpate::xr {
 /// Move-only.
 class Instance {
  public:
-  /// Connects to the runtime that the loader finds. kNoRuntime, kRuntimeDown, kUnsupported.
-  static Outcome<Instance> make();
+  /// Connects to the runtime that the loader finds; overlay: for sessions above another program's.
+  /// kNoRuntime, kRuntimeDown, kUnsupported.
+  static Outcome<Instance> make(bool overlay = false);
 
   XrInstance handle() const { return handle_.get(); }
   /// Name and version, for people.

@@ -32,21 +32,22 @@ Outcome<std::unique_ptr<LiveSession>> LiveSession::make(const Instance& instance
                                                         std::shared_ptr<vulkan::Context> context,
                                                         const HeadsetOptions& options,
                                                         Colocation& colocation) {
-  auto session = Session::make(instance, system, context);
+  auto session = Session::make(instance, system, context, options.overlay);
   if (!session) return session.error();
   auto spaces = Spaces::make(*session, options.origin);
   if (!spaces) return spaces.error();
   auto actions = Actions::make(instance, *session);
   if (!actions) return actions.error();
   colocation.set_base(spaces->origin() == Origin::kStage ? Room::kStage : Room::kLocal);
-  return std::unique_ptr<LiveSession>(new LiveSession(
-      instance, system, colocation, std::move(*session), std::move(*spaces), std::move(*actions),
-      FrameLoop(std::move(context), options.view_scale), blend_mode(options.blend, system)));
+  return std::unique_ptr<LiveSession>(
+      new LiveSession(instance, system, colocation, std::move(*session), std::move(*spaces),
+                      std::move(*actions), FrameLoop(std::move(context), options.view_scale),
+                      blend_mode(options.blend, system), options.overlay.has_value()));
 }
 
 LiveSession::LiveSession(const Instance& instance, const System& system, Colocation& colocation,
                          Session session, Spaces spaces, Actions actions, FrameLoop loop,
-                         XrEnvironmentBlendMode blend)
+                         XrEnvironmentBlendMode blend, bool overlay)
     : instance_(instance),
       system_(system),
       colocation_(colocation),
@@ -54,7 +55,8 @@ LiveSession::LiveSession(const Instance& instance, const System& system, Colocat
       spaces_(std::move(spaces)),
       actions_(std::move(actions)),
       loop_(std::move(loop)),
-      blend_(blend) {}
+      blend_(blend),
+      overlay_(overlay) {}
 
 Outcome<Round> LiveSession::round(FrameSource& source) {
   Round round;
@@ -62,8 +64,8 @@ Outcome<Round> LiveSession::round(FrameSource& source) {
   if (!duty) return duty.error();
   round.duty = *duty;
   if (*duty != Duty::kNone || !session_.life().running()) return round;
-  const auto frame =
-      loop_.run({instance_, system_, session_, spaces_, actions_, colocation_, source, blend_});
+  const auto frame = loop_.run({instance_, system_, session_, spaces_, actions_, colocation_,
+                                source, blend_, see_through()});
   if (!frame) return frame.error();
   round.framed = true;
   round.frame = *frame;
@@ -104,6 +106,9 @@ Outcome<Duty> LiveSession::obey(const XrEventDataBuffer& event) {
     }
     case XR_TYPE_EVENT_DATA_VISIBILITY_MASK_CHANGED_KHR:
       loop_.forget_mask(as<XrEventDataVisibilityMaskChangedKHR>(event).viewIndex);
+      return Duty::kNone;
+    case XR_TYPE_EVENT_DATA_MAIN_SESSION_VISIBILITY_CHANGED_EXTX:
+      main_visible_ = as<XrEventDataMainSessionVisibilityChangedEXTX>(event).visible == XR_TRUE;
       return Duty::kNone;
     case XR_TYPE_EVENT_DATA_INSTANCE_LOSS_PENDING:
       return problem_of("xrPollEvent", XR_ERROR_INSTANCE_LOST);

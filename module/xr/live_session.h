@@ -32,11 +32,13 @@ class LiveSession {
   const Session& session() const { return session_; }
   Origin origin() const { return spaces_.origin(); }
   XrEnvironmentBlendMode blend() const { return blend_; }
+  bool see_through() const { return overlay_ || blend_ == XR_ENVIRONMENT_BLEND_MODE_ALPHA_BLEND; }
+  bool main_visible() const { return main_visible_; }
 
  private:
   LiveSession(const Instance& instance, const System& system, Colocation& colocation,
               Session session, Spaces spaces, Actions actions, FrameLoop loop,
-              XrEnvironmentBlendMode blend);
+              XrEnvironmentBlendMode blend, bool overlay);
   Outcome<Duty> poll();
   Outcome<Duty> obey(const XrEventDataBuffer& event);
   void space_changes(const XrEventDataReferenceSpaceChangePending& change);
@@ -49,6 +51,8 @@ class LiveSession {
   Actions actions_;
   FrameLoop loop_;
   XrEnvironmentBlendMode blend_;
+  bool overlay_;
+  bool main_visible_ = true;
   XrEventDataBuffer event_{};
   std::array<bool, 2> vibrating_{};
   int64_t period_ns_ = 0;

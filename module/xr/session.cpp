@@ -3,7 +3,8 @@
 namespace palpate::xr {
 
 Outcome<Session> Session::make(const Instance& instance, const System& system,
-                               std::shared_ptr<vulkan::Context> context) {
+                               std::shared_ptr<vulkan::Context> context,
+                               std::optional<uint32_t> overlay) {
   XrGraphicsBindingVulkan2KHR binding{XR_TYPE_GRAPHICS_BINDING_VULKAN2_KHR};
   binding.instance = context->instance();
   binding.physicalDevice = context->physical_device();
@@ -11,7 +12,10 @@ Outcome<Session> Session::make(const Instance& instance, const System& system,
   binding.queueFamilyIndex = context->queue_family();
   binding.queueIndex = 0;
   XrSessionCreateInfo create{XR_TYPE_SESSION_CREATE_INFO};
-  create.next = &binding;
+  XrSessionCreateInfoOverlayEXTX above{XR_TYPE_SESSION_CREATE_INFO_OVERLAY_EXTX};
+  above.next = &binding;
+  above.sessionLayersPlacement = overlay.value_or(0);
+  create.next = overlay ? static_cast<const void*>(&above) : &binding;
   create.systemId = system.id;
 
   Session made;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "compute/vulkan/context.h"
 #include "module/xr/lifecycle.h"
@@ -12,8 +13,10 @@ namespace palpate::xr {
 /// made from it must be gone before it.
 class Session {
  public:
+  /// overlay: its place among the overlays above another program; none: not one of them.
   static Outcome<Session> make(const Instance& instance, const System& system,
-                               std::shared_ptr<vulkan::Context> context);
+                               std::shared_ptr<vulkan::Context> context,
+                               std::optional<uint32_t> overlay = std::nullopt);
   ~Session();
   Session(Session&&) = default;
   Session& operator=(Session&&) = delete;

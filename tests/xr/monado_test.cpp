@@ -8,6 +8,7 @@
 #include <poll.h>
 #include <signal.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/un.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -16,6 +17,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -309,6 +311,76 @@ TEST_F(Monado, ShowsTheHeartToBothEyesInItsWindow) {
   EXPECT_GE(right, 50);
   run->interrupt();
   EXPECT_EQ(run->end(60s), 0) << run->said();
+}
+
+/// How many are flesh; the red sides of hello_xr's cubes are not, there is no green in them.
+int heart(const Screenshot& shot, int left, int right, int height) {
+  int count = 0;
+  for (int y = 0; y < height; ++y)
+    for (int x = left; x < right; ++x) {
+      const uint32_t pixel = shot.at(x, y);
+      const int r = int(pixel >> 16 & 255), g = int(pixel >> 8 & 255), b = int(pixel & 255);
+      count += r > b + 25 && r > g + 10 && g > 30;
+    }
+  return count;
+}
+
+/// How many pixels of a part of a screen have the colour that hello_xr clears its picture to.
+int slate(const Screenshot& shot, int left, int right, int height) {
+  int count = 0;
+  for (int y = 0; y < height; ++y)
+    for (int x = left; x < right; ++x) {
+      const uint32_t pixel = shot.at(x, y);
+      const int r = int(pixel >> 16 & 255), g = int(pixel >> 8 & 255), b = int(pixel & 255);
+      count += std::abs(g - b) < 12 && g > r + 15 && g > 40;
+    }
+  return count;
+}
+
+TEST_F(Monado, LaysTheHeartOverAnotherProgramThatKnowsNothingOfIt) {
+  if (!std::filesystem::exists("/usr/bin/hello_xr"))
+    GTEST_SKIP() << "hello_xr is not installed (Debian: libopenxr-utils).";
+  std::string why_not;
+  const auto display = VirtualDisplay::start(800, 600, why_not);
+  if (!display) GTEST_SKIP() << why_not;
+  compositor_ = {"XRT_COMPOSITOR_FORCE_XCB=1", std::string("DISPLAY=") + std::getenv("DISPLAY")};
+  start_service();
+  // It ends at the end of its input: a pipe that stays open and says nothing.
+  const std::string keys = runtime_folder_ + "/keys";
+  ASSERT_EQ(mkfifo(keys.c_str(), 0600), 0);
+  std::vector<std::string> command{"/bin/sh", "-c", "exec \"$@\" 0<>" + keys, "sh"};
+  std::vector<std::string> below = within("/usr/bin/hello_xr", {"-g", "Vulkan2"});
+  below[2] += ":/usr/lib/x86_64-linux-gnu:/lib/x86_64-linux-gnu";
+  command.insert(command.end(), below.begin(), below.end());
+  const Child hello(command, environment());
+  const auto until = [&](const std::function<bool(const Screenshot&)>& shows) {
+    const auto end = Clock::now() + 90s;
+    while (Clock::now() < end) {
+      std::this_thread::sleep_for(200ms);
+      if (shows(display->screenshot())) return true;
+    }
+    return false;
+  };
+  constexpr int kMuch = 20000;  // of 320 x 360 pixels
+  ASSERT_TRUE(until([&](const Screenshot& shot) { return slate(shot, 0, 320, 360) > kMuch; }))
+      << hello.said();
+
+  const auto run = palpate({"feel", "shell", "--headset", "openxr", "--overlay", "5", "--no-mirror",
+                            "--device", "simulated", "--seconds", "600", "--watchdog", "1000",
+                            "--black-box", runtime_folder_});
+  ASSERT_TRUE(run->says("in the headset: Monado: Simulated HMD", 60s)) << run->said();
+  EXPECT_TRUE(until([&](const Screenshot& shot) {
+    const bool both = heart(shot, 0, 320, 360) > 600 && heart(shot, 320, 640, 360) > 600 &&
+                      slate(shot, 0, 320, 360) > kMuch && slate(shot, 320, 640, 360) > kMuch;
+    if (const char* file = std::getenv("PALPATE_OVERLAY_PICTURE"); both && file) shot.save(file);
+    return both;
+  })) << run->said();
+  run->interrupt();
+  EXPECT_EQ(run->end(60s), 0) << run->said();
+  // The other program goes on, alone again.
+  EXPECT_TRUE(until([&](const Screenshot& shot) {
+    return heart(shot, 0, 640, 360) < 600 && slate(shot, 0, 320, 360) > kMuch;
+  }));
 }
 
 }  // namespace

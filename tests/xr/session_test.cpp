@@ -1,6 +1,7 @@
 // A session from its beginning to its end, against the runtime of our own: what is shown is what
 // was drawn, in the order that OpenXR asks for.
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <cstring>
@@ -179,6 +180,43 @@ TEST_F(XrSession, BlendsAsWantedWhereOfferedAndSaysHow) {
   step_until(State::kFocused);
   EXPECT_EQ(step().blend, xr::Blend::kOpaque) << "additive is not offered: the runtime's first";
   EXPECT_EQ(runtime().last_frame().flags, 0u);
+}
+
+TEST_F(XrSession, StandsAboveAnotherProgramWhereTheRuntimeCan) {
+  xr::HeadsetOptions options;
+  options.overlay = 7;
+  headset(options);
+  step_until(State::kFocused);
+  EXPECT_TRUE(step().see_through);
+  EXPECT_EQ(runtime().overlay(), 7);
+  EXPECT_EQ(runtime().last_frame().blend, XR_ENVIRONMENT_BLEND_MODE_OPAQUE);
+  EXPECT_EQ(runtime().last_frame().flags, XR_COMPOSITION_LAYER_BLEND_TEXTURE_SOURCE_ALPHA_BIT);
+  // The program below comes and goes.
+  for (const bool visible : {false, true}) {
+    XrEventDataMainSessionVisibilityChangedEXTX changed{
+        XR_TYPE_EVENT_DATA_MAIN_SESSION_VISIBILITY_CHANGED_EXTX};
+    changed.visible = visible;
+    XrEventDataBuffer buffer{XR_TYPE_EVENT_DATA_BUFFER};
+    std::memcpy(&buffer, &changed, sizeof changed);
+    runtime().push_event(buffer);
+    EXPECT_EQ(step().main_visible, visible);
+  }
+  headset();
+  step_until(State::kFocused);
+  EXPECT_FALSE(step().see_through);
+  EXPECT_EQ(runtime().overlay(), -1);
+}
+
+TEST_F(XrSession, SaysThatARuntimeHasNoOverlays) {
+  auto& extensions = runtime().setup().extensions;
+  extensions.erase(std::find(extensions.begin(), extensions.end(), XR_EXTX_OVERLAY_EXTENSION_NAME));
+  xr::HeadsetOptions options;
+  options.overlay = 0;
+  headset(options);
+  const xr::Report& report = step();
+  EXPECT_EQ(report.sessions, 0u);
+  EXPECT_EQ(report.problem.trouble, xr::Trouble::kUnsupported);
+  EXPECT_THAT(report.sentence, ::testing::HasSubstr("it lacks XR_EXTX_overlay"));
 }
 
 TEST_F(XrSession, UsesTheOriginThatIsWantedOrTheNextBest) {

@@ -49,10 +49,10 @@ glm::dvec3 ahead_of(const Pose& head) {
 /// Everything that is the thread's own.
 class HeadsetLoop::Run {
  public:
-  Run(HeadsetLoop& loop, bool pass_through)
+  Run(HeadsetLoop& loop, bool pass_through, std::optional<uint32_t> overlay)
       : loop_(loop),
         source_([this](const xr::Frame& frame) { return show(frame); }),
-        headset_(options(pass_through), source_),
+        headset_(options(pass_through, overlay), source_),
         pass_through_(pass_through) {}
 
   void live(std::stop_token stop) {
@@ -73,8 +73,9 @@ class HeadsetLoop::Run {
   }
 
  private:
-  static xr::HeadsetOptions options(bool pass_through) {
+  static xr::HeadsetOptions options(bool pass_through, std::optional<uint32_t> overlay) {
     xr::HeadsetOptions options;
+    options.overlay = overlay;
     if (pass_through) options.blend = xr::Blend::kAlpha;
     return options;
   }
@@ -91,6 +92,10 @@ class HeadsetLoop::Run {
           "The picture is being prepared: the data go to the device, and its kernels are "
           "compiled.");
     preparing_ = source_.preparing();
+    if (report.main_visible != main_visible_)
+      loop_.tell(report.main_visible ? "The program below is seen again."
+                                     : "The program below is not seen now: palpate alone is.");
+    main_visible_ = report.main_visible;
     tell_found(report);
     if (!scene_) begin();
     if (scene_) gate(report, now_ns);
@@ -105,7 +110,7 @@ class HeadsetLoop::Run {
     const bool there = report.sessions > 0;
     const bool runtime = report.state != xr::State::kNoRuntime;
     loop_.found_ =
-        Found{runtime, there,
+        Found{runtime, there, report.problem.trouble == xr::Trouble::kUnsupported && !there,
               there ? report.system + " through " + report.runtime : problem_text(report.problem)};
     loop_.changed_.notify_all();
   }
@@ -239,7 +244,7 @@ class HeadsetLoop::Run {
     scenery.scene = picture_->at(ahead, frame.display_time_ns, xr::eye_of(frame.eyes[0]));
     if (const auto clip = hands_->clip(ahead)) scenery.scene.clips.push_back(*clip);
     // Where the room is seen, what covers nothing must add nothing.
-    if (headset_.report().blend != xr::Blend::kOpaque)
+    if (headset_.report().see_through)
       scenery.scene.background_top = scenery.scene.background_bottom = glm::dvec3(0.0);
     scenery.volumes = picture_->volumes();
     return scenery;
@@ -262,6 +267,7 @@ class HeadsetLoop::Run {
   MomentAhead ahead_;
   std::optional<Pose> head_;  ///< world, of the last frame that asked for a picture
   bool pass_through_ = false;
+  bool main_visible_ = true;
   bool guess_told_ = false, placed_ = false, seen_ = false, was_seen_ = false, ending_ = false;
   uint64_t frames_ = 0, sessions_ = 0;
   int64_t last_ns_ = 0;
@@ -269,9 +275,10 @@ class HeadsetLoop::Run {
   bool preparing_ = false;
 };
 
-HeadsetLoop::HeadsetLoop(bool pass_through) {
-  thread_ = std::jthread(
-      [this, pass_through](std::stop_token stop) { Run(*this, pass_through).live(stop); });
+HeadsetLoop::HeadsetLoop(bool pass_through, std::optional<uint32_t> overlay) {
+  thread_ = std::jthread([this, pass_through, overlay](std::stop_token stop) {
+    Run(*this, pass_through, overlay).live(stop);
+  });
 }
 
 HeadsetLoop::~HeadsetLoop() {

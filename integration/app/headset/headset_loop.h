@@ -41,8 +41,9 @@ struct HeadsetScene {
 class HeadsetLoop {
  public:
   /// Starts to look for a runtime and a headset at once; shows nothing before begin().
-  /// pass_through: the room is seen behind the volume, where the headset offers that.
-  explicit HeadsetLoop(bool pass_through = false);
+  /// pass_through: the room is seen behind the volume, where the headset offers that. overlay: as
+  /// xr::HeadsetOptions::overlay.
+  explicit HeadsetLoop(bool pass_through = false, std::optional<uint32_t> overlay = std::nullopt);
   /// As end().
   ~HeadsetLoop();
   HeadsetLoop(const HeadsetLoop&) = delete;
@@ -51,6 +52,7 @@ class HeadsetLoop {
   /// What the first look found. Waits for it.
   struct Found {
     bool runtime = false, headset = false;
+    bool can_never = false;  ///< the runtime lacks what was asked of it
     std::string sentence;
   };
   Found found();

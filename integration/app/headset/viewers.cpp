@@ -35,6 +35,10 @@ Result<Viewers> in_headset(const ViewerChoice& choice, Viewers seen,
 
 Result<Viewers> open_viewers(const ViewerChoice& choice) {
   Viewers seen;
+  if (choice.overlay && (choice.headset == "off" || choice.headset == "none"))
+    return Error{ErrorKind::kBadInput,
+                 "An overlay is in a headset, above another program: leave --headset " +
+                     choice.headset + " out, or --overlay"};
   if (choice.headset == "off") {
     seen.why = "by nobody, as asked.";
     return seen;
@@ -46,14 +50,15 @@ Result<Viewers> open_viewers(const ViewerChoice& choice) {
     seen.why = "in a window, as asked.";
     return seen;
   }
-  const bool asked = choice.headset == "openxr";
+  const bool asked = choice.headset == "openxr" || choice.overlay;
   if (!asked && choice.headless) {
     seen.why = "in pictures, as asked.";
     return seen;
   }
-  seen.headset = std::make_unique<HeadsetLoop>(choice.pass_through);
+  seen.headset = std::make_unique<HeadsetLoop>(choice.pass_through, choice.overlay);
   const HeadsetLoop::Found found = seen.headset->found();
-  if (asked && !found.runtime) return Error{ErrorKind::kNoDevice, found.sentence};
+  if (asked && (!found.runtime || (choice.overlay && found.can_never)))
+    return Error{ErrorKind::kNoDevice, found.sentence};
   if (asked || found.headset) return in_headset(choice, std::move(seen), found);
   seen.headset.reset();
   // Most people have none. What to do about it is for those who have a runtime, or ask.

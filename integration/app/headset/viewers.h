@@ -11,10 +11,11 @@ namespace palpate::app {
 
 /// Where a person wants to see what is felt.
 struct ViewerChoice {
-  std::string headset = "auto";  ///< auto, openxr, none (a window) or off
-  bool headless = false;         ///< pictures are written to files
-  bool mirror = true;            ///< a window besides the headset, where there is a display
-  bool pass_through = false;     ///< the room behind the volume, where the headset can
+  std::string headset = "auto";     ///< auto, openxr, none (a window) or off
+  bool headless = false;            ///< pictures are written to files
+  bool mirror = true;               ///< a window besides the headset, where there is a display
+  bool pass_through = false;        ///< the room behind the volume, where the headset can
+  std::optional<uint32_t> overlay;  ///< above another program, see xr::HeadsetOptions
   std::string scene_name;
   DeviceOptions gpu;
   ViewChoices view;

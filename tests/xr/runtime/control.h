@@ -99,6 +99,7 @@ class Control {
   virtual void push_event(const XrEventDataBuffer& event) = 0;
   virtual XrSession session() const = 0;  ///< the newest, or null
   virtual XrSessionState state() const = 0;
+  virtual int64_t overlay() const = 0;  ///< place of the newest session among overlays; -1: none
   /// The origin of a space moves at `time`: poseInPreviousSpace as given. Poses located later are
   /// in the new space. `say_pose` false: poseValid is false.
   virtual void recentre(XrReferenceSpaceType space, XrTime time, const XrPosef& pose,

@@ -96,7 +96,16 @@ XrResult xr_CreateSession(XrInstance handle, const XrSessionCreateInfo* create, 
   const Call call("xrCreateSession", handle);
   if (call.answered()) return call.answer();
   World& w = world();
-  const auto* binding = static_cast<const XrGraphicsBindingVulkanKHR*>(create->next);
+  const auto* next = static_cast<const XrBaseInStructure*>(create->next);
+  const XrSessionCreateInfoOverlayEXTX* overlay = nullptr;
+  if (next && next->type == XR_TYPE_SESSION_CREATE_INFO_OVERLAY_EXTX) {
+    if (call.instance->extensions.count(XR_EXTX_OVERLAY_EXTENSION_NAME) == 0)
+      return w.violation("xrCreateSession: an overlay without the extension");
+    overlay = reinterpret_cast<const XrSessionCreateInfoOverlayEXTX*>(next);
+    if (overlay->createFlags != 0) return w.violation("xrCreateSession: flags of an overlay");
+    next = static_cast<const XrBaseInStructure*>(overlay->next);
+  }
+  const auto* binding = reinterpret_cast<const XrGraphicsBindingVulkanKHR*>(next);
   if (!binding || binding->type != XR_TYPE_GRAPHICS_BINDING_VULKAN_KHR)
     return w.violation("xrCreateSession: no Vulkan", XR_ERROR_GRAPHICS_DEVICE_INVALID);
   if (!call.instance->asked_requirements) {
@@ -115,6 +124,7 @@ XrResult xr_CreateSession(XrInstance handle, const XrSessionCreateInfo* create, 
   session.physical = binding->physicalDevice;
   session.device = binding->device;
   session.family = binding->queueFamilyIndex;
+  if (overlay) session.overlay = int64_t(overlay->sessionLayersPlacement);
   vkGetDeviceQueue(session.device, session.family, binding->queueIndex, &session.queue);
   *made = handle_of<XrSession>(session.id);
   if (w.setup().automatic) {

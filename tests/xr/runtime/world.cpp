@@ -21,9 +21,10 @@ XrPosef standing_head(XrTime time) {
 
 Setup defaults() {
   Setup setup;
-  setup.extensions = {
-      XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME, XR_KHR_COMPOSITION_LAYER_DEPTH_EXTENSION_NAME,
-      XR_KHR_VISIBILITY_MASK_EXTENSION_NAME, XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME};
+  setup.extensions = {XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME,
+                      XR_KHR_COMPOSITION_LAYER_DEPTH_EXTENSION_NAME,
+                      XR_KHR_VISIBILITY_MASK_EXTENSION_NAME,
+                      XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME, XR_EXTX_OVERLAY_EXTENSION_NAME};
   setup.formats = {VK_FORMAT_B8G8R8A8_SRGB, VK_FORMAT_R8G8B8A8_SRGB, VK_FORMAT_R8G8B8A8_UNORM,
                    VK_FORMAT_D32_SFLOAT};
   setup.spaces = {XR_REFERENCE_SPACE_TYPE_VIEW, XR_REFERENCE_SPACE_TYPE_LOCAL,
@@ -165,6 +166,11 @@ XrSession World::session() const {
 XrSessionState World::state() const {
   Session* newest = const_cast<World*>(this)->newest_session();
   return newest ? newest->state : XR_SESSION_STATE_UNKNOWN;
+}
+
+int64_t World::overlay() const {
+  Session* newest = const_cast<World*>(this)->newest_session();
+  return newest ? newest->overlay : -1;
 }
 
 void World::set_state(Session& session, XrSessionState state) {

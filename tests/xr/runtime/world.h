@@ -51,6 +51,7 @@ struct Session : Object {
   VkDevice device = VK_NULL_HANDLE;
   VkQueue queue = VK_NULL_HANDLE;
   uint32_t family = 0;
+  int64_t overlay = -1;  ///< its place among the overlays; -1: it is none
   XrSessionState state = XR_SESSION_STATE_UNKNOWN;
   bool running = false, lost = false, exit_asked = false, ever_begun = false;
   int waited = 0;      ///< waits not yet begun
@@ -122,6 +123,7 @@ class World : public Control {
   void push_event(const XrEventDataBuffer& event) override { events.push_back(event); }
   XrSession session() const override;
   XrSessionState state() const override;
+  int64_t overlay() const override;
   void recentre(XrReferenceSpaceType space, XrTime time, const XrPosef& pose,
                 bool say_pose) override;
   void script_head(PoseScript room_from_head) override { head = std::move(room_from_head); }
