@@ -79,9 +79,10 @@ void add_sequence(CLI::App& app, FeelCommand& command) {
   add_values(app, command.sequence);
   add_modes(app, command.sequence);
   add_segments(app, command.sequence);
-  app.add_option("--preset", command.preset, "Effort of the estimation, as in 'palpate motion'")
-      ->check(one_of_the_presets())
-      ->capture_default_str();
+  app.add_option("--preset", command.preset,
+                 "Effort of the estimation, as in 'palpate motion' (balanced; of a live source: "
+                 "fast)")
+      ->check(one_of_the_presets());
   app.add_option("--scale", command.scale,
                  "Size of the volume: fit (into the device's reach), or a number")
       ->check([](const std::string& text) {
@@ -160,6 +161,18 @@ void add_segments(CLI::App& app, scenes::SequenceChoices& choices) {
       ->type_name("NAME");
 }
 
+void add_live(CLI::App& app, FeelCommand& command) {
+  app.add_option("--image", command.live_image,
+                 "igtl://...: the images of this device name (default: of the first that comes)")
+      ->type_name("NAME");
+  app.add_option("--transform", command.live_transform,
+                 "igtl://...: the transforms of this device name move the volume")
+      ->type_name("NAME");
+  app.add_flag_callback(
+      "--follow", [&command] { command.keep_cycles = false; },
+      "igtl://...: follow every frame, even where they repeat");
+}
+
 void add_seeing(CLI::App& app, FeelCommand& command) {
   app.add_option("--headset", command.headset,
                  "openxr: in a headset, which is waited for; none: in a window (when feeling, the "
@@ -196,15 +209,23 @@ void add_seeing(CLI::App& app, FeelCommand& command) {
 
 Command add_feel(CLI::App& program) {
   auto command = std::make_shared<FeelCommand>();
-  CLI::App* app = program.add_subcommand(
-      "feel", "Feel heart, shell, molecule, a scene file (.json, .x3d) or a sequence, at 1 kHz");
+  CLI::App* app = program.add_subcommand("feel",
+                                         "Feel heart, shell, molecule, a scene file (.json, .x3d) "
+                                         "a sequence or a live source, at 1 kHz");
   app->add_option("input", command->inputs,
-                  "heart, shell, molecule, a scene file, or a sequence as in 'palpate motion'")
+                  "heart, shell, molecule, a scene file, a sequence as in 'palpate motion', or "
+                  "igtl://HOST:PORT: live images from an OpenIGTLink server")
       ->type_name("PATH")
       ->required();
   add_device(*app, *command);
   add_loop(*app, *command);
   add_sequence(*app, *command);
+  add_live(*app, *command);
+  app->add_option("--serve", command->serve_port,
+                  "Send what is felt, the moved volume and its motion to OpenIGTLink clients (3D "
+                  "Slicer) that connect to this port")
+      ->type_name("PORT")
+      ->check(whole_number_in(1, 65535));
   app->add_option("--csv", command->csv, "Write every tick")->type_name("FILE");
   app->add_option("--picture", command->picture, "Draw force, depth and phase over time (PNG)")
       ->type_name("FILE");

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cstdlib>
 #include <future>
@@ -13,8 +14,10 @@
 #include "integration/app/cancel.h"
 #include "integration/app/exit_code.h"
 #include "integration/app/feel_report.h"
+#include "integration/app/felt_server.h"
 #include "integration/app/gallery.h"
 #include "integration/app/headset/viewers.h"
+#include "integration/app/live_source.h"
 #include "integration/app/outputs.h"
 #include "integration/app/replay.h"
 #include "integration/app/replay_key.h"
@@ -78,7 +81,7 @@ std::string segment_text(const Segment& segment, const SegmentsSpec& spec) {
 
 /// What can be said of the scene and the device before anything is felt.
 void announce(const FeelCommand& command, const LoadedScene& scene, const OpenedDevice& opened,
-              Console& console) {
+              bool live, Console& console) {
   for (size_t v = 0; v < scene.data.size(); ++v) {
     const MovingVolume& volume = *scene.data[v];
     const size_t frames = volume.times.times_s.size();
@@ -86,6 +89,13 @@ void announce(const FeelCommand& command, const LoadedScene& scene, const Opened
         std::any_of(scene.missing.begin(), scene.missing.end(),
                     [&](const MissingMotion& motion) { return motion.volume == v; });
     const bool stands = volume.whole && volume.whole->largest_u_m() == 0.0;
+    if (live) {
+      console.say(
+          fmt::format("Volume    {}: live; the first frame stands still until the next "
+                      "one comes",
+                      volume.name));
+      continue;
+    }
     std::string motion = ", with its motion";
     if (missing)
       motion = ", still at first: its motion is estimated while you feel it";
@@ -144,6 +154,11 @@ class FeelRun {
       if (!outputs) return fail(console_, outputs.error());
       outputs_.emplace(std::move(*outputs));
     }
+    if (command_.serve_port > 0) {
+      auto server = FeltServer::start(uint16_t(command_.serve_port));
+      if (!server) return fail(console_, server.error());
+      server_ = std::move(*server);
+    }
     auto scene = prepared(choice);
     if (!scene) return fail(console_, scene.error());
     const auto& volumes = scene->spec.volumes;
@@ -151,7 +166,7 @@ class FeelRun {
       return volume.drive.kind == DriveSpec::Kind::kSecondHand;
     });
     if (seen_.headset) fit_to_headset(*scene);
-    announce(command_, *scene, opened_, console_);
+    announce(command_, *scene, opened_, live_ != nullptr, console_);
     console_.say("Seen      " + seen_.why);
     if (const Status ready = start_listeners(*scene); !ready) return fail(console_, ready.error());
     const LoadedScene at_start = *scene;
@@ -205,8 +220,13 @@ class FeelRun {
 
   Result<LoadedScene> scene_and_device(const ForceDeviceChoice& choice,
                                        const scenes::OnDoing& doing) {
-    auto scene = command_.hand ? scenes::load_scene(command_.inputs, command_.sequence, doing)
-                               : scenes::load_seen_scene(command_.inputs, command_.sequence, doing);
+    const bool live = openigtlink::is_place(command_.inputs.front().string());
+    if (live)
+      if (const Status opened = open_live(); !opened) return opened.error();
+    auto scene = live ? live_->load(command_.sequence, command_.hand, doing)
+                 : command_.hand
+                     ? scenes::load_scene(command_.inputs, command_.sequence, doing)
+                     : scenes::load_seen_scene(command_.inputs, command_.sequence, doing);
     if (!scene) return scene;
     apply_choices(*scene);
     if (command_.hand) doing("looking for a surface to touch");
@@ -223,6 +243,30 @@ class FeelRun {
       }
     }
     return scene;
+  }
+
+  Status open_live() {
+    if (command_.inputs.size() > 1)
+      return Error{ErrorKind::kBadInput,
+                   "A live source is felt alone: name it without other files"};
+    if (!command_.record.empty())
+      return Error{ErrorKind::kBadInput,
+                   "What comes from a live source is no part of a recording: leave --record out"};
+    LiveSourceOptions options;
+    options.image = command_.live_image;
+    options.transform = command_.live_transform;
+    options.keep_cycles = command_.keep_cycles;
+    if (!command_.preset.empty()) options.preset = command_.preset;
+    // Opened more than once, and said once.
+    options.open_context = [this, said = std::make_shared<std::atomic<bool>>(false)] {
+      Console quiet(true, false);
+      return open_device(command_.gpu, said->exchange(true) ? quiet : console_);
+    };
+    options.on_note = [this](const std::string& note) { console_.say("Live      " + note); };
+    auto opened = LiveSource::open(command_.inputs.front().string(), std::move(options));
+    if (!opened) return opened.error();
+    live_ = std::move(*opened);
+    return Nothing{};
   }
 
   Status open_eyes() {
@@ -336,7 +380,7 @@ class FeelRun {
       device = gate_.get();
     }
     options.second_hand = second_hand_.get();
-    options.motion.preset = command_.preset;
+    options.motion.preset = command_.preset.empty() ? "balanced" : command_.preset;
     options.motion.open_context = [this] { return open_device(command_.gpu, console_); };
     options.on_event = [this](const SessionEvent& event) { tell(event); };
     auto started = Session::start(std::move(scene), *device, options);
@@ -367,6 +411,12 @@ class FeelRun {
       gallery_ = std::make_unique<Gallery>(*session_, options, console_);
     }
     begin_eyes(scene);
+    if (live_) live_->begin(*session_);
+    if (server_) {
+      server_->begin(*session_);
+      console_.say(
+          fmt::format("Serve     what is felt, by OpenIGTLink at port {}", server_->port()));
+    }
     const LiveMotion& motion = session_->motion();
     const auto begin = Clock::now();
     TickOutput tick;
@@ -385,6 +435,7 @@ class FeelRun {
       tell_headset();
       std::string line = live_text(tick, session_->statistics(), now_s);
       if (!motion.is_done()) line += "  " + motion_text(motion);
+      if (live_) line += "  " + live_->live_text();
       if (command_.hand) console_.live(line);
       if (motion.is_done() && motion_known_s == 1e12) motion_known_s = now_s;
     }
@@ -393,6 +444,8 @@ class FeelRun {
     if (seen_.headset) seen_.headset->end();
     tell_headset();
     if (gallery_) gallery_->stop();
+    if (server_) server_->end();
+    if (live_) live_->end();
     session_->stop();
     display_lost_ = seen_.window && seen_.window->lost();
     if (display_lost_) black_box_->write_last("display-lost");
@@ -459,6 +512,7 @@ class FeelRun {
 
   int finish() {
     Status done = log_->finish();
+    if (live_ && !command_.hand) console_.say(live_->summary());
     if (!command_.hand) return done ? kExitOk : fail(console_, done.error());
     if (recorder_) {
       const Status recorded = recorder_->finish();
@@ -474,6 +528,12 @@ class FeelRun {
                                              session_->haptics().tank().ledger());
     if (gallery_ && done) done = publish(summary);
     console_.say(summary);
+    if (live_) console_.say(live_->summary());
+    if (server_)
+      console_.say(
+          fmt::format("Serve     {} messages were sent; {} were left out because a client "
+                      "was slow",
+                      server_->server().sent(), server_->server().missed()));
     for (const fs::path& file : black_box_->files())
       console_.say(fmt::format("Wrote     {}: the ticks around a fault", file.string()));
     if (const auto trouble = black_box_->trouble()) console_.complain(*trouble);
@@ -542,6 +602,8 @@ class FeelRun {
   std::unique_ptr<Recorder> recorder_;
   std::unique_ptr<devices::SpaceMouse> second_hand_;
   std::optional<DeviceFault> second_hand_fault_;  ///< as it was told
+  std::unique_ptr<FeltServer> server_;            ///< likewise
+  std::unique_ptr<LiveSource> live_;              ///< ends before session_ does: see feel()
   std::unique_ptr<Session> session_;  ///< ends its servo thread before what is above goes
   Viewers seen_;                      ///< look at session_
   std::unique_ptr<Gallery> gallery_;  ///< likewise

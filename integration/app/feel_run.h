@@ -18,7 +18,7 @@ struct FeelCommand {
   scenes::SequenceChoices sequence;
   ForceDeviceChoice device;
   DeviceOptions gpu;
-  std::string preset = "balanced";
+  std::string preset;  ///< empty: "fast" for a live source, else "balanced"
   std::string scale = "fit";
   double seconds = 0.0;
   double stiffness_n_per_m = 0.0, max_force_n = 0.0;
@@ -28,6 +28,9 @@ struct FeelCommand {
   std::filesystem::path headless;
   ViewChoices view;
   std::string headset = "auto";
+  std::string live_image, live_transform;  ///< device names of an OpenIGTLink source
+  bool keep_cycles = true;                 ///< of such a source
+  int serve_port = 0;                      ///< sends what is felt there; 0: nowhere
   std::string on_headset_loss = "ramp";
   std::filesystem::path calibration;
   int picture_size = 384;
@@ -50,6 +53,9 @@ void add_segments(CLI::App& app, scenes::SequenceChoices& choices);
 void add_values(CLI::App& app, scenes::SequenceChoices& choices);
 /// --modes.
 void add_modes(CLI::App& app, scenes::SequenceChoices& choices);
+
+/// What an OpenIGTLink source is taken for.
+void add_live(CLI::App& app, FeelCommand& command);
 
 /// Where it is seen: options that feeling and viewing share.
 void add_seeing(CLI::App& app, FeelCommand& command);

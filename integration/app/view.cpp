@@ -6,6 +6,7 @@
 #include "integration/app/commands.h"
 #include "integration/app/exit_code.h"
 #include "integration/app/feel_run.h"
+#include "integration/app/live_source.h"
 #include "integration/app/option_checks.h"
 #include "integration/app/outputs.h"
 #include "integration/app/still_picture.h"
@@ -51,9 +52,21 @@ Status write_one_eye(const fs::path& path, const charts::Raster& raster) {
   return canvas.save(path.string());
 }
 
+/// The scene, or of a live source its first frame.
+Result<LoadedScene> seen_scene(const FeelCommand& command, Console& console) {
+  const std::string place = command.inputs.front().string();
+  if (!openigtlink::is_place(place))
+    return scenes::load_seen_scene(command.inputs, command.sequence);
+  LiveSourceOptions options;
+  options.image = command.live_image;
+  options.on_note = [&console](const std::string& note) { console.say("Live      " + note); };
+  auto source = LiveSource::open(place, std::move(options));
+  return source ? (*source)->load(command.sequence, false, {}) : source.error();
+}
+
 /// Writes what was asked for without any display: one picture, or every frame for two eyes.
 Status draw(const FeelCommand& command, double frame, Console& console, std::stop_token stop) {
-  auto scene = scenes::load_seen_scene(command.inputs, command.sequence);
+  auto scene = seen_scene(command, console);
   if (!scene) return scene.error();
   for (const std::string& note : scene->notes) console.say("Note      " + note);
   if (frame >= double(frames_of(*scene)))
@@ -116,7 +129,7 @@ Command add_view(CLI::App& program) {
       "view", "Look at volumes, sequences or fields, without forces: window, headset or pictures");
   app->add_option("input", command->inputs,
                   "heart, shell, molecule, a scene file, a sequence as in 'palpate motion', a "
-                  "field, or several volumes of one space")
+                  "field, several volumes of one space, or igtl://HOST:PORT: live images")
       ->type_name("PATH")
       ->required();
   app->add_option("--picture", command->picture, "Write a picture (PNG); needs no display")
@@ -139,6 +152,7 @@ Command add_view(CLI::App& program) {
       ->type_name("PATH")
       ->check(an_existing_path());
   add_values(*app, command->sequence);
+  add_live(*app, *command);
   add_modes(*app, command->sequence);
   add_segments(*app, command->sequence);
   app->add_flag_callback(

@@ -28,8 +28,9 @@ class SceneTicker final : public Ticker {
 
   TickOutput tick(const TickInput& input) noexcept override;
 
-  /// So many may look at the same time: a headset, a window, and pictures for a page.
-  static constexpr int kReaders = 3;
+  /// So many may look at the same time: a headset, a window, pictures for a page, what follows a
+  /// live source, and what sends to others.
+  static constexpr int kReaders = 5;
   /// Reader 0 to kReaders - 1, each one thread's: the newest tick as an eye sees it; true if it is
   /// another than last time. Wait-free.
   bool newest(int reader, SceneMoment& moment) noexcept {

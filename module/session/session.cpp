@@ -174,6 +174,11 @@ Status Session::take_volume(size_t volume, std::shared_ptr<const MovingVolume> d
   return hand_over();
 }
 
+bool Session::has_handed_over() const {
+  const std::lock_guard lock(mutex_);
+  return !waiting_;
+}
+
 bool Session::send(const ControlEvent& event) {
   const std::lock_guard lock(mutex_);
   return servo_ ? servo_->send(event) : host_ && host_->send(event);

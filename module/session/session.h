@@ -41,8 +41,8 @@ struct SessionOptions {
 };
 
 /// Who reads the newest moment, each on a thread of its own.
-enum class MomentReader { kHeadset, kWindow, kPictures };
-static_assert(int(MomentReader::kPictures) < SceneTicker::kReaders);
+enum class MomentReader { kHeadset, kWindow, kPictures, kLive, kServer };
+static_assert(int(MomentReader::kServer) < SceneTicker::kReaders);
 
 /// A scene that is being felt: joins scene, haptic step and servo loop, sends the poses of volumes
 /// that move by themselves, estimates motion that nothing gives and takes it up while the loop
@@ -77,6 +77,10 @@ class Session {
   /// Another form of a volume's data, with as many frames and the same times: felt from the next
   /// ticks on, without a step of the force. Any thread.
   Status take_volume(size_t volume, std::shared_ptr<const MovingVolume> data);
+
+  /// Whether the loop has been offered all that was taken; else it is soon, by itself. What is sent
+  /// after that acts on the newest data. Any thread.
+  bool has_handed_over() const;
 
   /// Into the loop; false if too much waits there already. Any thread.
   bool send(const ControlEvent& event);

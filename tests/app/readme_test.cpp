@@ -44,6 +44,9 @@ const std::vector<std::pair<std::string, Way>> kWays = {
     {"build/palpate plan heart", {"palpate plan heart", ""}},
     {"build/palpate plan docs/examples/dichloroethane.x3d",
      {"palpate plan " PALPATE_SOURCE "/docs/examples/dichloroethane.x3d", ""}},
+    {"build/palpate feel igtl://127.0.0.1:18944 --device simulated --headset off --seconds 30 "
+     "--follow",
+     {"", "needs a live source: live_test has one"}},
     {"build/palpate info breathing.seq.nrrd", {"palpate info breathing.seq.nrrd", ""}},
     {"build/palpate view breathing.seq.nrrd --cut-open --picture chest.png",
      {"palpate view breathing.seq.nrrd --cut-open --picture chest.png", ""}},

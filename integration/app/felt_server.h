@@ -1,0 +1,51 @@
+#pragma once
+
+#include <memory>
+#include <thread>
+
+#include "integration/openigtlink/server.h"
+#include "module/session/session.h"
+
+namespace palpate::app {
+
+/// Sends what is felt to OpenIGTLink clients while it is felt, from threads of low priority: ten
+/// times a second where the proxy is (TRANSFORM "palpate_proxy") and the force (SENSOR
+/// "palpate_force", N), once a second how it is (STATUS "palpate"), and twice a second at most the
+/// first volume as it is moved now (IMAGE "palpate_volume") and by how much (IMAGE
+/// "palpate_motion", three values, mm). Places, vectors and the force are those of the volume's own
+/// patient space.
+class FeltServer {
+ public:
+  /// kBadInput: the port can not be had.
+  static Result<std::unique_ptr<FeltServer>> start(uint16_t port);
+
+  /// `session` is borrowed, until end().
+  void begin(Session& session);
+  void end();
+  uint16_t port() const { return server_->port(); }
+  const openigtlink::Server& server() const { return *server_; }
+
+ private:
+  FeltServer() = default;
+  void send_places(Session& session);
+  void send_images(std::stop_token stop, Session& session);
+
+  std::unique_ptr<openigtlink::Server> server_;
+  std::mutex mutex_;
+  SceneMoment moment_;  ///< the newest; now_ns 0: none yet
+  int ticks_ = 0;
+  std::unique_ptr<Background> places_;
+  std::jthread images_;
+};
+
+/// The volume of a scene as it is at a time of it, s, on its own grid or a coarser one of at most
+/// `most_samples`: values, and how far what is there has come from its reference, mm, LPS. Null
+/// values where it has no samples on a grid. Uses one core; not for the servo thread.
+struct MovedVolume {
+  Volume values;
+  std::vector<glm::vec3> moved_mm;
+};
+MovedVolume moved_volume(const MovingVolume& volume, double time_s, size_t most_samples,
+                         std::stop_token stop = {});
+
+}  // namespace palpate::app

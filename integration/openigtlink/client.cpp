@@ -1,0 +1,275 @@
+#include "integration/openigtlink/client.h"
+
+#include <fmt/format.h>
+#include <netdb.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <chrono>
+
+#include "integration/openigtlink/socket.h"
+
+namespace palpate::openigtlink {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using namespace std::chrono_literals;
+
+constexpr int kPoll_ms = 50;  // stop() is heard as soon
+constexpr auto kTorn = 3s;    // within a message so long without a byte: it is torn
+constexpr auto kAgain = 500ms;
+constexpr double kClockRestarted_s = 10.0;
+constexpr size_t kPiece = 1 << 20;
+constexpr std::string_view kScheme = "igtl://";
+
+}  // namespace
+
+struct Client::Address {
+  addrinfo* first = nullptr;
+  ~Address() {
+    if (first) freeaddrinfo(first);
+  }
+};
+
+bool is_place(const std::string& text) {
+  return text.starts_with(kScheme);
+}
+
+Result<Place> read_place(const std::string& text) {
+  const Error wrong{ErrorKind::kBadInput,
+                    fmt::format("'{}' is no place of an OpenIGTLink server: igtl://HOST or "
+                                "igtl://HOST:PORT",
+                                text)};
+  if (!is_place(text)) return wrong;
+  std::string rest = text.substr(kScheme.size());
+  if (rest.ends_with('/')) rest.pop_back();
+  Place place;
+  std::string port;
+  if (rest.starts_with('[')) {
+    const size_t end = rest.find(']');
+    if (end == std::string::npos) return wrong;
+    place.host = rest.substr(1, end - 1);
+    port = rest.substr(end + 1);
+  } else {
+    const size_t colon = rest.find(':');
+    place.host = rest.substr(0, colon);
+    if (colon != std::string::npos) port = rest.substr(colon);
+  }
+  if (place.host.empty() || place.host.find('/') != std::string::npos) return wrong;
+  if (port.empty()) return place;
+  int number = 0;
+  const auto [end, error] = std::from_chars(port.data() + 1, port.data() + port.size(), number);
+  if (port[0] != ':' || error != std::errc() || end != port.data() + port.size() || number < 1 ||
+      number > 65535)
+    return wrong;
+  place.port = uint16_t(number);
+  return place;
+}
+
+Result<std::unique_ptr<Client>> Client::start(const Place& place, ClientOptions options) {
+  auto client = std::unique_ptr<Client>(new Client(std::move(options)));
+  client->name_ = fmt::format("{}:{}", place.host, place.port);
+  client->address_ = std::make_shared<Address>();
+  addrinfo wanted{};
+  wanted.ai_socktype = SOCK_STREAM;
+  wanted.ai_family = AF_UNSPEC;
+  if (getaddrinfo(place.host.c_str(), std::to_string(place.port).c_str(), &wanted,
+                  &client->address_->first) != 0)
+    return Error{
+        ErrorKind::kBadInput,
+        fmt::format("There is no host '{}': check its name, or give its address", place.host)};
+  client->thread_ = std::jthread([c = client.get()](std::stop_token stop) { c->run(stop); });
+  return client;
+}
+
+Client::~Client() {
+  thread_.request_stop();
+  if (thread_.joinable()) thread_.join();
+}
+
+ClientNumbers Client::numbers() const {
+  const std::lock_guard lock(mutex_);
+  return numbers_;
+}
+
+void Client::say(const std::string& sentence) {
+  if (sentence == last_said_ || !options_.on_note) return;
+  last_said_ = sentence;
+  options_.on_note(sentence);
+}
+
+void Client::refuse(const std::string& reason, const std::string& sentence) {
+  bool first = false;
+  {
+    const std::lock_guard lock(mutex_);
+    // Reasons are ours, so there are few of them.
+    first = ++numbers_.refused[reason] == 1;
+  }
+  if (first) say(sentence);
+}
+
+void Client::run(std::stop_token stop) {
+  bool said_waiting = false;
+  while (!stop.stop_requested()) {
+    for (const addrinfo* at = address_->first; at && !stop.stop_requested(); at = at->ai_next) {
+      const Socket socket(
+          ::socket(at->ai_family, at->ai_socktype | SOCK_NONBLOCK | SOCK_CLOEXEC, at->ai_protocol));
+      if (!socket.is_open()) continue;
+      int error = connect(socket.fd(), at->ai_addr, at->ai_addrlen) == 0 ? 0 : errno;
+      const auto since = Clock::now();
+      while (error == EINPROGRESS && !stop.stop_requested() && Clock::now() - since < 5s)
+        if (socket.is_ready(POLLOUT, kPoll_ms)) {
+          socklen_t size = sizeof error;
+          getsockopt(socket.fd(), SOL_SOCKET, SO_ERROR, &error, &size);
+        }
+      if (error != 0) continue;
+      const int on = 1;
+      setsockopt(socket.fd(), SOL_SOCKET, SO_KEEPALIVE, &on, sizeof on);
+      {
+        const std::lock_guard lock(mutex_);
+        ++numbers_.connections;
+      }
+      // Another run of the source has another clock, and no whole image to put parts into.
+      last_time_s_ = 0.0;
+      last_crc_ = 0;
+      whole_.reset();
+      connected_ = true;
+      say(fmt::format("{} is connected", name_));
+      listen(socket.fd(), stop);
+      connected_ = false;
+      if (!stop.stop_requested()) {
+        say(fmt::format("The connection to {} has ended: connecting again", name_));
+        said_waiting = true;
+      }
+      break;
+    }
+    if (!said_waiting && !stop.stop_requested())
+      say(fmt::format("Nobody listens at {} yet: waiting for it", name_));
+    said_waiting = true;
+    const auto since = Clock::now();
+    while (!stop.stop_requested() && Clock::now() - since < kAgain)
+      std::this_thread::sleep_for(std::chrono::milliseconds(kPoll_ms));
+  }
+}
+
+void Client::listen(int fd, std::stop_token stop) {
+  // Reads `count` bytes into `to`, or skips them where it is null. False: over.
+  const auto receive = [&](size_t count, Bytes* to, bool may_wait) {
+    Bytes piece;
+    auto last = Clock::now();
+    bool begun = !may_wait;
+    while (count > 0) {
+      if (stop.stop_requested()) return false;
+      pollfd polled{fd, POLLIN, 0};
+      if (poll(&polled, 1, kPoll_ms) <= 0) {
+        if (!begun || Clock::now() - last < kTorn) continue;
+        refuse("torn", "A message broke off in its middle: connecting again");
+        return false;
+      }
+      piece.resize(std::min(count, kPiece));
+      const ssize_t got = recv(fd, piece.data(), piece.size(), 0);
+      if (got < 0 && (errno == EAGAIN || errno == EINTR)) continue;
+      if (got <= 0) {
+        if (begun) refuse("torn", "A message broke off in its middle: connecting again");
+        return false;
+      }
+      begun = true;
+      last = Clock::now();
+      count -= size_t(got);
+      // Memory grows with what has come, whatever the header claims.
+      if (to) to->insert(to->end(), piece.begin(), piece.begin() + got);
+    }
+    return true;
+  };
+  Bytes head, body;
+  while (!stop.stop_requested()) {
+    head.clear();
+    body.clear();
+    if (!receive(kHeaderBytes, &head, true)) return;
+    const auto header =
+        read_header(std::span<const std::byte, kHeaderBytes>(head.data(), kHeaderBytes));
+    if (!header) return refuse("no OpenIGTLink", header.error().message);
+    const bool wanted =
+        header->type == "IMAGE" || (header->type == "TRANSFORM" && !options_.transform.empty());
+    if (!receive(size_t(header->body_bytes), wanted ? &body : nullptr, false)) return;
+    {
+      const std::lock_guard lock(mutex_);
+      ++numbers_.messages;
+    }
+    if (wanted) take(*header, body);
+    if (body.capacity() > 64 * kPiece) body = {};
+  }
+}
+
+void Client::take(const Header& header, std::span<const std::byte> body) {
+  const auto content = content_of(header, body);
+  if (!content) return refuse("damaged", content.error().message);
+  if (header.type == "IMAGE") return take_image(header, *content);
+  if (header.device != options_.transform)
+    return refuse("transform of another name",
+                  fmt::format("There are transforms of '{}', which is not the one that was asked "
+                              "for",
+                              header.device));
+  const auto rigid = read_transform(*content);
+  if (!rigid) return refuse("no rigid transform", rigid.error().message);
+  {
+    const std::lock_guard lock(mutex_);
+    ++numbers_.transforms;
+  }
+  if (options_.on_transform) options_.on_transform(*rigid);
+}
+
+void Client::take_image(const Header& header, std::span<const std::byte> content) {
+  const int64_t now_ns = Clock::now().time_since_epoch().count();
+  const std::string& wanted = options_.image.empty() ? device_ : options_.image;
+  if (header.device != wanted && !(options_.image.empty() && !any_image_))
+    return refuse(
+        "image of another name",
+        fmt::format("There are images of '{}' too; those of '{}' are felt", header.device, wanted));
+  if (header.time_s > 0.0 && header.time_s < last_time_s_ &&
+      last_time_s_ - header.time_s < kClockRestarted_s)
+    return refuse("late", "An image was older than one that came before it, and was left out");
+  if (header.crc == last_crc_ && last_crc_ != 0)
+    return refuse("duplicate", "An image was the same as the one before it, and was left out");
+  auto image = read_image(content);
+  if (!image) return refuse("no image of a grid", image.error().message);
+  if (!image->is_whole()) {
+    if (!whole_ || !same_geometry(whole_->grid, image->grid) ||
+        whole_->j_reversed != image->j_reversed)
+      return refuse(
+          "part without a whole",
+          "A part of an image came before a whole one of the same grid, and was left out");
+    const glm::ivec3 n = image->grid.size, first = image->first, size = image->size;
+    for (int k = 0; k < size.z; ++k)
+      for (int j = 0; j < size.y; ++j)
+        std::copy_n(image->values.begin() + ptrdiff_t(size.x) * (j + ptrdiff_t(size.y) * k), size.x,
+                    whole_->values.begin() + first.x +
+                        ptrdiff_t(n.x) * (first.y + j + ptrdiff_t(n.y) * (first.z + k)));
+  } else {
+    whole_ = std::move(*image);
+  }
+  last_time_s_ = header.time_s;
+  last_crc_ = header.crc;
+  device_ = header.device;
+  any_image_ = true;
+  {
+    const std::lock_guard lock(mutex_);
+    ++numbers_.images;
+  }
+  Volume volume{whole_->grid, whole_->values};
+  if (whole_->j_reversed) {
+    const glm::ivec3 n = volume.grid.size;
+    for (int k = 0; k < n.z; ++k)
+      for (int j = 0; j < n.y / 2; ++j)
+        std::swap_ranges(volume.values.begin() + ptrdiff_t(volume.grid.offset(0, j, k)),
+                         volume.values.begin() + ptrdiff_t(volume.grid.offset(0, j, k)) + n.x,
+                         volume.values.begin() + ptrdiff_t(volume.grid.offset(0, n.y - 1 - j, k)));
+  }
+  if (options_.on_image)
+    options_.on_image({header.device, std::move(volume), now_ns, header.time_s});
+}
+
+}  // namespace palpate::openigtlink

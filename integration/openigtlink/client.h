@@ -1,0 +1,94 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "compute/volume/result.h"
+#include "compute/volume/volume.h"
+#include "integration/openigtlink/message.h"
+
+namespace palpate::openigtlink {
+
+/// igtl://HOST[:PORT], as a person gives it; an IPv6 address in [ ].
+struct Place {
+  std::string host;
+  uint16_t port = 18944;
+};
+bool is_place(const std::string& text);
+/// kBadInput in one sentence.
+Result<Place> read_place(const std::string& text);
+
+/// An image as it arrived: all of it.
+struct ArrivedImage {
+  std::string device;
+  Volume volume;           ///< LPS, mm
+  int64_t arrived_ns = 0;  ///< monotonic: when its last byte was here
+  double time_s = 0.0;     ///< the sender's clock; 0: it gave none
+};
+
+struct ClientOptions {
+  std::string image;      ///< device name of the images; empty: that of the first one
+  std::string transform;  ///< device name of the transforms; empty: none are taken
+  /// On the client's thread; they hold up what arrives, so they must be short.
+  std::function<void(ArrivedImage)> on_image;
+  std::function<void(const Rigid&)> on_transform;
+  std::function<void(const std::string&)>
+      on_note;  ///< a sentence; never the same one again and again
+};
+
+/// What came, and what of it was not used and why.
+struct ClientNumbers {
+  uint64_t connections = 0, messages = 0, images = 0, transforms = 0;
+  std::map<std::string, uint64_t> refused;  ///< reason in a few words -> how often
+};
+
+/// Listens to an OpenIGTLink server on a thread of its own; connects again, every half second, when
+/// the connection is lost or what comes is no OpenIGTLink. No byte is believed before it is
+/// checked, and memory is taken only for bytes that have come. Images may come in parts. What is
+/// damaged, older than what came before, the same once more, or no image of a grid is left out and
+/// counted.
+class Client {
+ public:
+  /// kBadInput if there is no such host. Does not wait for a connection.
+  static Result<std::unique_ptr<Client>> start(const Place& place, ClientOptions options);
+  /// Ends the thread within 100 ms.
+  ~Client();
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+
+  bool is_connected() const { return connected_; }
+  ClientNumbers numbers() const;
+
+ private:
+  Client(ClientOptions options) : options_(std::move(options)) {}
+  struct Address;
+  void run(std::stop_token stop);
+  void listen(int socket, std::stop_token stop);
+  void take(const Header& header, std::span<const std::byte> body);
+  void take_image(const Header& header, std::span<const std::byte> content);
+  void refuse(const std::string& reason, const std::string& sentence);
+  void say(const std::string& sentence);
+
+  ClientOptions options_;
+  std::string name_;  ///< "host:port"
+  std::shared_ptr<Address> address_;
+  std::atomic<bool> connected_{false};
+  mutable std::mutex mutex_;
+  ClientNumbers numbers_;
+  // The thread's alone.
+  std::string last_said_, device_;
+  std::optional<Image> whole_;  ///< the last whole one, which parts are put into
+  double last_time_s_ = 0.0;
+  uint64_t last_crc_ = 0;
+  bool any_image_ = false;
+  std::jthread thread_;
+};
+
+}  // namespace palpate::openigtlink

@@ -1,0 +1,391 @@
+#include "module/session/live_sequence.h"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "compute/motion/estimate_sequence.h"
+#include "module/scene/make_volume.h"
+
+namespace palpate {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr int kNice = 10;
+constexpr auto kTooLong = 60s;                // for the motion of a pair
+constexpr double kThere = 0.02;               // of the way between two frames
+constexpr double kMostHistory_bytes = 512e6;  // of frames that may turn out to be a cycle
+constexpr auto kSilence = 2s;                 // without a frame: it is said
+constexpr double kUnlike = 0.5;               // of the cycle's contrast: no frame of it
+constexpr double kOutOfStep = 0.2;            // of the cycle
+constexpr double kPace = 2.0, kMostPace = 0.5;
+
+double share_of(std::vector<float> values, double share) {
+  if (values.empty()) return 0.0;
+  const auto at = values.begin() + ptrdiff_t(share * double(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return double(*at);
+}
+
+}  // namespace
+
+Sequence LiveSequence::standing(const Volume& first) {
+  Sequence sequence;
+  sequence.name = "live frames";
+  for (size_t s = 0; s < kSlots; ++s) {
+    sequence.frames.push_back(first);
+    sequence.times_s.push_back(double(s) * kSlot_s);
+  }
+  sequence.times_known = true;
+  return sequence;
+}
+
+void LiveSequence::prepare(LoadedScene& scene, size_t volume) {
+  std::erase_if(scene.missing,
+                [&](const MissingMotion& missing) { return missing.volume == volume; });
+  MovingVolume ring = *scene.data[volume];
+  for (auto& frame : ring.frames) frame = ring.frames.front();
+  ring.motions = {
+      {"data", std::vector<std::shared_ptr<const MotionMap>>(size_t(ring.times.steps()))}};
+  scene.data[volume] = std::make_shared<const MovingVolume>(std::move(ring));
+  scene.spec.volumes[volume].rate = 0.0;
+}
+
+LiveSequence::LiveSequence(Session& session, size_t volume, const Volume& first,
+                           LiveSequenceOptions options)
+    : session_(session),
+      index_(volume),
+      grid_(first.grid),
+      options_(std::move(options)),
+      ring_(*session.scene()->volumes[volume].data) {
+  watch_ = std::make_unique<Background>(5ms, [this] { watch(); });
+  worker_ = std::jthread([this](std::stop_token stop) { run(stop); });
+}
+
+LiveSequence::~LiveSequence() {
+  stop_cycle_.request_stop();
+  worker_.request_stop();
+  if (worker_.joinable()) worker_.join();
+  watch_.reset();
+}
+
+void LiveSequence::say(const std::string& sentence) const {
+  if (options_.on_note) options_.on_note(sentence);
+}
+
+LiveNumbers LiveSequence::numbers() const {
+  const std::lock_guard lock(mutex_);
+  LiveNumbers now = numbers_;
+  now.delay_median_s = share_of(delays_s_, 0.5);
+  now.delay_p95_s = share_of(delays_s_, 0.95);
+  now.delay_most_s = share_of(delays_s_, 1.0);
+  return now;
+}
+
+void LiveSequence::push(const Volume& frame, int64_t arrived_ns) {
+  Frame taken{{}, arrived_ns};
+  if (same_geometry(frame.grid, grid_)) {
+    taken.volume = frame;
+    taken.volume.grid = grid_;
+  } else if (has_centre_inside(grid_, frame.grid)) {
+    taken.volume = resampled(frame, grid_);
+  }
+  bool first_elsewhere = false;
+  {
+    const std::lock_guard lock(mutex_);
+    ++numbers_.received;
+    if (taken.volume.values.empty()) first_elsewhere = ++numbers_.elsewhere == 1;
+  }
+  if (first_elsewhere)
+    say("A frame lies elsewhere in space than the first one, and was left out: such frames are not "
+        "felt.");
+  if (taken.volume.values.empty()) return;
+  if (options_.keep_cycles && searching_) look_for_cycle(taken.volume, arrived_ns);
+  const std::lock_guard lock(mutex_);
+  if (newest_ && numbers_.cycle_s == 0.0) ++numbers_.newer_came;
+  newest_ = std::move(taken);
+  changed_.notify_all();
+}
+
+/// On push()'s thread: what came lately is kept, and becomes a cycle where it repeats.
+void LiveSequence::look_for_cycle(const Volume& frame, int64_t arrived_ns) {
+  history_.push_back({frame, arrived_ns});
+  const double bytes = double(frame.values.size()) * sizeof(float);
+  const size_t most =
+      std::clamp<size_t>(size_t(kMostHistory_bytes / bytes), 1, size_t(Repetition::kMostFrames));
+  while (history_.size() > most) history_.pop_front();
+  const std::optional<int> period = repetition_.add(frame);
+  if (!period || size_t(*period) + 1 > history_.size()) return;
+  // A frame more: where the cycle closes.
+  const std::vector<Frame> frames(history_.end() - *period - 1, history_.end());
+  searching_ = false;
+  const std::lock_guard lock(mutex_);
+  cycle_ = std::async(std::launch::async, [this, frames, means = repetition_.last(*period + 1),
+                                           contrast = repetition_.contrast()] {
+    setpriority(PRIO_PROCESS, id_t(gettid()), kNice);
+    return find_cycle(frames, means, contrast);
+  });
+  changed_.notify_all();
+  history_.clear();
+  repetition_.clear();
+}
+
+Result<LiveSequence::Cycle> LiveSequence::find_cycle(std::vector<Frame> frames,
+                                                     std::vector<std::vector<float>> means,
+                                                     double contrast) {
+  Cycle cycle;
+  cycle.contrast = contrast;
+  cycle.cycle_s = 1e-9 * double(frames.back().arrived_ns - frames.front().arrived_ns);
+  frames.pop_back();
+  means.pop_back();
+  cycle.means = std::move(means);
+  Sequence sequence;
+  sequence.name = "live cycle";
+  sequence.times_known = true;
+  const double step_s = cycle.cycle_s / double(frames.size());
+  // Evenly: the network's jitter is not the source's.
+  for (size_t k = 0; k < frames.size(); ++k) {
+    sequence.times_s.push_back(double(k) * step_s);
+    sequence.frames.push_back(std::move(frames[k].volume));
+  }
+  const auto context = options_.open_context();
+  if (!context) return context.error();
+  const auto preset = motion_preset(options_.preset);
+  if (!preset) return Error{ErrorKind::kBadInput, "There is no preset '" + options_.preset + "'"};
+  SequenceMotionOptions of_sequence;
+  of_sequence.estimator.motion = *preset;
+  of_sequence.estimator.cyclic = true;
+  const auto motion = estimate_sequence_motion(
+      *context, grid_, sequence.times_s,
+      [&](size_t k) -> Result<Volume> { return sequence.frames[k]; }, of_sequence, {}, {},
+      stop_cycle_.get_token());
+  if (!motion) return motion.error();
+  VolumeSpec spec;
+  spec.name = ring_.name;
+  VolumeData data;
+  data.frames = std::move(sequence);
+  const auto own = build(spec, std::move(data));
+  if (!own) return own.error();
+  auto carried_volume = carried(*own, *motion);
+  if (!carried_volume) return carried_volume.error();
+  cycle.volume = std::make_shared<const MovingVolume>(std::move(*carried_volume));
+  return cycle;
+}
+
+void LiveSequence::watch() {
+  SceneMoment moment;
+  if (!session_.newest(MomentReader::kLive, moment)) return;
+  if (int(index_) >= moment.volume_count) return;
+  const std::lock_guard lock(mutex_);
+  time_s_ = moment.volumes[index_].time_s;
+  if (target_arrived_ns_ == 0) return;
+  const double length_s = double(kSlots) * kSlot_s;
+  double left_s = std::abs(target_s_ - time_s_);
+  left_s = std::min(left_s, length_s - left_s);
+  if (left_s > kThere * kSlot_s) return;
+  ++numbers_.felt;
+  // What was measured longest ago gives way, so that no run is too long for it.
+  if (delays_s_.size() >= 100'000) delays_s_.erase(delays_s_.begin(), delays_s_.begin() + 50'000);
+  const int64_t now_ns = std::chrono::steady_clock::now().time_since_epoch().count();
+  delays_s_.push_back(float(1e-9 * double(now_ns - target_arrived_ns_)));
+  target_arrived_ns_ = 0;
+  changed_.notify_all();
+}
+
+void LiveSequence::run(std::stop_token stop) {
+  // Of this thread and, by inheritance, of all that the Vulkan driver starts from it.
+  setpriority(PRIO_PROCESS, id_t(gettid()), kNice);
+  while (!stop.stop_requested()) {
+    const auto context = options_.open_context();
+    Status done = context ? follow(*context, stop) : Status(context.error());
+    if (done || stop.stop_requested()) continue;
+    say("The motion of the live frames can not be estimated, so what is felt stands still; it is "
+        "tried again: " +
+        done.error().message);
+    std::unique_lock lock(mutex_);
+    changed_.wait_for(lock, stop, 2s, [] { return false; });
+  }
+}
+
+/// The newest frame, or false: stop, or a cycle was found. Without frames nothing moves.
+bool LiveSequence::wait_for_frame(Frame& frame, std::stop_token stop, bool or_cycle) {
+  const auto since = std::chrono::steady_clock::now();
+  bool silent = false;
+  std::unique_lock lock(mutex_);
+  const auto cycle_is_ready = [&] {
+    return or_cycle && cycle_.valid() &&
+           cycle_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+  };
+  while (!stop.stop_requested() && !cycle_is_ready()) {
+    if (newest_) {
+      frame = std::move(*newest_);
+      newest_.reset();
+      return true;
+    }
+    changed_.wait_for(lock, stop, 100ms, [&] { return newest_.has_value(); });
+    if (silent || newest_ || std::chrono::steady_clock::now() - since < kSilence) continue;
+    silent = true;
+    lock.unlock();
+    session_.send({ControlEvent::Kind::kRate, int(index_), 0.0});
+    say("No frame has come for 2 s: what is felt stands still until the next one.");
+    lock.lock();
+  }
+  return false;
+}
+
+/// Frame after frame, until a cycle is kept; then that, until it no longer is.
+Status LiveSequence::follow(const std::shared_ptr<vulkan::Context>& context, std::stop_token stop) {
+  const auto preset = motion_preset(options_.preset);
+  if (!preset) return Error{ErrorKind::kBadInput, "There is no preset '" + options_.preset + "'"};
+  EstimatorOptions options;
+  options.motion = *preset;
+  auto estimator = SequenceEstimator::open(context, grid_, options, [this](PairMotion pair) {
+    const std::lock_guard lock(mutex_);
+    pair_ = std::move(pair);
+    changed_.notify_all();
+  });
+  if (!estimator) return estimator.error();
+  size_t pushed = 0;
+  Frame frame;
+  // What is felt now is where the first motion begins.
+  {
+    const ScalarSamples samples = ring_.frames[slot_]->samples();
+    if (samples.values.size() != grid_.count())
+      return Error{ErrorKind::kBadInput, "What is felt has no samples to begin from"};
+    const Status begun =
+        (*estimator)->push(pushed++, Volume{grid_, {samples.values.begin(), samples.values.end()}});
+    if (!begun) return begun;
+  }
+  while (wait_for_frame(frame, stop, true)) {
+    if (const Status taken = (*estimator)->push(pushed++, frame.volume); !taken) return taken;
+    std::optional<PairMotion> pair;
+    {
+      std::unique_lock lock(mutex_);
+      changed_.wait_for(lock, stop, kTooLong, [&] { return pair_.has_value(); });
+      pair = std::move(pair_);
+      pair_.reset();
+    }
+    if (stop.stop_requested()) break;
+    if (!pair) {
+      (*estimator)->cancel();
+      const Status why = (*estimator)->finish();
+      return why || why.error().kind == ErrorKind::kCancelled
+                 ? Status(Error{ErrorKind::kDeviceFailed, "the motion of a pair took too long"})
+                 : why;
+    }
+    move_to(std::move(frame.volume), frame.arrived_ns, *pair, stop);
+  }
+  if (stop.stop_requested()) return Nothing{};
+  std::future<Result<Cycle>> found;
+  {
+    const std::lock_guard lock(mutex_);
+    found = std::move(cycle_);
+  }
+  Result<Cycle> cycle = found.get();
+  if (cycle) {
+    keep(std::move(*cycle), stop);
+  } else {
+    say("The frames repeat, but one motion for them could not be found, so each is followed: " +
+        cycle.error().message);
+  }
+  if (!cycle) return Nothing{};  // searching_ stays off: it would fail again
+  searching_ = true;
+  return Nothing{};
+}
+
+/// Offers a volume to the loop and waits until what is sent next acts on it.
+void LiveSequence::hand_over(std::shared_ptr<const MovingVolume> volume, std::stop_token stop) {
+  if (const Status taken = session_.take_volume(index_, std::move(volume)); !taken)
+    return say("A live frame could not be felt: " + taken.error().message);
+  while (!session_.has_handed_over() && !stop.stop_requested()) std::this_thread::sleep_for(2ms);
+}
+
+void LiveSequence::move_to(Volume frame, int64_t arrived_ns, const PairMotion& pair,
+                           std::stop_token stop) {
+  auto map = MotionMap::of(pair.field, &pair.confidence);
+  auto data = sampled_scalar(std::move(frame));
+  {
+    // The hand is still on its way to the frame before.
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, stop, [&] { return target_arrived_ns_ == 0; });
+  }
+  if (stop.stop_requested()) return;
+  const size_t next = (slot_ + 1) % kSlots;
+  ring_.frames[next] = std::move(data);
+  ring_.motions[0].steps[slot_] = std::move(map);
+  ring_.motions[0].steps[next] = nullptr;
+  slot_ = next;
+  hand_over(std::make_shared<const MovingVolume>(ring_), stop);
+  {
+    const std::lock_guard lock(mutex_);
+    target_s_ = double(next) * kSlot_s;
+    target_arrived_ns_ = arrived_ns;
+  }
+  session_.send({ControlEvent::Kind::kScrub, int(index_), double(next) * kSlot_s});
+}
+
+/// The ring with one frame in all its slots: what it was is no more.
+void LiveSequence::stand_at(const Volume& frame, std::stop_token stop) {
+  const auto data = sampled_scalar(frame);
+  for (auto& of : ring_.frames) of = data;
+  for (auto& step : ring_.motions[0].steps) step = nullptr;
+  slot_ = 0;
+  session_.send({ControlEvent::Kind::kRate, int(index_), 0.0});
+  hand_over(std::make_shared<const MovingVolume>(ring_), stop);
+  session_.send({ControlEvent::Kind::kScrub, int(index_), 0.0});
+}
+
+/// The cycle plays by itself, at the pace of the frames that still come.
+void LiveSequence::keep(Cycle cycle, std::stop_token stop) {
+  {
+    // Whoever waits for the last frame would wait for ever.
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, stop, [&] { return target_arrived_ns_ == 0; });
+    numbers_.cycle_s = cycle.cycle_s;
+  }
+  const int frames = int(cycle.means.size());
+  const double step_s = cycle.cycle_s / frames;
+  hand_over(cycle.volume, stop);
+  say(fmt::format(
+      "The frames repeat every {:.2f} s: {} of them are kept, with one motion, and keep "
+      "the pace of those that come.",
+      cycle.cycle_s, frames));
+  Frame frame;
+  bool begun = false;
+  int odd = 0;
+  while (wait_for_frame(frame, stop, false)) {
+    const Repetition::Match match = Repetition::nearest(frame.volume, cycle.means);
+    double now_s = 0.0;
+    {
+      const std::lock_guard lock(mutex_);
+      ++numbers_.kept;
+      now_s = time_s_;
+    }
+    const double wanted_s = double(match.frame) * step_s;
+    if (!begun) {
+      session_.send({ControlEvent::Kind::kScrub, int(index_), wanted_s});
+      session_.send({ControlEvent::Kind::kRate, int(index_), 1.0});
+      begun = true;
+      continue;
+    }
+    const double cycles = (wanted_s - now_s) / cycle.cycle_s;
+    const double behind = cycles - std::round(cycles);  // of the cycle
+    const double rate = 1.0 + std::clamp(kPace * behind, -kMostPace, kMostPace);
+    session_.send({ControlEvent::Kind::kRate, int(index_), rate});
+    const bool strange = match.distance > kUnlike * cycle.contrast || std::abs(behind) > kOutOfStep;
+    odd = std::max(0, odd + (strange ? 1 : -1));
+    if (odd <= frames / 2 + 2) continue;
+    say("The frames no longer repeat: each is followed again.");
+    stand_at(frame.volume, stop);
+    break;
+  }
+  const std::lock_guard lock(mutex_);
+  numbers_.cycle_s = 0.0;
+}
+
+}  // namespace palpate

@@ -1,0 +1,130 @@
+// palpate feel and view of a live source: the program, and a server with bytes written apart.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <thread>
+
+#include "tests/app/program.h"
+#include "tests/openigtlink/wire.h"
+
+namespace palpate::app {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// A ball of 32^3 samples, 3 mm apart, whose radius changes.
+test::Raw ball(int frame) {
+  test::WireImage image;
+  image.scalar_type = 5;
+  image.size = image.part = {32, 32, 32};
+  image.matrix = {3, 0, 0, 0, 3, 0, 0, 0, 3, 0, 0, 0};
+  const double radius = 9.0 + std::sin(0.7 * frame + 0.02 * frame * frame);
+  for (int k = 0; k < 32; ++k)
+    for (int j = 0; j < 32; ++j)
+      for (int i = 0; i < 32; ++i) {
+        const double r = std::hypot(i - 15.5, j - 15.5, k - 15.5);
+        const auto value = uint16_t(1000.0 / (1.0 + std::exp(r - radius)));
+        image.samples.push_back(uint8_t(value));
+        image.samples.push_back(uint8_t(value >> 8));
+      }
+  test::WireHeader header;
+  header.seconds = uint32_t(100 + frame);
+  return test::wire_message(header, image.body());
+}
+
+/// A table that goes 1 mm to the right with each frame, and once far away.
+test::Raw table(size_t frame) {
+  test::Raw body;
+  const float way_mm = float(frame) + (frame >= 20 ? 500.0F : 0.0F);
+  for (const float f : {1.F, 0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 1.F, way_mm, 0.F, 0.F})
+    test::put_float(body, f);
+  test::WireHeader header;
+  header.type = "TRANSFORM";
+  header.device = "Table";
+  return test::wire_message(header, body);
+}
+
+/// Sends frames to whoever connects, ten a second, until it is over.
+class Source {
+ public:
+  Source() {
+    for (int k = 0; k < 12; ++k) frames_.push_back(ball(k));
+    thread_ = std::jthread([this](std::stop_token stop) {
+      while (!stop.stop_requested()) {
+        if (!server_.accept_one()) continue;
+        for (size_t k = 0; !stop.stop_requested(); ++k) {
+          test::Raw frame = frames_[k % frames_.size()];
+          frame[34] = uint8_t(k >> 24), frame[35] = uint8_t(k >> 16);
+          frame[36] = uint8_t(k >> 8), frame[37] = uint8_t(k);
+          if (!server_.send(frame) || !server_.send(table(k))) break;
+          std::this_thread::sleep_for(100ms);
+        }
+      }
+    });
+  }
+  std::string place() const { return "igtl://127.0.0.1:" + std::to_string(server_.port()); }
+
+ private:
+  test::WireServer server_;
+  std::vector<test::Raw> frames_;
+  std::jthread thread_;
+};
+
+TEST(Live, ASourceIsFeltFollowedAndItsNumbersAreSaid) {
+  NEEDS_DEVICE();
+  const Source source;
+  const Outcome outcome = run({"feel", source.place(), "--device", "simulated", "--headset", "off",
+                               "--seconds", "6", "--follow"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("is connected"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("live; the first frame stands still"), std::string::npos);
+  const size_t at = outcome.out.find("images came, ");
+  ASSERT_NE(at, std::string::npos) << outcome.out;
+  EXPECT_GT(std::stoi(outcome.out.substr(at + 13)), 3) << outcome.out;
+  EXPECT_NE(outcome.out.find("after they arrived (median"), std::string::npos);
+}
+
+TEST(Live, TransformsMoveTheVolumeAndAJumpIsNotFollowed) {
+  NEEDS_DEVICE();
+  const Source source;
+  const Outcome outcome = run({"feel", source.place(), "--device", "simulated", "--headset", "off",
+                               "--seconds", "5", "--transform", "Table"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("transforms, 1 of them jumped"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("A transform jumped"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("Probe: live"), std::string::npos) << outcome.out;
+}
+
+TEST(Live, APictureOfItsFirstFrameIsDrawn) {
+  NEEDS_DEVICE();
+  const Source source;
+  const files::TemporaryFolder folder;
+  const Outcome outcome = run({"view", source.place(), "--picture",
+                               (folder.path() / "live.png").string(), "--picture-size", "96"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "live.png"));
+}
+
+TEST(Live, WhatCanNotBeIsSaidInASentence) {
+  const struct {
+    std::vector<std::string> arguments;
+    const char* word;
+  } rows[] = {{{"feel", "igtl://a:b", "--device", "simulated", "--headset", "off"}, "igtl://HOST"},
+              {{"feel", "igtl://127.0.0.1", "igtl://127.0.0.1", "--device", "simulated",
+                "--headset", "off"},
+               "alone"},
+              {{"feel", "igtl://127.0.0.1", "--record", "/nonexistent/r", "--device", "simulated",
+                "--headset", "off"},
+               "--record"}};
+  for (const auto& row : rows) {
+    const Outcome outcome = run(row.arguments);
+    EXPECT_EQ(outcome.exit_code, 2) << row.word;
+    EXPECT_NE(outcome.err.find(row.word), std::string::npos) << outcome.err;
+  }
+}
+
+}  // namespace
+}  // namespace palpate::app

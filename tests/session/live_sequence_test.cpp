@@ -1,0 +1,235 @@
+// A live source while it is felt: frames come one by one, the test ticks the session as a host
+// does.
+#include "module/session/live_sequence.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <random>
+#include <thread>
+
+#include "compute/volume/phantom.h"
+#include "integration/scenes/load_scene.h"
+#include "tests/support/device.h"
+
+namespace palpate {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr int64_t kMs = 1'000'000;
+constexpr double kStep_n = 0.1;  // as session_test.cpp has it for frames of a file
+
+int64_t monotonic_ns() {
+  return std::chrono::steady_clock::now().time_since_epoch().count();
+}
+
+LoadedScene scene_of(const Volume& first) {
+  auto given = std::make_shared<scenes::GivenVolume>();
+  given->frames = LiveSequence::standing(first);
+  scenes::SequenceChoices choices;
+  choices.given["live"] = given;
+  choices.values = CarriedValues::kOwn;
+  auto scene = scenes::load_scene({"live"}, choices);
+  EXPECT_TRUE(scene) << (scene ? "" : scene.error().message);
+  if (!scene) return {};
+  LiveSequence::prepare(*scene, 0);
+  return std::move(*scene);
+}
+
+DeviceInfo host_device() {
+  DeviceInfo info;
+  info.kind = "test";
+  info.max_force_n = 10.0;
+  info.workspace_radius_m = 1.0;
+  return info;
+}
+
+class LiveFrames : public test::DeviceTest {
+ protected:
+  void begin(const Volume& first, bool keep_cycles) {
+    auto session = Session::start_in_host(scene_of(first), host_device(), {});
+    ASSERT_TRUE(session) << session.error().message;
+    session_ = std::move(*session);
+    LiveSequenceOptions options;
+    options.open_context = [this]() -> Result<std::shared_ptr<vulkan::Context>> {
+      return context();
+    };
+    options.keep_cycles = keep_cycles;
+    options.on_note = [this](const std::string& note) {
+      const std::lock_guard lock(mutex_);
+      notes_ += note + "\n";
+    };
+    live_ = std::make_unique<LiveSequence>(*session_, 0, first, std::move(options));
+  }
+  void TearDown() override {
+    live_.reset();
+    session_.reset();
+  }
+  std::string notes() {
+    const std::lock_guard lock(mutex_);
+    return notes_;
+  }
+  /// One millisecond, in about one, at r along a slanted way out of the middle.
+  double at(double r_m) {
+    time_ns_ += kMs;
+    const glm::dvec3 force_n =
+        session_->tick({r_m * glm::normalize(glm::dvec3(0.3, 0.4, 0.9)), time_ns_});
+    worst_step_n_ = std::max(worst_step_n_, glm::length(force_n - last_n_));
+    last_n_ = force_n;
+    return glm::length(force_n);
+  }
+  double press(double force_n) {
+    for (double r_m = 0.07; r_m > 0.005; r_m -= 10e-6)
+      if (at(r_m) > force_n) return r_m;
+    return 0.0;
+  }
+  /// Ticks at r until the condition holds. False: it did not for so long.
+  template <class Condition>
+  bool tick_until(double r_m, Condition condition, std::chrono::seconds most = 60s) {
+    const auto give_up = std::chrono::steady_clock::now() + most;
+    while (!condition()) {
+      if (std::chrono::steady_clock::now() > give_up) return false;
+      const double force_n = at(r_m);
+      least_n_ = std::min(least_n_, force_n);
+      most_n_ = std::max(most_n_, force_n);
+      std::this_thread::sleep_for(500us);
+    }
+    return true;
+  }
+
+  std::unique_ptr<Session> session_;
+  std::unique_ptr<LiveSequence> live_;
+  double worst_step_n_ = 0.0, least_n_ = 1e9, most_n_ = 0.0;
+
+ private:
+  int64_t time_ns_ = 5'000'000'000;
+  glm::dvec3 last_n_{0.0};
+  std::mutex mutex_;
+  std::string notes_;
+};
+
+TEST_F(LiveFrames, AreFollowedUnderTheHandWithoutAStepOfTheForce) {
+  const Sequence shell = shell_phantom(40, 8, 1, 0.0);
+  begin(shell.frames[0], false);
+  const double r_m = press(0.5);
+  ASSERT_GT(r_m, 0.01);
+  worst_step_n_ = 0.0;
+  for (size_t k = 1; k <= 16; ++k) {
+    live_->push(shell.frames[k % 8], monotonic_ns());
+    ASSERT_TRUE(tick_until(r_m, [&] { return live_->numbers().felt >= k; })) << "frame " << k;
+  }
+  const LiveNumbers numbers = live_->numbers();
+  EXPECT_EQ(numbers.received, 16u);
+  EXPECT_EQ(numbers.felt, 16u);
+  EXPECT_EQ(numbers.newer_came, 0u);
+  EXPECT_GT(numbers.delay_median_s, 0.0);
+  EXPECT_GE(numbers.delay_p95_s, numbers.delay_median_s);
+  EXPECT_LT(worst_step_n_, kStep_n);
+  EXPECT_GT(most_n_ - least_n_, 0.3);  // it did move
+  // Nothing comes: it rests, and the force with it.
+  for (int k = 0; k < 500; ++k) at(r_m);
+  const double resting_n = at(r_m);
+  for (int k = 0; k < 500; ++k) EXPECT_NEAR(at(r_m), resting_n, 0.02);
+}
+
+TEST_F(LiveFrames, ArriveWhereTheirOwnSurfaceIs) {
+  // Felt live at frame 3, and felt alone: the same wall at the same place.
+  const Sequence shell = shell_phantom(40, 8, 1, 0.0);
+  begin(shell.frames[3], false);
+  const double alone_m = press(0.5);
+  ASSERT_GT(alone_m, 0.01);
+  TearDown();
+  begin(shell.frames[0], false);
+  for (size_t k = 1; k <= 3; ++k) {
+    live_->push(shell.frames[k], monotonic_ns());
+    ASSERT_TRUE(tick_until(0.07, [&] { return live_->numbers().felt >= k; }));
+  }
+  EXPECT_NEAR(press(0.5), alone_m, 1e-4);
+}
+
+TEST_F(LiveFrames, TheNewestWinsAndTheOthersAreCounted) {
+  const Sequence shell = shell_phantom(40, 8, 1, 0.0);
+  begin(shell.frames[0], false);
+  for (size_t k = 1; k <= 40; ++k) live_->push(shell.frames[k % 8], monotonic_ns());
+  ASSERT_TRUE(tick_until(0.07, [&] {
+    const LiveNumbers now = live_->numbers();
+    return now.felt + now.newer_came == 40;
+  }));
+  EXPECT_GT(live_->numbers().newer_came, 30u);
+}
+
+TEST_F(LiveFrames, OfAnotherGridAreBroughtOntoTheFirstOnes) {
+  const Sequence shell = shell_phantom(40, 8, 1, 0.0);
+  begin(shell.frames[0], false);
+  Grid finer = shell.frames[1].grid;
+  finer.size = glm::ivec3(50);
+  finer.spacing_mm *= 0.8;
+  live_->push(resampled(shell.frames[1], finer), monotonic_ns());
+  ASSERT_TRUE(tick_until(0.07, [&] { return live_->numbers().felt == 1; }));
+  Volume away = shell.frames[2];
+  away.grid.origin_mm.x += 1000.0;
+  live_->push(away, monotonic_ns());
+  EXPECT_EQ(live_->numbers().elsewhere, 1u);
+  EXPECT_NE(notes().find("elsewhere in space"), std::string::npos);
+}
+
+TEST_F(LiveFrames, ThatRepeatBecomeACycleUntilTheyNoLongerDo) {
+  const Sequence shell = shell_phantom(32, 8, 1, 0.0);
+  // Half grown: what grows then stays below the largest force.
+  begin(shell.frames[2], true);
+  const double r_m = press(0.5);
+  ASSERT_GT(r_m, 0.01);
+  worst_step_n_ = 0.0;
+  const auto every_100_ms = [&](size_t frame) {
+    live_->push(shell.frames[frame], monotonic_ns());
+    const auto until = std::chrono::steady_clock::now() + 100ms;
+    tick_until(r_m, [&] { return std::chrono::steady_clock::now() > until; });
+  };
+  size_t k = 3;
+  for (; k < 600 && live_->numbers().cycle_s == 0.0; ++k) every_100_ms(k % 8);
+  EXPECT_NEAR(live_->numbers().cycle_s, 0.8, 0.1);
+  EXPECT_NE(notes().find("repeat every"), std::string::npos) << notes();
+  EXPECT_TRUE(session_->scene()->volumes[0].data->whole);
+  for (const size_t more = k + 16; k < more; ++k) every_100_ms(k % 8);
+  EXPECT_GT(live_->numbers().kept, 5u);
+  // It stands still at one phase: that is no cycle.
+  for (size_t n = 0; n < 60 && live_->numbers().cycle_s > 0.0; ++n) every_100_ms(3);
+  EXPECT_EQ(live_->numbers().cycle_s, 0.0);
+  EXPECT_NE(notes().find("no longer repeat"), std::string::npos) << notes();
+  EXPECT_LT(worst_step_n_, kStep_n);
+}
+
+/// A small volume that depends on a phase, with noise.
+Volume noisy(double phase, std::mt19937& random, double noise) {
+  Volume volume;
+  volume.grid.size = glm::ivec3(16);
+  std::normal_distribution<double> normal(0.0, 1.0);
+  for (int v = 0; v < 16 * 16 * 16; ++v)
+    volume.values.push_back(float(100.0 * std::sin(phase + 0.01 * v) + noise * normal(random)));
+  return volume;
+}
+
+std::optional<int> period_of(const std::function<double(int)>& phase, int frames, double noise) {
+  std::mt19937 random(7);
+  Repetition repetition;
+  for (int n = 0; n < frames; ++n)
+    if (const auto found = repetition.add(noisy(phase(n), random, noise))) return found;
+  return std::nullopt;
+}
+
+TEST(RepetitionOfFrames, IsFoundInNoiseAndOnlyWhereItIs) {
+  for (const int period : {6, 13, 20, 37})
+    for (const double noise : {0.0, 20.0})
+      EXPECT_EQ(period_of([&](int n) { return 2 * M_PI * n / period; }, 4 * period, noise), period)
+          << period << " frames, noise " << noise;
+  EXPECT_FALSE(period_of([](int) { return 0.3; }, 160, 20.0));  // stands still
+  EXPECT_FALSE(period_of([](int) { return 0.3; }, 160, 0.0));
+  EXPECT_FALSE(period_of([](int n) { return 0.002 * n * n; }, 60, 0.0));  // ever faster
+  EXPECT_FALSE(period_of([](int n) { return 3.0 * std::sin(0.0005 * n * n); }, 70, 20.0));
+}
+
+}  // namespace
+}  // namespace palpate
