@@ -54,7 +54,7 @@ class Source {
     for (int k = 0; k < 12; ++k) frames_.push_back(ball(k));
     thread_ = std::jthread([this](std::stop_token stop) {
       while (!stop.stop_requested()) {
-        if (!server_.accept_one()) continue;
+        if (!server_.accept_one(100)) continue;
         for (size_t k = 0; !stop.stop_requested(); ++k) {
           test::Raw frame = frames_[k % frames_.size()];
           frame[34] = uint8_t(k >> 24), frame[35] = uint8_t(k >> 16);
