@@ -84,6 +84,8 @@ class EstimatorContent {
     auto motion = std::make_shared<MotionContent>();
     motion->grid = grid_;
     motion->frames = times_s_.size();
+    motion->begin_s = times_s_.front();
+    for (double& time_s : times_s_) time_s -= motion->begin_s;
     motion->times = {times_s_, options_.cyclic ? cycle_of(times_s_) : 0.0, 0};
     const bool is_whole = !pairwise_ && times_s_.size() > 2;
     if (const Status found = is_whole ? find_whole(*motion) : find_pairs(*motion); !found)
@@ -259,6 +261,9 @@ PalResult open_estimator(PalContext* context, const PalEstimatorInfo* given,
     return failed(PAL_BAD_INPUT,
                   {"There is no such preset: choose fast, balanced, best or classic"});
   options.motion = *preset;
+  if (info.iterations > 0)
+    for (LevelOptions& level : options.motion.levels)
+      level.iterations = int(std::min(info.iterations, 10000U));
   options.cyclic = (info.flags & PAL_ESTIMATOR_CYCLIC) != 0;
   if (info.mask) {
     const auto bytes = volume_of(*grid, PAL_UINT8, info.mask);
@@ -332,7 +337,7 @@ Result<Field> field_for(const PalFieldInfo& info, const MotionContent& motion) {
                    "Only one motion for all frames has a field to any time: ask for a step"};
     if (!std::isfinite(info.time_s))
       return Error{ErrorKind::kBadInput, "The time of a field is not finite"};
-    field = motion.whole->at(info.time_s);
+    field = motion.whole->at(info.time_s - motion.begin_s);
   } else {
     if (info.step >= motion.step_count())
       return Error{ErrorKind::kBadInput, fmt::format("There is no step {}: the motion has {}",

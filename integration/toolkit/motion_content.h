@@ -18,7 +18,8 @@ struct MotionContent {
   std::vector<Field> steps;  ///< on the grids they were solved on; none with `whole`
   std::optional<SequenceMotion> whole;
   std::vector<Confidence> confidence;  ///< of steps, or from the reference to each frame
-  TimeBasis times;                     ///< of the frames
+  TimeBasis times;                     ///< of the frames, from the first on
+  double begin_s = 0.0;                ///< when the first was taken, as the host counts
   // What was measured.
   std::optional<Verdict> verdict;
   std::string reasons;

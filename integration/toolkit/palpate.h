@@ -176,6 +176,7 @@ typedef struct PalEstimatorInfo {
    * does. May cancel. */
   void (*on_progress)(void* user, const char* doing, double share);
   void* user;
+  uint32_t iterations; /* at most so many on each level; 0: as the preset has it */
 } PalEstimatorInfo;
 
 /* The context needs a device that computes. [ANY] */
@@ -238,8 +239,8 @@ typedef struct PalMotionSummary {
 PAL_API PalResult pal_motion_summary(const PalMotion* motion, PalMotionSummary* summary);
 
 enum {
-  /* From the reference frame to `time_s`, instead of from frame `step` to the next. Only where
-     is_whole. */
+  /* From the reference frame to `time_s`, as the frames' times count, instead of from frame `step`
+     to the next. Only where is_whole. */
   PAL_FIELD_TO_TIME = 1u << 0,
   /* The inverse: from there back. */
   PAL_FIELD_INVERSE = 1u << 1

@@ -20,7 +20,7 @@ only() {
 
 only 'vulkan/vulkan' 'compute/vulkan/|module/view/|module/xr/|tests/xr/|tests/view/|tests/toolkit/|docs/examples/' compute module integration tests
 only 'openxr/' 'module/xr/|tests/xr/' compute module integration tests
-only 'itk|gdcm' 'integration/files/|tests/files/|tests/lab/bench/peers/' compute module integration tests
+only 'itk|gdcm' 'integration/files/|integration/toolkit/itk/|tests/files/|tests/toolkit/itk/|tests/lab/bench/peers/' compute module integration tests
 only 'opencv2' 'integration/opencv/|tests/opencv/' compute module integration tests
 only 'GLFW|GL/' 'integration/desktop/' compute module integration tests
 only 'cairo' 'integration/charts/|tests/charts/|tests/lab/tests/report/browser_test' compute module integration tests

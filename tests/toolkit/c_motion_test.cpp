@@ -182,6 +182,28 @@ TEST_F(CMotion, OfASequenceIsOneMotionForAllFrames) {
   pal_motion_close(&read);
 }
 
+TEST_F(CMotion, CountsTimeAsTheFramesDo) {
+  sequence_.frames.resize(3);
+  sequence_.times_s.resize(3);
+  estimate(info(PAL_ESTIMATOR_NO_VERDICT));
+  const auto known = field(0, PAL_FIELD_TO_TIME, 0.375);
+  for (double& time_s : sequence_.times_s) time_s += 7.0;
+  pal_motion_close(&motion_);
+  pal_estimator_close(&estimator_);
+  estimate(info(PAL_ESTIMATOR_NO_VERDICT));
+  EXPECT_EQ(field(0, PAL_FIELD_TO_TIME, 7.375), known);
+  // The file's times begin at 0.
+  const TemporaryFolder folder;
+  const std::string file = folder / "whole.nrrd";
+  PAL_ASSERT_OK(pal_motion_save(motion_, nullptr, file.c_str()));
+  PalMotion* read = nullptr;
+  PAL_ASSERT_OK(pal_motion_open(opened_.context, file.c_str(), &read));
+  std::swap(read, motion_);
+  const PalGrid grid = grid_of(sequence_.frames.front().grid);
+  EXPECT_EQ(field(0, PAL_FIELD_TO_TIME, 0.375, &grid), known);
+  pal_motion_close(&read);
+}
+
 TEST_F(CMotion, OfASequenceInPairsHasAFieldPerStep) {
   estimate(info(PAL_ESTIMATOR_PAIRWISE));
   EXPECT_EQ(summary().step_count, 3U);

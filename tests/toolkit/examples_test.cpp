@@ -3,11 +3,15 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <regex>
 
+#include "compute/volume/phantom.h"
+#include "integration/files/read_volume.h"
+#include "integration/files/write_volume.h"
 #include "tests/desktop/virtual_display.h"
 #include "tests/files/temporary_folder.h"
 
@@ -73,6 +77,13 @@ std::pair<int, int> blue_and_red(const std::string& file) {
   return {blue, red};
 }
 
+double mean_difference(const Volume& a, const Volume& b) {
+  double sum = 0.0;
+  for (size_t n = 0; n < a.values.size(); ++n)
+    sum += std::abs(double(a.values[n]) - double(b.values[n]));
+  return sum / double(a.values.size());
+}
+
 TEST_F(InstalledPackage, BuildsAndRunsTheExamples) {
   const Ran configured = run("cmake -S " PALPATE_SOURCE_DIR "/docs/examples -B " + at("build") +
                              " -DCMAKE_BUILD_TYPE=Release -DCMAKE_PREFIX_PATH=" + prefix());
@@ -94,6 +105,26 @@ TEST_F(InstalledPackage, BuildsAndRunsTheExamples) {
   const Ran wrong = run(at("build/host_loop") + " /nowhere.mha");
   EXPECT_EQ(wrong.exit_code, 1);
   EXPECT_THAT(wrong.text, HasSubstr("/nowhere.mha"));
+
+  // A program for ITK's Demons, with palpate in its place: what it warps looks like what is fixed.
+  const Sequence shell = shell_phantom(40);
+  ASSERT_TRUE(files::write_volume(shell.frames[0], at("fixed.nii.gz")));
+  ASSERT_TRUE(files::write_volume(shell.frames[1], at("moving.nii.gz")));
+  const std::string demons = at("build/itk_demons") + " " + at("fixed.nii.gz") + " ";
+  const Ran registered =
+      run(demons + at("moving.nii.gz") + " " + at("warped.mha") + " " + at("field.mha"));
+  ASSERT_EQ(registered.exit_code, 0) << registered.text;
+  EXPECT_THAT(registered.text, HasSubstr("The field is ok"));
+  const auto warped = files::read_volume(at("warped.mha"));
+  ASSERT_TRUE(warped) << warped.error().message;
+  const auto found = files::read_field(at("field.mha"));
+  ASSERT_TRUE(found) << found.error().message;
+  EXPECT_TRUE(same_geometry(found->grid, shell.frames[0].grid));
+  EXPECT_LT(mean_difference(*warped, shell.frames[0]),
+            0.6 * mean_difference(shell.frames[1], shell.frames[0]));
+  const Ran missing = run(demons + at("none.mha") + " " + at("warped.mha"));
+  EXPECT_EQ(missing.exit_code, 1);
+  EXPECT_THAT(missing.text, HasSubstr("none.mha"));
 
   // The cube in the heart: both are seen.
   std::string why_not;

@@ -153,6 +153,15 @@ class Motion {
     const PalFieldInfo info = wanted(step.value_or(0), std::nullopt, false);
     without_lock([&] { return pal_motion_save(handle_, step ? &info : nullptr, path.c_str()); });
   }
+  /// Spacing, origin and direction of the frames.
+  py::tuple geometry() const {
+    const PalGrid& grid = summary_.grid;
+    const auto list = [](const double* from, size_t count) {
+      return std::vector<double>(from, from + count);
+    };
+    return py::make_tuple(list(grid.spacing_mm, 3), list(grid.origin_mm, 3),
+                          list(grid.direction, 9));
+  }
   py::dict summary() const {
     const PalMotionSummary& s = summary_;
     using namespace py::literals;
@@ -452,6 +461,7 @@ PYBIND11_MODULE(_palpate, m) {
       .def("confidence", &Motion::confidence, "step"_a)
       .def("warp", &Motion::warp, "frame"_a, "step"_a, "time_s"_a, "inverse"_a)
       .def("save", &Motion::save, "path"_a, "step"_a)
+      .def("geometry", &Motion::geometry)
       .def("summary", &Motion::summary);
   m.def("estimate", &estimate, "context"_a, "frames"_a, "size"_a, "spacing"_a, "origin"_a,
         "direction"_a, "preset"_a, "times_s"_a, "mask"_a, "flags"_a, "progress"_a);

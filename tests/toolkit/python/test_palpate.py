@@ -108,6 +108,45 @@ def test_a_sequence_is_one_motion(tmp_path):
     motion.save(tmp_path / "motion.nrrd")
     again = palpate.open_motion(tmp_path / "motion.nrrd")
     assert again.is_whole and again.steps == 5 and again.reference == motion.reference
+    # On the grid of the file, which is the coarser one that was solved on, around the same place.
+    size = np.array(again.step(0).shape[2::-1])
+    assert np.all(np.array(again.spacing) >= 1.0)
+    middle = np.array(again.origin) + again.direction @ (0.5 * (size - 1) * again.spacing)
+    assert middle == pytest.approx([17.5] * 3, abs=1.0)
+
+
+def test_times_count_as_the_caller_counts_them():
+    frames = np.stack([ball(11, centre=(1.5 * k, 0.0, 0.0)) for k in range(3)])
+    known = palpate.register(frames, times=(0.0, 0.5, 1.0), preset="fast", verdict=False)
+    later = palpate.register(frames, times=(7.0, 7.5, 8.0), preset="fast", verdict=False)
+    for time_s in (0.0, 0.25, 0.5, 1.0):
+        assert np.array_equal(later.at(7.0 + time_s), known.at(time_s))
+    assert not np.array_equal(known.at(0.0), known.at(1.0))
+    with pytest.raises(ValueError, match="0 or more"):
+        palpate.register(frames, times=(-1.0, 0.0, 1.0), preset="fast")
+    with pytest.raises(ValueError, match="rise"):
+        palpate.register(frames, times=(0.0, 1.0, 1.0), preset="fast")
+
+
+def test_images_of_four_axes_bring_their_times(monkeypatch):
+    nibabel = pytest.importorskip("nibabel")
+    frames = np.stack([ball(11, centre=(1.5 * k, 0.0, 0.0)) for k in range(3)])
+    known = palpate.register(frames, spacing=(2.0, 2.0, 2.0), direction=np.diag((-1.0, -1.0, 1.0)), times=(0.0, 0.25, 0.5),
+                             preset="fast", verdict=False)
+    image = nibabel.Nifti1Image(frames.T, np.diag((2.0, 2.0, 2.0, 1.0)))
+    image.header.set_zooms((2.0, 2.0, 2.0, 250.0))
+    image.header.set_xyzt_units("mm", "msec")
+    told = palpate.register(image, preset="fast", verdict=False)
+    assert told.at(0.4) == pytest.approx(known.at(0.4), abs=1e-4)
+
+    module = types.ModuleType("SimpleITK")
+    module.GetArrayViewFromImage = lambda image: frames
+    monkeypatch.setitem(sys.modules, "SimpleITK", module)
+    functions = {"GetSpacing": lambda self: (2.0, 2.0, 2.0, 0.25), "GetOrigin": lambda self: (0.0, 0.0, 0.0, 0.0),
+                 "GetDirection": lambda self: tuple(np.diag((-1.0, -1.0, 1.0, 1.0)).reshape(-1))}
+    simple = type("Image", (), {"__module__": "SimpleITK.SimpleITK", **functions})()
+    told = palpate.register(simple, preset="fast", verdict=False)
+    assert told.at(0.4) == pytest.approx(known.at(0.4), abs=1e-4)
 
 
 def test_nibabel_images_bring_their_geometry():

@@ -32,21 +32,28 @@ def _context(device=None):
     return _contexts[device]
 
 
-_Image = collections.namedtuple("_Image", "array spacing origin direction")
+# step_s: from a frame to the next of a 4D image; None or 0 where nobody says.
+_Image = collections.namedtuple("_Image", "array spacing origin direction step_s", defaults=(None,))
+
+
+def _of_itk_kind(image, array, direction):
+    """ITK's order of axes is x, y, z, and time if there are four."""
+    spacing, origin = tuple(image.GetSpacing()), tuple(image.GetOrigin())
+    axes = len(spacing)
+    direction = np.reshape(direction, (axes, axes))[:3, :3].reshape(-1)
+    return _Image(array, spacing[:3], origin[:3], direction, spacing[3] if axes == 4 else None)
 
 
 def _of_simple_itk(image):
     import SimpleITK
 
-    array = SimpleITK.GetArrayViewFromImage(image)
-    return _Image(array, image.GetSpacing(), image.GetOrigin(), np.reshape(image.GetDirection(), (-1,)))
+    return _of_itk_kind(image, SimpleITK.GetArrayViewFromImage(image), image.GetDirection())
 
 
 def _of_itk(image):
     import itk
 
-    return _Image(itk.array_view_from_image(image), tuple(image.GetSpacing()), tuple(image.GetOrigin()),
-                  np.reshape(itk.array_from_matrix(image.GetDirection()), (-1,)))
+    return _of_itk_kind(image, itk.array_view_from_image(image), itk.array_from_matrix(image.GetDirection()))
 
 
 def _of_nibabel(image):
@@ -56,7 +63,11 @@ def _of_nibabel(image):
     spacing = np.linalg.norm(affine[:3, :3], axis=0)
     if not np.all(spacing > 0.0):
         raise ValueError("the affine of this image is singular: give it a sound one")
-    return _Image(array, tuple(spacing), tuple(affine[:3, 3]), (affine[:3, :3] / spacing).reshape(-1))
+    step_s = None
+    if array.ndim == 4:
+        seconds = {"sec": 1.0, "msec": 1e-3, "usec": 1e-6}.get(image.header.get_xyzt_units()[1], 0.0)
+        step_s = seconds * float(image.header.get_zooms()[3])
+    return _Image(array, tuple(spacing), tuple(affine[:3, 3]), (affine[:3, :3] / spacing).reshape(-1), step_s)
 
 
 def _of_array(array):
@@ -81,8 +92,6 @@ def _geometry(given, known, name, usual):
         value = np.asarray(known, dtype=float).reshape(-1)
     else:
         value = np.asarray(usual, dtype=float)
-    if len(value) == len(usual) + 1 and name != "direction":
-        value = value[: len(usual)]  # of a 4D image: without time
     if len(value) != len(usual):
         raise ValueError(f"{name} needs {len(usual)} numbers, but {len(value)} were given")
     return [float(number) for number in value]
@@ -109,10 +118,7 @@ def _frames_of(fixed, moving):
     image = _image_of(fixed)
     if image.array.ndim != 4:
         raise ValueError(f"one volume of shape {image.array.shape} has no motion: give two, a list, or a 4D array (t, z, y, x)")
-    direction = image.direction
-    if direction is not None and len(direction) == 16:
-        direction = np.reshape(direction, (4, 4))[:3, :3].reshape(-1)
-    return [_Image(frame, image.spacing, image.origin, direction) for frame in image.array]
+    return [image._replace(array=frame) for frame in image.array]
 
 
 class Verdict(collections.namedtuple("Verdict", "trust reasons measured")):
@@ -225,7 +231,7 @@ def register(fixed, moving=None, *, spacing=None, origin=None, direction=None, m
         axes x, y, z of the index in LPS. They stand before what an image says; 1 mm, 0 and the unit matrix where nobody says.
     mask: (z, y, x), 0: counts for nothing.
     preset: "fast", "balanced", "best" or "classic".
-    times: s, one per frame, rising; one second apart where nobody says.
+    times: s, one per frame, 0 or more and rising; else as a 4D image says, or one second apart where nobody says.
     cyclic: the last frame leads back to the first. pairwise: of a sequence only the fields from frame to frame.
     verdict: False: nothing is measured for a verdict, which is quicker.
     progress: called with what is done and its share of all, 0 to 1; what it raises ends the estimation.
@@ -249,7 +255,11 @@ def register(fixed, moving=None, *, spacing=None, origin=None, direction=None, m
     spacing = _geometry(spacing, first.spacing, "spacing", (1.0, 1.0, 1.0))
     origin = _geometry(origin, first.origin, "origin", (0.0, 0.0, 0.0))
     direction = _geometry(direction, first.direction, "direction", (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0))
+    if times is None and first.step_s:
+        times = [k * first.step_s for k in range(len(frames))]
     times = [] if times is None else [float(time) for time in times]
+    if any(not time >= 0.0 for time in times):
+        raise ValueError("the times of volumes must be 0 or more")
     if times and len(times) != len(frames):
         raise ValueError(f"there are {len(frames)} volumes, but {len(times)} times")
     if mask is not None:
@@ -266,7 +276,7 @@ def open_motion(path, *, device=None):
     """One motion for all frames of a sequence, from the file that Motion.save() and `palpate motion` write (sequence_motion.nrrd). Its fields
     are on the grid of the file."""
     found = _palpate.open_motion(_context(device), os.fspath(path))
-    return Motion(found, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), np.eye(3))
+    return Motion(found, *found.geometry())
 
 
 class Session:
