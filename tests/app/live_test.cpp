@@ -5,8 +5,10 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <mutex>
 #include <thread>
 
+#include "integration/openigtlink/client.h"
 #include "tests/app/program.h"
 #include "tests/openigtlink/wire.h"
 
@@ -106,6 +108,39 @@ TEST(Live, APictureOfItsFirstFrameIsDrawn) {
                                (folder.path() / "live.png").string(), "--picture-size", "96"});
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_TRUE(std::filesystem::exists(folder.path() / "live.png"));
+}
+
+TEST(Live, WhatIsFeltIsSentAsItMoves) {
+  const uint16_t port = test::WireServer().port();
+  std::mutex mutex;
+  std::vector<openigtlink::ArrivedImage> images;
+  std::atomic<int> proxies{0};
+  openigtlink::ClientOptions options;
+  options.image = "palpate_volume";
+  options.transform = "palpate_proxy";
+  options.on_image = [&](openigtlink::ArrivedImage image) {
+    const std::lock_guard lock(mutex);
+    images.push_back(std::move(image));
+  };
+  options.on_transform = [&](const openigtlink::Rigid&) { ++proxies; };
+  const auto client = openigtlink::Client::start({"127.0.0.1", port}, std::move(options));
+  ASSERT_TRUE(client);
+  const Outcome outcome = run({"feel", "heart", "--device", "simulated", "--headset", "off",
+                               "--seconds", "5", "--serve", std::to_string(port)});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_GT(proxies, 10);
+  const std::lock_guard lock(mutex);
+  ASSERT_GE(images.size(), 3u);
+  double changed = 0.0;
+  for (const auto& image : images) {
+    EXPECT_LE(image.volume.grid.count(), 64u * 64 * 64);
+    ASSERT_EQ(image.volume.values.size(), images[0].volume.values.size());
+    double mean = 0.0;
+    for (size_t v = 0; v < image.volume.values.size(); ++v)
+      mean += std::abs(image.volume.values[v] - images[0].volume.values[v]);
+    changed = std::max(changed, mean / double(image.volume.values.size()));
+  }
+  EXPECT_GT(changed, 1.0) << "it beats, so what is sent must change";
 }
 
 TEST(Live, WhatCanNotBeIsSaidInASentence) {
