@@ -5,8 +5,10 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <mutex>
 #include <thread>
 
+#include "integration/openigtlink/client.h"
 #include "tests/app/program.h"
 #include "tests/openigtlink/wire.h"
 
@@ -47,18 +49,26 @@ test::Raw table(size_t frame) {
   return test::wire_message(header, body);
 }
 
-/// Sends frames to whoever connects, ten a second, until it is over.
+/// Sends frames to whoever connects, ten a second, until it is over; hangs up once after so many
+/// frames, if that is asked for, in the middle of a message.
 class Source {
  public:
-  Source() {
+  explicit Source(size_t hangs_up_after = 0) {
     for (int k = 0; k < 12; ++k) frames_.push_back(ball(k));
-    thread_ = std::jthread([this](std::stop_token stop) {
+    thread_ = std::jthread([this, hangs_up_after](std::stop_token stop) mutable {
       while (!stop.stop_requested()) {
-        if (!server_.accept_one()) continue;
+        if (!server_.accept_one(100)) continue;
         for (size_t k = 0; !stop.stop_requested(); ++k) {
           test::Raw frame = frames_[k % frames_.size()];
           frame[34] = uint8_t(k >> 24), frame[35] = uint8_t(k >> 16);
           frame[36] = uint8_t(k >> 8), frame[37] = uint8_t(k);
+          if (k > 0 && k == hangs_up_after) {
+            hangs_up_after = 0;
+            frame.resize(frame.size() / 2);
+            server_.send(frame);
+            server_.drop();
+            break;
+          }
           if (!server_.send(frame) || !server_.send(table(k))) break;
           std::this_thread::sleep_for(100ms);
         }
@@ -75,7 +85,7 @@ class Source {
 
 TEST(Live, ASourceIsFeltFollowedAndItsNumbersAreSaid) {
   NEEDS_DEVICE();
-  const Source source;
+  const Source source(20);
   const Outcome outcome = run({"feel", source.place(), "--device", "simulated", "--headset", "off",
                                "--seconds", "6", "--follow"});
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
@@ -85,6 +95,12 @@ TEST(Live, ASourceIsFeltFollowedAndItsNumbersAreSaid) {
   ASSERT_NE(at, std::string::npos) << outcome.out;
   EXPECT_GT(std::stoi(outcome.out.substr(at + 13)), 3) << outcome.out;
   EXPECT_NE(outcome.out.find("after they arrived (median"), std::string::npos);
+  // It hung up in the middle of a message, and was found again.
+  EXPECT_NE(outcome.out.find("connecting again"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("1 refused: torn"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("2 connections"), std::string::npos) << outcome.out;
+  const size_t frames_at = outcome.out.rfind("Live ", at);
+  EXPECT_GT(std::stoi(outcome.out.substr(frames_at + 5)), 30) << outcome.out;
 }
 
 TEST(Live, TransformsMoveTheVolumeAndAJumpIsNotFollowed) {
@@ -106,6 +122,39 @@ TEST(Live, APictureOfItsFirstFrameIsDrawn) {
                                (folder.path() / "live.png").string(), "--picture-size", "96"});
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_TRUE(std::filesystem::exists(folder.path() / "live.png"));
+}
+
+TEST(Live, WhatIsFeltIsSentAsItMoves) {
+  const uint16_t port = test::WireServer().port();
+  std::mutex mutex;
+  std::vector<openigtlink::ArrivedImage> images;
+  std::atomic<int> proxies{0};
+  openigtlink::ClientOptions options;
+  options.image = "palpate_volume";
+  options.transform = "palpate_proxy";
+  options.on_image = [&](openigtlink::ArrivedImage image) {
+    const std::lock_guard lock(mutex);
+    images.push_back(std::move(image));
+  };
+  options.on_transform = [&](const openigtlink::Rigid&) { ++proxies; };
+  const auto client = openigtlink::Client::start({"127.0.0.1", port}, std::move(options));
+  ASSERT_TRUE(client);
+  const Outcome outcome = run({"feel", "heart", "--device", "simulated", "--headset", "off",
+                               "--seconds", "5", "--serve", std::to_string(port)});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_GT(proxies, 10);
+  const std::lock_guard lock(mutex);
+  ASSERT_GE(images.size(), 3u);
+  double changed = 0.0;
+  for (const auto& image : images) {
+    EXPECT_LE(image.volume.grid.count(), 64u * 64 * 64);
+    ASSERT_EQ(image.volume.values.size(), images[0].volume.values.size());
+    double mean = 0.0;
+    for (size_t v = 0; v < image.volume.values.size(); ++v)
+      mean += std::abs(image.volume.values[v] - images[0].volume.values[v]);
+    changed = std::max(changed, mean / double(image.volume.values.size()));
+  }
+  EXPECT_GT(changed, 1.0) << "it beats, so what is sent must change";
 }
 
 TEST(Live, WhatCanNotBeIsSaidInASentence) {

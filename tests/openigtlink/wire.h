@@ -106,11 +106,11 @@ class WireServer {
   WireServer& operator=(const WireServer&) = delete;
 
   uint16_t port() const { return port_; }
-  /// Waits for the next one who connects. False: nobody in 5 s.
-  bool accept_one() {
+  /// Waits for the next one who connects. False: nobody in time.
+  bool accept_one(int wait_ms = 5000) {
     drop();
     pollfd polled{listener_, POLLIN, 0};
-    if (poll(&polled, 1, 5000) <= 0) return false;
+    if (poll(&polled, 1, wait_ms) <= 0) return false;
     connection_ = accept(listener_, nullptr, nullptr);
     return connection_ >= 0;
   }
