@@ -52,6 +52,7 @@ const std::vector<std::pair<std::string, Way>> kWays = {
      {"palpate view breathing.seq.nrrd --cut-open --picture chest.png", ""}},
     {"build/palpate feel heart --headset openxr --device simulated",
      {"", "needs Monado: monado_test"}},
+    {"build/palpate feel heart --overlay 0", {"", "needs Monado and another program: monado_test"}},
     {"build/palpate calibrate -o room.json --device simulated --tip 0,0,-60",
      {"", "needs a person in a headset: calibrate_test plays one"}},
     {"build/palpate motion breathing.seq.nrrd -o fields --cyclic --pictures",
