@@ -144,18 +144,32 @@ class EstimatorContent {
     if (const Status done = pairwise_->finish(); !done) return done;
     motion.seconds = std::chrono::duration<double>(Clock::now() - first_).count();
     Verdict whole;
-    std::optional<CyclePoints> points;
-    if (options_.cyclic) points.emplace(grid_, options_.mask ? &*options_.mask : nullptr);
+    const Mask* const mask = options_.mask ? &*options_.mask : nullptr;
+    std::optional<CyclePoints> everywhere, where_structure;
+    if (options_.cyclic) everywhere.emplace(grid_, mask);
     std::vector<float> lengths;
     for (PairMotion& pair : pairs_) {
+      const bool is_first = motion.steps.empty(),
+                 is_last = motion.steps.size() + 1 == pairs_.size();
       const Field field = resampled(pair.field, grid_);
-      if (points) points->follow(field);
       for (const glm::vec3& u : field.u_mm) lengths.push_back(glm::length(u));
+      std::optional<Evidence> evidence;
       if (judges()) {
         const Volume &fixed = frames_[pair.fixed_frame], &moving = frames_[pair.moving_frame];
-        auto evidence = examined(fixed, moving, field, pair.backward ? &*pair.backward : nullptr,
-                                 &pair.confidence, options_.mask ? &*options_.mask : nullptr);
-        if (!evidence) return evidence.error();
+        Mask structure;
+        auto found = examined(fixed, moving, field, pair.backward ? &*pair.backward : nullptr,
+                              &pair.confidence, mask, &structure);
+        if (!found) return found.error();
+        evidence = std::move(*found);
+        if (everywhere && is_first && evidence->match->clear > 0)
+          where_structure.emplace(grid_, &structure);
+      }
+      for (auto* points : {&everywhere, &where_structure})
+        if (*points) (*points)->follow(field);
+      if (everywhere && is_last)
+        motion.drift = (where_structure ? *where_structure : *everywhere).drift();
+      if (evidence) {
+        evidence->drift = motion.drift;
         note(motion, *evidence);
         const Verdict of_pair = judged(*evidence);
         if (pairs_.size() == 1)
@@ -167,7 +181,6 @@ class EstimatorContent {
       motion.confidence.push_back(std::move(pair.confidence));
     }
     motion.motion_mm = spread_of(lengths);
-    if (points) motion.drift = points->drift();
     if (judges()) conclude(motion, whole);
     return Nothing{};
   }

@@ -5,9 +5,11 @@
 #include <atomic>
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <thread>
 
 #include "compute/motion/estimate_sequence.h"
+#include "compute/motion/verdict.h"
 #include "compute/volume/phantom.h"
 #include "integration/files/read_volume.h"
 #include "tests/files/temporary_folder.h"
@@ -180,6 +182,45 @@ TEST_F(CMotion, OfASequenceIsOneMotionForAllFrames) {
   const PalGrid grid = grid_of(sequence_.frames.front().grid);
   EXPECT_EQ(field(0, PAL_FIELD_TO_TIME, 0.3, &grid), once);
   pal_motion_close(&read);
+}
+
+TEST_F(CMotion, OfACycleInPairsIsJudgedByItsDriftToo) {
+  estimate(info(PAL_ESTIMATOR_PAIRWISE | PAL_ESTIMATOR_CYCLIC));
+  EXPECT_EQ(summary().step_count, 4U);
+  // As the program judges pairs: points where the first one shows structure go around.
+  EstimatorOptions options;
+  options.motion = *motion_preset("fast");
+  options.cyclic = options.backward = true;
+  std::vector<PairMotion> pairs;
+  const Grid grid = sequence_.frames.front().grid;
+  auto estimator = SequenceEstimator::open(
+      context(), grid, options, [&](PairMotion pair) { pairs.push_back(std::move(pair)); });
+  ASSERT_TRUE(estimator);
+  for (size_t k = 0; k < 4; ++k) ASSERT_TRUE((*estimator)->push(k, sequence_.frames[k]));
+  ASSERT_TRUE((*estimator)->finish());
+  ASSERT_EQ(pairs.size(), 4U);
+  Verdict expected;
+  std::optional<CyclePoints> points;
+  for (size_t k = 0; k < 4; ++k) {
+    const Field on_grid = resampled(pairs[k].field, grid);
+    Mask structure;
+    auto evidence = examined(sequence_.frames[k], sequence_.frames[(k + 1) % 4], on_grid,
+                             &*pairs[k].backward, &pairs[k].confidence, nullptr, &structure);
+    ASSERT_TRUE(evidence);
+    if (k == 0) points.emplace(grid, &structure);
+    points->follow(on_grid);
+    if (k == 3) {
+      evidence->drift = points->drift();
+      EXPECT_NEAR(summary().drift_mean_mm, evidence->drift->mm.mean, 1e-12);
+    }
+    add(expected, judged(*evidence),
+        "Frame " + std::to_string(k) + " to " + std::to_string((k + 1) % 4));
+  }
+  EXPECT_STREQ(summary().trust_word, word(expected.trust));
+  std::string reasons;
+  for (const std::string& reason : expected.reasons)
+    reasons += (reasons.empty() ? "" : "\n") + reason;
+  EXPECT_EQ(summary().reasons, reasons);
 }
 
 TEST_F(CMotion, CountsTimeAsTheFramesDo) {

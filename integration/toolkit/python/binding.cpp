@@ -21,10 +21,9 @@ namespace py = pybind11;
 
 namespace {
 
-/// The exception that fits a failure.
-void check(PalResult result) {
+/// The exception that fits a failure, with the library's sentence on it.
+void check(PalResult result, const std::string& sentence) {
   if (result >= PAL_OK) return;
-  const std::string sentence = pal_last_error();
   switch (result) {
     case PAL_BAD_INPUT:
     case PAL_BAD_OUTPUT:
@@ -40,15 +39,17 @@ void check(PalResult result) {
   }
 }
 
+void check(PalResult result) {
+  check(result, pal_last_error());
+}
+
 /// Runs work that may take long without the interpreter's lock.
 template <class Work>
 void without_lock(const Work& work) {
   PalResult result;
-  std::string sentence;
   {
     const py::gil_scoped_release released;
     result = work();
-    if (result < PAL_OK) sentence = pal_last_error();
   }
   check(result);
 }
@@ -242,8 +243,16 @@ std::unique_ptr<Motion> estimate(
     const PalSampleType type = type_of(frames[k]);
     const void* const samples = samples_of(frames[k], info.grid);
     const double time_s = times_s.empty() ? -1.0 : times_s[k];
-    without_lock([&] { return pal_estimator_push(owner.handle, type, samples, time_s); });
+    PalResult pushed;
+    {
+      const py::gil_scoped_release released;
+      pushed = pal_estimator_push(owner.handle, type, samples, time_s);
+    }
+    // A push may have waited for a pair; what has cancelled it meanwhile is the cause.
+    const std::string sentence = pal_last_error();
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
     if (listener.raised) std::rethrow_exception(listener.raised);
+    check(pushed, sentence);
   }
   // On a thread of its own, so that Ctrl-C is heard here.
   PalMotion* found = nullptr;
@@ -270,12 +279,7 @@ std::unique_ptr<Motion> estimate(
   std::unique_ptr<Motion> motion = found ? std::make_unique<Motion>(found) : nullptr;
   if (interrupted) throw py::error_already_set();
   if (listener.raised) std::rethrow_exception(listener.raised);
-  if (result == PAL_CANCELLED) {
-    PyErr_SetString(PyExc_InterruptedError, sentence.c_str());
-    throw py::error_already_set();
-  }
-  if (result == PAL_BAD_INPUT) throw py::value_error(sentence);
-  if (result < PAL_OK) throw std::runtime_error(sentence);
+  check(result, sentence);
   return motion;
 }
 

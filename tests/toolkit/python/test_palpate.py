@@ -222,6 +222,22 @@ def test_what_progress_raises_ends_the_estimation(pair):
 
     with pytest.raises(RuntimeError, match="enough"):
         palpate.register(pair[0], pair[1], progress=fail)
+    # Of many pairs the first one's callback ends it, while further frames wait to be taken.
+    with pytest.raises(RuntimeError, match="enough"):
+        palpate.register([ball(9 + 0.2 * k) for k in range(8)], pairwise=True, progress=fail)
+
+
+def test_ctrl_c_is_heard_between_the_frames_of_pairs():
+    heard = []
+
+    def interrupt(doing, share):
+        if not heard:
+            os.kill(os.getpid(), signal.SIGINT)
+        heard.append(doing)
+
+    with pytest.raises(KeyboardInterrupt):
+        palpate.register([ball(9 + 0.2 * k) for k in range(10)], pairwise=True, preset="fast", verdict=False, progress=interrupt)
+    assert heard and "frame 8 to 9" not in heard
 
 
 def test_other_threads_run_meanwhile():
