@@ -130,6 +130,7 @@ TEST_F(HostDevice, FindsMotionAndDrawsWithItsQueueLocked) {
   PAL_ASSERT_OK(pal_session_open(opened.scene, &session, &opened.session));
   PalViewInfo view{};
   view.size = sizeof view;
+  view.flags = PAL_VIEW_NO_HAND | PAL_VIEW_NO_BOX;
   view.width = 64;
   view.height = 48;
   view.eye_count = 1;
