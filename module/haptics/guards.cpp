@@ -11,6 +11,7 @@ constexpr double kWarm = 0.8;      // of the final heat: from here on the force 
 constexpr double kSpent = 0.5;     // of the budget: from here on the gain falls
 constexpr double kForgiveS = 0.1;  // of what a contact held back
 constexpr double kSteepestReturn = 8.0, kLeastReturn = 0.01;
+constexpr double kWhole = 1.0 - 1e-9;
 constexpr double kNewContactS = 0.02;  // apart for so long: the next touch is a new contact
 
 }  // namespace
@@ -67,24 +68,34 @@ void PassiveReturn::move(double wanted_j, double given_j) noexcept {
 }
 
 double PassiveReturn::most_n(double wanted_n) noexcept {
-  falls_ = wanted_n < wanted_n_;
+  const double rise_n = wanted_n - wanted_n_;
+  falls_ = rise_n < 0.0;
   wanted_n_ = wanted_n;
   if (!(wanted_n > 0.0)) *this = PassiveReturn{};  // free, or not finite
-  if (!falls_ || !(turn_wanted_n_ > 0.0)) return std::numeric_limits<double>::infinity();
+  if (!(turn_wanted_n_ > 0.0)) return std::numeric_limits<double>::infinity();
+  if (!falls_) {
+    most_n_ += rise_n;
+    // All is given back: nothing is left of rounding.
+    if (most_n_ >= kWhole * wanted_n) most_n_ = std::numeric_limits<double>::infinity();
+    return most_n_;
+  }
   double power = 1.0;
   if (wanted_j_ > 0.0) {
     const double share = turn_given_n_ / turn_wanted_n_;
     power = 2.0 * share * wanted_j_ / std::max(given_j_, kLeastReturn * wanted_j_) - 1.0;
     power = std::clamp(power, 1.0, kSteepestReturn);
   }
-  return turn_given_n_ * std::pow(std::min(1.0, wanted_n / turn_wanted_n_), power);
+  most_n_ = turn_given_n_ * std::pow(std::min(1.0, wanted_n / turn_wanted_n_), power);
+  return most_n_;
 }
 
 void PassiveReturn::give(double given_n, double dt_s) noexcept {
   if (falls_) return;
   turn_wanted_n_ = wanted_n_;
   turn_given_n_ = std::min(given_n, wanted_n_);
-  given_j_ += (wanted_j_ - given_j_) * dt_s / (kForgiveS + dt_s);
+  const double forgiven = dt_s / (kForgiveS + dt_s);
+  given_j_ += (wanted_j_ - given_j_) * forgiven;
+  most_n_ += std::max(0.0, wanted_n_ - most_n_) * forgiven;
 }
 
 }  // namespace palpate

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <limits>
+
 namespace palpate {
 
 /// The motors' heat: dT/dt = (F^2 / F_c^2 - T) / tau, T = 1 for the temperature that the force F_c
@@ -60,13 +62,14 @@ class FirstContact {
 /// force falls from w_t, where s_t of it was given, no more than
 ///   s_t (w / w_t)^n,  n + 1 = 2 (s_t / w_t) (wanted's work / given's work), n from 1 to 8,
 /// is given: for a spring that is exactly the work that the hand did. n = 1 and s_t = w_t where
-/// nothing was held back. What is owed is forgiven over a tenth of a second in which the force does
-/// not fall. Values; real-time safe.
+/// nothing was held back. What is owed is forgiven over a tenth
+/// of a second in which the force does not fall; what may be given then rises with the wanted force
+/// and by what is forgiven, not at once. Values; real-time safe.
 class PassiveReturn {
  public:
   /// The hand moved: its work against the wanted force and against what was given, J.
   void move(double wanted_j, double given_j) noexcept;
-  /// The most that may be given where wanted_n is wanted; infinite while it does not fall.
+  /// The most that may be given where wanted_n is wanted; infinite where nothing is held back.
   double most_n(double wanted_n) noexcept;
   /// What was given then, for dt_s.
   void give(double given_n, double dt_s) noexcept;
@@ -74,6 +77,7 @@ class PassiveReturn {
  private:
   double wanted_j_ = 0.0, given_j_ = 0.0;
   double wanted_n_ = 0.0, turn_wanted_n_ = 0.0, turn_given_n_ = 0.0;
+  double most_n_ = std::numeric_limits<double>::infinity();  ///< that may be given now
   bool falls_ = false;
 };
 

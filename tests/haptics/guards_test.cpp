@@ -152,6 +152,27 @@ TEST(PassiveReturn, TakesNothingFromASpringThatWasLetInWhole) {
   }
 }
 
+TEST(PassiveReturn, ComesBackSlowlyAfterAFallThatDidNotLeaveTheWall) {
+  // A wall pushes with 6 N where 4 may be given, sinks to 5.4 and comes a little: seen on a live
+  // heart, where what the fall had taken came back in one millisecond.
+  PassiveReturn back;
+  double given = 0.0, worst_n = 0.0, least = 4.0;
+  for (int ms = 0; ms < 600; ++ms) {
+    const double wanted = ms < 100   ? 0.06 * ms
+                          : ms < 200 ? 6.0
+                          : ms < 300 ? 6.0 - 0.006 * (ms - 200)
+                                     : 5.4 + 0.001 * (ms - 300);
+    const double before = given;
+    given = std::min({wanted, 4.0, back.most_n(wanted)});
+    back.give(given, 1e-3);
+    if (ms > 100) worst_n = std::max(worst_n, std::abs(given - before));
+    if (ms > 200) least = std::min(least, given);
+  }
+  EXPECT_LT(least, 3.7) << "nothing was held back: this shows nothing";
+  EXPECT_LT(worst_n, 0.05);
+  EXPECT_NEAR(given, 4.0, 0.01);
+}
+
 TEST(PassiveReturn, ForgivesWhatWasHeldBackWhereTheHandStays) {
   // A tenth of a second of rest: nearly all is given back; half a second: all of it.
   EXPECT_GT(hit_mj(0.2, 100.0, 500), hit_mj(0.2, 100.0, 0));
