@@ -55,9 +55,9 @@ set(CPACK_DEBIAN_PALPATE_LAB_PACKAGE_SUGGESTS "elastix, plastimatch")
 if(TARGET palpate_python)
   list(APPEND CPACK_COMPONENTS_ALL palpate_python)
   package(palpate_python python3-palpate python "feel, see and follow moving volumes, for Python
-Motion of numpy, nibabel, SimpleITK and itk images with verdict and inverse, and
-scenes that are felt in a loop of Python's.")
-  set(CPACK_DEBIAN_PALPATE_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.11), python3 (<< 3.12), python3-numpy")
+Motion of numpy, nibabel, SimpleITK and itk images with verdict and inverse,
+and scenes that are felt in a loop of Python's.")
+  set(CPACK_DEBIAN_PALPATE_PYTHON_PACKAGE_DEPENDS "libpalpate0 (= ${PROJECT_VERSION}), python3 (>= 3.11), python3 (<< 3.12), python3-numpy")
   set(CPACK_DEBIAN_PALPATE_PYTHON_PACKAGE_SUGGESTS "python3-nibabel")
 endif()
 include(CPack)
