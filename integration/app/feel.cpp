@@ -210,7 +210,7 @@ void add_seeing(CLI::App& app, FeelCommand& command) {
 Command add_feel(CLI::App& program) {
   auto command = std::make_shared<FeelCommand>();
   CLI::App* app = program.add_subcommand("feel",
-                                         "Feel heart, shell, molecule, a scene file (.json, .x3d) "
+                                         "Feel heart, shell, molecule, a scene file (.json, .x3d), "
                                          "a sequence or a live source, at 1 kHz");
   app->add_option("input", command->inputs,
                   "heart, shell, molecule, a scene file, a sequence as in 'palpate motion', or "

@@ -33,19 +33,6 @@ bool answers(ForceDevice& device) {
   return false;
 }
 
-/// "haply@localhost:10001" in two.
-std::pair<std::string, std::string> parts_of(const std::string& device) {
-  const size_t at = device.find('@');
-  if (at == std::string::npos) return {device, ""};
-  return {device.substr(0, at), device.substr(at + 1)};
-}
-
-const devices::ForceDeviceKind* kind_of(const std::string& word) {
-  for (const auto& kind : devices::force_device_kinds())
-    if (word == kind.kind) return &kind;
-  return nullptr;
-}
-
 Result<OpenedDevice> simulated(const ForceDeviceChoice& choice, const LoadedScene& scene,
                                std::string why) {
   auto options = simulated_options(choice);
@@ -147,11 +134,12 @@ CLI::Validator a_force_device(std::vector<std::string> others) {
   CLI::Validator known = one_of(words);
   return CLI::Validator(
       [known](std::string& text) {
-        const auto [word, place] = parts_of(text);
+        const auto [word, place] = devices::force_device_name(text);
         std::string kind = word;
         const std::string wrong = known(kind);
         if (!wrong.empty()) return wrong + "; the Vulkan device is named with --gpu";
-        if (text.find('@') == std::string::npos || (kind_of(word) && !place.empty()))
+        if (text.find('@') == std::string::npos ||
+            (devices::force_device_kind(word) && !place.empty()))
           return std::string();
         return fmt::format("'{}': only a real device has a place, as in haply@localhost:10001",
                            text);
@@ -166,7 +154,7 @@ std::string devices_that_would_do() {
 }
 
 Result<std::unique_ptr<ForceDevice>> find_force_device(const ForceDeviceChoice& choice) {
-  const auto [word, place] = parts_of(choice.device);
+  const auto [word, place] = devices::force_device_name(choice.device);
   const devices::ForceDeviceOptions options{place, choice.falcon_firmware.string(),
                                             choice.real_time};
   for (const auto& kind : devices::force_device_kinds()) {

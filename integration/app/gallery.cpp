@@ -1,21 +1,19 @@
 #include "integration/app/gallery.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 
 #include "integration/app/still_picture.h"
 #include "integration/files/sentences.h"
+#include "module/haptics/real_time.h"
 
 namespace palpate::app {
 namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int kNice = 5;  // behind the hand, before the estimation
 constexpr std::chrono::milliseconds kFrame{33};
 constexpr std::chrono::milliseconds kStillFrame{500};  // while motion is estimated: let it
 
@@ -56,7 +54,7 @@ double Gallery::median_ms() const {
 }
 
 void Gallery::run(std::stop_token stop) {
-  setpriority(PRIO_PROCESS, id_t(gettid()), kNice);
+  give_way(BackgroundWork::kPictures);
   const Status looked = look(stop);
   if (!looked) trouble_ = looked.error().message;
 }

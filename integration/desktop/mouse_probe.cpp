@@ -1,8 +1,9 @@
 #include "integration/desktop/mouse_probe.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
+
+#include "module/haptics/monotonic.h"
 
 namespace palpate::desktop {
 namespace {
@@ -41,7 +42,7 @@ DeviceInfo MouseProbe::info() const {
 }
 
 DeviceReading MouseProbe::exchange(const DeviceCommand&) noexcept {
-  return exchange_at(std::chrono::steady_clock::now().time_since_epoch().count());
+  return exchange_at(monotonic_ns());
 }
 
 DeviceReading MouseProbe::exchange_at(int64_t now_ns) noexcept {

@@ -1,7 +1,8 @@
 #include "integration/devices/calibration_hand.h"
 
-#include <chrono>
 #include <cmath>
+
+#include "module/haptics/monotonic.h"
 
 namespace palpate::devices {
 namespace {
@@ -32,7 +33,7 @@ DeviceInfo CalibrationHand::info() const {
 DeviceReading CalibrationHand::exchange(const DeviceCommand&) noexcept {
   places_.get(place_m_);
   DeviceReading reading;
-  reading.time_ns = std::chrono::steady_clock::now().time_since_epoch().count();
+  reading.time_ns = monotonic_ns();
   reading.position_m = wanders_ ? wander_m(reading.time_ns) : place_m_;
   reading.fresh = true;
   return reading;

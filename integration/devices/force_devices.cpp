@@ -136,4 +136,15 @@ std::span<const ForceDeviceKind> force_device_kinds() {
   return kKinds;
 }
 
+const ForceDeviceKind* force_device_kind(const std::string& word) {
+  for (const ForceDeviceKind& kind : kKinds)
+    if (word == kind.kind) return &kind;
+  return nullptr;
+}
+
+ForceDeviceName force_device_name(const std::string& text) {
+  const size_t at = text.find('@');
+  return {text.substr(0, at), at == std::string::npos ? "" : text.substr(at + 1)};
+}
+
 }  // namespace palpate::devices

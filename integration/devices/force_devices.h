@@ -32,5 +32,13 @@ struct ForceDeviceKind {
 
 /// In the order in which they are looked for.
 std::span<const ForceDeviceKind> force_device_kinds();
+/// The kind of that word; null if there is none.
+const ForceDeviceKind* force_device_kind(const std::string& word);
+
+/// What a person calls a device: "haply", or with its place "haply@localhost:10001".
+struct ForceDeviceName {
+  std::string kind, place;
+};
+ForceDeviceName force_device_name(const std::string& text);
 
 }  // namespace palpate::devices

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cassert>
-#include <chrono>
 #include <cmath>
+
+#include "module/haptics/monotonic.h"
 
 namespace palpate::devices {
 namespace {
@@ -15,11 +16,6 @@ constexpr int64_t kLongestCatchUp_ns = 500'000'000;
 
 int64_t ns(double seconds) {
   return int64_t(std::llround(seconds * 1e9));
-}
-
-int64_t monotonic_ns() noexcept {
-  using namespace std::chrono;
-  return duration_cast<nanoseconds>(steady_clock::now().time_since_epoch()).count();
 }
 
 }  // namespace

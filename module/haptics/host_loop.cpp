@@ -1,14 +1,11 @@
 #include "module/haptics/host_loop.h"
 
-#include <chrono>
 #include <cmath>
+
+#include "module/haptics/monotonic.h"
 
 namespace palpate {
 namespace {
-
-int64_t monotonic_now_ns() noexcept {
-  return std::chrono::steady_clock::now().time_since_epoch().count();
-}
 
 /// The force of a tick has to go out with that tick.
 LoopOptions twice(LoopOptions options) {
@@ -32,13 +29,13 @@ HostLoop::HostLoop(Ticker& ticker, const DeviceInfo& device, const LoopOptions& 
 
 glm::dvec3 HostLoop::tick(const HostTick& tick) noexcept {
   if (over_) return glm::dvec3(0.0);
-  const int64_t monotonic_ns = monotonic_now_ns();
-  const int64_t time_ns = tick.time_ns == 0 ? monotonic_ns : tick.time_ns;
+  const int64_t called_ns = monotonic_ns();
+  const int64_t time_ns = tick.time_ns == 0 ? called_ns : tick.time_ns;
   const glm::dvec3 x = tick.position_m;
   const bool finite = std::isfinite(x.x) && std::isfinite(x.y) && std::isfinite(x.z);
   const bool rises = time_ns > clock_.time_ns;
   clock_.time_ns = rises ? time_ns : clock_.time_ns + 1;
-  ahead_ns_.store(clock_.time_ns - monotonic_ns, std::memory_order_relaxed);
+  ahead_ns_.store(clock_.time_ns - called_ns, std::memory_order_relaxed);
 
   DeviceReading& reading = device_.reading;
   reading.fault = finite && rises ? DeviceFault::kNone : DeviceFault::kGarbage;

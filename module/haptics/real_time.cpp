@@ -137,4 +137,8 @@ void prepare_thread(const RealTimeOptions& options, ServoReport& report) {
   if (options.priority > 0) set_priority(options.priority, report);
 }
 
+void give_way(BackgroundWork work) noexcept {
+  setpriority(PRIO_PROCESS, id_t(gettid()), int(work));
+}
+
 }  // namespace palpate

@@ -46,4 +46,11 @@ class ProcessPreparation {
 /// real-time safe itself.
 void prepare_thread(const RealTimeOptions& options, ServoReport& report);
 
+/// Work that gives way to the servo loop, with its niceness: pictures come before the estimation.
+enum class BackgroundWork { kPictures = 5, kEstimation = 10 };
+
+/// Lowers the priority of the calling thread and, by inheritance, of all that it starts, such as
+/// those of a Vulkan driver.
+void give_way(BackgroundWork work) noexcept;
+
 }  // namespace palpate

@@ -1,31 +1,15 @@
 #include "module/session/live_motion.h"
 
-#include <sys/resource.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <chrono>
 
 #include "compute/motion/estimate_sequence.h"
 #include "compute/volume/memory.h"
+#include "module/haptics/monotonic.h"
+#include "module/haptics/real_time.h"
 #include "module/scene/make_volume.h"
 
 namespace palpate {
-namespace {
-
-constexpr int kNice = 10;
-
-int64_t steady_ns() {
-  return std::chrono::steady_clock::now().time_since_epoch().count();
-}
-
-/// Of this thread and, by inheritance, of all that the Vulkan driver starts from it.
-void yield_to_the_hand() {
-  setpriority(PRIO_PROCESS, id_t(gettid()), kNice);
-}
-
-}  // namespace
-
 LiveMotion::LiveMotion(const LoadedScene& scene, const LiveMotionOptions& options,
                        LiveMotionListener listener)
     : options_(options), listener_(std::move(listener)) {
@@ -65,7 +49,7 @@ bool LiveMotion::finds_whole() const {
 
 LiveMotion::Progress LiveMotion::progress() const {
   Progress now{steps_, known_, moves_after_s_, seconds_, -1.0};
-  const double share = share_, elapsed_s = 1e-9 * double(steady_ns() - start_ns_);
+  const double share = share_, elapsed_s = 1e-9 * double(monotonic_ns() - start_ns_);
   // Before this nothing can be said about the time left.
   if (!done_ && start_ns_ > 0 && share > 0.02 && elapsed_s > 0.5)
     now.left_s = elapsed_s * (1.0 - share) / share;
@@ -78,7 +62,7 @@ std::string LiveMotion::trouble() const {
 }
 
 void LiveMotion::run(std::stop_token stop) {
-  yield_to_the_hand();
+  give_way(BackgroundWork::kEstimation);
   const auto start = std::chrono::steady_clock::now();
   Status status = Nothing{};
   for (const Job& job : jobs_) {
@@ -104,7 +88,7 @@ Status LiveMotion::estimate(const Job& job, std::stop_token stop) {
   EstimatorOptions options;
   options.motion = *preset;
   options.cyclic = job.cyclic;
-  start_ns_ = steady_ns();
+  start_ns_ = monotonic_ns();
   // Each frame is asked for more than once: all are kept.
   const double bytes = double(frames->count) * double(frames->grid.count()) * sizeof(float);
   const Status fits = check_fits_memory("One motion for the whole sequence", bytes);
@@ -119,7 +103,7 @@ Status LiveMotion::take_pair(const Job& job, const PairMotion& pair) {
   if (!job.missing.own)
     taken = listener_.on_step(job.missing.volume, pair.fixed_frame,
                               MotionMap::of(pair.field, &pair.confidence));
-  if (known_ + 1 == steps_) moves_after_s_ = 1e-9 * double(steady_ns() - start_ns_);
+  if (known_ + 1 == steps_) moves_after_s_ = 1e-9 * double(monotonic_ns() - start_ns_);
   ++known_;
   listener_.on_change(*this);
   return taken;

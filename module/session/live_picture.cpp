@@ -1,11 +1,9 @@
 #include "module/session/live_picture.h"
 
-#include <sys/resource.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <chrono>
 
+#include "module/haptics/real_time.h"
 #include "module/view/resolution.h"
 
 namespace palpate {
@@ -13,7 +11,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int kNice = 5;  // behind the hand, before the estimation
 constexpr PictureSize kMost{2560, 1600};
 constexpr ResolutionOptions kResolution{.budget_s = 1.0 / 25.0, .least = 0.35};
 constexpr double kAtFirst = 0.4;  // of the size: a slow device shows something soon
@@ -49,7 +46,7 @@ std::string LivePicture::trouble() const {
 }
 
 void LivePicture::run(std::stop_token stop) {
-  setpriority(PRIO_PROCESS, id_t(gettid()), kNice);
+  give_way(BackgroundWork::kPictures);
   const Status drawn = draw(stop);
   if (drawn) return;
   const std::lock_guard lock(mutex_);

@@ -6,16 +6,13 @@
 #include <chrono>
 #include <cmath>
 
+#include "module/haptics/monotonic.h"
 #include "module/scene/drive.h"
 
 namespace palpate {
 namespace {
 
 constexpr std::chrono::milliseconds kPosePause{16};  // as often as a display asks
-
-int64_t monotonic_ns() {
-  return std::chrono::steady_clock::now().time_since_epoch().count();
-}
 
 }  // namespace
 

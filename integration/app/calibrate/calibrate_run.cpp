@@ -20,6 +20,7 @@
 #include "integration/devices/calibration_hand.h"
 #include "integration/files/calibration_file.h"
 #include "module/haptics/emergency.h"
+#include "module/haptics/monotonic.h"
 #include "module/haptics/servo.h"
 #include "module/xr/headset.h"
 
@@ -31,10 +32,6 @@ constexpr double kUsable_m = 0.003;  // picture and force are seen apart
 constexpr double kAgree = 0.6;       // of the samples, at least: fewer are chance
 constexpr size_t kFirstWord = 6;     // points after which it is said how well they fit
 constexpr int kBuzzFrames = 8;
-
-int64_t monotonic_ns() {
-  return std::chrono::steady_clock::now().time_since_epoch().count();
-}
 
 /// Nothing to see, but when and where the hands were.
 class HandWatch final : public xr::FrameSource {

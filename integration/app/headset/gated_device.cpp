@@ -1,12 +1,12 @@
 #include "integration/app/headset/gated_device.h"
 
-#include <chrono>
+#include "module/haptics/monotonic.h"
 
 namespace palpate::app {
 
 DeviceReading GatedDevice::exchange(const DeviceCommand& command) noexcept {
   DeviceReading reading = device_.exchange(command);
-  const int64_t now_ns = std::chrono::steady_clock::now().time_since_epoch().count();
+  const int64_t now_ns = monotonic_ns();
   reading.buttons &= ~(kSeen | kDeadMan);
   if (now_ns < seen_until_ns_.load(std::memory_order_relaxed)) reading.buttons |= kSeen;
   if (now_ns < dead_man_until_ns_.load(std::memory_order_relaxed)) reading.buttons |= kDeadMan;

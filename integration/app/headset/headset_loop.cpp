@@ -1,8 +1,6 @@
 #include "integration/app/headset/headset_loop.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -11,6 +9,8 @@
 #include "integration/app/headset/place_check.h"
 #include "integration/app/headset/problem_text.h"
 #include "module/haptics/moment_ahead.h"
+#include "module/haptics/monotonic.h"
+#include "module/haptics/real_time.h"
 #include "module/xr/vibration.h"
 
 namespace palpate::app {
@@ -18,7 +18,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr int kNice = 5;                        // behind the hand, before the estimation
 constexpr int64_t kSeen_ns = 2'000'000'000;     // longer without a frame: the program hangs
 constexpr int64_t kDeadMan_ns = 500'000'000;    // a hand that lets go may not wait for a slow frame
 constexpr auto kPause = 10ms;                   // where no display makes it wait
@@ -26,10 +25,6 @@ constexpr double kNear_m = 0.45, kFar_m = 0.9;  // the scene's centre from the e
 constexpr double kBelow_m = 0.15;               // and below them
 constexpr double kRoom = 1.5;                   // of the scene's radius, at least
 constexpr double kLongest_s = 0.1;              // a frame that took longer counts as this
-
-int64_t monotonic_ns() {
-  return std::chrono::steady_clock::now().time_since_epoch().count();
-}
 
 bool is_seen(xr::State state) {
   return state == xr::State::kVisible || state == xr::State::kFocused;
@@ -56,7 +51,7 @@ class HeadsetLoop::Run {
         pass_through_(pass_through) {}
 
   void live(std::stop_token stop) {
-    setpriority(PRIO_PROCESS, id_t(gettid()), kNice);
+    give_way(BackgroundWork::kPictures);
     while (true) {
       const int64_t now_ns = monotonic_ns();
       if (stop.stop_requested() && !ending_) {
