@@ -38,14 +38,4 @@ class FeltServer {
   std::jthread images_;
 };
 
-/// The volume of a scene as it is at a time of it, s, on its own grid or a coarser one of at most
-/// `most_samples`: values, and how far what is there has come from its reference, mm, LPS. Null
-/// values where it has no samples on a grid. Uses one core; not for the servo thread.
-struct MovedVolume {
-  Volume values;
-  std::vector<glm::vec3> moved_mm;
-};
-MovedVolume moved_volume(const MovingVolume& volume, double time_s, size_t most_samples,
-                         std::stop_token stop = {});
-
 }  // namespace palpate::app

@@ -39,10 +39,11 @@ bool is_place(const std::string& text) {
 }
 
 Result<Place> read_place(const std::string& text) {
-  const Error wrong{ErrorKind::kBadInput,
-                    fmt::format("'{}' is no place of an OpenIGTLink server: igtl://HOST or "
-                                "igtl://HOST:PORT",
-                                text)};
+  const Error wrong{
+      ErrorKind::kBadInput,
+      fmt::format("'{}' is not the address of an OpenIGTLink server: give igtl://HOST "
+                  "or igtl://HOST:PORT",
+                  text)};
   if (!is_place(text)) return wrong;
   std::string rest = text.substr(kScheme.size());
   if (rest.ends_with('/')) rest.pop_back();

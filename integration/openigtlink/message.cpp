@@ -159,6 +159,30 @@ Bytes message(const std::string& type, const std::string& device, double time_s,
   return std::move(out.bytes);
 }
 
+/// An image with so many float32 per sample.
+Bytes image_message(const std::string& device, double time_s, const Grid& grid,
+                    std::span<const float> values, int components) {
+  Writer out;
+  out.number(uint16_t(1));
+  out.byte(components);
+  out.byte(10);  // float32
+  out.byte(2);   // little-endian
+  out.byte(1);   // RAS
+  for (int a = 0; a < 3; ++a) out.number(uint16_t(grid.size[a]));
+  for (int c = 0; c < 3; ++c) {
+    const glm::dvec3 axis = lps_from_ras(grid.direction[c] * grid.spacing_mm[c]);
+    for (int r = 0; r < 3; ++r) out.real(axis[r]);
+  }
+  const glm::dvec3 centre = lps_from_ras(grid.lps_from_index(0.5 * glm::dvec3(grid.size - 1)));
+  for (int r = 0; r < 3; ++r) out.real(centre[r]);
+  for (int a = 0; a < 3; ++a) out.number(uint16_t(0));
+  for (int a = 0; a < 3; ++a) out.number(uint16_t(grid.size[a]));
+  static_assert(std::endian::native == std::endian::little);
+  const std::span<const std::byte> raw = std::as_bytes(values);
+  out.bytes.insert(out.bytes.end(), raw.begin(), raw.end());
+  return message("IMAGE", device, time_s, out.bytes);
+}
+
 }  // namespace
 
 uint64_t crc64(std::span<const std::byte> bytes) {
@@ -240,11 +264,12 @@ Result<Image> read_image(std::span<const std::byte> content) {
                            components));
   const size_t scalar_bytes = bytes_of_scalar(type);
   if (scalar_bytes == 0)
-    return bad(fmt::format("An IMAGE has the scalar type {}, which is none", type));
+    return bad(fmt::format("An IMAGE has the scalar type {}, which does not exist", type));
   if (endian != 1 && endian != 2)
-    return bad(fmt::format("An IMAGE has the endianness {}, which is none", endian));
+    return bad(fmt::format("An IMAGE has the endianness {}, which does not exist", endian));
   if (coordinates != 1 && coordinates != 2)
-    return bad(fmt::format("An IMAGE has the coordinate system {}, which is none", coordinates));
+    return bad(
+        fmt::format("An IMAGE has the coordinate system {}, which does not exist", coordinates));
   for (int a = 0; a < 3; ++a) {
     if (whole[a] < 2 || whole[a] > kMostSamplesPerAxis)
       return bad(
@@ -306,36 +331,28 @@ Result<Rigid> read_transform(std::span<const std::byte> content) {
     for (int r = 0; r < 3; ++r) columns[c][r] = in.real();
   for (int r = 0; r < 3; ++r) way[r] = in.real();
   if (!is_finite(columns, way)) return bad("A TRANSFORM is not finite");
-  if (glm::length(way) > kFarthest_mm) return bad("A TRANSFORM leads farther away than 10 m");
+  if (glm::length(way) > kFarthest_mm)
+    return bad("A TRANSFORM has a translation of more than 10 m");
   const auto axes = squared_up(columns);
   if (!axes || glm::determinant(*axes) < 0.0)
-    return bad("A TRANSFORM scales, shears or mirrors: only turns and ways can be followed");
+    return bad(
+        "A TRANSFORM scales, shears or mirrors: only a rotation and a translation can be followed");
   // Both sides are LPS here: R' = S R S with S = diag(-1, -1, 1).
   const glm::dmat3 s(glm::dvec3(-1, 0, 0), glm::dvec3(0, -1, 0), glm::dvec3(0, 0, 1));
   return Rigid{s * *axes * s, s * way};
 }
 
 Bytes write_image(const std::string& device, double time_s, const Grid& grid,
-                  std::span<const float> values, int components) {
-  Writer out;
-  out.number(uint16_t(1));
-  out.byte(components);
-  out.byte(10);  // float32
-  out.byte(2);   // little-endian
-  out.byte(1);   // RAS
-  for (int a = 0; a < 3; ++a) out.number(uint16_t(grid.size[a]));
-  for (int c = 0; c < 3; ++c) {
-    const glm::dvec3 axis = lps_from_ras(grid.direction[c] * grid.spacing_mm[c]);
-    for (int r = 0; r < 3; ++r) out.real(axis[r]);
-  }
-  const glm::dvec3 centre = lps_from_ras(grid.lps_from_index(0.5 * glm::dvec3(grid.size - 1)));
-  for (int r = 0; r < 3; ++r) out.real(centre[r]);
-  for (int a = 0; a < 3; ++a) out.number(uint16_t(0));
-  for (int a = 0; a < 3; ++a) out.number(uint16_t(grid.size[a]));
-  static_assert(std::endian::native == std::endian::little);
-  const std::span<const std::byte> raw = std::as_bytes(values);
-  out.bytes.insert(out.bytes.end(), raw.begin(), raw.end());
-  return message("IMAGE", device, time_s, out.bytes);
+                  std::span<const float> values) {
+  return image_message(device, time_s, grid, values, 1);
+}
+
+Bytes write_image(const std::string& device, double time_s, const Grid& grid,
+                  std::span<const glm::vec3> vectors) {
+  std::vector<float> ras;
+  ras.reserve(3 * vectors.size());
+  for (const glm::vec3& v : vectors) ras.insert(ras.end(), {-v.x, -v.y, v.z});
+  return image_message(device, time_s, grid, ras, 3);
 }
 
 Bytes write_transform(const std::string& device, double time_s, const Rigid& rigid) {

@@ -61,7 +61,7 @@ struct Image {
 /// Values that are not finite are refused too.
 Result<Image> read_image(std::span<const std::byte> content);
 
-/// A TRANSFORM, as a turn and a way in LPS, mm.
+/// A TRANSFORM: a rotation and a translation in LPS, mm.
 struct Rigid {
   glm::dmat3 rotation{1.0};
   glm::dvec3 translation_mm{0.0};
@@ -71,10 +71,12 @@ Result<Rigid> read_transform(std::span<const std::byte> content);
 
 // What palpate sends: messages of version 1, which every receiver takes.
 
-/// An IMAGE of float32, little-endian; values has `components` (1 or 3) numbers per sample of grid,
-/// vectors along RAS.
+/// An IMAGE of float32, little-endian: a number per sample of the grid, or a vector (LPS; RAS on
+/// the wire).
 Bytes write_image(const std::string& device, double time_s, const Grid& grid,
-                  std::span<const float> values, int components = 1);
+                  std::span<const float> values);
+Bytes write_image(const std::string& device, double time_s, const Grid& grid,
+                  std::span<const glm::vec3> vectors);
 Bytes write_transform(const std::string& device, double time_s, const Rigid& rigid);
 /// SENSOR: three numbers of float64 with the unit N.
 Bytes write_force(const std::string& device, double time_s, glm::dvec3 force_n);

@@ -1,14 +1,14 @@
 #include "module/session/live_sequence.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 
 #include "compute/motion/estimate_sequence.h"
+#include "module/haptics/monotonic.h"
+#include "module/haptics/real_time.h"
 #include "module/scene/make_volume.h"
 
 namespace palpate {
@@ -16,7 +16,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr int kNice = 10;
 constexpr auto kTooLong = 60s;                // for the motion of a pair
 constexpr double kThere = 0.02;               // of the way between two frames
 constexpr double kMostHistory_bytes = 512e6;  // of frames that may turn out to be a cycle
@@ -127,7 +126,7 @@ void LiveSequence::look_for_cycle(const Volume& frame, int64_t arrived_ns) {
   const std::lock_guard lock(mutex_);
   cycle_ = std::async(std::launch::async, [this, frames, means = repetition_.last(*period + 1),
                                            contrast = repetition_.contrast()] {
-    setpriority(PRIO_PROCESS, id_t(gettid()), kNice);
+    give_way(BackgroundWork::kEstimation);
     return find_cycle(frames, means, contrast);
   });
   changed_.notify_all();
@@ -191,15 +190,14 @@ void LiveSequence::watch() {
   ++numbers_.felt;
   // What was measured longest ago gives way, so that no run is too long for it.
   if (delays_s_.size() >= 100'000) delays_s_.erase(delays_s_.begin(), delays_s_.begin() + 50'000);
-  const int64_t now_ns = std::chrono::steady_clock::now().time_since_epoch().count();
+  const int64_t now_ns = monotonic_ns();
   delays_s_.push_back(float(1e-9 * double(now_ns - target_arrived_ns_)));
   target_arrived_ns_ = 0;
   changed_.notify_all();
 }
 
 void LiveSequence::run(std::stop_token stop) {
-  // Of this thread and, by inheritance, of all that the Vulkan driver starts from it.
-  setpriority(PRIO_PROCESS, id_t(gettid()), kNice);
+  give_way(BackgroundWork::kEstimation);
   while (!stop.stop_requested()) {
     const auto context = options_.open_context();
     Status done = context ? follow(*context, stop) : Status(context.error());
@@ -287,13 +285,12 @@ Status LiveSequence::follow(const std::shared_ptr<vulkan::Context>& context, std
     found = std::move(cycle_);
   }
   Result<Cycle> cycle = found.get();
-  if (cycle) {
-    keep(std::move(*cycle), stop);
-  } else {
+  if (!cycle) {
     say("The frames repeat, but one motion for them could not be found, so each is followed: " +
         cycle.error().message);
+    return Nothing{};  // searching_ stays off: it would fail again
   }
-  if (!cycle) return Nothing{};  // searching_ stays off: it would fail again
+  keep(std::move(*cycle), stop);
   searching_ = true;
   return Nothing{};
 }

@@ -95,7 +95,6 @@ class LiveSequence {
   LiveSequenceOptions options_;
   MovingVolume ring_;  ///< the worker's alone, with slot_
   size_t slot_ = 0;
-  size_t pushed_ = 0;
   Repetition repetition_;  ///< push()'s alone, with history_ and its bytes
   std::deque<Frame> history_;
   std::atomic<bool> searching_{true};

@@ -130,13 +130,14 @@ TEST(Counterparts, TheirReceiverUnderstandsWhatIsSent) {
   Grid grid;
   grid.size = {5, 4, 3};
   grid.spacing_mm = {1.0, 2.0, 3.0};
-  const std::vector<float> values(60, 1.0f), vectors(180, 2.0f);
+  const std::vector<float> values(60, 1.0f);
+  const std::vector<glm::vec3> vectors(60, glm::vec3(2.0f));
   Rigid rigid;
   rigid.translation_mm = {-11, -22, 33};
   for (Bytes message :
        {write_transform("palpate_proxy", 1.0, rigid), write_force("palpate_force", 1.0, {1, 2, 3}),
         write_image("palpate_volume", 1.0, grid, values),
-        write_image("palpate_motion", 1.0, grid, vectors, 3),
+        write_image("palpate_motion", 1.0, grid, vectors),
         write_status("palpate", 1.0, 1, "felt as it should be")})
     (*server)->send(std::make_shared<const Bytes>(std::move(message)));
   // It says a message when the next one begins, and buffers what it says: much more of the same.

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <random>
 
@@ -215,6 +216,21 @@ TEST(Messages, WhatIsWrittenIsReadBack) {
   ASSERT_TRUE(image) << image.error().message;
   EXPECT_TRUE(same_geometry(image->grid, grid));
   EXPECT_EQ(image->values, values);
+}
+
+TEST(Messages, VectorsAreWrittenAlongRightAnteriorSuperior) {
+  Grid grid;
+  grid.size = {2, 2, 2};
+  const Bytes message =
+      write_image("Motion", 1.0, grid, std::vector<glm::vec3>(8, glm::vec3(1.0F, 2.0F, 3.0F)));
+  // float32, little-endian, behind the header and the image's own.
+  const std::byte* const values = message.data() + kHeaderBytes + 72;
+  ASSERT_EQ(message.size(), kHeaderBytes + 72 + 8 * 3 * sizeof(float));
+  float first[3];
+  std::memcpy(first, values, sizeof first);
+  EXPECT_EQ(first[0], -1.0F);
+  EXPECT_EQ(first[1], -2.0F);
+  EXPECT_EQ(first[2], 3.0F);
 }
 
 /// Whatever comes, reading ends with a value or a sentence. Run with sanitizers it finds reads

@@ -12,6 +12,7 @@
 
 #include "compute/volume/phantom.h"
 #include "integration/scenes/load_scene.h"
+#include "module/haptics/monotonic.h"
 #include "tests/support/device.h"
 
 namespace palpate {
@@ -21,10 +22,6 @@ using namespace std::chrono_literals;
 
 constexpr int64_t kMs = 1'000'000;
 constexpr double kStep_n = 0.1;  // as session_test.cpp has it for frames of a file
-
-int64_t monotonic_ns() {
-  return std::chrono::steady_clock::now().time_since_epoch().count();
-}
 
 LoadedScene scene_of(const Volume& first) {
   auto given = std::make_shared<scenes::GivenVolume>();
