@@ -136,7 +136,7 @@ Result<std::shared_ptr<vulkan::Context>> opened(const PalContextInfo& info) {
 }
 
 PalResult open_context(const PalContextInfo* given, PalContext** context) {
-  if (!context) return failed(PAL_BAD_INPUT, {"There is no place for the context"});
+  if (!context) return failed(PAL_BAD_INPUT, {"The argument that takes the context is NULL"});
   PalContextInfo info;
   if (const PalResult read = taken(given, offsetof(PalContextInfo, device), "PalContextInfo", info);
       read != PAL_OK)

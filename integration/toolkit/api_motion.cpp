@@ -257,7 +257,7 @@ PalResult open_estimator(PalContext* context, const PalEstimatorInfo* given,
                          PalEstimator** estimator) {
   const Use use(of(context));
   if (!use) return refused_handle("context");
-  if (!estimator) return failed(PAL_BAD_INPUT, {"There is no place for the estimator"});
+  if (!estimator) return failed(PAL_BAD_INPUT, {"The argument that takes the estimator is NULL"});
   PalEstimatorInfo info;
   if (const PalResult read =
           taken(given, offsetof(PalEstimatorInfo, preset), "PalEstimatorInfo", info);
@@ -401,7 +401,7 @@ PalResult pal_estimator_finish(PalEstimator* estimator, PalMotion** motion) {
   return guarded([&] {
     const Use use(of(estimator));
     if (!use) return refused_handle("estimator");
-    if (!motion) return failed(PAL_BAD_INPUT, {"There is no place for the motion"});
+    if (!motion) return failed(PAL_BAD_INPUT, {"The argument that takes the motion is NULL"});
     if (calling_back == &*use)
       return failed(PAL_BAD_INPUT, {"An estimator can not be finished from its own callback"});
     auto found = use->finish();
@@ -484,7 +484,7 @@ PalResult pal_motion_summary(const PalMotion* motion, PalMotionSummary* summary)
 
 PalResult pal_motion_field(const PalMotion* motion, const PalFieldInfo* info, float* xyz_mm) {
   return with(motion, info, [&](const MotionContent& of_motion, const PalFieldInfo& wanted) {
-    if (!xyz_mm) return failed(PAL_BAD_INPUT, {"There is no place for the field"});
+    if (!xyz_mm) return failed(PAL_BAD_INPUT, {"The argument that takes the field is NULL"});
     const auto field = field_for(wanted, of_motion);
     if (!field) return failed(field.error());
     static_assert(sizeof(glm::vec3) == 3 * sizeof(float));
@@ -496,7 +496,7 @@ PalResult pal_motion_field(const PalMotion* motion, const PalFieldInfo* info, fl
 
 PalResult pal_motion_confidence(const PalMotion* motion, const PalFieldInfo* info, float* values) {
   return with(motion, info, [&](const MotionContent& of_motion, const PalFieldInfo& wanted) {
-    if (!values) return failed(PAL_BAD_INPUT, {"There is no place for the confidence"});
+    if (!values) return failed(PAL_BAD_INPUT, {"The argument that takes the confidence is NULL"});
     if (wanted.step >= of_motion.confidence.size())
       return failed(PAL_BAD_INPUT, {"There is no confidence of such a step"});
     const auto grid = grid_for(wanted, of_motion);
@@ -512,7 +512,7 @@ PalResult pal_motion_confidence(const PalMotion* motion, const PalFieldInfo* inf
 PalResult pal_motion_warp(const PalMotion* motion, const PalFieldInfo* info, PalSampleType type,
                           const void* samples, float* warped) {
   return with(motion, info, [&](const MotionContent& of_motion, const PalFieldInfo& wanted) {
-    if (!warped) return failed(PAL_BAD_INPUT, {"There is no place for the warped frame"});
+    if (!warped) return failed(PAL_BAD_INPUT, {"The argument that takes the warped frame is NULL"});
     const auto frame = volume_of(of_motion.grid, type, samples);
     if (!frame) return failed(frame.error());
     const auto field = field_for(wanted, of_motion);

@@ -84,7 +84,7 @@ void make_movable(LoadedScene& scene) {
 PalResult open_scene(PalContext* context, const PalSceneInfo* given, PalScene** scene) {
   const Use use(of(context));
   if (!use) return refused_handle("context");
-  if (!scene) return failed(PAL_BAD_INPUT, {"There is no place for the scene"});
+  if (!scene) return failed(PAL_BAD_INPUT, {"The argument that takes the scene is NULL"});
   PalSceneInfo info;
   if (const PalResult read = taken(given, offsetof(PalSceneInfo, folder), "PalSceneInfo", info);
       read != PAL_OK)

@@ -2,12 +2,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "compute/motion/options.h"
 #include "integration/devices/force_devices.h"
 #include "integration/toolkit/session_content.h"
+#include "module/haptics/monotonic.h"
 
 namespace palpate::toolkit {
 namespace {
@@ -17,10 +17,6 @@ constexpr double kMostForce_n = 100.0;
 
 /// The session in one of whose callbacks this thread is.
 thread_local const void* calling_back = nullptr;
-
-int64_t monotonic_ns() noexcept {
-  return std::chrono::steady_clock::now().time_since_epoch().count();
-}
 
 DeviceFault fault_of(uint32_t fault) noexcept {
   switch (fault) {
@@ -89,27 +85,22 @@ Result<DeviceInfo> info_of(const PalDeviceInfo* given) {
       !sound(info.resolution_m) || !sound(info.delay_s) ||
       !std::isfinite(centre.x + centre.y + centre.z))
     return Error{ErrorKind::kBadInput,
-                 "A device needs a largest force and a workspace above 0, and no number of it may "
-                 "be below 0 or not finite"};
+                 "PalDeviceInfo: max_force_n and workspace_radius_m must be above 0, the other "
+                 "numbers finite and not below 0"};
   return info;
-}
-
-/// "haply@localhost:10001" in two.
-std::pair<std::string, std::string> parts_of(const std::string& name) {
-  const size_t at = name.find('@');
-  return {name.substr(0, at), at == std::string::npos ? "" : name.substr(at + 1)};
 }
 
 /// A device that palpate drives.
 Result<std::unique_ptr<ForceDevice>> own_device(const char* name, bool real_time) {
-  const auto [kind, place] = parts_of(name ? name : "auto");
+  const auto [kind, place] = devices::force_device_name(name ? name : "auto");
   const devices::ForceDeviceOptions options{place, "", real_time};
-  for (const devices::ForceDeviceKind& known : devices::force_device_kinds())
-    if (kind == known.kind || (kind == "auto" && known.may_be_there(options)))
-      return known.make(options);
-  if (kind == "auto")
+  if (const auto* const asked = devices::force_device_kind(kind)) return asked->make(options);
+  if (kind == "auto") {
+    for (const devices::ForceDeviceKind& known : devices::force_device_kinds())
+      if (known.may_be_there(options)) return known.make(options);
     return Error{ErrorKind::kNoDevice,
                  "No force device is there: plug one in, or give one of your own (PalDevice)"};
+  }
   std::string known;
   for (const devices::ForceDeviceKind& one : devices::force_device_kinds())
     known += (known.empty() ? "" : ", ") + std::string(one.kind);
@@ -178,7 +169,7 @@ static_assert(int(SessionEvent::Kind::kNote) == PAL_EVENT_NOTE &&
 PalResult open_session(PalScene* scene, const PalSessionInfo* given, PalSession** session) {
   const Use use(of(scene));
   if (!use) return refused_handle("scene");
-  if (!session) return failed(PAL_BAD_INPUT, {"There is no place for the session"});
+  if (!session) return failed(PAL_BAD_INPUT, {"The argument that takes the session is NULL"});
   PalSessionInfo info;
   if (const PalResult read =
           taken(given, offsetof(PalSessionInfo, max_force_n), "PalSessionInfo", info);
@@ -303,7 +294,7 @@ int pal_session_at_rest(const PalSession* session) {
 }
 
 PalResult pal_haptics_tick(PalSession* session, const PalTick* tick, double force_n[3]) {
-  if (!force_n) return failed(PAL_BAD_INPUT, {"There is no place for the force"});
+  if (!force_n) return failed(PAL_BAD_INPUT, {"The argument that takes the force is NULL"});
   force_n[0] = force_n[1] = force_n[2] = 0.0;
   const Use use(of(session));
   if (!use) return refused_handle("session");

@@ -22,7 +22,7 @@ namespace {
 PalResult open_view(PalSession* session, const PalViewInfo* given, PalView** view) {
   const Use use(of(session));
   if (!use) return refused_handle("session");
-  if (!view) return failed(PAL_BAD_INPUT, {"There is no place for the view"});
+  if (!view) return failed(PAL_BAD_INPUT, {"The argument that takes the view is NULL"});
   PalViewInfo info;
   if (const PalResult read = taken(given, offsetof(PalViewInfo, look), "PalViewInfo", info);
       read != PAL_OK)

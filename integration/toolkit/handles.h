@@ -26,24 +26,28 @@ namespace palpate::toolkit {
 PalResult failed(PalResult result, std::initializer_list<std::string_view> parts) noexcept;
 PalResult failed(const Error& error) noexcept;
 
-/// What a handle stands for, with who uses it just now. Never freed, but used again, so that a call
-/// with a handle that another thread has closed finds a closed one instead of freed memory.
+/// What a handle stands for, with who uses it just now. Never freed, so that a call with a handle
+/// that was closed finds a closed one instead of freed memory. A free handle waits in a list for at
+/// least kRest others before it is used again: a handle that a host has kept by mistake does not
+/// soon stand for something else.
 template <class Content>
 struct Handle {
   std::atomic<int> users{0};
   std::atomic<bool> open{false};
   std::shared_ptr<Content> content;
+  Handle* next = nullptr;  ///< of the free ones
+
+  static constexpr size_t kRest = 1024;
 
   static Handle* make(std::shared_ptr<Content> content) {
-    const std::lock_guard lock(pool().mutex);
-    Handle* handle = nullptr;
-    if (pool().free.empty()) {
-      handle = pool().all.emplace_back(std::make_unique<Handle>()).get();
-      pool().free.reserve(pool().all.size());
-    } else {
-      handle = pool().free.back();
-      pool().free.pop_back();
+    Pool& pool = the_pool();
+    const std::lock_guard lock(pool.mutex);
+    // In blocks: single ones, each between what the sessions allocate, would scatter the heap.
+    if (pool.free <= kRest) {
+      pool.blocks.push_back(std::make_unique<Handle[]>(2 * kRest));
+      for (size_t i = 0; i < 2 * kRest; ++i) pool.put(&pool.blocks.back()[i]);
     }
+    Handle* const handle = pool.take();
     handle->content = std::move(content);
     handle->open.store(true);
     return handle;
@@ -54,18 +58,32 @@ struct Handle {
     if (!open.exchange(false)) return nullptr;
     while (users.load() != 0) std::this_thread::sleep_for(std::chrono::microseconds(50));
     std::shared_ptr<Content> last = std::move(content);
-    const std::lock_guard lock(pool().mutex);
-    pool().free.push_back(this);
+    const std::lock_guard lock(the_pool().mutex);
+    the_pool().put(this);
     return last;
   }
 
  private:
   struct Pool {
     std::mutex mutex;
-    std::vector<std::unique_ptr<Handle>> all;
-    std::vector<Handle*> free;
+    std::vector<std::unique_ptr<Handle[]>> blocks;
+    Handle *first = nullptr, *last = nullptr;  ///< of the free ones, the longest free first
+    size_t free = 0;
+
+    void put(Handle* handle) {
+      handle->next = nullptr;
+      (free > 0 ? last->next : first) = handle;
+      last = handle;
+      ++free;
+    }
+    Handle* take() {
+      Handle* const handle = first;
+      first = handle->next;
+      --free;
+      return handle;
+    }
   };
-  static Pool& pool() {
+  static Pool& the_pool() {
     static Pool pool;
     return pool;
   }

@@ -1,33 +1,35 @@
 /* palpate.h: palpate in other programs. C99, and C++.
 
    A person puts a hand into a moving volume: palpate estimates how the data move, renders the
-   forces, and draws the picture. Here all of that is functions over opaque handles: PalContext the
-   device that computes: palpate's own, or the host's Vulkan device PalScene     what there is to
-   feel and see PalSession   a scene that is felt, by a haptic thread of palpate's or in the host's
-   own haptic loop PalView      pictures of a session, into the host's images or into memory
+   forces, and draws the picture. Here all of that is functions over opaque handles:
+
+   - PalContext: the device that computes, palpate's own or the host's Vulkan device.
+   - PalEstimator: takes frames and estimates their motion; PalMotion: the motion that it found.
+   - PalScene: what there is to feel and see.
+   - PalSession: a scene that is felt, by a haptic thread of palpate's or in the host's haptic loop.
+   - PalView: pictures of a session, into the host's images or into memory.
 
    Rules
-   - Every structure begins with its size: set it to sizeof, and all that is not needed to 0. A
-   program that was compiled with an older header goes on to work: what its structures lack is 0. A
-   larger size than the library knows is PAL_BAD_VERSION.
-   - Functions return a PalResult: 0 is success, below 0 is a failure, above 0 "not yet" or "no
-   more". After a failure pal_last_error() has a sentence for people, of this thread.
-   - Closing takes the handle's address and sets it to NULL. Closing NULL, or a handle that is NULL,
-   is no error. A call with a handle that was closed by another thread fails with PAL_BAD_INPUT;
-   closing waits for calls that are under way.
-   - Callbacks get the `user` pointer that was given with them, and hold no lock of the library's.
-   They may call every function but the closing of what calls them.
-   - The library never exits, aborts, prints, sets the locale or a signal handler, or throws over
-   the boundary.
-   - Memory comes from the C++ runtime's allocator; there is no hook for it, since parts of that
-   runtime allocate by themselves.
-   - Threads: [RT] real-time safe: no lock, no allocation, no system call; [ANY] any thread; [OWNER]
-   one thread at a time.
-   - Units: haptics m, N, s in the device's space (x right, y up, z towards the user); the world is
-   m, right-handed, y up; grids and motion fields are mm in the patient's space (LPS), as ITK has
-   them.
 
-   A volume's own space is m, y up: x = L, y = S, z = -P of its patient, times 0.001. */
+   - Every structure begins with its size: set it to sizeof, and all that is not needed to 0. A
+     program that was compiled with an older header goes on to work: what its structures lack is 0.
+     A larger size than the library knows is PAL_BAD_VERSION. (PalGrid, PalReading, PalTick and
+     PalEye have no size: they never change.)
+   - Functions return a PalResult: 0 is success, below 0 is a failure, above 0 is "not yet" or "no
+     more". After a failure pal_last_error() has a sentence for people, for this thread.
+   - Closing takes the handle's address and sets it to NULL. Closing NULL is no error. A call with
+     NULL, or with a handle that another thread has closed, fails with PAL_BAD_INPUT; closing waits
+     for calls that are running.
+   - Callbacks get the `user` pointer that was given with them, and hold no lock of the library's.
+     They may call every function except those that close what calls them.
+   - The library never exits, aborts, prints, sets the locale or a signal handler, or throws over
+     the boundary.
+   - Memory comes from the C++ runtime's allocator; there is no hook for it, since parts of that
+     runtime allocate by themselves.
+   - Threads: [RT] real-time safe: no lock, no allocation, no system call; [ANY] any thread.
+   - Units: haptics m, N, s in the device's space (x right, y up, z towards the user); the world is
+     m, right-handed, y up; grids and motion fields are mm in the patient's space (LPS), as ITK has
+     them. A volume's own space is m, y up: x = L, y = S, z = -P of its patient, times 0.001. */
 #ifndef PALPATE_H
 #define PALPATE_H
 
@@ -44,7 +46,7 @@
 extern "C" {
 #endif
 
-/* --------------------------------------------------------------------------------- first of all */
+/* ---- version, results, grids ---- */
 
 #define PAL_VERSION_MAJOR 0
 #define PAL_VERSION_MINOR 1
@@ -97,8 +99,7 @@ typedef enum PalSampleType {
   PAL_UINT32 = 7
 } PalSampleType;
 
-/* -------------------------------------------------------------------------------------- contexts
- */
+/* ---- contexts ---- */
 
 typedef struct PalContext PalContext;
 
@@ -134,7 +135,7 @@ typedef struct PalContextInfo {
                          the CPU */
   const PalVulkan* vulkan;   /* instead: the host's; NULL: the library opens a device of its own */
   uint64_t memory_cap_bytes; /* use no more device memory; 0: what there is */
-  /* Hears sentences on what the library does, on any thread. NULL: nobody does. */
+  /* Called with sentences on what the library does, on any thread; NULL: not called. */
   void (*log)(void* user, const char* sentence);
   void* user;
 } PalContextInfo;
@@ -146,7 +147,7 @@ PAL_API PalResult pal_context_close(PalContext** context);
 /* The name of the device that computes, "" without one; valid until the context is closed. [ANY] */
 PAL_API const char* pal_context_device(const PalContext* context);
 
-/* ---------------------------------------------------------------------------------------- motion
+/* ---- motion ----
 
    How the material moves between frames that a program has in memory. A displacement field says,
    for each sample x of the fixed frame, that its material is at x + u(x) in the moving frame; u in
@@ -169,11 +170,10 @@ typedef struct PalEstimatorInfo {
   uint32_t flags;     /* PAL_ESTIMATOR_... */
   PalGrid grid;       /* of all frames */
   const char* preset; /* "fast", "balanced", "best" or "classic"; NULL: "balanced" */
-  /* One byte per sample of the grid, 0: counts for nothing; NULL: all count. Read during the call.
-   */
+  /* One byte per sample of the grid, 0: does not count; NULL: all count. Read during the call. */
   const uint8_t* mask;
-  /* Hears what is done and its share of all, 0 to 1, on threads of the estimator's; NULL: nobody
-   * does. May cancel. */
+  /* Called with what is being done and the share of the work that is done, 0 to 1, on the
+     estimator's threads; NULL: not called. It may cancel. */
   void (*on_progress)(void* user, const char* doing, double share);
   void* user;
   uint32_t iterations; /* at most so many on each level; 0: as the preset has it */
@@ -211,22 +211,22 @@ typedef enum PalTrust {
   PAL_TRUST_FAILED = 3   /* do not use it */
 } PalTrust;
 
-/* Of the motion, and of what speaks for it; of several fields the worst counts. What was not
- * measured is NaN. */
+/* A motion in numbers, and what was measured to judge it; of several fields the worst one counts.
+   NaN where nothing was measured. */
 typedef struct PalMotionSummary {
   uint32_t size; /* sizeof(PalMotionSummary), set before the call */
   uint32_t frame_count;
   uint32_t step_count;      /* fields from a frame to the next */
-  uint32_t is_whole;        /* 1: one motion for all frames, told from one of them */
-  uint32_t reference_frame; /* that one */
+  uint32_t is_whole;        /* 1: one motion for all frames, from a reference frame */
+  uint32_t reference_frame; /* that frame, where is_whole */
   uint32_t harmonics;       /* of the cycle; 0: curves through the frames */
   double cycle_s;           /* 0: not cyclic */
   PalGrid grid;             /* of the frames */
   PalTrust trust;
   const char* trust_word; /* "ok", "suspect", "failed", or "" */
-  const char*
-      reasons; /* what speaks against it, a sentence per line; valid until the motion is closed */
-  double seconds; /* that it took */
+  /* What speaks against it, a sentence per line; valid until the motion is closed. */
+  const char* reasons;
+  double seconds; /* that the estimation took */
   double motion_mean_mm, motion_max_mm;
   double folded_voxels;                         /* where the field folds space */
   double least_determinant;                     /* of I + grad u */
@@ -276,7 +276,7 @@ PAL_API PalResult pal_motion_warp(const PalMotion* motion, const PalFieldInfo* i
 PAL_API PalResult pal_motion_save(const PalMotion* motion, const PalFieldInfo* info,
                                   const char* path);
 
-/* ---------------------------------------------------------------------------------------- scenes
+/* ---- scenes ----
 
    What there is to feel and see: volumes with their data, haptic modes, a spring. Immutable after
    it was opened; any number of sessions may use one scene, also after it was closed. */
@@ -313,7 +313,7 @@ typedef struct PalSceneInfo {
   const char* const* paths; /* a scene file (.json, .x3d), a folder, a 4D file, files of frames in
                                order, the name of a PalFrames, or "heart", "shell", "molecule" */
   uint32_t path_count;
-  const char* json; /* instead of paths: a scene in the words of docs/scene-file.md */
+  const char* json; /* instead of paths: a scene in the format of docs/scene-file.md */
   /* Where the paths of a scene begin; NULL: beside its file, or the working folder. */
   const char* folder;
   const PalFrames* frames; /* frame_sets of them */
@@ -328,8 +328,8 @@ typedef struct PalSceneInfo {
   const char* fields;       /* folder or file that `palpate motion` wrote; NULL: none */
 } PalSceneInfo;
 
-/* Reads the data and prepares them, on all cores: takes from a fraction of a second to many. [ANY]
- */
+/* Reads the data and prepares them, on all cores: takes from parts of a second to many seconds.
+   [ANY] */
 PAL_API PalResult pal_scene_open(PalContext* context, const PalSceneInfo* info, PalScene** scene);
 
 /* Nulls *scene. Sessions that use it go on. [ANY] */
@@ -338,7 +338,7 @@ PAL_API PalResult pal_scene_close(PalScene** scene);
 typedef enum PalSceneText {
   PAL_SCENE_TEXT_NOTES = 0, /* what was chosen, and what was left out, a sentence per line */
   PAL_SCENE_TEXT_PLAN = 1,  /* what each haptic frame does, and what it leaves out and why */
-  PAL_SCENE_TEXT_JSON = 2   /* the scene in the words of docs/scene-file.md */
+  PAL_SCENE_TEXT_JSON = 2   /* the scene in the format of docs/scene-file.md */
 } PalSceneText;
 
 /* Writes up to `capacity` bytes of a text, with its end, to `text` (NULL if capacity is 0) and the
@@ -359,7 +359,7 @@ typedef struct PalVolume {
 /* PAL_END after the last one. [ANY] */
 PAL_API PalResult pal_scene_volume(const PalScene* scene, uint32_t index, PalVolume* volume);
 
-/* --------------------------------------------------------------------------------------- devices
+/* ---- devices ----
 
    Haptic units: m, N, s, rad. Device space: x right, y up, z towards the user. */
 
@@ -392,11 +392,11 @@ typedef struct PalReading {
   uint32_t is_fresh;    /* 0: the position is the last one again */
 } PalReading;
 
-/* A force device of the host's, for sessions with a haptic thread of palpate's. `exchange` is
-   called about 1,000 times a second on that thread: it sends a force to the hand (N) and returns
-   the newest position, within about a millisecond, without a lock that another thread may hold
-   long. The table and what it points to must live until the session is closed; the last force is
-   zero. */
+/* A force device of the host, for sessions with a haptic thread of palpate's. `exchange` is called
+   about 1,000 times a second on that thread: it sends a force to the hand (N) and returns the
+   newest position, within about a millisecond, without a lock that another thread may hold long.
+   The table is copied; `exchange` and `user` must be valid until the session is closed. The last
+   force is zero. */
 typedef struct PalDevice {
   uint32_t size; /* sizeof(PalDevice) */
   PalDeviceInfo info;
@@ -404,7 +404,7 @@ typedef struct PalDevice {
   void* user;
 } PalDevice;
 
-/* -------------------------------------------------------------------------------------- sessions
+/* ---- sessions ----
 
    A scene that is felt: haptic frames, poses, playing, and motion that is found meanwhile. */
 
@@ -439,7 +439,7 @@ typedef struct PalSessionInfo {
   double stiffness_n_per_m;  /* of the spring between hand and proxy; 0: the scene's */
   double watchdog_s;         /* ticks further apart bring the force down; 0: 0.005 */
   const char* preset;        /* of the estimation; NULL: "balanced" */
-  /* Hears what happens, on threads of the session's; must not close it. NULL: nobody does. */
+  /* Called with what happens, on the session's threads; must not close it. NULL: not called. */
   void (*on_event)(void* user, PalEventKind kind, const char* sentence);
   void* user;
 } PalSessionInfo;
@@ -450,8 +450,8 @@ PAL_API PalResult pal_session_open(PalScene* scene, const PalSessionInfo* info,
 
 /* Ramps the force to zero and waits for that, at most 0.6 s, then ends all threads of the session
    and nulls *session. A session that its host ticks is ended at once: call pal_session_stop()
-   first, go on ticking until pal_session_at_rest(), then close. Views of it go on with the last
-   moment. [ANY] */
+   first, go on ticking until pal_session_at_rest(), then close. Its views go on
+   showing the last state. [ANY] */
 PAL_API PalResult pal_session_close(PalSession** session);
 
 /* The force goes to zero by a ramp, for good; waits for it where the haptic thread is palpate's.
@@ -501,8 +501,7 @@ PAL_API PalResult pal_session_state(PalSession* session, PalState* state);
 PAL_API PalResult pal_session_play(PalSession* session, int on);
 /* To a time of every moving volume's sequence, as a share of its length, 0 to 1; pauses. [ANY] */
 PAL_API PalResult pal_session_scrub(PalSession* session, double share);
-/* Mode `index` of the scene: on or off, and a factor on its strengths. The change is a ramp. [ANY]
- */
+/* Mode `index` of the scene: on or off, and a factor on its strengths, by a ramp. [ANY] */
 PAL_API PalResult pal_session_set_mode(PalSession* session, uint32_t index, int on, double gain);
 /* Where a movable volume is now: a rotation with equal or unequal scales along its axes, and a
    translation, three rows of four. It goes there on a smooth path: once per picture is enough.
@@ -512,7 +511,7 @@ PAL_API PalResult pal_session_place(PalSession* session, uint32_t volume,
 /* After a cause that stays ("the force is off until ...") : begin again. [ANY] */
 PAL_API PalResult pal_session_rearm(PalSession* session);
 
-/* ----------------------------------------------------------------------------------------- views
+/* ---- views ----
 
    Pictures of what is felt, by the context's device. */
 

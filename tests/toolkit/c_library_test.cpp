@@ -388,7 +388,7 @@ TEST(CLibrary, RefusesDevicesAndNumbersThatCanNotBe) {
   PalDeviceInfo device = host_device();
   info.host = &device;
   device.max_force_n = 0.0;
-  EXPECT_THAT(refusal(), HasSubstr("largest force"));
+  EXPECT_THAT(refusal(), HasSubstr("max_force_n"));
   device = host_device();
   info.max_force_n = 1e9;
   EXPECT_THAT(refusal(), HasSubstr("100 N"));
@@ -416,6 +416,35 @@ TEST(CLibrary, RefusesHandlesThatAreClosed) {
   EXPECT_EQ(pal_haptics_tick(stale, &tick, force_n), PAL_BAD_INPUT);
   EXPECT_EQ(force_n[0], 0.0);
   EXPECT_EQ(pal_session_at_rest(nullptr), 0);
+}
+
+TEST(CLibrary, DoesNotTakeAClosedHandleForTheNextOne) {
+  const PalContextInfo info = context_info();
+  PalContext* context = nullptr;
+  PAL_ASSERT_OK(pal_context_open(&info, &context));
+  PalContext* const stale = context;
+  PAL_ASSERT_OK(pal_context_close(&context));
+  const char* path = "shell";
+  PalSceneInfo of_scene{};
+  of_scene.size = sizeof of_scene;
+  of_scene.paths = &path;
+  of_scene.path_count = 1;
+  for (int k = 0; k < 1000; ++k) {
+    PAL_ASSERT_OK(pal_context_open(&info, &context));
+    ASSERT_NE(context, stale) << "after " << k << " others";
+    PAL_ASSERT_OK(pal_context_close(&context));
+  }
+  PalScene* scene = nullptr;
+  EXPECT_EQ(pal_scene_open(stale, &of_scene, &scene), PAL_BAD_INPUT);
+  EXPECT_THAT(pal_last_error(), HasSubstr("closed"));
+  // Memory does not grow for ever: it is used again some time.
+  bool again = false;
+  for (int k = 0; k < 2000 && !again; ++k) {
+    PAL_ASSERT_OK(pal_context_open(&info, &context));
+    again = context == stale;
+    PAL_ASSERT_OK(pal_context_close(&context));
+  }
+  EXPECT_TRUE(again);
 }
 
 TEST(CLibrary, OutlivesTheClosingOfWhatOtherThreadsUse) {
