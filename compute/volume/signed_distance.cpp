@@ -264,6 +264,12 @@ Mask with_slices_between(const Mask& mask, int axis, int steps) {
 
 }  // namespace
 
+Volume smoothed(const Volume& volume, double sigma_mm) {
+  Volume out = volume;
+  if (sigma_mm > 0.0) smooth(out.values, out.grid, sigma_mm);
+  return out;
+}
+
 Volume exact_signed_distance(const Mask& inside) {
   // A layer around it in which nothing counts.
   const Mask around = part_of(inside, glm::ivec3(-1), inside.grid.size + 2);

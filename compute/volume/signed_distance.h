@@ -4,6 +4,10 @@
 
 namespace palpate {
 
+/// The volume after a Gaussian with this standard deviation, mm, >= 0; border values held outside.
+/// Uses all cores.
+Volume smoothed(const Volume& volume, double sigma_mm);
+
 /// The exact Euclidean distance of each sample to the mask's border, mm, above 0 inside: the border
 /// is made of the faces between voxels that count and voxels that do not, so the samples beside a
 /// face are half a voxel away from it. Spacing may differ along the axes; beyond the grid nothing

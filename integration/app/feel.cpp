@@ -79,6 +79,7 @@ void add_sequence(CLI::App& app, FeelCommand& command) {
   add_values(app, command.sequence);
   add_modes(app, command.sequence);
   add_segments(app, command.sequence);
+  add_wall(app, command.sequence);
   app.add_option("--preset", command.preset,
                  "Effort of the estimation, as in 'palpate motion' (balanced; of a live source: "
                  "fast)")
@@ -132,6 +133,23 @@ void add_values(CLI::App& app, scenes::SequenceChoices& choices) {
          "one motion is known or found, else own")
       ->type_name("WORD")
       ->check(one_of(std::move(words)));
+}
+
+void add_wall(CLI::App& app, scenes::SequenceChoices& choices) {
+  using scenes::FeltWall;
+  app.add_option_function<std::string>(
+         "--wall",
+         [&choices](const std::string& word) {
+           choices.wall = word == "values"   ? FeltWall::kValues
+                          : word == "region" ? FeltWall::kRegion
+                                             : FeltWall::kRidges;
+         },
+         "What surface is felt of scalars: values (of equal value), region (a smooth one around "
+         "what is brighter), ridges (where the values rise most steeply). Without it: values if "
+         "they make a closed wall, else region")
+      ->type_name("WORD")
+      ->check(one_of({"values", "region", "ridges"}))
+      ->excludes(app.get_option("--segments"));
 }
 
 void add_modes(CLI::App& app, scenes::SequenceChoices& choices) {

@@ -223,10 +223,11 @@ class FeelRun {
     const bool live = openigtlink::is_place(command_.inputs.front().string());
     if (live)
       if (const Status opened = open_live(); !opened) return opened.error();
-    auto scene = live ? live_->load(command_.sequence, command_.hand, doing)
-                 : command_.hand
-                     ? scenes::load_scene(command_.inputs, command_.sequence, doing)
-                     : scenes::load_seen_scene(command_.inputs, command_.sequence, doing);
+    scenes::SequenceChoices choices = command_.sequence;
+    choices.finds_motion = !command_.no_motion && command_.record.empty();
+    auto scene = live            ? live_->load(choices, command_.hand, doing)
+                 : command_.hand ? scenes::load_scene(command_.inputs, choices, doing)
+                                 : scenes::load_seen_scene(command_.inputs, choices, doing);
     if (!scene) return scene;
     apply_choices(*scene);
     if (command_.hand) doing("looking for a surface to touch");
@@ -634,7 +635,9 @@ Result<ServoPeriods> periods_alone(FeelCommand command, CancelOnSignal& cancel) 
 }
 
 int replay_run(const FeelCommand& command, Console& console) {
-  auto scene = scenes::load_scene(command.inputs, command.sequence);
+  scenes::SequenceChoices choices = command.sequence;
+  choices.finds_motion = false;  // as while it was recorded
+  auto scene = scenes::load_scene(command.inputs, choices);
   if (!scene) return fail(console, scene.error());
   const auto replayed = replay_felt(*scene, command.replay);
   if (!replayed) return fail(console, replayed.error());

@@ -51,6 +51,8 @@ int run_feel(const FeelCommand& command);
 void add_segments(CLI::App& app, scenes::SequenceChoices& choices);
 /// Whose values a sequence has.
 void add_values(CLI::App& app, scenes::SequenceChoices& choices);
+/// What surface is felt of values. After add_segments().
+void add_wall(CLI::App& app, scenes::SequenceChoices& choices);
 /// --modes.
 void add_modes(CLI::App& app, scenes::SequenceChoices& choices);
 

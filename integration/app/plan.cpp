@@ -47,6 +47,7 @@ Command add_plan(CLI::App& program) {
   add_values(*app, *choices);
   add_modes(*app, *choices);
   add_segments(*app, *choices);
+  add_wall(*app, *choices);
   return {app,
           [inputs, choices] { return run(*inputs, *choices); },
           {"input", "--fields", "--folder", "--modes", "--segments"},

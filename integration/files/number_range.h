@@ -21,6 +21,7 @@ inline constexpr NumberRange kForces_n{0.01, 100.0};
 inline constexpr NumberRange kStiffnesses_n_per_m{1.0, 1e5};
 inline constexpr NumberRange kStrengths_n{0.0, 1000.0};  ///< a surface may hold more than is felt
 inline constexpr NumberRange kFrictions{0.0, 10.0};
+inline constexpr NumberRange kSmoothings_mm{0.0, 100.0};
 inline constexpr NumberRange kSoftnesses_m{1e-6, 10.0};  ///< of a charge
 inline constexpr NumberRange kFrameRates{0.001, 1e5};    ///< frames per second
 

@@ -48,9 +48,8 @@ class SceneReader {
     if (const json* volumes = needed_list(o, "volumes", "there is nothing to feel"))
       for (size_t k = 0; k < volumes->size() && o.good(); ++k)
         volume((*volumes)[k], fmt::format("volumes[{}]", k));
-    const bool has_segments =
-        std::any_of(scene_.volumes.begin(), scene_.volumes.end(),
-                    [](const VolumeSpec& v) { return !v.segments.files.empty(); });
+    const bool has_segments = std::any_of(scene_.volumes.begin(), scene_.volumes.end(),
+                                          [](const VolumeSpec& v) { return v.segments.any(); });
     // Segments are felt without being written once more.
     if (const json* modes =
             has_segments ? o.list("modes") : needed_list(o, "modes", "nothing would be felt"))
@@ -108,7 +107,7 @@ class SceneReader {
     o.boolean("blend_values", v.blend_values);
     read_seen(o, "view", v.seen);
     read_segments(o, "segments", v.segments);
-    if (!v.source.empty() && !v.segments.files.empty())
+    if (!v.source.empty() && v.segments.any())
       o.refuse("segments", "made data have none: leave this out");
     o.finish();
     scene_.volumes.push_back(std::move(v));
@@ -260,7 +259,7 @@ class SceneReader {
     std::vector<std::string_view> known;
     for (const VolumeSpec& volume : scene_.volumes) {
       if (volume.name != m.volume) continue;
-      if (volume.segments.files.empty())
+      if (!volume.segments.any())
         return o.refuse("segment",
                         fmt::format("the volume \"{}\" has no segments: leave it out", m.volume));
       for (const SegmentSpec& part : volume.segments.parts) known.push_back(part.name);
@@ -323,6 +322,8 @@ const std::vector<std::pair<std::string_view, CarriedValues>> SceneWords::kValue
     {"reference", CarriedValues::kReference},
     {"mean", CarriedValues::kMean},
     {"own", CarriedValues::kOwn}};
+const std::vector<std::pair<std::string_view, SegmentsFrom>> SceneWords::kMadeSegments = {
+    {"region", SegmentsFrom::kRegion}, {"ridges", SegmentsFrom::kRidges}};
 
 bool mode_key_applies(std::string_view kind, std::string_view key) {
   if (std::find(kKinds.begin(), kKinds.end(), kind) == kKinds.end()) return true;

@@ -46,6 +46,8 @@ struct SceneWords {
   static const std::vector<std::pair<std::string_view, PosePath>> kPaths;
   static const std::vector<std::pair<std::string_view, BackTracking>> kBackTrackings;
   static const std::vector<std::pair<std::string_view, CarriedValues>> kValues;
+  /// Of values; files go without a word.
+  static const std::vector<std::pair<std::string_view, SegmentsFrom>> kMadeSegments;
 };
 
 }  // namespace palpate::files

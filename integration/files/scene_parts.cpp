@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "integration/files/scene_file.h"
+
 namespace palpate::files {
 namespace {
 
@@ -301,9 +303,20 @@ void read_segments(JsonObject& parent, const char* key, SegmentsSpec& out) {
   const json* value = parent.find(key);
   if (!value) return;
   JsonObject o(*value, parent.place(key), parent.reading());
-  out.files = read_paths(o, "files");
-  if (out.files.empty() && o.good())
-    o.refuse("files", "it is missing: name a segmentation, or one for each frame");
+  if (o.choice("from", out.from, SceneWords::kMadeSegments)) {
+    if (o.find("files")) o.refuse("files", "they are made from the values: leave this out");
+    if (o.find("frame")) o.refuse("frame", "they are made from the first frame: leave this out");
+    double number = 0.0;
+    if (o.number("level", number, kAnyNumber)) out.level = number;
+    if (o.number("smooth_mm", number, kSmoothings_mm)) out.smooth_mm = number;
+  } else {
+    out.files = read_paths(o, "files");
+    if (out.files.empty() && o.good())
+      o.refuse(
+          "files",
+          "it is missing: name a segmentation, or one for each frame, or make a wall \"from\" the "
+          "values");
+  }
   double frame = 0.0;
   if (o.number("frame", frame, kFrameNumbers)) {
     if (frame != std::floor(frame)) o.refuse("frame", "a whole number is expected");
@@ -318,6 +331,15 @@ void read_segments(JsonObject& parent, const char* key, SegmentsSpec& out) {
         o.reading().refuse(place + ".name",
                            fmt::format("another part is called \"{}\" too: choose another name",
                                        out.parts[k].name));
+  }
+  if (out.from != SegmentsFrom::kFiles) {
+    if (out.parts.size() > 1) o.refuse("parts", "values have one wall: name one part");
+    if (!out.parts.empty() && !out.parts.front().labels.empty())
+      o.refuse("parts", "values have no labels: leave them out");
+    if (out.parts.empty()) {
+      out.parts.emplace_back();
+      out.parts.back().name = "wall";
+    }
   }
   o.finish();
 }

@@ -126,13 +126,19 @@ class SceneWriter {
     put(o, "blend_values", v.blend_values, usual.blend_values);
     const Json view = seen(v.seen);
     if (!view.empty()) o["view"] = view;
-    if (!v.segments.files.empty()) o["segments"] = segments(v.segments);
+    if (v.segments.any()) o["segments"] = segments(v.segments);
     return o;
   }
 
   Json segments(const SegmentsSpec& s) const {
     const SegmentSpec usual;
-    Json o = {{"files", paths(s.files)}};
+    Json o = Json::object();
+    if (s.from == SegmentsFrom::kFiles)
+      o["files"] = paths(s.files);
+    else
+      o["from"] = word_of(SceneWords::kMadeSegments, s.from);
+    if (s.level) o["level"] = *s.level;
+    if (s.smooth_mm) o["smooth_mm"] = *s.smooth_mm;
     put(o, "frame", s.frame, size_t(0));
     for (const SegmentSpec& of : s.parts) {
       Json part = {{"name", of.name}};

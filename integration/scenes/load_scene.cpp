@@ -8,6 +8,7 @@
 
 #include "compute/motion/estimate_sequence.h"
 #include "compute/volume/heart_phantom.h"
+#include "compute/volume/memory.h"
 #include "integration/files/frames.h"
 #include "integration/files/read_sequence.h"
 #include "integration/files/read_volume.h"
@@ -19,6 +20,7 @@
 #include "integration/x3d/x3d_file.h"
 #include "module/haptics/haptic_scene.h"
 #include "module/scene/built_in.h"
+#include "module/scene/made_wall.h"
 #include "module/scene/make_volume.h"
 #include "module/scene/wall_value.h"
 
@@ -295,7 +297,12 @@ Result<MovingVolume> read_volume_of(VolumeSpec& spec, const SequenceChoices& cho
   }
   // Consecutive fields make one motion for all frames where that is asked for, or where only it
   // brings the segments of one frame to the others.
-  const bool of_one = has_one_segmentation(data);
+  const bool is_made = spec.segments.from != SegmentsFrom::kFiles;
+  const bool of_one = has_one_segmentation(data) || (is_made && !data.motions.empty());
+  if (is_made && spec.values == CarriedValues::kOwn)
+    return files::bad_input(spec.files.front(),
+                            "is to be felt by a wall made from one frame, which one motion carries "
+                            "to the others: leave 'own' out");
   if (of_one && spec.values == CarriedValues::kOwn)
     return files::bad_input(
         spec.segments.files.front(),
@@ -349,12 +356,49 @@ Status add(LoadedScene& scene, size_t v, const SequenceChoices& choices, MovingV
   return Nothing{};
 }
 
-Result<ModeSpec> surface_of(const fs::path& file, const Samples& samples,
+/// A wall made from the values of a frame becomes the volume's only segment.
+Status add_made_wall(VolumeSpec& spec, MovingVolume& volume, const Volume& frame,
+                     std::vector<std::string>& notes) {
+  SegmentsSpec& segments = spec.segments;
+  const bool ridges = segments.from == SegmentsFrom::kRidges;
+  std::optional<MadeWall> wall = ridges ? ridge_wall(frame, segments.level, segments.smooth_mm)
+                                        : region_wall(frame, segments.level, segments.smooth_mm);
+  if (!wall)
+    return files::bad_input(
+        spec.files.front(),
+        "has nothing of a cubic centimetre that is brighter than {:.4g} and has a border: choose "
+        "another level",
+        segments.level.value_or(wall_of(frame).at.level));
+  const SegmentSpec& part = segments.parts.front();
+  const glm::vec3 colour = part.colour ? glm::vec3(*part.colour) : glm::vec3(0.85F, 0.55F, 0.5F);
+  notes.push_back(fmt::format(
+      "The wall to feel is made: {}, in the first frame smoothed by {:.2g} mm. A hand that strokes "
+      "it comes to an end at {:.0f} % of its places.",
+      ridges ? "where the values rise most steeply"
+             : fmt::format("the border of what is brighter than {:.4g}", wall->level),
+      wall->smooth_mm, 100.0 * wall->ends));
+  volume.segments.push_back(
+      {part.name, colour, {sampled_scalar(std::move(wall->distance_mm))}, part.shown});
+  return Nothing{};
+}
+
+/// Whether a volume can wait for one motion for all its frames, or needs none.
+bool can_carry_one_wall(const VolumeSpec& spec, const MovingVolume& volume, const Volume& frame,
+                        const SequenceChoices& choices) {
+  if (volume.whole || volume.is_still()) return true;
+  const double bytes = double(volume.frames.size()) * double(frame.values.size()) * sizeof(float);
+  return choices.finds_motion && volume.motions.empty() && spec.values != CarriedValues::kOwn &&
+         check_fits_memory("One motion for the whole sequence", bytes);
+}
+
+/// Of the level that is asked for, or the best one.
+WallQuality values_as_wall(const Volume& frame, const SequenceChoices& choices) {
+  return choices.level ? wall_quality(frame, {*choices.level, value_between_groups(frame).width})
+                       : wall_of(frame);
+}
+
+Result<ModeSpec> surface_of(const fs::path& file, const Samples& samples, const WallQuality& found,
                             const SequenceChoices& choices, std::vector<std::string>& notes) {
-  const WallQuality found =
-      choices.level
-          ? wall_quality(samples.first, {*choices.level, value_between_groups(samples.first).width})
-          : wall_of(samples.first);
   const double level = found.at.level;
   if (!(level >= samples.low && level <= samples.high))
     return files::bad_input(
@@ -373,7 +417,7 @@ Result<ModeSpec> surface_of(const fs::path& file, const Samples& samples,
         fmt::format("This surface is no closed wall: at {:.0f} % of its places it ends within 5 mm "
                     "or has a hole "
                     "there, and a hand that strokes it falls through; feel a segmentation instead "
-                    "(--segments).",
+                    "(--segments), or a wall made from the values (--wall region).",
                     100.0 * found.ends));
   else
     notes.push_back(
@@ -410,6 +454,50 @@ Result<ModeSpec> guide_along(const Volume& lengths, const SequenceChoices& choic
   return follow;
 }
 
+/// What is felt of a volume for which nobody has said it: guides along vectors, a surface of the
+/// values, or a wall made from them. Adds a mode, or a segment.
+Status feel_usual(LoadedScene& scene, VolumeSpec& spec, MovingVolume& volume,
+                  const Samples& samples, const SequenceChoices& choices) {
+  const bool asks_for_made = choices.wall == FeltWall::kRegion || choices.wall == FeltWall::kRidges;
+  if (volume.frames.front()->is_vector()) {
+    if (asks_for_made)
+      return files::bad_input(spec.files.front(),
+                              "holds vectors, and walls are made from scalars: leave --wall out");
+    auto guide = guide_along(samples.first, choices, scene.notes);
+    if (!guide) return guide.error();
+    guide->volume = spec.name;
+    scene.spec.modes.push_back(std::move(*guide));
+    return Nothing{};
+  }
+  const WallQuality values = values_as_wall(samples.first, choices);
+  FeltWall wall = choices.wall;
+  if (wall == FeltWall::kUsual)
+    wall = values.ends > kClosedWall && !choices.level && !choices.width &&
+                   can_carry_one_wall(spec, volume, samples.first, choices)
+               ? FeltWall::kRegion
+               : FeltWall::kValues;
+  if (wall == FeltWall::kValues) {
+    auto surface = surface_of(spec.files.front(), samples, values, choices, scene.notes);
+    if (!surface) return surface.error();
+    surface->volume = spec.name;
+    scene.spec.modes.push_back(std::move(*surface));
+    return Nothing{};
+  }
+  if (choices.wall == FeltWall::kUsual)
+    scene.notes.push_back(fmt::format(
+        "The surface of equal value is no closed wall: at {:.0f} % of its places it ends within 5 "
+        "mm or has a hole. (--wall values: feel it all the same)",
+        100.0 * values.ends));
+  spec.segments.from = wall == FeltWall::kRidges ? SegmentsFrom::kRidges : SegmentsFrom::kRegion;
+  spec.segments.level = choices.level;
+  SegmentSpec part;
+  part.name = "wall";
+  part.strength_n = choices.strength_n;
+  part.friction = choices.friction;
+  spec.segments.parts = {part};
+  return add_made_wall(spec, volume, samples.first, scene.notes);
+}
+
 /// A scene that says nothing of modes gets for each volume what a sequence without a scene gets.
 Result<LoadedScene> of_spec(std::string name, SceneSpec spec, const SequenceChoices& choices,
                             const OnDoing& doing, std::vector<std::string> notes = {}) {
@@ -422,16 +510,17 @@ Result<LoadedScene> of_spec(std::string name, SceneSpec spec, const SequenceChoi
     Samples samples;
     auto volume = read_volume_of(scene.spec.volumes[v], choices, samples, doing, scene.notes);
     if (!volume) return volume.error();
-    if (without_modes && !samples.first.values.empty() &&
-        (volume->segments.empty() || choices.level)) {
-      const VolumeSpec& of = scene.spec.volumes[v];
-      auto mode = volume->frames.front()->is_vector()
-                      ? guide_along(samples.first, choices, scene.notes)
-                      : surface_of(of.files.front(), samples, choices, scene.notes);
-      if (!mode) return mode.error();
-      mode->volume = of.name;
-      if (v > 0) mode->name += fmt::format(" of {}", of.name);
-      scene.spec.modes.push_back(std::move(*mode));
+    VolumeSpec& of = scene.spec.volumes[v];
+    if (of.segments.from != SegmentsFrom::kFiles) {
+      const Status made = add_made_wall(of, *volume, samples.first, scene.notes);
+      if (!made) return made.error();
+    } else if (without_modes && !samples.first.values.empty() &&
+               (volume->segments.empty() || choices.level)) {
+      const size_t before = scene.spec.modes.size();
+      const Status felt = feel_usual(scene, of, *volume, samples, choices);
+      if (!felt) return felt.error();
+      if (v > 0 && scene.spec.modes.size() > before)
+        scene.spec.modes.back().name += fmt::format(" of {}", of.name);
     }
     if (const Status added = add(scene, v, choices, std::move(*volume)); !added)
       return added.error();
@@ -465,6 +554,9 @@ Result<LoadedScene> of_sequence(const std::vector<fs::path>& inputs, const Seque
     spec.segments.parts.emplace_back();
     spec.segments.parts.back().name = name;
   }
+  // A made wall is that of one frame, as a single segmentation is.
+  if (choices.wall == FeltWall::kRegion) spec.segments.from = SegmentsFrom::kRegion;
+  if (choices.wall == FeltWall::kRidges) spec.segments.from = SegmentsFrom::kRidges;
   Samples samples;
   auto volume = read_volume_of(spec, choices, samples, doing, scene.notes);
   if (!volume) return volume.error();
@@ -472,19 +564,12 @@ Result<LoadedScene> of_sequence(const std::vector<fs::path>& inputs, const Seque
     segment.strength_n = choices.strength_n;
     segment.friction = choices.friction;
   }
-  scene.spec.volumes = {spec};
-  // With segments their walls are felt, and a surface of the values only where it is asked for.
-  if (!volume->segments.empty() && !choices.level) {
-    if (const Status added = add(scene, 0, choices, std::move(*volume)); !added)
-      return added.error();
-    return scene;
+  // With segments their walls are felt, and the values only where that is asked for.
+  if (volume->segments.empty() || choices.level) {
+    const Status felt = feel_usual(scene, spec, *volume, samples, choices);
+    if (!felt) return felt.error();
   }
-  auto mode = volume->frames.front()->is_vector()
-                  ? guide_along(samples.first, choices, scene.notes)
-                  : surface_of(inputs.front(), samples, choices, scene.notes);
-  if (!mode) return mode.error();
-  mode->volume = spec.name;
-  scene.spec.modes = {std::move(*mode)};
+  scene.spec.volumes = {spec};
   if (const Status added = add(scene, 0, choices, std::move(*volume)); !added) return added.error();
   return scene;
 }

@@ -21,8 +21,18 @@ struct GivenVolume {
   std::optional<SequenceMotion> motion;  ///< of all of them; none: estimated while they are felt
 };
 
+/// What surface is felt in values.
+enum class FeltWall : uint8_t {
+  kUsual,   ///< kValues if that is a closed wall (kClosedWall), or if the motion that would carry
+            ///< another is neither known nor found; else kRegion
+  kValues,  ///< the surface of equal value
+  kRegion,  ///< region_wall()
+  kRidges,  ///< ridge_wall()
+};
+
 /// How a sequence that comes without a scene is to be felt.
 struct SequenceChoices {
+  FeltWall wall = FeltWall::kUsual;
   std::optional<double> level;  ///< the surface's value; none: found in the data
   std::optional<double> width;
   double strength_n = 4.0;
@@ -30,6 +40,7 @@ struct SequenceChoices {
   double frames_per_second = 0.0;  ///< 0: as the file says
   std::filesystem::path fields;    ///< of palpate motion: its folder, or its one file; empty: none
   bool cyclic = true;
+  bool finds_motion = true;             ///< what motion is missing is found while it is felt
   std::optional<CarriedValues> values;  ///< of a scene file's volumes of files, too
   std::filesystem::path folder;         ///< where a scene file's paths begin; empty: beside it
   std::vector<std::filesystem::path> mode_libraries;  ///< with haptic modes that scenes may name

@@ -281,7 +281,10 @@ class SceneWriter {
     note(v.rate != usual.rate, "rate");
     note(v.values.has_value(), "values");
     note(v.blend_values != usual.blend_values, "blend_values");
-    note(v.segments.frame != 0 || !v.segments.parts.empty(), "segments.frame and segments.parts");
+    if (v.segments.from != SegmentsFrom::kFiles)
+      lost.push_back("segments");
+    else
+      note(v.segments.frame != 0 || !v.segments.parts.empty(), "segments.frame and segments.parts");
     SeenSpec seen = v.seen;
     seen.shown = true;
     note(seen != SeenSpec{}, "view");

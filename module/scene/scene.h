@@ -145,11 +145,23 @@ struct SegmentSpec {
   bool operator==(const SegmentSpec&) const = default;
 };
 
-/// Segmentations of a volume: label maps, whose parts become smooth walls.
+/// What segments are made of.
+enum class SegmentsFrom : uint8_t {
+  kFiles,   ///< label maps
+  kRegion,  ///< the first frame's values: region_wall()
+  kRidges,  ///< the first frame's values: ridge_wall()
+};
+
+/// The segments of a volume, which become smooth walls.
 struct SegmentsSpec {
+  SegmentsFrom from = SegmentsFrom::kFiles;
   std::vector<std::filesystem::path> files;  ///< none; one of one frame; or one per frame
   size_t frame = 0;                          ///< to which a single one belongs
-  std::vector<SegmentSpec> parts;            ///< none: all that the files have
+  std::vector<SegmentSpec> parts;            ///< none: all that the files have; of values: "wall"
+  std::optional<double> level;               ///< of values: none: found in them
+  std::optional<double> smooth_mm;           ///< of values: none: found in them
+
+  bool any() const { return from != SegmentsFrom::kFiles || !files.empty(); }
 };
 
 /// A charge that is spread out so that its potential stays finite.

@@ -45,20 +45,34 @@ WallValue value_between_groups(const Volume& frame) {
 WallQuality wall_quality(const Volume& frame, WallValue at) {
   const Grid& grid = frame.grid;
   // Places: where neighbours along an axis lie on either side of the level, evenly thinned out.
+  struct Crossing {
+    size_t from;
+    int axis;
+  };
+  std::vector<Crossing> crossings;
+  const glm::ivec3 n = grid.size;
+  const std::array<size_t, 3> stride{1, size_t(n.x), size_t(n.x) * size_t(n.y)};
+  size_t v = 0;
+  for (int k = 0; k < n.z; ++k)
+    for (int j = 0; j < n.y; ++j)
+      for (int i = 0; i < n.x; ++i, ++v) {
+        const bool is_high = frame.values[v] > at.level;
+        const auto look = [&](bool is_there, int axis) {
+          if (is_there && (frame.values[v + stride[size_t(axis)]] > at.level) != is_high)
+            crossings.push_back({v, axis});
+        };
+        look(i + 1 < n.x, 0), look(j + 1 < n.y, 1), look(k + 1 < n.z, 2);
+      }
   std::vector<glm::dvec3> places;
-  for (int pass = 0, every = 1, count = 0; pass < 2; ++pass, every = 1 + count / kPlaces, count = 0)
-    for (int k = 0; k < grid.size.z; ++k)
-      for (int j = 0; j < grid.size.y; ++j)
-        for (int i = 0; i < grid.size.x; ++i)
-          for (int axis = 0; axis < 3; ++axis) {
-            glm::ivec3 to(i, j, k);
-            if (++to[axis] >= grid.size[axis]) continue;
-            const double a = frame.at(i, j, k), b = frame.at(to.x, to.y, to.z);
-            if ((a > at.level) == (b > at.level) || count++ % every != 0 || pass == 0) continue;
-            glm::dvec3 place(i, j, k);
-            place[axis] += (at.level - a) / (b - a);
-            places.push_back(place);
-          }
+  const size_t every = 1 + crossings.size() / kPlaces;
+  for (size_t c = 0; c < crossings.size(); c += every) {
+    const auto [from, axis] = crossings[c];
+    const double a = frame.values[from], b = frame.values[from + stride[size_t(axis)]];
+    glm::dvec3 place(double(from % stride[1]), double(from / stride[1] % size_t(n.y)),
+                     double(from / stride[2]));
+    place[axis] += (at.level - a) / (b - a);
+    places.push_back(place);
+  }
   WallQuality quality{at, 0.0, 1.0};
   if (places.empty()) return quality;
   const double h_mm = grid.finest_mm();

@@ -113,6 +113,52 @@ TEST(Feel, SaysWhatIsWrongWithASegmentation) {
               HasSubstr("lv_00.mha' is the segmentation of one frame, and each frame's own"));
 }
 
+TEST(Feel, MakesAWallWhereTheValuesHaveNone) {
+  NEEDS_CINE();
+  const TemporaryFolder folder;
+  const Outcome made = run(
+      feel(kCine / "frame_00.mha", {"--csv", folder / "ticks.csv", "--black-box", folder / "."}));
+  ASSERT_EQ(made.exit_code, 0) << made.out << made.err;
+  EXPECT_THAT(made.out, AllOf(HasSubstr("Segment   wall, colour"),
+                              HasSubstr("is no closed wall: at 33 % of its places"),
+                              HasSubstr("The wall to feel is made: the border of what is brighter "
+                                        "than 43.85, in the first frame smoothed by 3 mm.")));
+  const Table ticks(folder / "ticks.csv");
+  double most = 0.0;
+  for (size_t k = 0; k < ticks.size(); ++k) most = std::max(most, ticks.force(k));
+  EXPECT_GT(most, 0.5);
+
+  const Outcome plain = run({"plan", kCine / "frame_00.mha", "--wall", "values"});
+  ASSERT_EQ(plain.exit_code, 0) << plain.err;
+  EXPECT_THAT(plain.out, AllOf(HasSubstr("felt by    surface"), HasSubstr("(--wall region)")));
+  // Two frames without motion: the wall stands still until that is known, or is that of the values
+  // where nobody looks for it.
+  const Outcome waits = run({"plan", kCine / "frame_00.mha", kCine / "frame_01.mha"});
+  EXPECT_THAT(waits.out, AllOf(HasSubstr("felt by    wall"), HasSubstr("stands still there")));
+  const Outcome alone =
+      run(feel(kCine / "frame_00.mha", {kCine / "frame_01.mha", "--no-motion", "--seconds", "1"}));
+  EXPECT_THAT(alone.out, Not(HasSubstr("Segment")));
+}
+
+TEST(Feel, MakesTheWallThatIsAskedFor) {
+  NEEDS_CINE();
+  const Outcome ridges = run({"plan", kCine / "frame_00.mha", "--wall", "ridges"});
+  ASSERT_EQ(ridges.exit_code, 0) << ridges.err;
+  EXPECT_THAT(ridges.out, AllOf(HasSubstr("felt by    wall"),
+                                HasSubstr("made: where the values rise most steeply")));
+  const Outcome own = run({"plan", kCine / "frame_00.mha", kCine / "frame_01.mha", "--wall",
+                           "region", "--values", "own"});
+  EXPECT_EQ(own.exit_code, 2);
+  EXPECT_THAT(own.err, HasSubstr("leave 'own' out"));
+  const Outcome both =
+      run({"plan", kCine / "frame_00.mha", "--wall", "region", "--segments", kCine / "lv_00.mha"});
+  EXPECT_EQ(both.exit_code, 2);
+  EXPECT_THAT(both.err, HasSubstr("--segments"));
+  const Outcome bright = run(feel(kCine / "frame_00.mha", {"--wall", "region", "--level", "1e5"}));
+  EXPECT_EQ(bright.exit_code, 2);
+  EXPECT_THAT(bright.err, HasSubstr("nothing of a cubic centimetre that is brighter than 1e+05"));
+}
+
 TEST(Feel, SaysWhenValuesCanNotBeCarried) {
   NEEDS_CINE();
   const Outcome made = run(feel("heart", {"--values", "mean"}));

@@ -170,6 +170,10 @@ TEST(X3dWriter, NamesWhatX3dCanNotSay) {
               ElementsAre(AllOf(HasSubstr("a chest"), HasSubstr("motions"), HasSubstr("rate"),
                                 HasSubstr("view"), HasSubstr("the second hand")),
                           HasSubstr("motion of the mode \"the wall\""), HasSubstr("\"soft\"")));
+  scene = sayable();
+  scene.volumes[0].segments.files.clear();
+  scene.volumes[0].segments.from = SegmentsFrom::kRegion;
+  EXPECT_THAT(x3d_text(scene, "s.x3d")->notes, ElementsAre(HasSubstr("left out: segments.")));
   scene = heart_scene();
   EXPECT_THAT(x3d_text(scene, "s.x3d").error().message, HasSubstr("palpate phantom"));
   scene = sayable();

@@ -37,6 +37,7 @@ struct PlaceResult {
 
 struct WayResult {
   int runs = 0, fell = 0, faded = 0, met = 0;
+  double weak = 0.0;  ///< share of the time, in all that met the wall
   LargestChange change;
 };
 
@@ -114,9 +115,11 @@ WallResult measure(const Subject& subject, const Wall& wall, const Felt& felt, c
       of.met += run.outcome != Outcome::kNothingMet;
       of.fell += run.outcome == Outcome::kFell;
       of.faded += run.outcome == Outcome::kFaded;
+      of.weak += run.weak;
       take(of.change, run.change);
       take(result.change, run.change);
     }
+    if (of.met > 0) of.weak /= of.met;
   }
   return result;
 }
@@ -234,8 +237,8 @@ int main(int argc, char** argv) {
                        {"moving", "of these in motion"},
                        {"why", "others: wall/motion"},
                        {"fell", "press: fell"},
-                       {"stroke_fell", "strokes fell"},
-                       {"circle_fell", "circles fell"},
+                       {"stroke_fell", "strokes fell (time behind, below 0.3 N)"},
+                       {"circle_fell", "circles fell (time behind, below 0.3 N)"},
                        {"change", "largest change N/ms"},
                        {"beyond", "more than the hand's own"},
                        {"proxy_mm", "off the contour mm"},
@@ -262,6 +265,10 @@ int main(int argc, char** argv) {
       for (const Felt& felt : subject.felt) {
         if (felt.name.find(felt_only) == std::string::npos) continue;
         for (const Wall& wall : subject.walls) {
+          const bool is_own = std::any_of(subject.walls.begin(), subject.walls.end(),
+                                          [&](const Wall& w) { return w.only == felt.name; });
+          if (!wall.only.empty() && wall.only != felt.name) continue;
+          if (wall.only.empty() && is_own && felt.segments) continue;
           Histogram ticks;
           const WallResult of = measure(subject, wall, felt, how, ticks);
           int fell = 0;
@@ -274,8 +281,10 @@ int main(int argc, char** argv) {
                report::number(of.both, 0),
                report::words(fmt::format("{}/{}", of.by_wall, of.by_motion)),
                report::number(fell, 0),
-               report::words(fmt::format("{} of {}", stroke.fell, stroke.met)),
-               report::words(fmt::format("{} of {}", circle.fell, circle.met)),
+               report::words(fmt::format("{} of {} ({:.0f} %)", stroke.fell, stroke.met,
+                                         100.0 * stroke.weak)),
+               report::words(fmt::format("{} of {} ({:.0f} %)", circle.fell, circle.met,
+                                         100.0 * circle.weak)),
                report::number(of.change.n_per_ms, 3), report::number(of.change.beyond_n, 3),
                report::number(mean(of.proxy_mm), 2), report::number(p95(of.proxy_mm), 2),
                report::number(mean(of.carried_mm), 2), report::number(p95(of.carried_mm), 2),

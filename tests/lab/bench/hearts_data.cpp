@@ -20,6 +20,7 @@
 #include "integration/files/write_field.h"
 #include "integration/files/write_volume.h"
 #include "module/scene/built_in.h"
+#include "module/scene/made_wall.h"
 #include "module/scene/make_volume.h"
 #include "module/scene/wall_value.h"
 
@@ -238,6 +239,28 @@ void add_by_values(Subject& subject, const ReadSequence& from) {
   subject.felt.push_back(std::move(carried_values));
 }
 
+/// What is felt without a segmentation, each on its own surface: the values, and the walls made of
+/// them.
+void add_made(Subject& subject, const Volume& reference, const HeartsOptions& options) {
+  const auto carried_volume = subject.felt.back().volume;
+  const auto add = [&](const std::string& name, const Volume& distance_mm, bool values) {
+    auto volume = std::make_shared<MovingVolume>(*carried_volume);
+    const auto distance = sampled_scalar(distance_mm);
+    volume->segments = {{"wall", glm::vec3(1.0F), {distance}}};
+    Wall wall{"its own surface", name, "wall", {}, distance, {}, {}};
+    wall.places = places_on(*distance, reference.grid, 2 * options.places, {});
+    subject.walls.push_back(std::move(wall));
+    if (!values)
+      subject.felt.push_back(
+          {name, volume, true, value(TransferFunction::linear({0.0, 1.0}, {0.0, kFull_n}))});
+  };
+  const double level = wall_of(reference).at.level;
+  const auto above = [level](float v) { return v > level; };
+  add(subject.felt.back().name, signed_distance(mask_of(reference, above)), true);
+  if (const auto wall = region_wall(reference)) add("region carried", wall->distance_mm, false);
+  if (const auto wall = ridge_wall(reference)) add("ridges carried", wall->distance_mm, false);
+}
+
 }  // namespace
 
 Subject beating_heart(const HeartsOptions& options) {
@@ -279,6 +302,7 @@ Subject beating_heart(const HeartsOptions& options) {
       wall.surface_m.push_back(place.at_m);
     subject.walls.push_back(std::move(wall));
   }
+  add_made(subject, value(sequence.reader.frame(sequence.whole.reference)), options);
   subject.felt.push_back({"segmentation carried", with_segments, true,
                           value(TransferFunction::window(0.0, 1.0, kFull_n))});
   return subject;
@@ -339,6 +363,22 @@ Subject heart_phantom_subject(const HeartsOptions& options) {
   return subject;
 }
 
+std::string made_in(const Volume& frame) {
+  std::string text;
+  for (const auto& [name, made] : {std::pair{"region", &region_wall}, {"ridges", &ridge_wall}}) {
+    const auto begin = std::chrono::steady_clock::now();
+    const auto wall = made(frame, {}, {});
+    const double took_s =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    if (wall)
+      text += fmt::format("  {}: smoothed by {:.3g} mm, ends at {:.0f} %; {:.2f} s\n", name,
+                          wall->smooth_mm, 100.0 * wall->ends, took_s);
+    else
+      text += fmt::format("  {}: none\n", name);
+  }
+  return text;
+}
+
 std::string walls_in(const std::vector<fs::path>& inputs) {
   auto reader = value(files::SequenceReader::open(inputs));
   const Volume frame = value(reader.frame(0));
@@ -348,12 +388,14 @@ std::string walls_in(const std::vector<fs::path>& inputs) {
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   const WallQuality otsu = wall_quality(frame, value_between_groups(frame));
   return fmt::format(
-      "{}: Otsu {:.4g}, {:.3g} per mm, ends at {:.0f} %; found {:.4g}, {:.3g} per mm, ends at "
-      "{:.0f} "
-      "%{}; {:.2f} s\n",
-      inputs.front().string(), otsu.at.level, otsu.slope_per_mm, 100.0 * otsu.ends, found.at.level,
-      found.slope_per_mm, 100.0 * found.ends, found.ends > kClosedWall ? ", no closed wall" : "",
-      took_s);
+             "{}: Otsu {:.4g}, {:.3g} per mm, ends at {:.0f} %; found {:.4g}, {:.3g} per mm, ends "
+             "at "
+             "{:.0f} "
+             "%{}; {:.2f} s\n",
+             inputs.front().string(), otsu.at.level, otsu.slope_per_mm, 100.0 * otsu.ends,
+             found.at.level, found.slope_per_mm, 100.0 * found.ends,
+             found.ends > kClosedWall ? ", no closed wall" : "", took_s) +
+         made_in(frame);
 }
 
 }  // namespace palpate::bench

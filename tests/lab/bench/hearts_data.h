@@ -22,6 +22,7 @@ struct Place {
 /// judged by.
 struct Wall {
   std::string name;     ///< "epicardium"
+  std::string only;     ///< felt by the way of this name alone, whose own surface it is; empty: all
   std::string segment;  ///< of the carried volume; empty: there is none
   std::vector<Place> places;
   /// Signed distance to the wall in the motion's reference frame, mm, above 0 inside.

@@ -128,7 +128,7 @@ RunResult lean_on(const Subject& subject, const Wall& wall, const Felt& felt, bo
   std::optional<glm::dvec3> met;  // in the reference frame
   double sum_n = 0.0, gone_s = 0.0;
   bool is_weak_inside = false, is_weak_outside = false;
-  int counted = 0, last_frame = -1;
+  int counted = 0, weak = 0, last_frame = -1;
   result.least_n = 1e9;
   const auto ends_s = [&] { return pressed_s ? *pressed_s + kSettle_s + seconds : 6.0; };
   for (int tick = 0; 1e-3 * tick < ends_s(); ++tick) {
@@ -215,6 +215,7 @@ RunResult lean_on(const Subject& subject, const Wall& wall, const Felt& felt, bo
     if (now_n < kHolds_n) {
       hand_mm = behind_mm(of_hand.of(hand.position_m(), at));
       (hand_mm > 0.0 ? is_weak_inside : is_weak_outside) = true;
+      weak += hand_mm > 0.0;
     }
     gone_s = now_n < kGone_n && hand_mm > kInside_mm ? gone_s + 1e-3 : 0.0;
     // Along the wall the distance to the contours says it, but only if the hand is in there too.
@@ -227,6 +228,7 @@ RunResult lean_on(const Subject& subject, const Wall& wall, const Felt& felt, bo
   }
   if (!pressed_s) return result;
   result.mean_n = counted ? sum_n / counted : 0.0;
+  result.weak = counted ? double(weak) / counted : 0.0;
   result.outcome = result.fell_at_s >= 0.0 ? Outcome::kFell
                    : is_weak_inside        ? Outcome::kFaded
                    : is_weak_outside       ? Outcome::kLeft

@@ -31,6 +31,7 @@ struct LargestChange {
 
 struct RunResult {
   Outcome outcome = Outcome::kNothingMet;
+  double weak = 0.0;  ///< share of the time behind the wall with less than it should hold
   double least_n = 0.0, mean_n = 0.0;  ///< while it was to hold
   double deepest_mm = 0.0;             ///< of the proxy's material behind where it was met
   double fell_at_s = -1.0;

@@ -1,0 +1,165 @@
+// Walls made from values. Oracle: balls and planes whose distance is known, and real data.
+#include "module/scene/made_wall.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "integration/files/read_volume.h"
+#include "tests/support/random.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kRadius_mm = 18.0;
+
+template <class Value>
+Volume sampled(const Value& value, glm::dvec3 spacing_mm = glm::dvec3(1.0)) {
+  Volume volume;
+  volume.grid.size = glm::ivec3(glm::round(64.0 / spacing_mm));
+  volume.grid.spacing_mm = spacing_mm;
+  volume.grid.origin_mm = -0.5 * spacing_mm * glm::dvec3(volume.grid.size - 1);
+  const glm::ivec3 n = volume.grid.size;
+  for (int k = 0; k < n.z; ++k)
+    for (int j = 0; j < n.y; ++j)
+      for (int i = 0; i < n.x; ++i)
+        volume.values.push_back(float(value(volume.grid.lps_from_index({i, j, k}))));
+  return volume;
+}
+
+/// 0 to 1 over some millimetres, as a scanner blurs a border.
+double edge(double inside_mm) {
+  return 0.5 + 0.5 * std::erf(inside_mm / std::sqrt(2.0));
+}
+
+double at(const Volume& distance_mm, glm::dvec3 x) {
+  return sample(distance_mm, distance_mm.grid.index_from_lps(x));
+}
+
+/// How far the surface is from a ball's, along the six axes and four diagonals.
+double off_the_ball_mm(const Volume& distance_mm) {
+  double most = 0.0;
+  for (const glm::dvec3 way :
+       {glm::dvec3(1, 0, 0), glm::dvec3(-1, 0, 0), glm::dvec3(0, 1, 0), glm::dvec3(0, -1, 0),
+        glm::dvec3(0, 0, 1), glm::dvec3(0, 0, -1), glm::dvec3(1, 1, 1), glm::dvec3(-1, 1, -1),
+        glm::dvec3(1, -1, -1), glm::dvec3(-1, -1, 1)}) {
+    double out_mm = 0.0;
+    while (out_mm < 30.0 && at(distance_mm, out_mm * glm::normalize(way)) > 0.0) out_mm += 0.05;
+    most = std::max(most, std::abs(out_mm - kRadius_mm));
+  }
+  return most;
+}
+
+/// A ball in spots of 4 mm, as speckle has them: its surface of equal value is full of holes.
+Volume spotted_ball() {
+  test::Random random(3);
+  std::vector<double> spots(16 * 16 * 16);
+  for (double& spot : spots) spot = random.draw(-70.0, 70.0);
+  return sampled([&](glm::dvec3 x) {
+    const glm::ivec3 cell = glm::ivec3(x + 31.5) / 4;
+    return 100.0 + 100.0 * edge(kRadius_mm - glm::length(x)) +
+           spots[size_t(cell.x + 16 * (cell.y + 16 * cell.z))];
+  });
+}
+
+TEST(MadeWall, RegionClosesWhatSpotsHaveOpened) {
+  const Volume frame = spotted_ball();
+  EXPECT_GT(wall_of(frame).ends, kClosedWall);
+  const auto wall = region_wall(frame);
+  ASSERT_TRUE(wall);
+  EXPECT_LE(wall->ends, 0.1);
+  EXPECT_LT(off_the_ball_mm(wall->distance_mm), 3.0);  // not a spot
+  EXPECT_GT(at(wall->distance_mm, {0.0, 0.0, 10.0}), 4.0);
+  EXPECT_LT(at(wall->distance_mm, {0.0, 26.0, 0.0}), -4.0);
+}
+
+TEST(MadeWall, RegionIsSmoothedNoMoreThanItNeeds) {
+  const Volume clean =
+      sampled([](glm::dvec3 x) { return 1000.0 * edge(kRadius_mm - glm::length(x)); });
+  const auto wall = region_wall(clean);
+  ASSERT_TRUE(wall);
+  EXPECT_EQ(wall->smooth_mm, 1.0);
+  EXPECT_LT(off_the_ball_mm(wall->distance_mm), 0.3);
+  const auto asked = region_wall(clean, 700.0, 0.0);
+  ASSERT_TRUE(asked);
+  EXPECT_EQ(asked->smooth_mm, 0.0);
+  EXPECT_EQ(asked->level, 700.0);
+}
+
+TEST(MadeWall, RegionLeavesOutCrumbsAndFillsBubbles) {
+  const Volume frame = sampled([](glm::dvec3 x) {
+    const double ball = edge(kRadius_mm - glm::length(x));
+    const double bubble = edge(4.0 - glm::length(x - glm::dvec3(5, 0, 0)));
+    const double crumb = edge(2.5 - glm::length(x - glm::dvec3(0, 26, 0)));
+    return 1000.0 * std::max(ball - bubble, crumb);
+  });
+  const auto wall = region_wall(frame);
+  ASSERT_TRUE(wall);
+  EXPECT_GT(at(wall->distance_mm, {5.0, 0.0, 0.0}), 5.0);
+  EXPECT_LT(at(wall->distance_mm, {0.0, 26.0, 0.0}), -4.0);
+}
+
+TEST(MadeWall, RegionHasNoWallAtTheEndsOfTheData) {
+  // Brighter from x = 4 mm on to the end of the data, in slices of 4 mm.
+  const Volume frame =
+      sampled([](glm::dvec3 x) { return 1000.0 * edge(x.x - 4.0); }, {1.0, 1.0, 4.0});
+  const auto wall = region_wall(frame);
+  ASSERT_TRUE(wall);
+  const Volume& d = wall->distance_mm;
+  const glm::dvec3 last = d.grid.lps_from_index(glm::dvec3(d.grid.size - 1));
+  const glm::dvec3 end = frame.grid.lps_from_index(glm::dvec3(frame.grid.size - 1));
+  EXPECT_LT(glm::length(last - end), 1e-6);
+  for (const glm::dvec3 x : {glm::dvec3(12, 0, 0), glm::dvec3(12, 31, 0), glm::dvec3(12, -31, 29),
+                             glm::dvec3(12, 0, -29)})
+    EXPECT_NEAR(at(d, x), 8.0, 0.6) << x.x << ' ' << x.y << ' ' << x.z;
+  EXPECT_GT(at(d, {31.0, 0.0, 0.0}), 4.0);
+}
+
+TEST(MadeWall, RidgesFindABorderThatNoValueTells) {
+  // The scanner's field makes the left side twice as bright as the right: the outside there is
+  // brighter than the inside here.
+  const Volume frame = sampled([](glm::dvec3 x) {
+    return (100.0 + 60.0 * edge(kRadius_mm - glm::length(x))) * (1.0 - 0.015 * x.x);
+  });
+  const auto by_value = region_wall(frame, {}, 1.0);
+  ASSERT_TRUE(by_value);
+  EXPECT_GT(off_the_ball_mm(by_value->distance_mm), 5.0);
+  const auto wall = ridge_wall(frame, {}, 1.0);
+  ASSERT_TRUE(wall);
+  EXPECT_LT(off_the_ball_mm(wall->distance_mm), 0.6);
+  // A distance: 1 mm for 1 mm where the wall is.
+  const double rise =
+      at(wall->distance_mm, {0.0, 17.0, 0.0}) - at(wall->distance_mm, {0.0, 19.0, 0.0});
+  EXPECT_NEAR(rise, 2.0, 1.0);
+}
+
+TEST(MadeWall, NothingIsMadeOfNothing) {
+  const Volume flat = sampled([](glm::dvec3) { return 7.0; });
+  EXPECT_FALSE(region_wall(flat));
+  EXPECT_FALSE(ridge_wall(flat));
+  const Volume crumb = sampled([](glm::dvec3 x) { return 1000.0 * edge(2.0 - glm::length(x)); });
+  EXPECT_FALSE(region_wall(crumb));
+  EXPECT_FALSE(region_wall(crumb, 5000.0));
+}
+
+TEST(MadeWall, RegionIsAWallOnRealDataWhoseValuesAreNone) {
+  const std::filesystem::path shared = PALPATE_SHARED_DATA;
+  int looked = 0;
+  for (const char* file :
+       {"kit/headmr_waves/fixed.mha", "kit/spineus_breathing/fixed.mha",
+        "kit/thoraxmr_heart/fixed.mha", "heart_cine/frame_00.mha", "heart_cine/frame_10.mha"}) {
+    if (!std::filesystem::exists(shared / file)) continue;
+    SCOPED_TRACE(file);
+    ++looked;
+    const auto frame = files::read_volume(shared / file);
+    ASSERT_TRUE(frame) << frame.error().message;
+    EXPECT_GT(wall_of(*frame).ends, kClosedWall);
+    const auto wall = region_wall(*frame);
+    ASSERT_TRUE(wall);
+    EXPECT_LT(wall->ends, 0.1);
+  }
+  if (!looked) GTEST_SKIP() << "There are no real data in " << shared;
+}
+
+}  // namespace
+}  // namespace palpate
