@@ -434,6 +434,8 @@ Result<SequenceMotion> estimate_sequence_motion(const std::shared_ptr<vulkan::Co
                                                 std::stop_token stop, SequenceReport* report) {
   const size_t frames = times_s.size();
   if (frames < 2) return Error{ErrorKind::kBadInput, "A sequence needs two frames or more"};
+  if (options.reference.value_or(0) >= frames)
+    return Error{ErrorKind::kBadInput, "The reference is no frame of the sequence"};
   bool cyclic = options.estimator.cyclic;
   const size_t steps = frames - (cyclic ? 0 : 1), pairs = steps + frames - 1;
   SequenceReport met;
@@ -503,7 +505,9 @@ Result<SequenceMotion> estimate_sequence_motion(const std::shared_ptr<vulkan::Co
   }
 
   // From the frame nearest the mean to all others: no field has further to go than it must.
-  motion.reference = frame_nearest_the_mean(std::span(consecutive).first(frames - 1));
+  motion.reference = options.reference
+                         ? *options.reference
+                         : frame_nearest_the_mean(std::span(consecutive).first(frames - 1));
   const auto reference = read(motion.reference);
   if (!reference) return reference.error();
   std::vector<Field> direct(frames);

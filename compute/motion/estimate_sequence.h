@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <stop_token>
 #include <string>
@@ -71,6 +72,8 @@ struct SequenceMotionOptions {
   /// from docs/decisions/motion-engine.md, "One motion for a sequence".
   double steadiness = 0.01;
   double left_out = 0.15;
+  /// Told from this frame, below the number of frames; none: from the one nearest the mean.
+  std::optional<size_t> reference;
 };
 
 /// What was met on the way, beside the motion itself.

@@ -183,7 +183,9 @@ std::string LiveSource::summary() const {
   if (now.newer_came > 0)
     text +=
         fmt::format("\n          {} were left out because a newer one had come", now.newer_came);
-  if (now.kept > 0) text += fmt::format("\n          {} kept the pace of a cycle", now.kept);
+  if (now.kept > 0)
+    text += fmt::format("\n          {} kept the pace of a cycle, whose motion is that of {}",
+                        now.kept, now.cycles == 1 ? "one" : fmt::format("{} of them", now.cycles));
   if (now.elsewhere > 0)
     text += fmt::format("\n          {} lay elsewhere in space than the first one", now.elsewhere);
   for (const auto& [reason, count] : client_numbers_.refused)

@@ -6,7 +6,6 @@
 #include <chrono>
 #include <cmath>
 
-#include "compute/motion/estimate_sequence.h"
 #include "module/haptics/monotonic.h"
 #include "module/haptics/real_time.h"
 #include "module/scene/make_volume.h"
@@ -21,6 +20,7 @@ constexpr double kThere = 0.02;               // of the way between two frames
 constexpr double kMostHistory_bytes = 512e6;  // of frames that may turn out to be a cycle
 constexpr auto kSilence = 2s;                 // without a frame: it is said
 constexpr double kUnlike = 0.5;               // of the cycle's contrast: no frame of it
+constexpr double kAsLike = 0.15;              // of the cycle's contrast: as like as the most like
 constexpr double kOutOfStep = 0.2;            // of the cycle
 constexpr double kPace = 2.0, kMostPace = 0.5;
 
@@ -152,18 +152,11 @@ Result<LiveSequence::Cycle> LiveSequence::find_cycle(std::vector<Frame> frames,
     sequence.times_s.push_back(double(k) * step_s);
     sequence.frames.push_back(std::move(frames[k].volume));
   }
-  const auto context = options_.open_context();
-  if (!context) return context.error();
-  const auto preset = motion_preset(options_.preset);
-  if (!preset) return Error{ErrorKind::kBadInput, "There is no preset '" + options_.preset + "'"};
-  SequenceMotionOptions of_sequence;
-  of_sequence.estimator.motion = *preset;
-  of_sequence.estimator.cyclic = true;
-  const auto motion = estimate_sequence_motion(
-      *context, grid_, sequence.times_s,
-      [&](size_t k) -> Result<Volume> { return sequence.frames[k]; }, of_sequence, {}, {},
-      stop_cycle_.get_token());
+  const auto motion = motion_of(sequence.times_s, sequence.frames, {}, stop_cycle_.get_token());
   if (!motion) return motion.error();
+  cycle.times_s = sequence.times_s;
+  cycle.frames = sequence.frames;
+  cycle.reference = motion->reference;
   VolumeSpec spec;
   spec.name = ring_.name;
   VolumeData data;
@@ -174,6 +167,59 @@ Result<LiveSequence::Cycle> LiveSequence::find_cycle(std::vector<Frame> frames,
   if (!carried_volume) return carried_volume.error();
   cycle.volume = std::make_shared<const MovingVolume>(std::move(*carried_volume));
   return cycle;
+}
+
+Result<SequenceMotion> LiveSequence::motion_of(const std::vector<double>& times_s,
+                                               const std::vector<Volume>& frames,
+                                               SequenceMotionOptions options,
+                                               std::stop_token stop) {
+  const auto context = options_.open_context();
+  if (!context) return context.error();
+  const auto preset = motion_preset(options_.preset);
+  if (!preset) return Error{ErrorKind::kBadInput, "There is no preset '" + options_.preset + "'"};
+  options.estimator.motion = *preset;
+  options.estimator.cyclic = true;
+  return estimate_sequence_motion(
+      *context, grid_, times_s, [&](size_t k) -> Result<Volume> { return frames[k]; }, options, {},
+      {}, stop);
+}
+
+/// A frame of a further cycle. Once there is one of each, the motion is found again from the means
+/// of all cycles, on another thread. It carries the values that are felt: only the motion changes.
+void LiveSequence::take_further(Cycle& cycle, Further& further, size_t frame, Volume volume,
+                                std::stop_token stop) {
+  if (further.motion.valid()) {
+    if (further.motion.wait_for(0s) != std::future_status::ready) return;
+    const Result<SequenceMotion> motion = further.motion.get();
+    if (!motion || motion->basis.cycle_s == 0.0) return;  // what is felt stays
+    MovingVolume better = *cycle.volume;
+    better.whole = SequenceMap::of(*motion);
+    if (better.whole->may_fold() && !cycle.volume->whole->may_fold()) return;
+    cycle.volume = std::make_shared<const MovingVolume>(std::move(better));
+    hand_over(cycle.volume, stop);
+    const std::lock_guard lock(mutex_);
+    numbers_.cycles = further.cycles;
+    return;
+  }
+  if (further.cycles >= kMostCycles) return;
+  further.frames.resize(cycle.frames.size());
+  further.frames[frame] = std::move(volume);
+  for (const Volume& of : further.frames)
+    if (of.values.empty()) return;
+  ++further.cycles;
+  for (size_t k = 0; k < cycle.frames.size(); ++k)
+    for (size_t v = 0; v < cycle.frames[k].values.size(); ++v)
+      cycle.frames[k].values[v] +=
+          (further.frames[k].values[v] - cycle.frames[k].values[v]) / float(further.cycles);
+  further.frames.clear();
+  SequenceMotionOptions options;
+  options.reference = cycle.reference;
+  further.motion =
+      std::async(std::launch::async, [this, options, frames = cycle.frames, times_s = cycle.times_s,
+                                      end = further.stop.get_token()] {
+        give_way(BackgroundWork::kEstimation);
+        return motion_of(times_s, frames, options, end);
+      });
 }
 
 void LiveSequence::watch() {
@@ -344,6 +390,7 @@ void LiveSequence::keep(Cycle cycle, std::stop_token stop) {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, stop, [&] { return target_arrived_ns_ == 0; });
     numbers_.cycle_s = cycle.cycle_s;
+    numbers_.cycles = 1;
   }
   const int frames = int(cycle.means.size());
   const double step_s = cycle.cycle_s / frames;
@@ -353,16 +400,25 @@ void LiveSequence::keep(Cycle cycle, std::stop_token stop) {
       "the pace of those that come.",
       cycle.cycle_s, frames));
   Frame frame;
+  Further further;
   bool begun = false;
-  int odd = 0;
+  int odd = 0, last_frame = 0;
+  int64_t last_ns = 0;
   while (wait_for_frame(frame, stop, false)) {
-    const Repetition::Match match = Repetition::nearest(frame.volume, cycle.means);
     double now_s = 0.0;
     {
       const std::lock_guard lock(mutex_);
       ++numbers_.kept;
       now_s = time_s_;
     }
+    // What goes to and fro looks the same twice in a cycle: where it was says which it is.
+    const double since_s = 1e-9 * double(frame.arrived_ns - last_ns);
+    const Repetition::Match match =
+        begun ? Repetition::nearest(frame.volume, cycle.means, last_frame + since_s / step_s,
+                                    kAsLike * cycle.contrast)
+              : Repetition::nearest(frame.volume, cycle.means);
+    last_frame = match.frame;
+    last_ns = frame.arrived_ns;
     const double wanted_s = double(match.frame) * step_s;
     if (!begun) {
       session_.send({ControlEvent::Kind::kScrub, int(index_), wanted_s});
@@ -376,6 +432,7 @@ void LiveSequence::keep(Cycle cycle, std::stop_token stop) {
     session_.send({ControlEvent::Kind::kRate, int(index_), rate});
     const bool strange = match.distance > kUnlike * cycle.contrast || std::abs(behind) > kOutOfStep;
     odd = std::max(0, odd + (strange ? 1 : -1));
+    if (!strange) take_further(cycle, further, size_t(match.frame), std::move(frame.volume), stop);
     if (odd <= frames / 2 + 2) continue;
     say("The frames no longer repeat: each is followed again.");
     stand_at(frame.volume, stop);
@@ -383,6 +440,7 @@ void LiveSequence::keep(Cycle cycle, std::stop_token stop) {
   }
   const std::lock_guard lock(mutex_);
   numbers_.cycle_s = 0.0;
+  numbers_.cycles = 0;
 }
 
 }  // namespace palpate

@@ -8,7 +8,7 @@
 #include <string>
 #include <thread>
 
-#include "compute/motion/estimator.h"
+#include "compute/motion/estimate_sequence.h"
 #include "compute/volume/sequence.h"
 #include "module/session/repetition.h"
 #include "module/session/session.h"
@@ -32,6 +32,7 @@ struct LiveNumbers {
   uint64_t kept = 0;        ///< came while the cycle was kept: they only held its pace
   double delay_median_s = 0.0, delay_p95_s = 0.0, delay_most_s = 0.0;  ///< arrival to felt
   double cycle_s = 0.0;  ///< of the cycle that is kept; 0: frames are followed
+  int cycles = 0;        ///< from whose means its motion was found
 };
 
 /// Follows a source of frames that has no end while it is felt. The first frame is felt standing
@@ -39,13 +40,15 @@ struct LiveNumbers {
 /// estimated, and the volume moves along it, values fading from the one to the other on the way;
 /// the newest frame wins, and those between are left out. When no frame comes it rests at the last
 /// one. Frames that repeat (Repetition) become a sequence with one motion for all of them, whose
-/// pace follows theirs; when they no longer repeat, each is followed again.
+/// pace follows theirs; when they no longer repeat, each is followed again. Further cycles make
+/// that motion better: it is found again from the means of up to kMostCycles of them.
 ///
 /// The scene has `kSlots` frames in a ring: what moves is between two of them, and what is new is
 /// put into the next. So each frame reaches the hand as those of a file do, within the same limits.
 class LiveSequence {
  public:
   static constexpr size_t kSlots = 4;
+  static constexpr int kMostCycles = 8;
   static constexpr double kSlot_s = 0.4;  ///< of the ring's own time; gone through four times as
                                           ///< fast, so that a wall goes 10 mm in 0.1 s
 
@@ -73,8 +76,20 @@ class LiveSequence {
   };
   struct Cycle {
     std::shared_ptr<const MovingVolume> volume;
+    std::vector<double> times_s;
+    std::vector<Volume> frames;  ///< the means of the cycles that came
+    size_t reference = 0;
     std::vector<std::vector<float>> means;
     double cycle_s = 0.0, contrast = 0.0;
+  };
+  /// The cycles after the one that is kept: each while its frames come, then, taken into the means,
+  /// while their motion is found.
+  struct Further {
+    std::vector<Volume> frames;  ///< without values: has not come yet
+    int cycles = 1;              ///< in the means
+    std::stop_source stop;
+    std::future<Result<SequenceMotion>> motion;
+    ~Further() { stop.request_stop(); }
   };
   void run(std::stop_token stop);
   Status follow(const std::shared_ptr<vulkan::Context>& context, std::stop_token stop);
@@ -82,6 +97,11 @@ class LiveSequence {
   void keep(Cycle cycle, std::stop_token stop);
   void stand_at(const Volume& frame, std::stop_token stop);
   void look_for_cycle(const Volume& frame, int64_t arrived_ns);
+  Result<SequenceMotion> motion_of(const std::vector<double>& times_s,
+                                   const std::vector<Volume>& frames, SequenceMotionOptions options,
+                                   std::stop_token stop);
+  void take_further(Cycle& cycle, Further& further, size_t frame, Volume volume,
+                    std::stop_token stop);
   Result<Cycle> find_cycle(std::vector<Frame> frames, std::vector<std::vector<float>> means,
                            double contrast);
   bool wait_for_frame(Frame& frame, std::stop_token stop, bool or_cycle);

@@ -93,4 +93,24 @@ Repetition::Match Repetition::nearest(const Volume& frame,
   return best;
 }
 
+Repetition::Match Repetition::nearest(const Volume& frame,
+                                      const std::vector<std::vector<float>>& of, double expected,
+                                      double as_like) {
+  const std::vector<float> means = means_of(frame);
+  const double count = double(of.size());
+  std::vector<double> far(of.size(), INFINITY);
+  for (size_t f = 0; f < of.size(); ++f)
+    if (of[f].size() == means.size()) far[f] = distance(means, of[f]);
+  const double best = far.empty() ? INFINITY : *std::min_element(far.begin(), far.end());
+  Match found{0, INFINITY};
+  double nearest = INFINITY;
+  for (size_t f = 0; f < of.size(); ++f) {
+    const double away = std::abs(std::remainder(double(f) - expected, count));
+    if (!(far[f] <= best + as_like) || away >= nearest) continue;
+    nearest = away;
+    found = {int(f), far[f]};
+  }
+  return found;
+}
+
 }  // namespace palpate

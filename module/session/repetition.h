@@ -32,6 +32,11 @@ class Repetition {
   /// The last k frames as they are now, to compare others with.
   std::vector<std::vector<float>> last(int k) const;
   static Match nearest(const Volume& frame, const std::vector<std::vector<float>>& of);
+  /// The same in a cycle of which this frame is expected to be frame `expected` (any number, not
+  /// whole): of all that are like it to within `as_like` of the best, the one nearest to that. What
+  /// goes to and fro looks the same twice in a cycle.
+  static Match nearest(const Volume& frame, const std::vector<std::vector<float>>& of,
+                       double expected, double as_like);
   void clear();
 
  private:

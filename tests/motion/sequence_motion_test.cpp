@@ -294,6 +294,41 @@ TEST_F(MotionOfASequence, IsMoreAccurateThanFieldsThatFollowEachOtherAndDoesNotD
   EXPECT_LT(drift->voxels.mean, 0.2 * before->voxels.mean);
 }
 
+TEST_F(MotionOfASequence, IsBetterOfTheMeanOfSeveralCycles) {
+  // The same movement again and again, with other noise each time.
+  constexpr int kFrames = 8;
+  const Grid grid = heart_grid(40);
+  SequenceMotionOptions options;
+  options.estimator.motion = *motion_preset("fast");
+  options.estimator.cyclic = true;
+  options.reference = 5;
+  Sequence mean = shell_phantom(grid, kFrames, 1, 0.15);
+  std::vector<double> errors;
+  for (int cycles = 1; cycles <= 4; ++cycles) {
+    const auto motion = estimate_sequence_motion(
+        context(), grid, mean.times_s, [&](size_t k) -> Result<Volume> { return mean.frames[k]; },
+        options);
+    ASSERT_TRUE(motion) << motion.error().message;
+    EXPECT_EQ(motion->reference, 5U);
+    std::vector<Field> at_frame;
+    for (size_t k = 0; k < kFrames; ++k) at_frame.push_back(motion->at_frame(k));
+    errors.push_back(all_pairs_voxels(at_frame, kFrames, grid));
+    const Sequence more = shell_phantom(grid, kFrames, uint32_t(1 + cycles), 0.15);
+    for (size_t k = 0; k < kFrames; ++k)
+      for (size_t v = 0; v < grid.count(); ++v)
+        mean.frames[k].values[v] +=
+            (more.frames[k].values[v] - mean.frames[k].values[v]) / float(cycles + 1);
+  }
+  std::printf("all pairs, voxels, of 1 to 4 cycles: %.4f %.4f %.4f %.4f\n", errors[0], errors[1],
+              errors[2], errors[3]);
+  EXPECT_LT(errors[1], 0.95 * errors[0]);
+  EXPECT_LT(errors[3], 0.85 * errors[0]);
+  options.reference = kFrames;
+  EXPECT_FALSE(estimate_sequence_motion(
+      context(), grid, mean.times_s, [&](size_t k) -> Result<Volume> { return mean.frames[k]; },
+      options));
+}
+
 TEST_F(MotionOfASequence, OfSingleSlicesKeepsItsHigherHarmonics) {
   // Twice to and fro in a cycle: one harmonic alone would say that nothing moves.
   constexpr int kFrames = 8;

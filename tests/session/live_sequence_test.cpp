@@ -86,13 +86,13 @@ class LiveFrames : public test::DeviceTest {
   /// Ticks at r until the condition holds. False: it did not for so long.
   template <class Condition>
   bool tick_until(double r_m, Condition condition, std::chrono::seconds most = 60s) {
-    const auto give_up = std::chrono::steady_clock::now() + most;
-    while (!condition()) {
-      if (std::chrono::steady_clock::now() > give_up) return false;
+    const auto start = std::chrono::steady_clock::now();
+    for (int tick = 1; !condition(); ++tick) {
+      if (std::chrono::steady_clock::now() > start + most) return false;
       const double force_n = at(r_m);
       least_n_ = std::min(least_n_, force_n);
       most_n_ = std::max(most_n_, force_n);
-      std::this_thread::sleep_for(500us);
+      std::this_thread::sleep_until(start + tick * 1ms);  // the loop's time is that of the frames
     }
     return true;
   }
@@ -192,9 +192,19 @@ TEST_F(LiveFrames, ThatRepeatBecomeACycleUntilTheyNoLongerDo) {
   EXPECT_TRUE(session_->scene()->volumes[0].data->whole);
   for (const size_t more = k + 16; k < more; ++k) every_100_ms(k % 8);
   EXPECT_GT(live_->numbers().kept, 5u);
+  // Further cycles make its motion better, and the hand feels no step.
+  const auto first = session_->scene()->volumes[0].data;
+  EXPECT_EQ(live_->numbers().cycles, 1);
+  for (size_t n = 0; n < 200 && live_->numbers().cycles < 3; ++n, ++k) every_100_ms(k % 8);
+  EXPECT_GE(live_->numbers().cycles, 3);
+  const auto refined = session_->scene()->volumes[0].data;
+  EXPECT_NE(refined->whole, first->whole);
+  EXPECT_EQ(refined->frames.front(), first->frames.front());
+  EXPECT_FALSE(refined->whole->may_fold());
   // It stands still at one phase: that is no cycle.
   for (size_t n = 0; n < 60 && live_->numbers().cycle_s > 0.0; ++n) every_100_ms(3);
   EXPECT_EQ(live_->numbers().cycle_s, 0.0);
+  EXPECT_EQ(live_->numbers().cycles, 0);
   EXPECT_NE(notes().find("no longer repeat"), std::string::npos) << notes();
   EXPECT_LT(worst_step_n_, kStep_n);
 }
@@ -226,6 +236,24 @@ TEST(RepetitionOfFrames, IsFoundInNoiseAndOnlyWhereItIs) {
   EXPECT_FALSE(period_of([](int) { return 0.3; }, 160, 0.0));
   EXPECT_FALSE(period_of([](int n) { return 0.002 * n * n; }, 60, 0.0));  // ever faster
   EXPECT_FALSE(period_of([](int n) { return 3.0 * std::sin(0.0005 * n * n); }, 70, 20.0));
+}
+
+TEST(RepetitionOfFrames, GoingToAndFroIsToldApartByWhereItWas) {
+  // Frames 1 and 3, 0 and 4, 5 and 7 are equal.
+  std::mt19937 random(7);
+  Repetition repetition;
+  const auto to_and_fro = [&](int k) {
+    return noisy(std::sin(2.0 * 3.141592653589793 * (k - 2) / 8.0 + 1.5707963267948966), random,
+                 1.0);
+  };
+  for (int k = 0; k < 8; ++k) repetition.add(to_and_fro(k));
+  const auto means = repetition.last(8);
+  EXPECT_EQ(Repetition::nearest(to_and_fro(3), means, 2.9, 3.0).frame, 3);
+  EXPECT_EQ(Repetition::nearest(to_and_fro(3), means, 0.8, 3.0).frame, 1);
+  EXPECT_EQ(Repetition::nearest(to_and_fro(0), means, 7.6, 3.0).frame, 0);
+  EXPECT_EQ(Repetition::nearest(to_and_fro(7), means, -1.2, 3.0).frame, 7);
+  // It is not made to fit: 2 and 6 look like no other.
+  EXPECT_EQ(Repetition::nearest(to_and_fro(6), means, 2.0, 3.0).frame, 6);
 }
 
 }  // namespace
