@@ -339,8 +339,9 @@ Status add(LoadedScene& scene, size_t v, const SequenceChoices& choices, MovingV
     auto standing = standing_at(volume, volume.segments_frame);
     if (!standing) return standing.error();
     scene.notes.push_back(
-        fmt::format("The segmentation is that of frame {}: {} stands still there until one motion "
-                    "for all frames is known.",
+        fmt::format("The {} is that of frame {}: {} stands still there until one motion for all "
+                    "frames is known.",
+                    spec.segments.from == SegmentsFrom::kFiles ? "segmentation" : "wall",
                     volume.segments_frame, spec.name));
     scene.missing.push_back(
         {v, opener(spec.files, choices), std::make_shared<const MovingVolume>(std::move(volume))});

@@ -134,7 +134,9 @@ TEST(Feel, MakesAWallWhereTheValuesHaveNone) {
   // Two frames without motion: the wall stands still until that is known, or is that of the values
   // where nobody looks for it.
   const Outcome waits = run({"plan", kCine / "frame_00.mha", kCine / "frame_01.mha"});
-  EXPECT_THAT(waits.out, AllOf(HasSubstr("felt by    wall"), HasSubstr("stands still there")));
+  EXPECT_THAT(waits.out,
+              AllOf(HasSubstr("felt by    wall"),
+                    HasSubstr("The wall is that of frame 0: frame_00 stands still there")));
   const Outcome alone =
       run(feel(kCine / "frame_00.mha", {kCine / "frame_01.mha", "--no-motion", "--seconds", "1"}));
   EXPECT_THAT(alone.out, Not(HasSubstr("Segment")));
