@@ -67,7 +67,12 @@ TEST(MadeWall, RegionClosesWhatSpotsHaveOpened) {
   EXPECT_GT(wall_of(frame).ends, kClosedWall);
   const auto wall = region_wall(frame);
   ASSERT_TRUE(wall);
+  // The weakest Gaussian that does it.
   EXPECT_LE(wall->ends, 0.1);
+  EXPECT_GT(wall->smooth_mm, 1.0);
+  const auto weaker = region_wall(frame, {}, wall->smooth_mm - 1.0);
+  ASSERT_TRUE(weaker);
+  EXPECT_GT(weaker->ends, 0.1);
   EXPECT_LT(off_the_ball_mm(wall->distance_mm), 3.0);  // not a spot
   EXPECT_GT(at(wall->distance_mm, {0.0, 0.0, 10.0}), 4.0);
   EXPECT_LT(at(wall->distance_mm, {0.0, 26.0, 0.0}), -4.0);

@@ -199,6 +199,7 @@ TEST_F(LiveFrames, ThatRepeatBecomeACycleUntilTheyNoLongerDo) {
   EXPECT_GE(live_->numbers().cycles, 3);
   const auto refined = session_->scene()->volumes[0].data;
   EXPECT_NE(refined->whole, first->whole);
+  EXPECT_GE(live_->numbers().kept, 16u);
   EXPECT_EQ(refined->frames.front(), first->frames.front());
   EXPECT_FALSE(refined->whole->may_fold());
   // It stands still at one phase: that is no cycle.
