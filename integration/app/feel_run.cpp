@@ -20,11 +20,11 @@
 #include "integration/app/live_source.h"
 #include "integration/app/outputs.h"
 #include "integration/app/replay.h"
-#include "integration/app/replay_key.h"
 #include "integration/app/state_folder.h"
 #include "integration/app/tick_log.h"
 #include "integration/devices/spacemouse.h"
 #include "integration/files/atomic_file.h"
+#include "integration/scenes/replay_key.h"
 #include "module/haptics/black_box.h"
 #include "module/haptics/emergency.h"
 #include "module/haptics/recording.h"
@@ -343,10 +343,10 @@ class FeelRun {
     box.folder = !command_.black_box.empty() ? command_.black_box : kept.empty() ? "." : kept;
     black_box_ = std::make_unique<BlackBox>(box);
     if (command_.record.empty()) return Nothing{};
-    auto recorder = Recorder::start(
-        command_.record,
-        text_of(ReplayKey{scene.spec, opened_.device->info(), haptics_options(scene).safety}),
-        1'000'000);
+    auto recorder = Recorder::start(command_.record,
+                                    text_of(scenes::ReplayKey{scene.spec, opened_.device->info(),
+                                                              haptics_options(scene).safety}),
+                                    1'000'000);
     if (!recorder) return recorder.error();
     recorder_ = std::move(*recorder);
     return Nothing{};

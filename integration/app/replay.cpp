@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include "integration/app/replay_key.h"
 #include "integration/files/sentences.h"
 #include "integration/scenes/mode_library.h"
+#include "integration/scenes/replay_key.h"
 #include "module/haptics/haptic_scene.h"
 #include "module/haptics/haptics.h"
 
@@ -12,7 +12,8 @@ namespace palpate::app {
 Result<Replay> replay_felt(const LoadedScene& felt, const std::filesystem::path& file) {
   auto recording = Recording::read(file);
   if (!recording) return recording.error();
-  const auto key = parse_replay_key(file, recording->scene(), scenes::added_kinds(felt.kinds));
+  const auto key =
+      scenes::parse_replay_key(file, recording->scene(), scenes::added_kinds(felt.kinds));
   if (!key) return key.error();
   const SceneSpec& spec = key->scene;
   bool same = spec.volumes.size() == felt.spec.volumes.size();

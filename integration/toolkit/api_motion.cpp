@@ -91,7 +91,15 @@ class EstimatorContent {
     if (const Status found = is_whole ? find_whole(*motion) : find_pairs(*motion); !found)
       return stop_.stop_requested() ? cancelled() : found.error();
     if (stop_.stop_requested()) return cancelled();
+    is_found_ = true;
     return motion;
+  }
+
+  void fill(PalProgress& progress) const {
+    progress.frames_pushed = uint32_t(pushed_);
+    progress.steps_found = uint32_t(steps_found_);
+    progress.is_finished = is_found_;
+    progress.share = is_found_ ? 1.0 : share_.load();
   }
 
   void cancel() {
@@ -108,6 +116,7 @@ class EstimatorContent {
   bool keeps_frames() const { return judges() || !pairwise_; }
 
   void tell(const std::string& doing, double share) {
+    share_ = share;
     if (!on_progress_) return;
     const void* const before = std::exchange(calling_back, this);
     on_progress_(user_, doing.c_str(), share);
@@ -119,7 +128,10 @@ class EstimatorContent {
     options.backward = judges();
     return SequenceEstimator::open(
         context_->device, grid_, options,
-        [this](PairMotion pair) { pairs_.push_back(std::move(pair)); },
+        [this](PairMotion pair) {
+          pairs_.push_back(std::move(pair));
+          ++steps_found_;
+        },
         [this](size_t fixed, size_t moving, double share) {
           // More frames may come: the share is of those that are there.
           const double pairs = double(std::max<size_t>(pushed_, 2)) - 1.0 + options_.cyclic;
@@ -192,7 +204,8 @@ class EstimatorContent {
     SequenceReport report;
     auto found = estimate_sequence_motion(
         context_->device, grid_, times_s_,
-        [this](size_t k) -> Result<Volume> { return frames_[k]; }, options, {},
+        [this](size_t k) -> Result<Volume> { return frames_[k]; }, options,
+        [this](const PairMotion&) { ++steps_found_; },
         [this](const std::string& doing, double share) { tell(doing, share); }, stop_.get_token(),
         &report);
     if (!found) return found.error();
@@ -236,7 +249,9 @@ class EstimatorContent {
   void* user_;
   std::stop_source stop_;
   std::mutex pushing_;
-  std::atomic<size_t> pushed_{0};
+  std::atomic<size_t> pushed_{0}, steps_found_{0};
+  std::atomic<double> share_{0.0};
+  std::atomic<bool> is_found_{false};
   std::vector<Volume> frames_;
   std::vector<double> times_s_;
   bool finished_ = false;
@@ -407,6 +422,20 @@ PalResult pal_estimator_finish(PalEstimator* estimator, PalMotion** motion) {
     auto found = use->finish();
     if (!found) return failed(found.error());
     *motion = handle_of(std::move(*found));
+    return PAL_OK;
+  });
+}
+
+PalResult pal_estimator_poll(const PalEstimator* estimator, PalProgress* progress) {
+  return guarded([&] {
+    const Use use(of(estimator));
+    if (!use) return refused_handle("estimator");
+    PalProgress known;
+    if (const PalResult read = taken(progress, offsetof(PalProgress, share), "PalProgress", known);
+        read != PAL_OK)
+      return read;
+    use->fill(known);
+    std::memcpy(progress, &known, progress->size);
     return PAL_OK;
   });
 }

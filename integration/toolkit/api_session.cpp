@@ -6,6 +6,7 @@
 
 #include "compute/motion/options.h"
 #include "integration/devices/force_devices.h"
+#include "integration/scenes/replay_key.h"
 #include "integration/toolkit/session_content.h"
 #include "module/haptics/monotonic.h"
 
@@ -196,6 +197,17 @@ PalResult open_session(PalScene* scene, const PalSessionInfo* given, PalSession*
   LoadedScene felt = use->scene;
   if (info.stiffness_n_per_m > 0.0) felt.spec.stiffness_n_per_m = info.stiffness_n_per_m;
   if (felt.from_sequence && !use->keeps_size) fit_to_reach(felt, known);
+  if (info.recording) {
+    if (!felt.missing.empty())
+      return failed(PAL_BAD_INPUT, {"The motion of the scene is not known, and what is found "
+                                    "meanwhile is no part of a recording: give the motion"});
+    auto recorder = Recorder::start(
+        info.recording, text_of(scenes::ReplayKey{felt.spec, known, options->haptics.safety}),
+        1'000'000);
+    if (!recorder) return failed(recorder.error());
+    content->recorder = std::move(*recorder);
+    options->servo.listeners[0] = content->recorder.get();
+  }
   auto started = host_ticks
                      ? Session::start_in_host(std::move(felt), known, std::move(*options))
                      : Session::start(std::move(felt), *content->device(), std::move(*options));
@@ -272,8 +284,12 @@ PalResult pal_session_close(PalSession** session) {
     }
     PalSession* const closed = std::exchange(*session, nullptr);
     // A view may keep the rest of it; what runs ends here.
-    if (const auto content = of(closed)->close()) content->session->stop();
-    return PAL_OK;
+    const auto content = of(closed)->close();
+    if (!content) return PAL_OK;
+    content->session->stop();
+    if (!content->recorder) return PAL_OK;
+    const palpate::Status written = content->recorder->finish();
+    return written ? PAL_OK : failed(written.error());
   });
 }
 

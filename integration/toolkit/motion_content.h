@@ -42,6 +42,9 @@ inline Handle<MotionContent>* of(PalMotion* handle) noexcept {
 inline Handle<EstimatorContent>* of(PalEstimator* handle) noexcept {
   return reinterpret_cast<Handle<EstimatorContent>*>(handle);
 }
+inline Handle<EstimatorContent>* of(const PalEstimator* handle) noexcept {
+  return of(const_cast<PalEstimator*>(handle));
+}
 inline Handle<MotionContent>* of(const PalMotion* handle) noexcept {
   return of(const_cast<PalMotion*>(handle));
 }

@@ -189,6 +189,19 @@ PAL_API PalResult pal_estimator_open(PalContext* context, const PalEstimatorInfo
 PAL_API PalResult pal_estimator_push(PalEstimator* estimator, PalSampleType type,
                                      const void* samples, double time_s);
 
+/* How far an estimator is. */
+typedef struct PalProgress {
+  uint32_t size;          /* sizeof(PalProgress), set before the call */
+  uint32_t frames_pushed; /* so far */
+  uint32_t steps_found;   /* fields from a frame to the next that are known */
+  uint32_t is_finished;   /* 1: pal_estimator_finish() has given the motion */
+  double share;           /* of the work on the frames that were pushed, 0 to 1 */
+} PalProgress;
+
+/* Does not wait: for a host that asks now and then, while pal_estimator_finish() waits on another
+   thread. [ANY] */
+PAL_API PalResult pal_estimator_poll(const PalEstimator* estimator, PalProgress* progress);
+
 /* No more frames: waits for the motion. PAL_CANCELLED after pal_estimator_cancel(). Once. [ANY] */
 PAL_API PalResult pal_estimator_finish(PalEstimator* estimator, PalMotion** motion);
 
@@ -442,6 +455,11 @@ typedef struct PalSessionInfo {
   /* Called with what happens, on the session's threads; must not close it. NULL: not called. */
   void (*on_event)(void* user, PalEventKind kind, const char* sentence);
   void* user;
+  /* Every tick is recorded in this file, 1.1 GB per hour, until the session is closed: `palpate
+     feel SCENE --replay FILE` gives the same forces bit by bit, where SCENE is one of files. The
+     scene's motion must be known: what is found meanwhile is no part of a recording. NULL: nothing
+     is recorded. */
+  const char* recording;
 } PalSessionInfo;
 
 /* Starts. The force begins at zero and comes in over two seconds. [ANY] */
@@ -451,7 +469,8 @@ PAL_API PalResult pal_session_open(PalScene* scene, const PalSessionInfo* info,
 /* Ramps the force to zero and waits for that, at most 0.6 s, then ends all threads of the session
    and nulls *session. A session that its host ticks is ended at once: call pal_session_stop()
    first, go on ticking until pal_session_at_rest(), then close. Its views go on
-   showing the last state. [ANY] */
+   showing the last state. An error only where a recording could not be written; the session is
+   closed then, too. [ANY] */
 PAL_API PalResult pal_session_close(PalSession** session);
 
 /* The force goes to zero by a ramp, for good; waits for it where the haptic thread is palpate's.

@@ -3,6 +3,7 @@
 #include <mutex>
 
 #include "integration/toolkit/handles.h"
+#include "module/haptics/recording.h"
 #include "module/session/session.h"
 
 namespace palpate::toolkit {
@@ -13,6 +14,8 @@ class SessionContent {
   SessionContent(std::shared_ptr<ContextContent> context, std::unique_ptr<ForceDevice> device)
       : context_(std::move(context)), device_(std::move(device)) {}
 
+  /// Of every tick; null: nothing is recorded. Outlives the session.
+  std::unique_ptr<Recorder> recorder;
   /// The session, once it has been started.
   std::unique_ptr<Session> session;
   bool host_ticks = false;

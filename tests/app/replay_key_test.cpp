@@ -1,5 +1,5 @@
 // What a recording says of its run: read back as it was written, and refused where it is broken.
-#include "integration/app/replay_key.h"
+#include "integration/scenes/replay_key.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,6 +10,9 @@
 
 namespace palpate::app {
 namespace {
+
+using scenes::parse_replay_key;
+using scenes::ReplayKey;
 
 using testing::HasSubstr;
 

@@ -10,11 +10,13 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <set>
 #include <thread>
 
+#include "tests/files/temporary_folder.h"
 #include "tests/haptics/forbidden_calls.h"
 #include "tests/toolkit/c_library.h"
 
@@ -93,6 +95,67 @@ TEST(CLibrary, TakesTheShorterStructuresOfOlderPrograms) {
   std::memcpy(state.data(), &short_size, 4);
   PAL_EXPECT_OK(pal_session_state(opened.session, reinterpret_cast<PalState*>(state.data())));
   for (size_t k = short_size; k < state.size(); ++k) EXPECT_EQ(state[k], 0xee) << "byte " << k;
+}
+
+TEST(CLibrary, RecordsWhatTheProgramReplaysBitByBit) {
+  const files::TemporaryFolder folder;
+  const std::string file = folder / "session.ticks";
+  Opened opened;
+  const PalContextInfo of_context = context_info();
+  PAL_ASSERT_OK(pal_context_open(&of_context, &opened.context));
+  const char* path = "shell";
+  PalSceneInfo of_scene{};
+  of_scene.size = sizeof of_scene;
+  of_scene.paths = &path;
+  of_scene.path_count = 1;
+  PAL_ASSERT_OK(pal_scene_open(opened.context, &of_scene, &opened.scene));
+  const PalDeviceInfo device = host_device();
+  PalSessionInfo info{};
+  info.size = sizeof info;
+  info.flags = PAL_SESSION_HOST_TICKS;
+  info.host = &device;
+  info.recording = "/nowhere/session.ticks";
+  EXPECT_LT(pal_session_open(opened.scene, &info, &opened.session), PAL_OK);
+  EXPECT_THAT(pal_last_error(), HasSubstr("/nowhere"));
+  info.recording = file.c_str();
+  PAL_ASSERT_OK(pal_session_open(opened.scene, &info, &opened.session));
+  double most_n = 0.0;
+  PalTick tick{};
+  for (int k = 0; k < 4000; ++k) {
+    tick.time_ns = 5'000'000'000 + int64_t(k) * 1'000'000;
+    tick.position_m[2] = 0.065 - 25e-6 * std::max(0, k - 2000);
+    double force_n[3];
+    PAL_ASSERT_OK(pal_haptics_tick(opened.session, &tick, force_n));
+    most_n = std::max(most_n, std::hypot(force_n[0], std::hypot(force_n[1], force_n[2])));
+    if (k % 100 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_GT(most_n, 0.5);
+  PAL_ASSERT_OK(pal_session_close(&opened.session));
+  const std::string replayed = folder / "replayed.txt";
+  ASSERT_EQ(std::system((std::string(PALPATE_BUILD_DIR "/palpate feel shell --replay ") + file +
+                         " > " + replayed + " 2>&1")
+                            .c_str()),
+            0)
+      << files::read_bytes(replayed);
+  EXPECT_THAT(files::read_bytes(replayed),
+              HasSubstr("4000 ticks: every output is the recorded one, bit by bit"));
+}
+
+TEST(CLibrary, RecordsNoSceneWhoseMotionIsNotKnown) {
+  Opened opened;
+  open_ball(opened, BallFrames(3));
+  PAL_ASSERT_OK(pal_session_close(&opened.session));
+  const files::TemporaryFolder folder;
+  const std::string file = folder / "session.ticks";
+  const PalDeviceInfo device = host_device();
+  PalSessionInfo info{};
+  info.size = sizeof info;
+  info.flags = PAL_SESSION_HOST_TICKS;
+  info.host = &device;
+  info.recording = file.c_str();
+  EXPECT_EQ(pal_session_open(opened.scene, &info, &opened.session), PAL_BAD_INPUT);
+  EXPECT_THAT(pal_last_error(), HasSubstr("give the motion"));
+  EXPECT_FALSE(std::filesystem::exists(file));
 }
 
 TEST(CLibrary, FeelsFramesInMemory) {

@@ -345,6 +345,44 @@ TEST_F(CMotion, IsCancelledFromItsCallback) {
   }
 }
 
+TEST_F(CMotion, SaysHowFarItIsWithoutWaiting) {
+  PalProgress progress{};
+  progress.size = sizeof progress;
+  EXPECT_EQ(pal_estimator_poll(nullptr, &progress), PAL_BAD_INPUT);
+  const PalEstimatorInfo cycle = info(PAL_ESTIMATOR_CYCLIC);
+  PAL_ASSERT_OK(pal_estimator_open(opened_.context, &cycle, &estimator_));
+  EXPECT_EQ(pal_estimator_poll(estimator_, nullptr), PAL_BAD_INPUT);
+  for (const Volume& frame : sequence_.frames)
+    PAL_ASSERT_OK(pal_estimator_push(estimator_, PAL_FLOAT32, frame.values.data(), -1.0));
+  PAL_ASSERT_OK(pal_estimator_poll(estimator_, &progress));
+  EXPECT_EQ(progress.frames_pushed, 4U);
+  EXPECT_EQ(progress.is_finished, 0U);
+  EXPECT_LT(progress.share, 1.0);
+  std::atomic<bool> is_over{false};
+  std::thread waiting([&] {
+    PAL_EXPECT_OK(pal_estimator_finish(estimator_, &motion_));
+    is_over = true;
+  });
+  double last = 0.0;
+  uint32_t last_steps = 0;
+  int between = 0;
+  while (!is_over) {
+    PAL_EXPECT_OK(pal_estimator_poll(estimator_, &progress));
+    EXPECT_GE(progress.share, last);
+    EXPECT_GE(progress.steps_found, last_steps);
+    between += progress.share > 0.1 && progress.share < 0.9;
+    last = progress.share;
+    last_steps = progress.steps_found;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  waiting.join();
+  EXPECT_GT(between, 0);
+  PAL_EXPECT_OK(pal_estimator_poll(estimator_, &progress));
+  EXPECT_EQ(progress.steps_found, 4U);
+  EXPECT_EQ(progress.is_finished, 1U);
+  EXPECT_EQ(progress.share, 1.0);
+}
+
 TEST_F(CMotion, IsCancelledWhileAnotherThreadWaits) {
   const PalEstimatorInfo wanted = info();
   PAL_ASSERT_OK(pal_estimator_open(opened_.context, &wanted, &estimator_));

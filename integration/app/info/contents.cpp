@@ -9,7 +9,6 @@
 
 #include "integration/app/info/values.h"
 #include "integration/app/progress.h"
-#include "integration/app/replay_key.h"
 #include "integration/app/summary.h"
 #include "integration/files/calibration_file.h"
 #include "integration/files/frame_source.h"
@@ -24,6 +23,7 @@
 #include "integration/files/sentences.h"
 #include "integration/files/sequence_motion_file.h"
 #include "integration/files/text.h"
+#include "integration/scenes/replay_key.h"
 #include "integration/x3d/x3d_file.h"
 #include "module/haptics/recording.h"
 
@@ -498,7 +498,7 @@ Result<Contents> contents_of_recording(const fs::path& path) {
   contents.more.emplace_back(
       "Ticks", fmt::format("{} in {:.4g} s", recording->ticks(),
                            1e-9 * double(recording->period_ns()) * double(recording->ticks())));
-  if (const auto key = parse_replay_key(path, recording->scene())) {
+  if (const auto key = scenes::parse_replay_key(path, recording->scene())) {
     std::vector<std::string> names;
     for (const VolumeSpec& volume : key->scene.volumes) names.push_back(volume.name);
     contents.more.emplace_back("Scene", fmt::format("{}", fmt::join(names, ", ")));

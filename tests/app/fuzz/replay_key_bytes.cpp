@@ -4,9 +4,12 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "integration/app/replay_key.h"
+#include "integration/scenes/replay_key.h"
 
 namespace palpate::app::fuzz {
+
+using scenes::parse_replay_key;
+
 namespace {
 
 void require(bool holds, const char* what) {

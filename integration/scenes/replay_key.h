@@ -10,7 +10,7 @@
 #include "module/haptics/safety.h"
 #include "module/scene/scene.h"
 
-namespace palpate::app {
+namespace palpate::scenes {
 
 /// What a recording has to know of its run besides the ticks: the scene, the part of the device
 /// that the loop depends on, and what the command line may change of the guards.
@@ -29,4 +29,4 @@ std::string text_of(const ReplayKey& key);
 Result<ReplayKey> parse_replay_key(const std::filesystem::path& file, std::string_view text,
                                    const std::vector<std::string>& more_kinds = {});
 
-}  // namespace palpate::app
+}  // namespace palpate::scenes

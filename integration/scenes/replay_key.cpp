@@ -1,4 +1,4 @@
-#include "integration/app/replay_key.h"
+#include "integration/scenes/replay_key.h"
 
 #include <cmath>
 #include <limits>
@@ -8,7 +8,7 @@
 #include "integration/files/scene_file.h"
 #include "integration/files/sentences.h"
 
-namespace palpate::app {
+namespace palpate::scenes {
 namespace {
 
 using Json = nlohmann::json;
@@ -110,4 +110,4 @@ Result<ReplayKey> parse_replay_key(const std::filesystem::path& file, std::strin
   }
 }
 
-}  // namespace palpate::app
+}  // namespace palpate::scenes
