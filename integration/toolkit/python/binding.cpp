@@ -26,8 +26,10 @@ void check(PalResult result, const std::string& sentence) {
   if (result >= PAL_OK) return;
   switch (result) {
     case PAL_BAD_INPUT:
-    case PAL_BAD_OUTPUT:
       throw py::value_error(sentence);
+    case PAL_BAD_OUTPUT:
+      PyErr_SetString(PyExc_OSError, sentence.c_str());
+      throw py::error_already_set();
     case PAL_OUT_OF_MEMORY:
       PyErr_SetString(PyExc_MemoryError, sentence.c_str());
       throw py::error_already_set();

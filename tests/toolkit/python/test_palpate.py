@@ -106,6 +106,8 @@ def test_a_sequence_is_one_motion(tmp_path):
     assert np.array_equal(pairs.step(-1), pairs.step(3))
     # Written and read again.
     motion.save(tmp_path / "motion.nrrd")
+    with pytest.raises(OSError, match="nowhere"):
+        motion.save(tmp_path / "nowhere" / "motion.nrrd")
     again = palpate.open_motion(tmp_path / "motion.nrrd")
     assert again.is_whole and again.steps == 5 and again.reference == motion.reference
     # On the grid of the file, which is the coarser one that was solved on, around the same place.

@@ -202,7 +202,7 @@ class Motion:
 
     def save(self, path, k=None):
         """Writes the field of step k as an ITK displacement field (.mha, .nrrd, .nii, .nii.gz); of a sequence without k the one motion for all
-        frames, as a .nrrd that open_motion() and palpate read again. All of the file or none."""
+        frames, as a .nrrd that open_motion() and palpate read again. All of the file or none. OSError if it can not be written."""
         if k is None and self.steps == 1 and not self.is_whole:
             k = 0
         self._found.save(os.fspath(path), None if k is None else self._checked(k))
