@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "compute/motion/estimate_sequence.h"
 #include "compute/volume/heart_phantom.h"
@@ -367,8 +368,8 @@ Status add_made_wall(VolumeSpec& spec, MovingVolume& volume, const Volume& frame
   if (!wall)
     return files::bad_input(
         spec.files.front(),
-        "has nothing of a cubic centimetre that is brighter than {:.4g} and has a border: choose "
-        "another level",
+        "has nothing large enough that is brighter than {:.4g} and has a border: choose another "
+        "level, or feel the values (--wall values)",
         segments.level.value_or(wall_of(frame).at.level));
   const SegmentSpec& part = segments.parts.front();
   const glm::vec3 colour = part.colour ? glm::vec3(*part.colour) : glm::vec3(0.85F, 0.55F, 0.5F);
@@ -414,18 +415,17 @@ Result<ModeSpec> surface_of(const fs::path& file, const Samples& samples, const 
         "otherwise.",
         level));
   if (found.ends > kClosedWall)
-    notes.push_back(
-        fmt::format("This surface is no closed wall: at {:.0f} % of its places it ends within 5 mm "
-                    "or has a hole "
-                    "there, and a hand that strokes it falls through; feel a segmentation instead "
-                    "(--segments), or a wall made from the values (--wall region).",
-                    100.0 * found.ends));
+    notes.push_back(fmt::format(
+        "This surface is no closed wall: at {:.0f} % of its places it ends within {:.2g} mm "
+        "or has a hole there, and a hand that strokes it falls through; feel a segmentation "
+        "instead "
+        "(--segments), or a wall made from the values (--wall region).",
+        100.0 * found.ends, found.aside_mm));
   else
     notes.push_back(
-        fmt::format("A hand that strokes this surface comes to its end or to a hole within 5 mm at "
-                    "{:.0f} % of its "
-                    "places.",
-                    100.0 * found.ends));
+        fmt::format("A hand that strokes this surface comes to its end or to a hole within {:.2g} "
+                    "mm at {:.0f} % of its places.",
+                    found.aside_mm, 100.0 * found.ends));
   ModeSpec surface;
   surface.name = "surface";
   surface.strength = *strength;
@@ -477,26 +477,32 @@ Status feel_usual(LoadedScene& scene, VolumeSpec& spec, MovingVolume& volume,
                    can_carry_one_wall(spec, volume, samples.first, choices)
                ? FeltWall::kRegion
                : FeltWall::kValues;
-  if (wall == FeltWall::kValues) {
-    auto surface = surface_of(spec.files.front(), samples, values, choices, scene.notes);
-    if (!surface) return surface.error();
-    surface->volume = spec.name;
-    scene.spec.modes.push_back(std::move(*surface));
-    return Nothing{};
+  if (wall != FeltWall::kValues) {
+    SegmentsSpec made;
+    made.from = wall == FeltWall::kRidges ? SegmentsFrom::kRidges : SegmentsFrom::kRegion;
+    made.level = choices.level;
+    SegmentSpec part;
+    part.name = "wall";
+    part.strength_n = choices.strength_n;
+    part.friction = choices.friction;
+    made.parts = {part};
+    const SegmentsSpec none = std::exchange(spec.segments, made);
+    std::vector<std::string> notes;
+    if (choices.wall == FeltWall::kUsual)
+      notes.push_back(fmt::format(
+          "The surface of equal value is no closed wall: at {:.0f} % of its places it ends within "
+          "{:.2g} mm or has a hole. (--wall values: feel it all the same)",
+          100.0 * values.ends, values.aside_mm));
+    const Status added = add_made_wall(spec, volume, samples.first, notes);
+    if (added) scene.notes.insert(scene.notes.end(), notes.begin(), notes.end());
+    if (added || choices.wall != FeltWall::kUsual) return added;
+    spec.segments = none;  // of these data no better one can be made
   }
-  if (choices.wall == FeltWall::kUsual)
-    scene.notes.push_back(fmt::format(
-        "The surface of equal value is no closed wall: at {:.0f} % of its places it ends within 5 "
-        "mm or has a hole. (--wall values: feel it all the same)",
-        100.0 * values.ends));
-  spec.segments.from = wall == FeltWall::kRidges ? SegmentsFrom::kRidges : SegmentsFrom::kRegion;
-  spec.segments.level = choices.level;
-  SegmentSpec part;
-  part.name = "wall";
-  part.strength_n = choices.strength_n;
-  part.friction = choices.friction;
-  spec.segments.parts = {part};
-  return add_made_wall(spec, volume, samples.first, scene.notes);
+  auto surface = surface_of(spec.files.front(), samples, values, choices, scene.notes);
+  if (!surface) return surface.error();
+  surface->volume = spec.name;
+  scene.spec.modes.push_back(std::move(*surface));
+  return Nothing{};
 }
 
 /// A scene that says nothing of modes gets for each volume what a sequence without a scene gets.

@@ -14,10 +14,10 @@ namespace {
 
 constexpr std::array kSmooth_mm{1.0, 2.0, 3.0, 4.0};
 constexpr double kFewEnds = 0.1;
-constexpr double kSmallest_mm3 = 1000.0;  // of pieces and holes that stay
-constexpr double kFar_mm = 3.0;           // from a ridge
-constexpr double kSide = 0.003;           // weight of the side of the level beside that of a ridge
-constexpr int kMargin = 8;                // voxels beyond the ends of the data
+constexpr double kSmallest_mm = 10.0;  // edge of a cube as large as the pieces and holes that stay
+constexpr double kFar_mm = 3.0;        // from a ridge
+constexpr double kSide = 0.003;        // weight of the side of the level beside that of a ridge
+constexpr int kMargin = 8;             // voxels beyond the ends of the data
 
 /// Turns the pieces (6 neighbours) of the voxels that are `of` into the other, where they have
 /// fewer voxels than that.
@@ -77,7 +77,8 @@ std::optional<MadeWall> region_at(const Volume& soft, double level, double smoot
   std::transform(soft.values.begin(), soft.values.end(), region.values.begin(),
                  [&](float value) { return value > level; });
   const glm::dvec3 h = soft.grid.spacing_mm;
-  const size_t fewest = size_t(std::ceil(kSmallest_mm3 / (h.x * h.y * h.z)));
+  const double smallest_mm = kSmallest_mm * wall_scale(soft.grid);
+  const size_t fewest = size_t(std::ceil(std::pow(smallest_mm, 3) / (h.x * h.y * h.z)));
   drop_small(region, true, fewest);
   drop_small(region, false, fewest);
   const auto [low, high] = std::minmax_element(region.values.begin(), region.values.end());
@@ -95,6 +96,7 @@ Ridges ridges_of(const Volume& soft, double smooth_mm) {
   const glm::ivec3 n = grid.size;
   const glm::dvec3 h = grid.spacing_mm;
   const double blur_mm2 = smooth_mm * smooth_mm + grid.finest_mm() * grid.finest_mm();
+  const double far_mm = kFar_mm * wall_scale(grid);
   Ridges ridges{std::vector<float>(grid.count()), std::vector<float>(grid.count())};
   const auto at = [&](glm::ivec3 x) {
     x = glm::clamp(x, glm::ivec3(0), n - 1);
@@ -124,7 +126,7 @@ Ridges ridges_of(const Volume& soft, double smooth_mm) {
           const double steep2 = glm::dot(slope, slope);
           if (!(steep2 > 0.0)) continue;
           const double d = -blur_mm2 * glm::dot(slope, bend * slope) / (steep2 * std::sqrt(steep2));
-          if (std::abs(d) > kFar_mm) continue;
+          if (std::abs(d) > far_mm) continue;
           const size_t v = grid.offset(i, j, k);
           ridges.distance_mm[v] = float(d);
           ridges.weight[v] = float(steep2);
@@ -138,15 +140,16 @@ Ridges ridges_of(const Volume& soft, double smooth_mm) {
   return ridges;
 }
 
-/// The f that makes the sum of weight (f - wanted)^2 + (1 mm)^2 |grad f|^2 least, by Gauss-Seidel
+/// The f that makes the sum of weight (f - wanted)^2 + reach^2 |grad f|^2 least, by Gauss-Seidel
 /// over the two colours of a checkerboard, with over-relaxation. It starts at what is wanted.
-void join(std::vector<float>& f, const Grid& grid, const std::vector<float>& weight) {
+void join(std::vector<float>& f, const Grid& grid, const std::vector<float>& weight,
+          double reach_mm) {
   constexpr int kSweeps = 60;
   constexpr float kOver = 1.7F;
   const std::vector<float> wanted = f;
   const glm::ivec3 n = grid.size;
   const size_t row = size_t(n.x), slice = row * size_t(n.y);
-  const glm::vec3 c = 1.0 / (grid.spacing_mm * grid.spacing_mm);
+  const glm::vec3 c = reach_mm * reach_mm / (grid.spacing_mm * grid.spacing_mm);
   for (int half = 0; half < 2 * kSweeps; ++half)
     parallel_ranges(n.z, 10.0 * n.x * n.y, [&](int begin, int end) {
       for (int k = begin; k < end; ++k)
@@ -171,13 +174,14 @@ std::optional<MadeWall> ridges_at(const Volume& soft, double level, double smoot
   const auto [low, high] = std::minmax_element(soft.values.begin(), soft.values.end());
   if (*low == *high) return std::nullopt;
   Ridges ridges = ridges_of(soft, smooth_mm);
+  const double scale = wall_scale(soft.grid), far_mm = kFar_mm * scale;
   for (size_t v = 0; v < soft.values.size(); ++v) {
-    const double side_mm = soft.values[v] > level ? kFar_mm : -kFar_mm;
+    const double side_mm = soft.values[v] > level ? far_mm : -far_mm;
     float &d = ridges.distance_mm[v], &w = ridges.weight[v];
     d = float((w * d + kSide * side_mm) / (w + kSide));
     w += float(kSide);
   }
-  join(ridges.distance_mm, soft.grid, ridges.weight);
+  join(ridges.distance_mm, soft.grid, ridges.weight, scale);
   return MadeWall{{soft.grid, std::move(ridges.distance_mm)}, level, smooth_mm, 1.0};
 }
 
@@ -187,7 +191,7 @@ std::optional<MadeWall> best_of(const Volume& frame, std::optional<double> level
                                 std::optional<double> smooth_mm, At at) {
   std::optional<MadeWall> best;
   for (const double usual_mm : kSmooth_mm) {
-    const double sigma_mm = smooth_mm.value_or(usual_mm);
+    const double sigma_mm = smooth_mm.value_or(usual_mm * wall_scale(frame.grid));
     const Volume soft = smoothed(frame, sigma_mm);
     std::optional<MadeWall> wall = at(soft, level ? *level : wall_of(soft).at.level, sigma_mm);
     if (!wall) break;  // a stronger one only blurs what is too small

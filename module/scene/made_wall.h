@@ -16,10 +16,12 @@ struct MadeWall {
   double ends = 1.0;       ///< as WallQuality::ends, of the surface distance_mm = 0
 };
 
+/// All lengths below are times wall_scale() of the frame.
+
 /// The border of what is brighter than the level (none: wall_of()'s there) in the frame smoothed by
 /// a Gaussian (none: the weakest of 1, 2, 3 and 4 mm with which a hand that strokes comes to an end
 /// at no more than a tenth of the places, else the one with the fewest), without its pieces and
-/// holes of less than a cubic centimetre. At the ends of the data there is no wall. Bright things
+/// holes of less than (10 mm)^3. At the ends of the data there is no wall. Bright things
 /// thinner than about twice the Gaussian are lost. Empty where nothing is brighter, or all. Uses
 /// all cores; about a second for 2 million voxels and each Gaussian.
 std::optional<MadeWall> region_wall(const Volume& frame, std::optional<double> level = {},

@@ -10,10 +10,12 @@ namespace palpate {
 
 namespace {
 
-constexpr int kPlaces = 800;        // of a surface that are looked at
+constexpr int kPlaces = 800;  // of a surface that are looked at
+// Times wall_scale():
 constexpr double kAside_mm = 5.0;   // that a hand moves
 constexpr double kAcross_mm = 4.0;  // before and behind, where the surface may be there
 constexpr double kLook_mm = 0.5;    // between two looks
+constexpr double kLarge_mm = 100.0;
 constexpr int kDirections = 8;
 
 struct Groups {
@@ -25,7 +27,7 @@ Groups groups_of(const Volume& frame);
 
 /// Whether the values rise over `level` on the line from `from` along `way`, LPS mm.
 bool rises(const Volume& frame, double level, glm::dvec3 from, glm::dvec3 way) {
-  const int looks = int(std::ceil(glm::length(way) / kLook_mm));
+  const int looks = int(std::ceil(glm::length(way) / (kLook_mm * wall_scale(frame.grid))));
   bool is_low = false;
   for (int n = 0; n <= looks; ++n) {
     const glm::dvec3 index = frame.grid.index_from_lps(from + way * (double(n) / looks));
@@ -37,6 +39,11 @@ bool rises(const Volume& frame, double level, glm::dvec3 from, glm::dvec3 way) {
 }
 
 }  // namespace
+
+double wall_scale(const Grid& grid) {
+  const glm::dvec3 edges_mm = glm::dvec3(grid.size) * grid.spacing_mm;
+  return std::min(1.0, std::max({edges_mm.x, edges_mm.y, edges_mm.z}) / kLarge_mm);
+}
 
 WallValue value_between_groups(const Volume& frame) {
   return groups_of(frame).otsu;
@@ -73,7 +80,8 @@ WallQuality wall_quality(const Volume& frame, WallValue at) {
     place[axis] += (at.level - a) / (b - a);
     places.push_back(place);
   }
-  WallQuality quality{at, 0.0, 1.0};
+  const double scale = wall_scale(grid);
+  WallQuality quality{at, 0.0, 1.0, kAside_mm * scale};
   if (places.empty()) return quality;
   const double h_mm = grid.finest_mm();
   int looked = 0, lost = 0;
@@ -97,14 +105,15 @@ WallQuality wall_quality(const Volume& frame, WallValue at) {
     for (int d = 0; d < kDirections; ++d) {
       const double angle = 2.0 * std::numbers::pi * d / kDirections;
       const glm::dvec3 aside =
-          place + kAside_mm * (std::cos(angle) * along + std::sin(angle) * across);
+          place + quality.aside_mm * (std::cos(angle) * along + std::sin(angle) * across);
       // Beyond the data nobody feels.
       const glm::dvec3 there = grid.index_from_lps(aside);
       if (glm::any(glm::lessThan(there, glm::dvec3(0.0))) ||
           glm::any(glm::greaterThan(there, glm::dvec3(grid.size - 1))))
         continue;
       ++looked;
-      lost += !rises(frame, at.level, aside - kAcross_mm * in, 2.0 * kAcross_mm * in);
+      lost +=
+          !rises(frame, at.level, aside - kAcross_mm * scale * in, 2.0 * kAcross_mm * scale * in);
     }
   }
   quality.slope_per_mm /= double(places.size());

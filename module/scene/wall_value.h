@@ -19,12 +19,19 @@ struct WallQuality {
   WallValue at;
   /// Mean slope of the values where the surface is, per mm.
   double slope_per_mm = 0.0;
-  /// The share of the places on it (0 to 1) from which a hand that moves 5 mm aside loses it: the
-  /// surface ends there, or has a hole.
+  /// The share of the places on it (0 to 1) from which a hand that moves `aside_mm` aside loses it:
+  /// the surface ends there, or has a hole.
   double ends = 1.0;
+  double aside_mm = 5.0;
 };
 
-/// Looks at a surface of equal value where the values rise above it. Reads the frame once, and
+/// The lengths that make a wall for a hand (how far it strokes, what it does not care for) are
+/// meant for data of 100 mm and more; of smaller ones, which are shown larger, they are this share,
+/// longest edge / 100 mm. At most 1.
+double wall_scale(const Grid& grid);
+
+/// Looks at a surface of equal value where the values rise above it, 5 mm times wall_scale() aside.
+/// Reads the frame once, and
 /// along some thousand lines. Any thread.
 WallQuality wall_quality(const Volume& frame, WallValue at);
 

@@ -158,7 +158,7 @@ TEST(Feel, MakesTheWallThatIsAskedFor) {
   EXPECT_THAT(both.err, HasSubstr("--segments"));
   const Outcome bright = run(feel(kCine / "frame_00.mha", {"--wall", "region", "--level", "1e5"}));
   EXPECT_EQ(bright.exit_code, 2);
-  EXPECT_THAT(bright.err, HasSubstr("nothing of a cubic centimetre that is brighter than 1e+05"));
+  EXPECT_THAT(bright.err, HasSubstr("nothing large enough that is brighter than 1e+05"));
 }
 
 TEST(Feel, SaysWhenValuesCanNotBeCarried) {

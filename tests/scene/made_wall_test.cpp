@@ -69,8 +69,8 @@ TEST(MadeWall, RegionClosesWhatSpotsHaveOpened) {
   ASSERT_TRUE(wall);
   // The weakest Gaussian that does it.
   EXPECT_LE(wall->ends, 0.1);
-  EXPECT_GT(wall->smooth_mm, 1.0);
-  const auto weaker = region_wall(frame, {}, wall->smooth_mm - 1.0);
+  EXPECT_GT(wall->smooth_mm, wall_scale(frame.grid));
+  const auto weaker = region_wall(frame, {}, wall->smooth_mm - wall_scale(frame.grid));
   ASSERT_TRUE(weaker);
   EXPECT_GT(weaker->ends, 0.1);
   EXPECT_LT(off_the_ball_mm(wall->distance_mm), 3.0);  // not a spot
@@ -83,7 +83,7 @@ TEST(MadeWall, RegionIsSmoothedNoMoreThanItNeeds) {
       sampled([](glm::dvec3 x) { return 1000.0 * edge(kRadius_mm - glm::length(x)); });
   const auto wall = region_wall(clean);
   ASSERT_TRUE(wall);
-  EXPECT_EQ(wall->smooth_mm, 1.0);
+  EXPECT_DOUBLE_EQ(wall->smooth_mm, wall_scale(clean.grid));  // of 1 mm
   EXPECT_LT(off_the_ball_mm(wall->distance_mm), 0.3);
   const auto asked = region_wall(clean, 700.0, 0.0);
   ASSERT_TRUE(asked);
@@ -136,6 +136,30 @@ TEST(MadeWall, RidgesFindABorderThatNoValueTells) {
   const double rise =
       at(wall->distance_mm, {0.0, 17.0, 0.0}) - at(wall->distance_mm, {0.0, 19.0, 0.0});
   EXPECT_NEAR(rise, 2.0, 1.0);
+}
+
+TEST(MadeWall, OfSmallDataIsThatOfLargeOnes) {
+  // A mouse's heart: the same samples, a tenth as large.
+  const Volume large = spotted_ball();
+  Volume small = large;
+  small.grid.spacing_mm *= 0.1;
+  small.grid.origin_mm *= 0.1;
+  EXPECT_NEAR(wall_scale(large.grid), 0.64, 1e-9);
+  EXPECT_NEAR(wall_scale(small.grid), 0.064, 1e-9);
+  EXPECT_NEAR(wall_of(small).ends, wall_of(large).ends, 1e-3);
+  const auto of_large = region_wall(large), of_small = region_wall(small);
+  ASSERT_TRUE(of_large && of_small);
+  EXPECT_NEAR(of_small->smooth_mm, 0.1 * of_large->smooth_mm, 1e-9);
+  EXPECT_NEAR(of_small->ends, of_large->ends, 0.01);
+  EXPECT_NEAR(at(of_small->distance_mm, {0.0, 0.0, 1.0}),
+              0.1 * at(of_large->distance_mm, {0.0, 0.0, 10.0}), 1e-3);
+  const auto ridges_of_large = ridge_wall(large, {}, 1.0), ridges = ridge_wall(small, {}, 0.1);
+  ASSERT_TRUE(ridges_of_large && ridges);
+  EXPECT_NEAR(at(ridges->distance_mm, {0.0, 1.7, 0.0}),
+              0.1 * at(ridges_of_large->distance_mm, {0.0, 17.0, 0.0}), 1e-3);
+  Grid body;
+  body.size = glm::ivec3(200);
+  EXPECT_EQ(wall_scale(body), 1.0);
 }
 
 TEST(MadeWall, NothingIsMadeOfNothing) {
