@@ -288,7 +288,7 @@ class FeelRun {
     auto seen = open_viewers(choice);
     if (!seen) return seen.error();
     seen_ = std::move(*seen);
-    if (!command_.hand && !seen_.window && !seen_.headset)
+    if (!command_.hand && !seen_.window && !seen_.headset && command_.serve_port == 0)
       return Error{ErrorKind::kNoDevice,
                    "There is no display and no headset to view it in: --picture FILE.png or "
                    "--headless FOLDER draws pictures without"};
@@ -415,8 +415,9 @@ class FeelRun {
     if (live_) live_->begin(*session_);
     if (server_) {
       server_->begin(*session_);
-      console_.say(
-          fmt::format("Serve     what is felt, by OpenIGTLink at port {}", server_->port()));
+      console_.say(fmt::format("Serve     {}, by OpenIGTLink at port {}",
+                               command_.hand ? "what is felt" : "the moved volume and its motion",
+                               server_->port()));
     }
     const LiveMotion& motion = session_->motion();
     const auto begin = Clock::now();
@@ -511,10 +512,21 @@ class FeelRun {
     }
   }
 
+  void tell_what_was_sent() {
+    if (server_)
+      console_.say(
+          fmt::format("Serve     {} messages were sent; {} were left out because a client "
+                      "was slow",
+                      server_->server().sent(), server_->server().missed()));
+  }
+
   int finish() {
     Status done = log_->finish();
-    if (live_ && !command_.hand) console_.say(live_->summary());
-    if (!command_.hand) return done ? kExitOk : fail(console_, done.error());
+    if (!command_.hand) {
+      if (live_) console_.say(live_->summary());
+      tell_what_was_sent();
+      return done ? kExitOk : fail(console_, done.error());
+    }
     if (recorder_) {
       const Status recorded = recorder_->finish();
       if (done) done = recorded;
@@ -530,11 +542,7 @@ class FeelRun {
     if (gallery_ && done) done = publish(summary);
     console_.say(summary);
     if (live_) console_.say(live_->summary());
-    if (server_)
-      console_.say(
-          fmt::format("Serve     {} messages were sent; {} were left out because a client "
-                      "was slow",
-                      server_->server().sent(), server_->server().missed()));
+    tell_what_was_sent();
     for (const fs::path& file : black_box_->files())
       console_.say(fmt::format("Wrote     {}: the ticks around a fault", file.string()));
     if (const auto trouble = black_box_->trouble()) console_.complain(*trouble);

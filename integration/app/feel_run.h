@@ -47,6 +47,9 @@ struct FeelCommand {
 /// thread, before others are started: it takes Ctrl-C and the ways out of a crash into its hands.
 int run_feel(const FeelCommand& command);
 
+/// OpenIGTLink's usual port is 18944: that of the other program.
+constexpr int kServePort = 18945;
+
 /// The options of segmentations and of a scene's folder, which feeling, viewing and planning share.
 void add_segments(CLI::App& app, scenes::SequenceChoices& choices);
 /// Whose values a sequence has.

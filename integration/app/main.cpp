@@ -8,10 +8,10 @@ Program make_program() {
   Program program = described_program(
       "put a hand into a moving volume: how its data move, what they feel and look like.");
   CLI::App& app = *program.app;
-  add_commands(program,
-               {add_motion(app), add_chart(app), add_check(app), add_devices(app), add_info(app),
-                add_phantom(app), add_feel(app), add_view(app), add_calibrate(app), add_plan(app),
-                add_convert(app), add_demo(app), add_help(app), add_write_manual(app)});
+  add_commands(program, {add_motion(app), add_chart(app), add_check(app), add_devices(app),
+                         add_info(app), add_phantom(app), add_feel(app), add_view(app),
+                         add_serve(app), add_calibrate(app), add_plan(app), add_convert(app),
+                         add_demo(app), add_help(app), add_write_manual(app)});
   return program;
 }
 

@@ -111,7 +111,7 @@ Status draw(const FeelCommand& command, double frame, Console& console, std::sto
 int run(FeelCommand command, double frame) {
   command.hand = command.view.hand = false;
   command.no_motion = true;
-  command.sequence.wall = scenes::FeltWall::kValues;  // nothing is felt
+  command.sequence.wall = scenes::FeltWall::kNotFelt;
   if (command.picture.empty() && command.headless.empty()) return run_feel(command);
   Console console(command.quiet, false);
   const CancelOnSignal cancel;

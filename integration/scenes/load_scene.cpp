@@ -477,7 +477,7 @@ Status feel_usual(LoadedScene& scene, VolumeSpec& spec, MovingVolume& volume,
                    can_carry_one_wall(spec, volume, samples.first, choices)
                ? FeltWall::kRegion
                : FeltWall::kValues;
-  if (wall != FeltWall::kValues) {
+  if (wall == FeltWall::kRegion || wall == FeltWall::kRidges) {
     SegmentsSpec made;
     made.from = wall == FeltWall::kRidges ? SegmentsFrom::kRidges : SegmentsFrom::kRegion;
     made.level = choices.level;
@@ -498,7 +498,9 @@ Status feel_usual(LoadedScene& scene, VolumeSpec& spec, MovingVolume& volume,
     if (added || choices.wall != FeltWall::kUsual) return added;
     spec.segments = none;  // of these data no better one can be made
   }
-  auto surface = surface_of(spec.files.front(), samples, values, choices, scene.notes);
+  std::vector<std::string> unsaid;
+  auto surface = surface_of(spec.files.front(), samples, values, choices,
+                            wall == FeltWall::kNotFelt ? unsaid : scene.notes);
   if (!surface) return surface.error();
   surface->volume = spec.name;
   scene.spec.modes.push_back(std::move(*surface));

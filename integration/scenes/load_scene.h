@@ -23,11 +23,12 @@ struct GivenVolume {
 
 /// What surface is felt in values.
 enum class FeltWall : uint8_t {
-  kUsual,   ///< kValues if that is a closed wall (kClosedWall), or if the motion that would carry
-            ///< another is neither known nor found; else kRegion
-  kValues,  ///< the surface of equal value
-  kRegion,  ///< region_wall()
-  kRidges,  ///< ridge_wall()
+  kUsual,    ///< kValues if that is a closed wall (kClosedWall), or if the motion that would carry
+             ///< another is neither known nor found; else kRegion
+  kValues,   ///< the surface of equal value
+  kRegion,   ///< region_wall()
+  kRidges,   ///< ridge_wall()
+  kNotFelt,  ///< kValues, without a word about it
 };
 
 /// How a sequence that comes without a scene is to be felt.

@@ -157,6 +157,36 @@ TEST(Live, WhatIsFeltIsSentAsItMoves) {
   EXPECT_GT(changed, 1.0) << "it beats, so what is sent must change";
 }
 
+TEST(Live, TheMovedVolumeIsServedWithoutAHand) {
+  const uint16_t port = test::WireServer().port();
+  std::mutex mutex;
+  std::vector<openigtlink::ArrivedImage> images;
+  openigtlink::ClientOptions options;
+  options.image = "palpate_volume";
+  options.on_image = [&](openigtlink::ArrivedImage image) {
+    const std::lock_guard lock(mutex);
+    images.push_back(std::move(image));
+  };
+  const auto client = openigtlink::Client::start({"127.0.0.1", port}, std::move(options));
+  ASSERT_TRUE(client);
+  const Outcome outcome = run({"serve", "heart", "--seconds", "4", "--port", std::to_string(port)});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("the moved volume and its motion, by OpenIGTLink at port " +
+                             std::to_string(port)),
+            std::string::npos)
+      << outcome.out;
+  EXPECT_EQ(outcome.out.find("Felt"), std::string::npos) << outcome.out;
+  EXPECT_EQ(outcome.out.find(" 0 messages were sent"), std::string::npos) << outcome.out;
+  const std::lock_guard lock(mutex);
+  ASSERT_GE(images.size(), 2u);
+  double changed = 0.0;
+  for (const auto& image : images)
+    for (size_t v = 0; v < image.volume.values.size(); ++v)
+      changed =
+          std::max(changed, double(std::abs(image.volume.values[v] - images[0].volume.values[v])));
+  EXPECT_GT(changed, 50.0) << "it beats, so what is sent must change";
+}
+
 TEST(Live, WhatCanNotBeIsSaidInASentence) {
   const struct {
     std::vector<std::string> arguments;
