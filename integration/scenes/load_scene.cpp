@@ -374,11 +374,11 @@ Status add_made_wall(VolumeSpec& spec, MovingVolume& volume, const Volume& frame
   const SegmentSpec& part = segments.parts.front();
   const glm::vec3 colour = part.colour ? glm::vec3(*part.colour) : glm::vec3(0.85F, 0.55F, 0.5F);
   notes.push_back(fmt::format(
-      "The wall to feel is made: {}, in the first frame smoothed by {:.2g} mm. A hand that strokes "
-      "it comes to an end at {:.0f} % of its places.",
+      "The wall to feel is made: {}, in frame {} smoothed by {:.2g} mm. A hand that strokes it "
+      "comes to an end at {:.0f} % of its places.",
       ridges ? "where the values rise most steeply"
              : fmt::format("the border of what is brighter than {:.4g}", wall->level),
-      wall->smooth_mm, 100.0 * wall->ends));
+      volume.whole ? volume.whole->reference() : 0, wall->smooth_mm, 100.0 * wall->ends));
   volume.segments.push_back(
       {part.name, colour, {sampled_scalar(std::move(wall->distance_mm))}, part.shown});
   return Nothing{};

@@ -148,8 +148,8 @@ struct SegmentSpec {
 /// What segments are made of.
 enum class SegmentsFrom : uint8_t {
   kFiles,   ///< label maps
-  kRegion,  ///< the first frame's values: region_wall()
-  kRidges,  ///< the first frame's values: ridge_wall()
+  kRegion,  ///< values of the first frame, or of the reference frame: region_wall()
+  kRidges,  ///< likewise: ridge_wall()
 };
 
 /// The segments of a volume, which become smooth walls.

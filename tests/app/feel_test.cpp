@@ -122,7 +122,7 @@ TEST(Feel, MakesAWallWhereTheValuesHaveNone) {
   EXPECT_THAT(made.out, AllOf(HasSubstr("Segment   wall, colour"),
                               HasSubstr("is no closed wall: at 33 % of its places"),
                               HasSubstr("The wall to feel is made: the border of what is brighter "
-                                        "than 43.85, in the first frame smoothed by 3 mm.")));
+                                        "than 43.85, in frame 0 smoothed by 3 mm.")));
   const Table ticks(folder / "ticks.csv");
   double most = 0.0;
   for (size_t k = 0; k < ticks.size(); ++k) most = std::max(most, ticks.force(k));
