@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <regex>
 
@@ -125,6 +126,29 @@ TEST_F(InstalledPackage, BuildsAndRunsTheExamples) {
   const Ran missing = run(demons + at("none.mha") + " " + at("warped.mha"));
   EXPECT_EQ(missing.exit_code, 1);
   EXPECT_THAT(missing.text, HasSubstr("none.mha"));
+
+  // A volume that moves in a VTK pipeline, where VTK is there: like the real frames, more than one
+  // that stands still.
+  if (std::filesystem::exists(at("build/vtk_volume"))) {
+    std::string frames;
+    for (size_t k = 0; k < shell.frames.size(); ++k) {
+      const std::string frame = at("frame_" + std::to_string(k) + ".mha");
+      ASSERT_TRUE(files::write_volume(shell.frames[k], frame));
+      frames += " " + frame;
+    }
+    const std::string volume = at("build/vtk_volume") + " --preset fast " + at("moved.vti");
+    const Ran moved = run(volume + frames);
+    ASSERT_EQ(moved.exit_code, 0) << moved.text;
+    std::smatch means;
+    ASSERT_TRUE(
+        std::regex_search(moved.text, means, std::regex("All: moved ([0-9.]+), still ([0-9.]+);")))
+        << moved.text;
+    EXPECT_LT(std::stod(means[1]), 0.6 * std::stod(means[2]));
+    EXPECT_THAT(files::read_bytes(at("moved.vti")), HasSubstr("Direction=\"1 0 0 0 1 0 0 0 1\""));
+    const Ran no_frame = run(volume + frames + " " + at("none.mha"));
+    EXPECT_EQ(no_frame.exit_code, 1);
+    EXPECT_THAT(no_frame.text, HasSubstr("none.mha"));
+  }
 
   // The cube in the heart: both are seen.
   std::string why_not;
