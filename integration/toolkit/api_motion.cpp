@@ -484,6 +484,7 @@ PalResult pal_motion_open(PalContext* context, const char* path, PalMotion** mot
     if (!read) return failed(read.error());
     auto content = std::make_shared<MotionContent>();
     content->grid = read->terms.front().grid;
+    content->has_frames_grid = false;
     content->frames = read->frames();
     content->times = read->basis;
     content->whole = std::move(*read);
@@ -542,7 +543,10 @@ PalResult pal_motion_warp(const PalMotion* motion, const PalFieldInfo* info, Pal
                           const void* samples, float* warped) {
   return with(motion, info, [&](const MotionContent& of_motion, const PalFieldInfo& wanted) {
     if (!warped) return failed(PAL_BAD_INPUT, {"The argument that takes the warped frame is NULL"});
-    const auto frame = volume_of(of_motion.grid, type, samples);
+    const auto grid = of_motion.has_frames_grid ? palpate::Result<palpate::Grid>(of_motion.grid)
+                                                : grid_for(wanted, of_motion);
+    if (!grid) return failed(grid.error());
+    const auto frame = volume_of(*grid, type, samples);
     if (!frame) return failed(frame.error());
     const auto field = field_for(wanted, of_motion);
     if (!field) return failed(field.error());

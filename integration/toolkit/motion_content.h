@@ -13,7 +13,8 @@ namespace palpate::toolkit {
 
 /// What a PalMotion stands for. Does not change.
 struct MotionContent {
-  Grid grid;  ///< of the frames
+  Grid grid;                    ///< of the frames
+  bool has_frames_grid = true;  ///< false: `grid` is only that on which the motion was solved
   size_t frames = 0;
   std::vector<Field> steps;  ///< on the grids they were solved on; none with `whole`
   std::optional<SequenceMotion> whole;

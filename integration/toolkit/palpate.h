@@ -214,7 +214,10 @@ PAL_API PalResult pal_estimator_close(PalEstimator** estimator);
 PAL_API PalResult pal_motion_close(PalMotion** motion);
 
 /* One motion for all frames, from the one file that `palpate motion` and pal_motion_save() write.
- * [ANY] */
+   The file does not hold the frames' grid: what is "the frames'" below is that on which the motion
+   was solved, around the same place with fewer samples. Give the frames' grid where a field or a
+   frame on it is wanted (PalFieldInfo.grid): pal_motion_warp() takes the frame to be on it, too.
+   [ANY] */
 PAL_API PalResult pal_motion_open(PalContext* context, const char* path, PalMotion** motion);
 
 typedef enum PalTrust {

@@ -613,6 +613,10 @@ TEST(CLibrary, CanNotBeClosedFromItsOwnCallback) {
   // Two frames without motion and without a device that computes: nothing is estimated, so the
   // callback is that of a failing estimation with a device.
   const PalContextInfo context = context_info(0);
+  struct Heard {
+    std::atomic<PalSession*> session{nullptr};
+    std::atomic<int> closed{77}, stopped{77}, events{0};
+  } heard;  // outlives the session, which may have more to tell
   Opened opened;
   if (pal_context_open(&context, &opened.context) == PAL_NO_DEVICE)
     GTEST_SKIP() << pal_last_error();
@@ -625,10 +629,6 @@ TEST(CLibrary, CanNotBeClosedFromItsOwnCallback) {
   scene.frames = &ball.info;
   scene.frame_sets = 1;
   PAL_ASSERT_OK(pal_scene_open(opened.context, &scene, &opened.scene));
-  struct Heard {
-    std::atomic<PalSession*> session{nullptr};
-    std::atomic<int> closed{77}, stopped{77}, events{0};
-  } heard;
   const PalDeviceInfo device = host_device();
   PalSessionInfo info{};
   info.size = sizeof info;

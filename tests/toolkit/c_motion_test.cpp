@@ -181,6 +181,18 @@ TEST_F(CMotion, OfASequenceIsOneMotionForAllFrames) {
   std::swap(read, motion_);
   const PalGrid grid = grid_of(sequence_.frames.front().grid);
   EXPECT_EQ(field(0, PAL_FIELD_TO_TIME, 0.3, &grid), once);
+  // A frame on the grid that is asked for is carried as by the motion that was found.
+  const Volume& frame = sequence_.frames[known.reference_frame];
+  PalFieldInfo then{};
+  then.size = sizeof then;
+  then.flags = PAL_FIELD_TO_TIME | PAL_FIELD_INVERSE;
+  then.time_s = 0.3;
+  std::vector<float> found(frame.values.size()), carried(frame.values.size());
+  PAL_EXPECT_OK(pal_motion_warp(read, &then, PAL_FLOAT32, frame.values.data(), found.data()));
+  then.grid = &grid;
+  PAL_EXPECT_OK(pal_motion_warp(motion_, &then, PAL_FLOAT32, frame.values.data(), carried.data()));
+  EXPECT_EQ(carried, found);
+  EXPECT_NE(carried, frame.values);
   pal_motion_close(&read);
 }
 

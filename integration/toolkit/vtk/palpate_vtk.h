@@ -709,51 +709,9 @@ class vtkPalpateSequence : public vtkPalpateAlgorithm {
     then.size = sizeof then;
     then.flags = PAL_FIELD_TO_TIME | PAL_FIELD_INVERSE;
     then.time_s = time_s;
-    if (is_same(frame.grid, summary_.grid)) {
-      check(pal_motion_warp(motion_->handle, &then, frame.type, frame.samples, values));
-      return;
-    }
-    // A file's motion is on a grid of its own.
-    const PalGrid& grid = frame.grid;
-    then.grid = &grid;
-    const auto field = array("", 3, frame.image);
-    check(pal_motion_field(motion_->handle, &then, field->GetPointer(0)));
-    const float* u = field->GetPointer(0);
-    vtkNew<vtkFloatArray> samples;
-    samples->DeepCopy(frame.image->GetPointData()->GetScalars());
-    const float* const from = samples->GetPointer(0);
-    const size_t stride[3] = {1, grid.size[0], size_t(grid.size[0]) * grid.size[1]};
-    for (uint32_t k = 0; k < grid.size[2]; ++k)
-      for (uint32_t j = 0; j < grid.size[1]; ++j)
-        for (uint32_t i = 0; i < grid.size[0]; ++i, u += 3) {
-          // Linear between samples, the border value held outside.
-          const double index[3] = {double(i), double(j), double(k)};
-          size_t first = 0, step[3];
-          double share[3];
-          for (int a = 0; a < 3; ++a) {
-            double along_mm = 0.0;
-            for (int row = 0; row < 3; ++row)
-              along_mm += grid.direction[3 * row + a] * double(u[row]);
-            const double at = std::min(std::max(index[a] + along_mm / grid.spacing_mm[a], 0.0),
-                                       double(grid.size[a] - 1));
-            const auto below = size_t(at);
-            share[a] = at - double(below);
-            step[a] = below + 1 < grid.size[a] ? stride[a] : 0;
-            first += below * stride[a];
-          }
-          double sum = 0.0;
-          for (unsigned corner = 0; corner < 8; ++corner) {
-            double weight = 1.0;
-            size_t n = first;
-            for (int a = 0; a < 3; ++a) {
-              const bool is_next = corner >> a & 1U;
-              weight *= is_next ? share[a] : 1.0 - share[a];
-              if (is_next) n += step[a];
-            }
-            sum += weight * double(from[n]);
-          }
-          *values++ = float(sum);
-        }
+    // A file's motion has a grid of its own, and the frame the one that is asked for.
+    then.grid = &frame.grid;
+    check(pal_motion_warp(motion_->handle, &then, frame.type, frame.samples, values));
   }
 
   /// Finds the motion unless it is known, and says which frame it carries along.
