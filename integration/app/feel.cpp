@@ -144,7 +144,7 @@ void add_wall(CLI::App& app, scenes::SequenceChoices& choices) {
                           : word == "region" ? FeltWall::kRegion
                                              : FeltWall::kRidges;
          },
-         "What surface is felt of scalars: values (of equal value), region (a smooth one around "
+         "What surface is felt of scalars: values (the iso-surface), region (a smooth one around "
          "what is brighter), ridges (where the values rise most steeply). Without it: values if "
          "they make a closed wall, else region")
       ->type_name("WORD")

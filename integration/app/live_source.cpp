@@ -122,7 +122,7 @@ Result<LoadedScene> LiveSource::load(const scenes::SequenceChoices& choices, boo
     if (c == '/' || c == '.') c = '_';
   scenes::SequenceChoices of_live = choices;
   of_live.given[volume] = given;
-  of_live.wall = scenes::FeltWall::kValues;  // no motion is known that would carry a made one
+  of_live.wall = scenes::FeltWall::kValues;  // no motion is known that would carry another
   of_live.cyclic = true;
   of_live.values = CarriedValues::kOwn;
   of_live.frames_per_second = 0.0;

@@ -322,7 +322,7 @@ const std::vector<std::pair<std::string_view, CarriedValues>> SceneWords::kValue
     {"reference", CarriedValues::kReference},
     {"mean", CarriedValues::kMean},
     {"own", CarriedValues::kOwn}};
-const std::vector<std::pair<std::string_view, SegmentsFrom>> SceneWords::kMadeSegments = {
+const std::vector<std::pair<std::string_view, SegmentsFrom>> SceneWords::kDerivedSegments = {
     {"region", SegmentsFrom::kRegion}, {"ridges", SegmentsFrom::kRidges}};
 
 bool mode_key_applies(std::string_view kind, std::string_view key) {

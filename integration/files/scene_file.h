@@ -47,7 +47,7 @@ struct SceneWords {
   static const std::vector<std::pair<std::string_view, BackTracking>> kBackTrackings;
   static const std::vector<std::pair<std::string_view, CarriedValues>> kValues;
   /// Of values; files go without a word.
-  static const std::vector<std::pair<std::string_view, SegmentsFrom>> kMadeSegments;
+  static const std::vector<std::pair<std::string_view, SegmentsFrom>> kDerivedSegments;
 };
 
 }  // namespace palpate::files

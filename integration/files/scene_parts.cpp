@@ -303,19 +303,19 @@ void read_segments(JsonObject& parent, const char* key, SegmentsSpec& out) {
   const json* value = parent.find(key);
   if (!value) return;
   JsonObject o(*value, parent.place(key), parent.reading());
-  if (o.choice("from", out.from, SceneWords::kMadeSegments)) {
-    if (o.find("files")) o.refuse("files", "they are made from the values: leave this out");
-    if (o.find("frame")) o.refuse("frame", "they are made from the first frame: leave this out");
+  if (o.choice("from", out.from, SceneWords::kDerivedSegments)) {
+    if (o.find("files")) o.refuse("files", "they are derived from the values: leave this out");
+    if (o.find("frame")) o.refuse("frame", "they are derived from one frame: leave this out");
     double number = 0.0;
-    if (o.number("level", number, kAnyNumber)) out.level = number;
+    if (o.number("iso_value", number, kAnyNumber)) out.iso_value = number;
     if (o.number("smooth_mm", number, kSmoothings_mm)) out.smooth_mm = number;
   } else {
     out.files = read_paths(o, "files");
     if (out.files.empty() && o.good())
-      o.refuse(
-          "files",
-          "it is missing: name a segmentation, or one for each frame, or make a wall \"from\" the "
-          "values");
+      o.refuse("files",
+               "it is missing: name a segmentation, or one for each frame, or derive a wall "
+               "\"from\" the "
+               "values");
   }
   double frame = 0.0;
   if (o.number("frame", frame, kFrameNumbers)) {

@@ -136,8 +136,8 @@ class SceneWriter {
     if (s.from == SegmentsFrom::kFiles)
       o["files"] = paths(s.files);
     else
-      o["from"] = word_of(SceneWords::kMadeSegments, s.from);
-    if (s.level) o["level"] = *s.level;
+      o["from"] = word_of(SceneWords::kDerivedSegments, s.from);
+    if (s.iso_value) o["iso_value"] = *s.iso_value;
     if (s.smooth_mm) o["smooth_mm"] = *s.smooth_mm;
     put(o, "frame", s.frame, size_t(0));
     for (const SegmentSpec& of : s.parts) {

@@ -21,7 +21,7 @@
 #include "integration/x3d/x3d_file.h"
 #include "module/haptics/haptic_scene.h"
 #include "module/scene/built_in.h"
-#include "module/scene/made_wall.h"
+#include "module/scene/derived_wall.h"
 #include "module/scene/make_volume.h"
 #include "module/scene/wall_value.h"
 
@@ -298,12 +298,13 @@ Result<MovingVolume> read_volume_of(VolumeSpec& spec, const SequenceChoices& cho
   }
   // Consecutive fields make one motion for all frames where that is asked for, or where only it
   // brings the segments of one frame to the others.
-  const bool is_made = spec.segments.from != SegmentsFrom::kFiles;
-  const bool of_one = has_one_segmentation(data) || (is_made && !data.motions.empty());
-  if (is_made && spec.values == CarriedValues::kOwn)
-    return files::bad_input(spec.files.front(),
-                            "is to be felt by a wall made from one frame, which one motion carries "
-                            "to the others: leave 'own' out");
+  const bool is_derived = spec.segments.from != SegmentsFrom::kFiles;
+  const bool of_one = has_one_segmentation(data) || (is_derived && !data.motions.empty());
+  if (is_derived && spec.values == CarriedValues::kOwn)
+    return files::bad_input(
+        spec.files.front(),
+        "is to be felt by a wall derived from one frame, which one motion carries "
+        "to the others: leave 'own' out");
   if (of_one && spec.values == CarriedValues::kOwn)
     return files::bad_input(
         spec.segments.files.front(),
@@ -358,26 +359,28 @@ Status add(LoadedScene& scene, size_t v, const SequenceChoices& choices, MovingV
   return Nothing{};
 }
 
-/// A wall made from the values of a frame becomes the volume's only segment.
-Status add_made_wall(VolumeSpec& spec, MovingVolume& volume, const Volume& frame,
-                     std::vector<std::string>& notes) {
+/// A wall derived from the values of a frame becomes the volume's only segment.
+Status add_derived_wall(VolumeSpec& spec, MovingVolume& volume, const Volume& frame,
+                        std::vector<std::string>& notes) {
   SegmentsSpec& segments = spec.segments;
   const bool ridges = segments.from == SegmentsFrom::kRidges;
-  std::optional<MadeWall> wall = ridges ? ridge_wall(frame, segments.level, segments.smooth_mm)
-                                        : region_wall(frame, segments.level, segments.smooth_mm);
+  std::optional<DerivedWall> wall =
+      ridges ? ridge_wall(frame, segments.iso_value, segments.smooth_mm)
+             : region_wall(frame, segments.iso_value, segments.smooth_mm);
   if (!wall)
     return files::bad_input(
         spec.files.front(),
         "has nothing large enough that is brighter than {:.4g} and has a border: choose another "
         "level, or feel the values (--wall values)",
-        segments.level.value_or(wall_of(frame).at.level));
+        segments.iso_value.value_or(wall_of(frame).at.level));
   const SegmentSpec& part = segments.parts.front();
   const glm::vec3 colour = part.colour ? glm::vec3(*part.colour) : glm::vec3(0.85F, 0.55F, 0.5F);
   notes.push_back(fmt::format(
-      "The wall to feel is made: {}, in frame {} smoothed by {:.2g} mm. A hand that strokes it "
+      "The wall to feel is derived from the values: {}, in frame {} smoothed by {:.2g} mm. A hand "
+      "that strokes it "
       "comes to an end at {:.0f} % of its places.",
       ridges ? "where the values rise most steeply"
-             : fmt::format("the border of what is brighter than {:.4g}", wall->level),
+             : fmt::format("the border of what is brighter than {:.4g}", wall->iso_value),
       volume.whole ? volume.whole->reference() : 0, wall->smooth_mm, 100.0 * wall->ends));
   volume.segments.push_back(
       {part.name, colour, {sampled_scalar(std::move(wall->distance_mm))}, part.shown});
@@ -419,7 +422,7 @@ Result<ModeSpec> surface_of(const fs::path& file, const Samples& samples, const 
         "This surface is no closed wall: at {:.0f} % of its places it ends within {:.2g} mm "
         "or has a hole there, and a hand that strokes it falls through; feel a segmentation "
         "instead "
-        "(--segments), or a wall made from the values (--wall region).",
+        "(--segments), or a wall derived from the values (--wall region).",
         100.0 * found.ends, found.aside_mm));
   else
     notes.push_back(
@@ -456,14 +459,16 @@ Result<ModeSpec> guide_along(const Volume& lengths, const SequenceChoices& choic
 }
 
 /// What is felt of a volume for which nobody has said it: guides along vectors, a surface of the
-/// values, or a wall made from them. Adds a mode, or a segment.
+/// values, or a wall derived from them. Adds a mode, or a segment.
 Status feel_usual(LoadedScene& scene, VolumeSpec& spec, MovingVolume& volume,
                   const Samples& samples, const SequenceChoices& choices) {
-  const bool asks_for_made = choices.wall == FeltWall::kRegion || choices.wall == FeltWall::kRidges;
+  const bool asks_for_derived =
+      choices.wall == FeltWall::kRegion || choices.wall == FeltWall::kRidges;
   if (volume.frames.front()->is_vector()) {
-    if (asks_for_made)
-      return files::bad_input(spec.files.front(),
-                              "holds vectors, and walls are made from scalars: leave --wall out");
+    if (asks_for_derived)
+      return files::bad_input(
+          spec.files.front(),
+          "holds vectors, and walls are derived from scalars: leave --wall out");
     auto guide = guide_along(samples.first, choices, scene.notes);
     if (!guide) return guide.error();
     guide->volume = spec.name;
@@ -478,25 +483,25 @@ Status feel_usual(LoadedScene& scene, VolumeSpec& spec, MovingVolume& volume,
                ? FeltWall::kRegion
                : FeltWall::kValues;
   if (wall == FeltWall::kRegion || wall == FeltWall::kRidges) {
-    SegmentsSpec made;
-    made.from = wall == FeltWall::kRidges ? SegmentsFrom::kRidges : SegmentsFrom::kRegion;
-    made.level = choices.level;
+    SegmentsSpec derived;
+    derived.from = wall == FeltWall::kRidges ? SegmentsFrom::kRidges : SegmentsFrom::kRegion;
+    derived.iso_value = choices.level;
     SegmentSpec part;
     part.name = "wall";
     part.strength_n = choices.strength_n;
     part.friction = choices.friction;
-    made.parts = {part};
-    const SegmentsSpec none = std::exchange(spec.segments, made);
+    derived.parts = {part};
+    const SegmentsSpec none = std::exchange(spec.segments, derived);
     std::vector<std::string> notes;
     if (choices.wall == FeltWall::kUsual)
-      notes.push_back(fmt::format(
-          "The surface of equal value is no closed wall: at {:.0f} % of its places it ends within "
-          "{:.2g} mm or has a hole. (--wall values: feel it all the same)",
-          100.0 * values.ends, values.aside_mm));
-    const Status added = add_made_wall(spec, volume, samples.first, notes);
+      notes.push_back(
+          fmt::format("The iso-surface is no closed wall: at {:.0f} % of its places it ends within "
+                      "{:.2g} mm or has a hole. (--wall values feels it all the same.)",
+                      100.0 * values.ends, values.aside_mm));
+    const Status added = add_derived_wall(spec, volume, samples.first, notes);
     if (added) scene.notes.insert(scene.notes.end(), notes.begin(), notes.end());
     if (added || choices.wall != FeltWall::kUsual) return added;
-    spec.segments = none;  // of these data no better one can be made
+    spec.segments = none;  // of these data no other can be derived
   }
   std::vector<std::string> unsaid;
   auto surface = surface_of(spec.files.front(), samples, values, choices,
@@ -521,8 +526,8 @@ Result<LoadedScene> of_spec(std::string name, SceneSpec spec, const SequenceChoi
     if (!volume) return volume.error();
     VolumeSpec& of = scene.spec.volumes[v];
     if (of.segments.from != SegmentsFrom::kFiles) {
-      const Status made = add_made_wall(of, *volume, samples.first, scene.notes);
-      if (!made) return made.error();
+      const Status derived = add_derived_wall(of, *volume, samples.first, scene.notes);
+      if (!derived) return derived.error();
     } else if (without_modes && !samples.first.values.empty() &&
                (volume->segments.empty() || choices.level)) {
       const size_t before = scene.spec.modes.size();
@@ -563,7 +568,7 @@ Result<LoadedScene> of_sequence(const std::vector<fs::path>& inputs, const Seque
     spec.segments.parts.emplace_back();
     spec.segments.parts.back().name = name;
   }
-  // A made wall is that of one frame, as a single segmentation is.
+  // A derived wall is that of one frame, as a single segmentation is.
   if (choices.wall == FeltWall::kRegion) spec.segments.from = SegmentsFrom::kRegion;
   if (choices.wall == FeltWall::kRidges) spec.segments.from = SegmentsFrom::kRidges;
   Samples samples;

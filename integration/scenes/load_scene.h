@@ -25,7 +25,7 @@ struct GivenVolume {
 enum class FeltWall : uint8_t {
   kUsual,    ///< kValues if that is a closed wall (kClosedWall), or if the motion that would carry
              ///< another is neither known nor found; else kRegion
-  kValues,   ///< the surface of equal value
+  kValues,   ///< the iso-surface
   kRegion,   ///< region_wall()
   kRidges,   ///< ridge_wall()
   kNotFelt,  ///< kValues, without a word about it

@@ -158,7 +158,7 @@ struct SegmentsSpec {
   std::vector<std::filesystem::path> files;  ///< none; one of one frame; or one per frame
   size_t frame = 0;                          ///< to which a single one belongs
   std::vector<SegmentSpec> parts;            ///< none: all that the files have; of values: "wall"
-  std::optional<double> level;               ///< of values: none: found in them
+  std::optional<double> iso_value;           ///< of values: none: found in them
   std::optional<double> smooth_mm;           ///< of values: none: found in them
 
   bool any() const { return from != SegmentsFrom::kFiles || !files.empty(); }

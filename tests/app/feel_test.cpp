@@ -113,16 +113,18 @@ TEST(Feel, SaysWhatIsWrongWithASegmentation) {
               HasSubstr("lv_00.mha' is the segmentation of one frame, and each frame's own"));
 }
 
-TEST(Feel, MakesAWallWhereTheValuesHaveNone) {
+TEST(Feel, DerivesAWallWhereTheValuesHaveNone) {
   NEEDS_CINE();
   const TemporaryFolder folder;
   const Outcome made = run(
       feel(kCine / "frame_00.mha", {"--csv", folder / "ticks.csv", "--black-box", folder / "."}));
   ASSERT_EQ(made.exit_code, 0) << made.out << made.err;
-  EXPECT_THAT(made.out, AllOf(HasSubstr("Segment   wall, colour"),
-                              HasSubstr("is no closed wall: at 33 % of its places"),
-                              HasSubstr("The wall to feel is made: the border of what is brighter "
-                                        "than 43.85, in frame 0 smoothed by 3 mm.")));
+  EXPECT_THAT(
+      made.out,
+      AllOf(HasSubstr("Segment   wall, colour"),
+            HasSubstr("is no closed wall: at 33 % of its places"),
+            HasSubstr("The wall to feel is derived from the values: the border of what is brighter "
+                      "than 43.85, in frame 0 smoothed by 3 mm.")));
   const Table ticks(folder / "ticks.csv");
   double most = 0.0;
   for (size_t k = 0; k < ticks.size(); ++k) most = std::max(most, ticks.force(k));
@@ -142,12 +144,13 @@ TEST(Feel, MakesAWallWhereTheValuesHaveNone) {
   EXPECT_THAT(alone.out, Not(HasSubstr("Segment")));
 }
 
-TEST(Feel, MakesTheWallThatIsAskedFor) {
+TEST(Feel, DerivesTheWallThatIsAskedFor) {
   NEEDS_CINE();
   const Outcome ridges = run({"plan", kCine / "frame_00.mha", "--wall", "ridges"});
   ASSERT_EQ(ridges.exit_code, 0) << ridges.err;
-  EXPECT_THAT(ridges.out, AllOf(HasSubstr("felt by    wall"),
-                                HasSubstr("made: where the values rise most steeply")));
+  EXPECT_THAT(ridges.out,
+              AllOf(HasSubstr("felt by    wall"),
+                    HasSubstr("derived from the values: where the values rise most steeply")));
   const Outcome own = run({"plan", kCine / "frame_00.mha", kCine / "frame_01.mha", "--wall",
                            "region", "--values", "own"});
   EXPECT_EQ(own.exit_code, 2);

@@ -92,7 +92,7 @@ void expect_same(const SceneSpec& a, const SceneSpec& b) {
     EXPECT_EQ(v.blend_values, w.blend_values);
     EXPECT_EQ(v.seen, w.seen);
     EXPECT_EQ(v.segments.from, w.segments.from);
-    EXPECT_EQ(v.segments.level, w.segments.level);
+    EXPECT_EQ(v.segments.iso_value, w.segments.iso_value);
     EXPECT_EQ(v.segments.smooth_mm, w.segments.smooth_mm);
     EXPECT_EQ(v.segments.files, w.segments.files);
     EXPECT_EQ(v.segments.frame, w.segments.frame);
@@ -146,7 +146,7 @@ const char* const kEverything = R"({
     {"name": "d", "source": "charges", "box_m": [0.1, 0.2, 0.3],
      "charges": [{"position_m": [0.01, 0, 0.02], "strength_v_m": -0.5, "softness_m": 0.003}, {"strength_v_m": 1}]},
     {"name": "e", "files": "e.nrrd", "box_m": [1, 2, 3], "cycle_s": 0.75, "path": "smooth",
-     "segments": {"from": "ridges", "level": -5.5, "smooth_mm": 2, "parts": [{"name": "edge", "strength_n": 2}]},
+     "segments": {"from": "ridges", "iso_value": -5.5, "smooth_mm": 2, "parts": [{"name": "edge", "strength_n": 2}]},
      "drive": {"kind": "keys", "poses": [
        {"pose": {"translation_m": [0, 1, 0], "quaternion_wxyz": [0.6, 0, 0.8, 0]},
         "quaternion_wxyz": {"cycle_s": 2.5, "keys": [[0, [1, 0, 0, 0]], [1, [0.8, 0.6, 0, 0]]]}},
@@ -578,36 +578,36 @@ TEST(SceneFile, NeedsNoModesWhereThereAreSegments) {
       {mode_with(R"("segment": "pool", "strength": 1)"), "the volume \"a\" has no segments"},
       {volume_with(R"("segments": {"files": "y"})"), "made data have none"},
       {files + R"({"from": "values"}}]})", "\"values\" is not known"},
-      {files + R"({"from": "region", "files": "y"}}]})", "made from the values: leave this out"},
-      {files + R"({"from": "region", "frame": 1}}]})", "made from the first frame: leave this out"},
+      {files + R"({"from": "region", "files": "y"}}]})", "derived from the values: leave this out"},
+      {files + R"({"from": "region", "frame": 1}}]})", "derived from one frame: leave this out"},
       {files + R"({"from": "region", "smooth_mm": -1}}]})", "segments.smooth_mm"},
       {files + R"({"from": "region", "parts": [{"name": "p"}, {"name": "q"}]}}]})",
        "values have one wall: name one part"},
       {files + R"({"from": "region", "parts": [{"name": "p", "labels": [1]}]}}]})",
        "values have no labels"},
-      {files + R"({"files": "y", "level": 1}}]})", "\"level\" is not known"},
+      {files + R"({"files": "y", "iso_value": 1}}]})", "\"iso_value\" is not known"},
       {volume_with(R"("segments": {"from": "region"})"), "made data have none"},
   };
   for (const auto& [text, part] : cases) EXPECT_THAT(refusal(text), HasSubstr(part)) << text;
 }
 
-TEST(SceneFile, MakesAWallFromTheValues) {
+TEST(SceneFile, DerivesAWallFromTheValues) {
   const SceneSpec scene =
       accepted(R"({"volumes": [{"name": "a", "files": "x", "segments": {"from": "region"}}]})");
   const SegmentsSpec& segments = scene.volumes[0].segments;
   EXPECT_EQ(segments.from, SegmentsFrom::kRegion);
   EXPECT_TRUE(segments.any());
-  EXPECT_FALSE(segments.level);
+  EXPECT_FALSE(segments.iso_value);
   EXPECT_FALSE(segments.smooth_mm);
   SegmentSpec wall;
   wall.name = "wall";
   EXPECT_THAT(segments.parts, ::testing::ElementsAre(wall));
   const SceneSpec named = accepted(
-      R"({"volumes": [{"name": "a", "files": "x", "segments": {"from": "ridges", "level": 3,
+      R"({"volumes": [{"name": "a", "files": "x", "segments": {"from": "ridges", "iso_value": 3,
           "smooth_mm": 0, "parts": [{"name": "skin"}]}}],
           "modes": [{"segment": "skin", "strength": 1}]})");
   EXPECT_EQ(named.volumes[0].segments.from, SegmentsFrom::kRidges);
-  EXPECT_EQ(named.volumes[0].segments.level, 3.0);
+  EXPECT_EQ(named.volumes[0].segments.iso_value, 3.0);
   EXPECT_EQ(named.volumes[0].segments.smooth_mm, 0.0);
   EXPECT_EQ(named.modes[0].segment, "skin");
 }

@@ -20,7 +20,7 @@
 #include "integration/files/write_field.h"
 #include "integration/files/write_volume.h"
 #include "module/scene/built_in.h"
-#include "module/scene/made_wall.h"
+#include "module/scene/derived_wall.h"
 #include "module/scene/make_volume.h"
 #include "module/scene/wall_value.h"
 
@@ -241,7 +241,7 @@ void add_by_values(Subject& subject, const ReadSequence& from) {
 
 /// What is felt without a segmentation, each on its own surface: the values, and the walls made of
 /// them.
-void add_made(Subject& subject, const Volume& reference, const HeartsOptions& options) {
+void add_derived(Subject& subject, const Volume& reference, const HeartsOptions& options) {
   const auto carried_volume = subject.felt.back().volume;
   const auto add = [&](const std::string& name, const Volume& distance_mm, bool values) {
     auto volume = std::make_shared<MovingVolume>(*carried_volume);
@@ -302,7 +302,7 @@ Subject beating_heart(const HeartsOptions& options) {
       wall.surface_m.push_back(place.at_m);
     subject.walls.push_back(std::move(wall));
   }
-  add_made(subject, value(sequence.reader.frame(sequence.whole.reference)), options);
+  add_derived(subject, value(sequence.reader.frame(sequence.whole.reference)), options);
   subject.felt.push_back({"segmentation carried", with_segments, true,
                           value(TransferFunction::window(0.0, 1.0, kFull_n))});
   return subject;
@@ -363,7 +363,7 @@ Subject heart_phantom_subject(const HeartsOptions& options) {
   return subject;
 }
 
-std::string made_in(const Volume& frame) {
+std::string derived_in(const Volume& frame) {
   std::string text;
   for (const auto& [name, made] : {std::pair{"region", &region_wall}, {"ridges", &ridge_wall}}) {
     const auto begin = std::chrono::steady_clock::now();
@@ -395,7 +395,7 @@ std::string walls_in(const std::vector<fs::path>& inputs) {
              inputs.front().string(), otsu.at.level, otsu.slope_per_mm, 100.0 * otsu.ends,
              found.at.level, found.slope_per_mm, 100.0 * found.ends,
              found.ends > kClosedWall ? ", no closed wall" : "", took_s) +
-         made_in(frame);
+         derived_in(frame);
 }
 
 }  // namespace palpate::bench

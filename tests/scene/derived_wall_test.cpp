@@ -1,5 +1,5 @@
-// Walls made from values. Oracle: balls and planes whose distance is known, and real data.
-#include "module/scene/made_wall.h"
+// Walls derived from values. Oracle: balls and planes whose distance is known, and real data.
+#include "module/scene/derived_wall.h"
 
 #include <gtest/gtest.h>
 
@@ -62,7 +62,7 @@ Volume spotted_ball() {
   });
 }
 
-TEST(MadeWall, RegionClosesWhatSpotsHaveOpened) {
+TEST(DerivedWall, RegionClosesWhatSpotsHaveOpened) {
   const Volume frame = spotted_ball();
   EXPECT_GT(wall_of(frame).ends, kClosedWall);
   const auto wall = region_wall(frame);
@@ -78,7 +78,7 @@ TEST(MadeWall, RegionClosesWhatSpotsHaveOpened) {
   EXPECT_LT(at(wall->distance_mm, {0.0, 26.0, 0.0}), -4.0);
 }
 
-TEST(MadeWall, RegionIsSmoothedNoMoreThanItNeeds) {
+TEST(DerivedWall, RegionIsSmoothedNoMoreThanItNeeds) {
   const Volume clean =
       sampled([](glm::dvec3 x) { return 1000.0 * edge(kRadius_mm - glm::length(x)); });
   const auto wall = region_wall(clean);
@@ -88,10 +88,10 @@ TEST(MadeWall, RegionIsSmoothedNoMoreThanItNeeds) {
   const auto asked = region_wall(clean, 700.0, 0.0);
   ASSERT_TRUE(asked);
   EXPECT_EQ(asked->smooth_mm, 0.0);
-  EXPECT_EQ(asked->level, 700.0);
+  EXPECT_EQ(asked->iso_value, 700.0);
 }
 
-TEST(MadeWall, RegionLeavesOutCrumbsAndFillsBubbles) {
+TEST(DerivedWall, RegionLeavesOutCrumbsAndFillsBubbles) {
   const Volume frame = sampled([](glm::dvec3 x) {
     const double ball = edge(kRadius_mm - glm::length(x));
     const double bubble = edge(4.0 - glm::length(x - glm::dvec3(5, 0, 0)));
@@ -104,7 +104,7 @@ TEST(MadeWall, RegionLeavesOutCrumbsAndFillsBubbles) {
   EXPECT_LT(at(wall->distance_mm, {0.0, 26.0, 0.0}), -4.0);
 }
 
-TEST(MadeWall, RegionHasNoWallAtTheEndsOfTheData) {
+TEST(DerivedWall, RegionHasNoWallAtTheEndsOfTheData) {
   // Brighter from x = 4 mm on to the end of the data, in slices of 4 mm.
   const Volume frame =
       sampled([](glm::dvec3 x) { return 1000.0 * edge(x.x - 4.0); }, {1.0, 1.0, 4.0});
@@ -120,7 +120,7 @@ TEST(MadeWall, RegionHasNoWallAtTheEndsOfTheData) {
   EXPECT_GT(at(d, {31.0, 0.0, 0.0}), 4.0);
 }
 
-TEST(MadeWall, RidgesFindABorderThatNoValueTells) {
+TEST(DerivedWall, RidgesFindABorderThatNoValueTells) {
   // The scanner's field makes the left side twice as bright as the right: the outside there is
   // brighter than the inside here.
   const Volume frame = sampled([](glm::dvec3 x) {
@@ -138,7 +138,7 @@ TEST(MadeWall, RidgesFindABorderThatNoValueTells) {
   EXPECT_NEAR(rise, 2.0, 1.0);
 }
 
-TEST(MadeWall, OfSmallDataIsThatOfLargeOnes) {
+TEST(DerivedWall, OfSmallDataIsThatOfLargeOnes) {
   // A mouse's heart: the same samples, a tenth as large.
   const Volume large = spotted_ball();
   Volume small = large;
@@ -162,7 +162,7 @@ TEST(MadeWall, OfSmallDataIsThatOfLargeOnes) {
   EXPECT_EQ(wall_scale(body), 1.0);
 }
 
-TEST(MadeWall, NothingIsMadeOfNothing) {
+TEST(DerivedWall, NothingIsMadeOfNothing) {
   const Volume flat = sampled([](glm::dvec3) { return 7.0; });
   EXPECT_FALSE(region_wall(flat));
   EXPECT_FALSE(ridge_wall(flat));
@@ -171,7 +171,7 @@ TEST(MadeWall, NothingIsMadeOfNothing) {
   EXPECT_FALSE(region_wall(crumb, 5000.0));
 }
 
-TEST(MadeWall, RegionIsAWallOnRealDataWhoseValuesAreNone) {
+TEST(DerivedWall, RegionIsAWallOnRealDataWhoseValuesAreNone) {
   const std::filesystem::path shared = PALPATE_SHARED_DATA;
   int looked = 0;
   for (const char* file :

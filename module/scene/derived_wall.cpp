@@ -1,4 +1,4 @@
-#include "module/scene/made_wall.h"
+#include "module/scene/derived_wall.h"
 
 #include <algorithm>
 #include <array>
@@ -16,7 +16,7 @@ constexpr std::array kSmooth_mm{1.0, 2.0, 3.0, 4.0};
 constexpr double kFewEnds = 0.1;
 constexpr double kSmallest_mm = 10.0;  // edge of a cube as large as the pieces and holes that stay
 constexpr double kFar_mm = 3.0;        // from a ridge
-constexpr double kSide = 0.003;        // weight of the side of the level beside that of a ridge
+constexpr double kSide = 0.003;        // weight of the side of the iso_value beside that of a ridge
 constexpr int kMargin = 8;             // voxels beyond the ends of the data
 
 /// Turns the pieces (6 neighbours) of the voxels that are `of` into the other, where they have
@@ -72,10 +72,10 @@ Volume distance_without_ends(const Mask& mask) {
   return resampled(around, grid);
 }
 
-std::optional<MadeWall> region_at(const Volume& soft, double level, double smooth_mm) {
+std::optional<DerivedWall> region_at(const Volume& soft, double iso_value, double smooth_mm) {
   Mask region{soft.grid, std::vector<uint8_t>(soft.values.size())};
   std::transform(soft.values.begin(), soft.values.end(), region.values.begin(),
-                 [&](float value) { return value > level; });
+                 [&](float value) { return value > iso_value; });
   const glm::dvec3 h = soft.grid.spacing_mm;
   const double smallest_mm = kSmallest_mm * wall_scale(soft.grid);
   const size_t fewest = size_t(std::ceil(std::pow(smallest_mm, 3) / (h.x * h.y * h.z)));
@@ -83,7 +83,7 @@ std::optional<MadeWall> region_at(const Volume& soft, double level, double smoot
   drop_small(region, false, fewest);
   const auto [low, high] = std::minmax_element(region.values.begin(), region.values.end());
   if (*low == *high) return std::nullopt;
-  return MadeWall{distance_without_ends(region), level, smooth_mm, 1.0};
+  return DerivedWall{distance_without_ends(region), iso_value, smooth_mm, 1.0};
 }
 
 /// d of ridge_wall() and how much it counts, for each voxel.
@@ -170,30 +170,31 @@ void join(std::vector<float>& f, const Grid& grid, const std::vector<float>& wei
     });
 }
 
-std::optional<MadeWall> ridges_at(const Volume& soft, double level, double smooth_mm) {
+std::optional<DerivedWall> ridges_at(const Volume& soft, double iso_value, double smooth_mm) {
   const auto [low, high] = std::minmax_element(soft.values.begin(), soft.values.end());
   if (*low == *high) return std::nullopt;
   Ridges ridges = ridges_of(soft, smooth_mm);
   const double scale = wall_scale(soft.grid), far_mm = kFar_mm * scale;
   for (size_t v = 0; v < soft.values.size(); ++v) {
-    const double side_mm = soft.values[v] > level ? far_mm : -far_mm;
+    const double side_mm = soft.values[v] > iso_value ? far_mm : -far_mm;
     float &d = ridges.distance_mm[v], &w = ridges.weight[v];
     d = float((w * d + kSide * side_mm) / (w + kSide));
     w += float(kSide);
   }
   join(ridges.distance_mm, soft.grid, ridges.weight, scale);
-  return MadeWall{{soft.grid, std::move(ridges.distance_mm)}, level, smooth_mm, 1.0};
+  return DerivedWall{{soft.grid, std::move(ridges.distance_mm)}, iso_value, smooth_mm, 1.0};
 }
 
-using At = std::optional<MadeWall> (*)(const Volume& soft, double level, double smooth_mm);
+using At = std::optional<DerivedWall> (*)(const Volume& soft, double iso_value, double smooth_mm);
 
-std::optional<MadeWall> best_of(const Volume& frame, std::optional<double> level,
-                                std::optional<double> smooth_mm, At at) {
-  std::optional<MadeWall> best;
+std::optional<DerivedWall> best_of(const Volume& frame, std::optional<double> iso_value,
+                                   std::optional<double> smooth_mm, At at) {
+  std::optional<DerivedWall> best;
   for (const double usual_mm : kSmooth_mm) {
     const double sigma_mm = smooth_mm.value_or(usual_mm * wall_scale(frame.grid));
     const Volume soft = smoothed(frame, sigma_mm);
-    std::optional<MadeWall> wall = at(soft, level ? *level : wall_of(soft).at.level, sigma_mm);
+    std::optional<DerivedWall> wall =
+        at(soft, iso_value ? *iso_value : wall_of(soft).at.level, sigma_mm);
     if (!wall) break;  // a stronger one only blurs what is too small
     wall->ends = wall_quality(wall->distance_mm, {0.0, 1.0}).ends;
     if (!best || wall->ends < best->ends) best = std::move(wall);
@@ -204,14 +205,14 @@ std::optional<MadeWall> best_of(const Volume& frame, std::optional<double> level
 
 }  // namespace
 
-std::optional<MadeWall> region_wall(const Volume& frame, std::optional<double> level,
-                                    std::optional<double> smooth_mm) {
-  return best_of(frame, level, smooth_mm, region_at);
+std::optional<DerivedWall> region_wall(const Volume& frame, std::optional<double> iso_value,
+                                       std::optional<double> smooth_mm) {
+  return best_of(frame, iso_value, smooth_mm, region_at);
 }
 
-std::optional<MadeWall> ridge_wall(const Volume& frame, std::optional<double> level,
-                                   std::optional<double> smooth_mm) {
-  return best_of(frame, level, smooth_mm, ridges_at);
+std::optional<DerivedWall> ridge_wall(const Volume& frame, std::optional<double> iso_value,
+                                      std::optional<double> smooth_mm) {
+  return best_of(frame, iso_value, smooth_mm, ridges_at);
 }
 
 }  // namespace palpate
