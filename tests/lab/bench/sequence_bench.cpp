@@ -310,6 +310,47 @@ void measure(const std::shared_ptr<vulkan::Context>& context, Data& data,
              took_s);
 }
 
+/// The motion from the means of 1 to 8 cycles whose frames have other noise each time, as a live
+/// cycle's is found (module/session/live_sequence.h). `noise`: its standard deviation as a share of
+/// that of frame 0's values.
+void measure_cycles(const std::shared_ptr<vulkan::Context>& context, Data& data,
+                    const std::string& preset, double noise) {
+  std::vector<Volume> frames, means;
+  for (size_t k = 0; k < data.times_s.size(); ++k) {
+    auto frame = data.reader.frame(k);
+    if (!frame) return fmt::print(stderr, "sequence_bench: {}\n", frame.error().message);
+    frames.push_back(std::move(*frame));
+  }
+  double sum = 0.0, squares = 0.0;
+  for (const float v : frames[0].values) {
+    sum += double(v);
+    squares += double(v) * double(v);
+  }
+  const double count = double(frames[0].values.size());
+  const double sd = std::sqrt(squares / count - sum / count * (sum / count));
+  std::mt19937 random(1);
+  std::normal_distribution<float> normal(0.0F, float(noise * sd));
+  SequenceMotionOptions options;
+  options.estimator.motion = *motion_preset(preset);
+  options.estimator.cyclic = true;
+  means = frames;
+  for (int cycles = 1; cycles <= 8; ++cycles) {
+    for (size_t k = 0; k < frames.size(); ++k)
+      for (size_t v = 0; v < frames[k].values.size(); ++v) {
+        const float one = frames[k].values[v] + normal(random);
+        float& mean = means[k].values[v];
+        mean = cycles == 1 ? one : mean + (one - mean) / float(cycles);
+      }
+    if ((cycles & (cycles - 1)) != 0) continue;  // 1, 2, 4, 8
+    const auto motion = estimate_sequence_motion(
+        context, data.reader.grid(), data.times_s,
+        [&](size_t k) -> Result<Volume> { return means[k]; }, options);
+    if (!motion) return fmt::print(stderr, "sequence_bench: {}\n", motion.error().message);
+    options.reference = motion->reference;
+    tell(data, fmt::format("{} cycle{} in noise", cycles, cycles == 1 ? "" : "s"), *motion);
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -317,6 +358,10 @@ int main(int argc, char** argv) {
   std::string shared = PALPATE_SHARED_DATA, preset = "balanced";
   app.add_option("--data", shared, "Folder with lung/ and heart_cine/")->capture_default_str();
   app.add_option("--preset", preset, "Of every pair")->capture_default_str();
+  double noise = 0.0;
+  app.add_option("--noise", noise,
+                 "Only the motion from 1 to 8 cycles with noise of this standard deviation, as a "
+                 "share of the values' own");
   CLI11_PARSE(app, argc, argv);
   const auto context = vulkan::Context::open({});
   if (!context) {
@@ -324,6 +369,8 @@ int main(int argc, char** argv) {
     return 1;
   }
   for (auto* make : {&breathing, &cine})
-    if (auto data = (*make)(shared)) measure(*context, *data, preset);
+    if (auto data = (*make)(shared))
+      noise > 0.0 ? measure_cycles(*context, *data, preset, noise)
+                  : measure(*context, *data, preset);
   return 0;
 }
