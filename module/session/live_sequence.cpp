@@ -215,10 +215,10 @@ void LiveSequence::take_further(Cycle& cycle, Further& further, size_t frame, Vo
   SequenceMotionOptions options;
   options.reference = cycle.reference;
   further.motion =
-      std::async(std::launch::async, [this, options, frames = cycle.frames, times_s = cycle.times_s,
-                                      end = further.stop.get_token()] {
+      std::async(std::launch::async, [this, options, &cycle, end = further.stop.get_token()] {
+        // Nobody touches its times and frames until this is over.
         give_way(BackgroundWork::kEstimation);
-        return motion_of(times_s, frames, options, end);
+        return motion_of(cycle.times_s, cycle.frames, options, end);
       });
 }
 

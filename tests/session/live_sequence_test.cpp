@@ -7,10 +7,13 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
+#include <filesystem>
 #include <random>
 #include <thread>
 
 #include "compute/volume/phantom.h"
+#include "integration/files/read_volume.h"
 #include "integration/scenes/load_scene.h"
 #include "module/haptics/monotonic.h"
 #include "tests/support/device.h"
@@ -208,6 +211,37 @@ TEST_F(LiveFrames, ThatRepeatBecomeACycleUntilTheyNoLongerDo) {
   EXPECT_EQ(live_->numbers().cycles, 0);
   EXPECT_NE(notes().find("no longer repeat"), std::string::npos) << notes();
   EXPECT_LT(worst_step_n_, kStep_n);
+}
+
+TEST_F(LiveFrames, OfARealHeartBecomeACycleThatFurtherBeatsRefine) {
+  const std::filesystem::path folder = PALPATE_SHARED_DATA "/heart_cine";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "There is no " << folder;
+  std::vector<Volume> frames;
+  std::mt19937 random(5);
+  std::normal_distribution<float> noise(0.0F, 3.0F);
+  for (int k = 0; k < 20; ++k) {
+    char name[32];
+    std::snprintf(name, sizeof name, "frame_%02d.mha", k);
+    auto frame = files::read_volume(folder / name);
+    ASSERT_TRUE(frame) << frame.error().message;
+    frames.push_back(std::move(*frame));
+  }
+  begin(frames[0], true);
+  const double r_m = press(0.3);
+  ASSERT_GT(r_m, 0.005);
+  worst_step_n_ = 0.0;
+  for (size_t n = 1; n < 1500 && live_->numbers().cycles < 2; ++n) {
+    Volume noisy = frames[n % 20];
+    for (float& value : noisy.values) value += noise(random);
+    live_->push(noisy, monotonic_ns());
+    const auto until = std::chrono::steady_clock::now() + 100ms;
+    tick_until(r_m, [&] { return std::chrono::steady_clock::now() > until; });
+  }
+  EXPECT_GE(live_->numbers().cycles, 2) << notes();
+  EXPECT_NEAR(live_->numbers().cycle_s, 2.0, 0.4);
+  EXPECT_FALSE(session_->scene()->volumes[0].data->whole->may_fold());
+  EXPECT_LT(worst_step_n_, kStep_n);
+  std::printf("cycles %d, largest change %.3f N/ms\n", live_->numbers().cycles, worst_step_n_);
 }
 
 /// A small volume that depends on a phase, with noise.
