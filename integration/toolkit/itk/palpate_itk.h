@@ -8,12 +8,10 @@
 #include <itkLinearInterpolateImageFunction.h>
 #include <itkNearestNeighborExtrapolateImageFunction.h>
 #include <itkResampleImageFilter.h>
-#include <palpate.h>
+#include <palpate_adapter.h>
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
-#include <future>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -225,8 +223,8 @@ class MotionFilter : public ::itk::ImageToImageFilter<TFixedImage, TDisplacement
     if (!context_ || open_device_ != m_Device) open_context();
     // Its address is the observer's `user`: it must outlive the estimator.
     std::atomic<double> share{0.0};
-    Held<PalEstimator, pal_estimator_close> estimator;
-    Held<PalMotion, pal_motion_close> motion;
+    adapter::Held<PalEstimator, pal_estimator_close> estimator;
+    adapter::Held<PalMotion, pal_motion_close> motion;
     PalEstimatorInfo info{};
     info.size = sizeof info;
     info.flags = m_Check ? 0U : uint32_t(PAL_ESTIMATOR_NO_VERDICT);
@@ -258,15 +256,6 @@ class MotionFilter : public ::itk::ImageToImageFilter<TFixedImage, TDisplacement
   }
 
  private:
-  template <class Handle, PalResult (*close)(Handle**)>
-  struct Held {
-    Handle* handle = nullptr;
-    Held() = default;
-    Held(const Held&) = delete;
-    Held& operator=(const Held&) = delete;
-    ~Held() { close(&handle); }
-  };
-
   void refuse(const char* what) const {
     itkExceptionMacro(
         << what << " has no meaning for palpate: leave it out; SetPreset() chooses the effort");
@@ -341,30 +330,14 @@ class MotionFilter : public ::itk::ImageToImageFilter<TFixedImage, TDisplacement
 
   /// Waits on a thread of its own, so that observers hear of it on this one.
   void wait_for(PalEstimator* estimator, PalMotion*& motion, const std::atomic<double>& share) {
-    std::string sentence;
-    auto running = std::async(std::launch::async, [&] {
-      const PalResult result = pal_estimator_finish(estimator, &motion);
-      sentence = pal_last_error();
-      return result;
-    });
-    double told = -1.0;
-    try {
-      while (running.wait_for(std::chrono::milliseconds(20)) != std::future_status::ready) {
-        const double now = share;
-        if (now != told) {
-          told = now;
+    const auto [result, sentence] = adapter::finish(
+        estimator, motion, share,
+        [this](double now) {
           ++m_ElapsedIterations;
           this->UpdateProgress(float(now));
           this->InvokeEvent(::itk::IterationEvent());
-        }
-        if (stop_ || this->GetAbortGenerateData()) pal_estimator_cancel(estimator);
-      }
-    } catch (...) {
-      pal_estimator_cancel(estimator);
-      running.wait();
-      throw;
-    }
-    const PalResult result = running.get();
+        },
+        [this] { return stop_ || this->GetAbortGenerateData(); });
     if (result == PAL_CANCELLED) {
       this->ResetPipeline();
       ::itk::ProcessAborted aborted(__FILE__, __LINE__);

@@ -3,7 +3,7 @@
 // palpate in VTK 9.1: motion between images, and a volume that moves, as filters of a pipeline.
 // Header only; link palpate::palpate, VTK::CommonCore, VTK::CommonDataModel and
 // VTK::CommonExecutionModel.
-#include <palpate.h>
+#include <palpate_adapter.h>
 #include <vtkFloatArray.h>
 #include <vtkImageAlgorithm.h>
 #include <vtkImageData.h>
@@ -18,9 +18,7 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
-#include <future>
 #include <limits>
 #include <map>
 #include <memory>
@@ -91,16 +89,8 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
   vtkPalpateAlgorithm() = default;
   ~vtkPalpateAlgorithm() override = default;
 
-  template <class Handle, PalResult (*close)(Handle**)>
-  struct Held {
-    Handle* handle = nullptr;
-    Held() = default;
-    Held(const Held&) = delete;
-    Held& operator=(const Held&) = delete;
-    ~Held() { close(&handle); }
-  };
-  using HeldEstimator = Held<PalEstimator, pal_estimator_close>;
-  using HeldMotion = Held<PalMotion, pal_motion_close>;
+  using HeldEstimator = palpate::adapter::Held<PalEstimator, pal_estimator_close>;
+  using HeldMotion = palpate::adapter::Held<PalMotion, pal_motion_close>;
 
   /// As it was asked for: no error.
   struct Stopped : std::runtime_error {
@@ -340,28 +330,9 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
  private:
   /// Waits on a thread of its own, so that observers hear of it on this one.
   void wait_for(PalEstimator* estimator, PalMotion*& motion, const std::atomic<double>& share) {
-    std::string sentence;
-    auto running = std::async(std::launch::async, [&] {
-      const PalResult result = pal_estimator_finish(estimator, &motion);
-      sentence = pal_last_error();
-      return result;
-    });
-    double told = -1.0;
-    try {
-      while (running.wait_for(std::chrono::milliseconds(20)) != std::future_status::ready) {
-        const double now = share;
-        if (now != told) {
-          told = now;
-          this->UpdateProgress(now);
-        }
-        if (this->GetAbortExecute()) pal_estimator_cancel(estimator);
-      }
-    } catch (...) {
-      pal_estimator_cancel(estimator);
-      running.wait();
-      throw;
-    }
-    const PalResult result = running.get();
+    const auto [result, sentence] = palpate::adapter::finish(
+        estimator, motion, share, [this](double now) { this->UpdateProgress(now); },
+        [this] { return this->GetAbortExecute() != 0; });
     check(result, sentence);
   }
 

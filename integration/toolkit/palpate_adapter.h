@@ -1,0 +1,59 @@
+#pragma once
+
+// What the adapters for ITK and VTK have in common. Header only; not an interface for programs.
+#include <palpate.h>
+
+#include <atomic>
+#include <chrono>
+#include <future>
+#include <string>
+
+namespace palpate::adapter {
+
+/// A handle that is closed with its owner.
+template <class Handle, PalResult (*close)(Handle**)>
+struct Held {
+  Handle* handle = nullptr;
+  Held() = default;
+  Held(const Held&) = delete;
+  Held& operator=(const Held&) = delete;
+  ~Held() { close(&handle); }
+};
+
+struct Finished {
+  PalResult result = PAL_OK;
+  std::string sentence;  ///< of a failure
+};
+
+/// Finishes an estimation on a thread of its own. Meanwhile `on_progress(share)` is called on this
+/// one whenever `share`, which the estimator's on_progress sets, has changed, and the estimation is
+/// cancelled as soon as `is_stopped()`. What these throw cancels it, too, and goes on to the
+/// caller.
+template <class OnProgress, class IsStopped>
+Finished finish(PalEstimator* estimator, PalMotion*& motion, const std::atomic<double>& share,
+                const OnProgress& on_progress, const IsStopped& is_stopped) {
+  Finished finished;
+  auto running = std::async(std::launch::async, [&] {
+    finished.result = pal_estimator_finish(estimator, &motion);
+    finished.sentence = pal_last_error();  // that of the thread
+  });
+  double told = -1.0;
+  try {
+    while (running.wait_for(std::chrono::milliseconds(20)) != std::future_status::ready) {
+      const double now = share;
+      if (now != told) {
+        told = now;
+        on_progress(now);
+      }
+      if (is_stopped()) pal_estimator_cancel(estimator);
+    }
+  } catch (...) {
+    pal_estimator_cancel(estimator);
+    running.wait();
+    throw;
+  }
+  running.get();
+  return finished;
+}
+
+}  // namespace palpate::adapter
