@@ -26,6 +26,9 @@ BrickList bricks_over(glm::ivec3 begin, glm::ivec3 end);
 /// Every brick of a grid of cells.
 BrickList all_bricks(glm::ivec3 cells);
 
+/// The listed bricks and those that touch them, in the order of all_bricks().
+BrickList with_neighbours(const BrickList& bricks, glm::ivec3 cells);
+
 /// A device buffer with the list; never empty, so that it can always be bound.
 vulkan::Buffer upload_bricks(const std::shared_ptr<vulkan::Context>& context,
                              const BrickList& bricks);

@@ -437,6 +437,8 @@ Result<SequenceMotion> estimate_sequence_motion(const std::shared_ptr<vulkan::Co
   if (options.reference.value_or(0) >= frames)
     return Error{ErrorKind::kBadInput, "The reference is no frame of the sequence"};
   bool cyclic = options.estimator.cyclic;
+  EstimatorOptions of_steps = options.estimator;
+  of_steps.motion.border.cell = 0;  // what is kept of every frame stays on the solved cells
   const size_t steps = frames - (cyclic ? 0 : 1), pairs = steps + frames - 1;
   SequenceReport met;
   size_t done = 0;
@@ -449,7 +451,7 @@ Result<SequenceMotion> estimate_sequence_motion(const std::shared_ptr<vulkan::Co
   std::vector<double> steps_mm(steps);
   bool repeats_first = false;
   Result<std::unique_ptr<SequenceEstimator>> estimator = SequenceEstimator::open(
-      context, grid, options.estimator,
+      context, grid, of_steps,
       [&](PairMotion pair) {
         consecutive[pair.fixed_frame] = pair.field;
         steps_mm[pair.fixed_frame] = step_mm(pair.field, pair.confidence);
@@ -516,7 +518,7 @@ Result<SequenceMotion> estimate_sequence_motion(const std::shared_ptr<vulkan::Co
     if (k == motion.reference) continue;
     const auto moving = read(k);
     if (!moving) return moving.error();
-    EstimatorOptions of_pair = options.estimator;
+    EstimatorOptions of_pair = of_steps;
     of_pair.cyclic = false;
     auto pair = estimate_motion(context, *reference, *moving, of_pair, stop, [&](double share) {
       say("frame " + std::to_string(motion.reference) + " to " + std::to_string(k), share);

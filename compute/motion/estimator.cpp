@@ -41,6 +41,7 @@ MotionPlan plan_backward(const MotionPlan& plan) {
   const int coarsest = int(plan.levels.size()) - 1;
   options.finest_level = std::min(coarsest, std::max(1, plan.options.finest_level));
   options.search_work = kBackwardSearchWork;
+  options.border.cell = 0;
   for (LevelOptions& level : options.levels) level.iterations = kBackwardCoarseIterations;
   options.levels[std::min(size_t(options.finest_level), options.levels.size() - 1)].iterations =
       kBackwardIterations;

@@ -17,7 +17,6 @@ constexpr float kLargestScaled =
 
 // In SDs of the noise. Half and twice that gave 5 to 10 % more error; 2.6 helps balanced and best
 // by 2 % and costs fast 4 % and, under another contrast, balanced 3 % (docs/decisions).
-constexpr double kNoiseFloor = 2.2;
 constexpr double kSmallestFloor = 0.02;
 constexpr double kLargestFloor = 0.25;
 

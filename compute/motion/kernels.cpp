@@ -2,6 +2,20 @@
 
 #include "shaders/interface/motion.h"
 #include "spirv/motion/blend.h"
+#include "spirv/motion/blend_along.h"
+#include "spirv/motion/blend_along_loads.h"
+#include "spirv/motion/border_choose.h"
+#include "spirv/motion/border_choose_loads.h"
+#include "spirv/motion/border_cost.h"
+#include "spirv/motion/border_cost_loads.h"
+#include "spirv/motion/border_find.h"
+#include "spirv/motion/border_find_loads.h"
+#include "spirv/motion/border_look.h"
+#include "spirv/motion/border_look_loads.h"
+#include "spirv/motion/border_moments.h"
+#include "spirv/motion/border_moments_loads.h"
+#include "spirv/motion/border_take.h"
+#include "spirv/motion/border_take_loads.h"
 #include "spirv/motion/choose.h"
 #include "spirv/motion/classic_force.h"
 #include "spirv/motion/classic_force_loads.h"
@@ -9,6 +23,7 @@
 #include "spirv/motion/coupled_choice.h"
 #include "spirv/motion/downsample.h"
 #include "spirv/motion/folds.h"
+#include "spirv/motion/folds_loads.h"
 #include "spirv/motion/gauss.h"
 #include "spirv/motion/gauss_loads.h"
 #include "spirv/motion/matching_cost.h"
@@ -33,6 +48,8 @@
 #include "spirv/motion/update_two.h"
 #include "spirv/motion/update_two_loads.h"
 #include "spirv/motion/upsample.h"
+#include "spirv/motion/upsample_cubic.h"
+#include "spirv/motion/upsample_cubic_loads.h"
 
 namespace palpate {
 
@@ -108,11 +125,14 @@ const vulkan::Kernel& MotionKernels::tv_dual() {
 const vulkan::Kernel& MotionKernels::upsample() {
   return get(k_motion_upsample, "sii", sizeof(UpsamplePush));
 }
+const vulkan::Kernel& MotionKernels::upsample_cubic() {
+  return get({k_motion_upsample_cubic, k_motion_upsample_cubic_loads}, "rii", sizeof(UpsamplePush));
+}
 const vulkan::Kernel& MotionKernels::measure() {
   return get({k_motion_measure, k_motion_measure_loads}, "brrirb", sizeof(MeasurePush));
 }
 const vulkan::Kernel& MotionKernels::folds() {
-  return get(k_motion_folds, "bsib", sizeof(FoldsPush));
+  return get({k_motion_folds, k_motion_folds_loads}, "bsibr", sizeof(FoldsPush));
 }
 const vulkan::Kernel& MotionKernels::blend() {
   return get(k_motion_blend, "bssi", sizeof(BlendPush));
@@ -132,6 +152,30 @@ const vulkan::Kernel& MotionKernels::coupled_choice() {
 }
 const vulkan::Kernel& MotionKernels::choose() {
   return get(k_motion_choose, "bssssii", sizeof(ChoosePush));
+}
+const vulkan::Kernel& MotionKernels::border_moments() {
+  return get({k_motion_border_moments, k_motion_border_moments_loads}, "brssri",
+             sizeof(BorderMomentsPush));
+}
+const vulkan::Kernel& MotionKernels::border_cost(bool own) {
+  return get({k_motion_border_cost, k_motion_border_cost_loads}, "brsrsri", sizeof(BorderCostPush),
+             {own ? 1U : 0U});
+}
+const vulkan::Kernel& MotionKernels::border_find() {
+  return get({k_motion_border_find, k_motion_border_find_loads}, "brb", sizeof(BorderFindPush));
+}
+const vulkan::Kernel& MotionKernels::border_look() {
+  return get({k_motion_border_look, k_motion_border_look_loads}, "brrib", sizeof(BorderLookPush));
+}
+const vulkan::Kernel& MotionKernels::border_choose() {
+  return get({k_motion_border_choose, k_motion_border_choose_loads}, "brrir",
+             sizeof(BorderChoosePush));
+}
+const vulkan::Kernel& MotionKernels::border_take() {
+  return get({k_motion_border_take, k_motion_border_take_loads}, "brri", sizeof(BorderTakePush));
+}
+const vulkan::Kernel& MotionKernels::blend_along() {
+  return get({k_motion_blend_along, k_motion_blend_along_loads}, "bssir", sizeof(BlendAlongPush));
 }
 const vulkan::Kernel& MotionKernels::classic_force() {
   return get({k_motion_classic_force, k_motion_classic_force_loads}, "brsri", sizeof(ClassicPush));

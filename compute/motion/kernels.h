@@ -33,6 +33,7 @@ class MotionKernels {
   const vulkan::Kernel& tv_primal(bool last);
   const vulkan::Kernel& tv_dual();
   const vulkan::Kernel& upsample();
+  const vulkan::Kernel& upsample_cubic();
   const vulkan::Kernel& measure();
   const vulkan::Kernel& folds();
   const vulkan::Kernel& blend();
@@ -41,6 +42,13 @@ class MotionKernels {
   const vulkan::Kernel& smooth_cost();
   const vulkan::Kernel& coupled_choice();
   const vulkan::Kernel& choose();
+  const vulkan::Kernel& border_moments();
+  const vulkan::Kernel& border_cost(bool own);
+  const vulkan::Kernel& border_look();
+  const vulkan::Kernel& border_find();
+  const vulkan::Kernel& border_choose();
+  const vulkan::Kernel& border_take();
+  const vulkan::Kernel& blend_along();
   const vulkan::Kernel& classic_force();
 
   const vulkan::Sampler& nearest() const { return nearest_; }

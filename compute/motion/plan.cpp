@@ -87,6 +87,21 @@ bool yields(const MotionPlan& plan, size_t l) {
          window < plan.levels[0].options.window;
 }
 
+bool has_border_step(const MotionPlan& plan) {
+  return plan.options.method == MotionMethod::kPalpate && plan.options.finest_level == 0 &&
+         plan.slabs == 1 && plan.options.border.cell > 0;
+}
+
+LevelPlan result_level(const MotionPlan& plan) {
+  LevelPlan level = plan.levels[size_t(plan.options.finest_level)];
+  if (!has_border_step(plan)) return level;
+  level.cell = glm::min(level.cell, cell_along(level.spacing_mm, level.h_mm,
+                                               plan.options.border.cell, level.image_size));
+  level.cells = cells_of(level.image_size, level.cell);
+  level.cell_mm = level.spacing_mm * glm::dvec3(level.cell);
+  return level;
+}
+
 uint64_t solver_bytes(const MotionPlan& plan) {
   const bool classic = plan.options.method == MotionMethod::kClassic;
   uint64_t bytes = 0;
@@ -104,6 +119,12 @@ uint64_t solver_bytes(const MotionPlan& plan) {
     for (const LevelPlan& level : plan.levels)
       bricks = std::max(bricks, count(brick_count(level.cells)));
     bytes += bricks * sizeof(BrickLook);
+  }
+  // BorderStep.
+  if (has_border_step(plan)) {
+    const LevelPlan fine = result_level(plan);
+    bytes += 2 * image_bytes(fine.cells, 16) + 3 * image_bytes(fine.cells, 8) +
+             2 * image_bytes(plan.levels[0].cells, 16);
   }
   // DiscreteStart: costs of one search at a time.
   uint64_t costs = 0;
@@ -134,10 +155,20 @@ uint64_t bytes_needed(const MotionPlan& plan) {
       bytes += workspace_bytes(slab, level.moment_cell) + image_bytes(slab, 8);
     } else {
       bytes += workspace_bytes(level.image_size, level.moment_cell);
+      if (l == 0 && has_border_step(plan))
+        bytes += (kPyramids - 1) * image_bytes(level.image_size, 2);
       if (solved) bytes += kPyramids * image_bytes(level.image_size, 8);
     }
   }
   return bytes + bytes / 50;  // small change: alignment of single allocations
+}
+
+/// What follows from the number of slabs: the border step needs whole images.
+void lay_out(MotionPlan& plan, int slabs) {
+  plan.slabs = slabs;
+  plan.field =
+      coarsened(level_grid(plan, size_t(plan.options.finest_level)), result_level(plan).cell);
+  plan.device_bytes = bytes_needed(plan);
 }
 
 }  // namespace
@@ -171,8 +202,7 @@ MotionPlan plan_motion(const Grid& image, const MotionOptions& options) {
   }
   plan.levels = all;
 
-  plan.field = field_grid(plan, size_t(options.finest_level));
-  plan.device_bytes = bytes_needed(plan);
+  lay_out(plan, 1);
   return plan;
 }
 
@@ -199,8 +229,7 @@ int normalisation_halo(const MotionPlan& plan) {
 }
 
 bool fit_into(MotionPlan& plan, uint64_t budget_bytes) {
-  plan.slabs = 1;
-  plan.device_bytes = bytes_needed(plan);
+  lay_out(plan, 1);
   while (plan.device_bytes > budget_bytes) {
     const int before = slab_slices(plan);
     // The classic solver keeps whole images, and with a single level there is nothing to fall back
@@ -208,8 +237,9 @@ bool fit_into(MotionPlan& plan, uint64_t budget_bytes) {
     const bool whole = plan.options.method == MotionMethod::kClassic || plan.levels.size() < 2 ||
                        plan.options.finest_level > 0;
     if (whole || before <= slab_unit(plan)) return false;
-    while (slab_slices(plan) == before) ++plan.slabs;
-    plan.device_bytes = bytes_needed(plan);
+    int slabs = plan.slabs;
+    while (slab_slices(plan) == before) plan.slabs = ++slabs;
+    lay_out(plan, slabs);
   }
   return true;
 }

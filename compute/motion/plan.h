@@ -26,7 +26,7 @@ struct LevelPlan {
 struct MotionPlan {
   Grid image;  ///< the frames' grid
   std::vector<LevelPlan> levels;
-  Grid field;                 ///< grid of the result
+  Grid field;                 ///< grid of the result, see result_level()
   uint64_t device_bytes = 0;  ///< peak on the device while pairs are solved
   int slabs =
       1;  ///< pieces along k into which the finest images are cut; more than 1: kept on the host
@@ -36,6 +36,13 @@ struct MotionPlan {
 /// Whether level l works with two windows (MotionOptions::yield): the finest of several, unless its
 /// window is narrow enough.
 bool yields(const MotionPlan& plan, size_t l);
+
+/// Whether pairs end with the border step (MotionOptions::border): not where the finest images are
+/// cut into slabs.
+bool has_border_step(const MotionPlan& plan);
+
+/// The finest level with the cells of the result: its own, or the border step's.
+LevelPlan result_level(const MotionPlan& plan);
 
 /// Lays out the levels for frames on `image`. Pure arithmetic, any thread.
 MotionPlan plan_motion(const Grid& image, const MotionOptions& options);

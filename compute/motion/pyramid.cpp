@@ -43,6 +43,10 @@ FramePyramid::FramePyramid(const std::shared_ptr<vulkan::Context>& context,
                          VK_FORMAT_R16G16B16A16_SFLOAT);
     recorder.prepare(levels_.back());
   }
+  if (has_border_step(plan)) {
+    raw_ = vulkan::Image(context, plan.image.size, VK_FORMAT_R16_SFLOAT);
+    recorder.prepare(raw_);
+  }
   recorder.run();
   if (plan.slabs == 1) return;
   const uint64_t slice = uint64_t(plan.image.size.x) * uint64_t(plan.image.size.y) * 8;
@@ -52,13 +56,15 @@ FramePyramid::FramePyramid(const std::shared_ptr<vulkan::Context>& context,
 }
 
 PyramidBuilder::Workspace::Workspace(const std::shared_ptr<vulkan::Context>& context,
-                                     glm::ivec3 image_size, glm::ivec3 cell)
+                                     glm::ivec3 image_size, glm::ivec3 cell, bool holds_raw)
     : size(image_size),
       cells((image_size + cell - 1) / cell),
-      raw(context, size, VK_FORMAT_R16_SFLOAT),
       normalised(context, size, VK_FORMAT_R16_SFLOAT) {
   vulkan::Recorder recorder(context);
-  recorder.prepare(raw);
+  if (holds_raw) {
+    raw = vulkan::Image(context, size, VK_FORMAT_R16_SFLOAT);
+    recorder.prepare(raw);
+  }
   recorder.prepare(normalised);
   for (vulkan::Image& side : moments) {
     side = vulkan::Image(context, cells, VK_FORMAT_R32G32_SFLOAT);
@@ -81,7 +87,7 @@ PyramidBuilder::PyramidBuilder(std::shared_ptr<vulkan::Context> context,
   for (size_t l = 0; l < plan_.levels.size(); ++l) {
     const bool on_host = l == 0 && plan_.slabs > 1;
     levels_.emplace_back(context_, on_host ? glm::ivec3(1) : plan_.levels[l].image_size,
-                         plan_.levels[l].moment_cell);
+                         plan_.levels[l].moment_cell, l > 0 || !has_border_step(plan_));
   }
   set_region(region);
 }
@@ -134,7 +140,7 @@ void PyramidBuilder::set_region(const Region& region) {
 }
 
 void PyramidBuilder::record_level(vulkan::Recorder& recorder, size_t l, const Workspace& work,
-                                  double noise, const vulkan::Image* mask,
+                                  const vulkan::Image& raw, double noise, const vulkan::Image* mask,
                                   const vulkan::Image& packed) {
   const LevelPlan& level = plan_.levels[l];
   if (work.packed_box.empty()) return;
@@ -143,7 +149,7 @@ void PyramidBuilder::record_level(vulkan::Recorder& recorder, size_t l, const Wo
   const glm::ivec4 cell(level.moment_cell, 0);
   const vulkan::Image* moments = &work.moments[0];
   if (plan_.options.normalise) {
-    recorder.dispatch(kernels_->moments(), {{work.raw, kernels_->nearest()}, work.moments[0]},
+    recorder.dispatch(kernels_->moments(), {{raw, kernels_->nearest()}, work.moments[0]},
                       shaders::MomentsPush{size, cells, cell, wide(work.moments_box.begin)},
                       groups_of(work.moments_box.size()));
     if (record_gauss(recorder, *kernels_, work.list, brick_groups(work.bricks),
@@ -153,7 +159,7 @@ void PyramidBuilder::record_level(vulkan::Recorder& recorder, size_t l, const Wo
   }
   recorder.dispatch(
       kernels_->normalise(),
-      {{work.raw, kernels_->nearest()}, {*moments, kernels_->linear()}, work.normalised},
+      {{raw, kernels_->nearest()}, {*moments, kernels_->linear()}, work.normalised},
       shaders::NormalisePush{size,
                              cells,
                              cell,
@@ -183,7 +189,7 @@ void PyramidBuilder::build_slab(const HalfVolume& volume, const Slab& slab, doub
   const int high = std::min(whole.z, std::max(slab.end, slab.first + slab.depth) + halo);
   const glm::ivec3 size{whole.x, whole.y, high - low};
   const size_t slice = size_t(whole.x) * size_t(whole.y);
-  Workspace work(context_, size, plan_.levels[0].moment_cell);
+  Workspace work(context_, size, plan_.levels[0].moment_cell, true);
   aim(work, plan_.levels[0], {glm::ivec3(0), size});
   const bool masked = !finest_mask_.empty();
   vulkan::Image packed(context_, size, VK_FORMAT_R16G16B16A16_SFLOAT);
@@ -205,7 +211,7 @@ void PyramidBuilder::build_slab(const HalfVolume& volume, const Slab& slab, doub
       shaders::DownsamplePush{glm::ivec4(size, low), glm::ivec4(next.image_size, first),
                               glm::ivec4(next.ratio, count)},
       groups_of({next.image_size.x, next.image_size.y, count}));
-  record_level(recorder, 0, work, noise, masked ? &mask : nullptr, packed);
+  record_level(recorder, 0, work, work.raw, noise, masked ? &mask : nullptr, packed);
   recorder.copy_slices(packed, slab.first - low, slab.depth, target);
   recorder.run();
 }
@@ -219,6 +225,10 @@ void PyramidBuilder::build(const HalfVolume& volume, double noise, FramePyramid&
     for (size_t l = 0; l < plan_.levels.size(); ++l) recorder_.clear(target.level(l), kOutside);
   }
   target.reach_mm_ = reach_mm_;
+  target.noise_ = noise;
+  const auto raw = [&](size_t l) -> const vulkan::Image& {
+    return l == 0 && target.raw_ ? target.raw_ : levels_[l].raw;
+  };
   if (plan_.slabs > 1) {
     const std::vector<Slab> slabs = slabs_of(plan_);
     for (size_t s = 0; s < slabs.size(); ++s) build_slab(volume, slabs[s], noise, target.slab(s));
@@ -232,19 +242,19 @@ void PyramidBuilder::build(const HalfVolume& volume, double noise, FramePyramid&
                                   std::min(volume.count, size_t(end) * kPart) - first,
                                   to.begin() + std::ptrdiff_t(first));
                     });
-    recorder_.copy(staging_, levels_[0].raw);
+    recorder_.copy(staging_, raw(0));
   }
   for (size_t l = first_whole; l < plan_.levels.size(); ++l) {
     const LevelPlan& level = plan_.levels[l];
     if (l > first_whole) {
       recorder_.dispatch(
-          kernels_->downsample(), {{levels_[l - 1].raw, kernels_->linear()}, levels_[l].raw},
+          kernels_->downsample(), {{raw(l - 1), kernels_->linear()}, levels_[l].raw},
           shaders::DownsamplePush{glm::ivec4(plan_.levels[l - 1].image_size, 0),
                                   glm::ivec4(level.image_size, 0), glm::ivec4(level.ratio, 0)},
           groups_of(level.image_size));
     }
     if (int(l) >= plan_.options.finest_level) {
-      record_level(recorder_, l, levels_[l], noise, masks_.empty() ? nullptr : &masks_[l],
+      record_level(recorder_, l, levels_[l], raw(l), noise, masks_.empty() ? nullptr : &masks_[l],
                    target.level(l));
     }
   }

@@ -18,6 +18,11 @@ class FramePyramid {
  public:
   FramePyramid(const std::shared_ptr<vulkan::Context>& context, const MotionPlan& plan);
   const vulkan::Image& level(size_t l) const { return levels_[l]; }
+  /// The finest level's scaled intensities, which the border step compares; none if the plan has
+  /// no such step.
+  const vulkan::Image& raw() const { return raw_; }
+  /// The floor of local normalisation that the frame was prepared with, in scaled units.
+  double noise() const { return noise_; }
   /// The finest level's texels of slab s, the slices that it holds, in host memory that the device
   /// can copy from. Only with more than one slab.
   const vulkan::Buffer& slab(size_t s) const { return slabs_[s]; }
@@ -29,7 +34,9 @@ class FramePyramid {
   friend class PyramidBuilder;
   std::vector<vulkan::Image> levels_;
   std::vector<vulkan::Buffer> slabs_;
+  vulkan::Image raw_;  // r16f
   double reach_mm_ = 0.0;
+  double noise_ = 0.0;
 };
 
 /// Fills pyramids. Owns what it needs on the way, so one builder serves all frames of a plan. One
@@ -50,9 +57,10 @@ class PyramidBuilder {
  private:
   /// What one image needs on its way from intensities to texels.
   struct Workspace {
-    Workspace(const std::shared_ptr<vulkan::Context>& context, glm::ivec3 size, glm::ivec3 cell);
+    Workspace(const std::shared_ptr<vulkan::Context>& context, glm::ivec3 size, glm::ivec3 cell,
+              bool holds_raw);
     glm::ivec3 size{0}, cells{0};
-    vulkan::Image raw;         // r16f
+    vulkan::Image raw;         // r16f; none on the finest level if the frames keep it
     vulkan::Image normalised;  // r16f
     vulkan::Image moments[2];  // rg32f, on cells
     // What of them is needed for the texels of a box: voxels, cells of the moments, and bricks of
@@ -65,8 +73,9 @@ class PyramidBuilder {
   vulkan::Image upload_mask(const uint8_t* values, glm::ivec3 size);
   void build_slab(const HalfVolume& volume, const Slab& slab, double noise,
                   const vulkan::Buffer& target);
-  void record_level(vulkan::Recorder& recorder, size_t l, const Workspace& work, double noise,
-                    const vulkan::Image* mask, const vulkan::Image& packed);
+  void record_level(vulkan::Recorder& recorder, size_t l, const Workspace& work,
+                    const vulkan::Image& raw, double noise, const vulkan::Image* mask,
+                    const vulkan::Image& packed);
 
   std::shared_ptr<vulkan::Context> context_;
   std::shared_ptr<MotionKernels> kernels_;

@@ -11,6 +11,7 @@
 #include "compute/motion/activity.h"
 #include "compute/motion/gauss.h"
 #include "compute/motion/noise.h"
+#include "compute/motion/repair.h"
 #include "compute/volume/parallel.h"
 
 namespace palpate {
@@ -23,7 +24,6 @@ constexpr double kLeastCounted = 0.1;  // share of a cell's voxels below which i
 constexpr double kChoiceSigma = 1.0;   // cells: over what two fields leave, to choose by it
 constexpr float kChoiceWidth = 0.02F;  // rho: between the one field and the other
 constexpr double kCoarserSigma = 1.0;  // cells: over what the coarser level leaves, against noise
-constexpr int kMaxRepairs = 200;       // smoothing rounds; a few are enough on any data seen
 constexpr int kDispatchesPerIteration = 24;  // without the filter's steps, two each
 
 glm::ivec4 wide(glm::ivec3 v, int w = 0) {
@@ -85,7 +85,6 @@ PairSolver::PairSolver(std::shared_ptr<vulkan::Context> context,
     : context_(std::move(context)),
       kernels_(std::move(kernels)),
       plan_(plan),
-      counter_(context_, sizeof(uint32_t), vulkan::Buffer::Kind::kHostVisible),
       download_(context_, plan.field.count() * sizeof(glm::vec4),
                 vulkan::Buffer::Kind::kHostVisible),
       recorder_(context_, uint32_t(64 + 2 * plan.slabs * plan.slabs)),
@@ -94,6 +93,7 @@ PairSolver::PairSolver(std::shared_ptr<vulkan::Context> context,
                                 2)) {
   for (const SearchPlan& search : plan_searches(plan_))
     starts_.push_back(std::make_unique<DiscreteStart>(context_, kernels_, plan_, search));
+  if (has_border_step(plan_)) border_ = std::make_unique<BorderStep>(context_, kernels_, plan_);
   for (const LevelRegion& level : region.levels) bricks_.push_back(level.bricks);
   size_t most_bricks = 1;
   for (const LevelPlan& level : plan_.levels)
@@ -101,6 +101,8 @@ PairSolver::PairSolver(std::shared_ptr<vulkan::Context> context,
   active_list_ =
       vulkan::Buffer(context_, most_bricks * sizeof(uint32_t), vulkan::Buffer::Kind::kFilledByHost);
   looks_ = vulkan::Buffer(context_, most_bricks * sizeof(BrickLook));
+  counts_ =
+      vulkan::Buffer(context_, most_bricks * sizeof(uint32_t), vulkan::Buffer::Kind::kHostVisible);
   read_looks_ =
       vulkan::Buffer(context_, most_bricks * sizeof(BrickLook), vulkan::Buffer::Kind::kHostVisible);
   if (plan_.slabs > 1) {
@@ -325,36 +327,13 @@ bool PairSolver::iterate(size_t l, const FramePyramid& fixed, const FramePyramid
 }
 
 void PairSolver::repair(size_t l, SolveReport& report) {
-  const LevelPlan& level = plan_.levels[l];
   LevelImages& images = levels_[l];
-  activate(all_bricks(level.cells));
-  const glm::ivec3 groups = slice_groups(active_);
-  for (int round = 0; round < kMaxRepairs; ++round) {
-    recorder_.restart();
-    recorder_.fill(counter_, 0);
-    recorder_.dispatch(
-        kernels_->folds(),
-        {active_list_, {images.field, kernels_->linear()}, images.flags, counter_},
-        shaders::FoldsPush{wide(level.cells), wide(level.cell), wide(level.image_size),
-                           glm::vec4(level.spacing_mm, plan_.options.min_determinant)},
-        groups);
-    recorder_.run();
-    report.folded_cells = counter_.as<uint32_t>()[0];
-    if (report.folded_cells == 0) return;
-    ++report.repaired;
-    recorder_.restart();
-    recorder_.dispatch(kernels_->blend(),
-                       {active_list_,
-                        {images.flags, kernels_->nearest()},
-                        {images.field, kernels_->nearest()},
-                        images.primal},
-                       shaders::BlendPush{wide(level.cells)}, groups);
-    recorder_.run();
-    std::swap(images.field, images.primal);
-  }
+  repair_folds(recorder_, *kernels_, plan_.levels[l], plan_.options.min_determinant, 0,
+               {images.field, images.primal, images.flags, active_list_, counts_},
+               all_bricks(plan_.levels[l].cells), report);
 }
 
-/// Writes the field with its confidence into `primal`, and fetches it.
+/// Writes the field with its confidence into `primal`.
 void PairSolver::judge(size_t l) {
   const LevelPlan& level = plan_.levels[l];
   const YieldOptions& yield = plan_.options.yield;
@@ -383,7 +362,6 @@ void PairSolver::judge(size_t l) {
           {float(yield.noise * noise_), float(yield.flat),
            float(std::pow(plan_.options.damping / level.h_mm, 2)), two ? 1.0F : 0.0F}},
       slice_groups(active_));
-  recorder_.copy(i.primal, download_);
   recorder_.run();
 }
 
@@ -432,6 +410,14 @@ std::optional<SolveReport> PairSolver::solve(const FramePyramid& fixed, const Fr
   if (stop.stop_requested()) return std::nullopt;
   repair(finest, report);
   judge(finest);
+  const vulkan::Image* result = &levels_[finest].primal;
+  if (border_) {
+    border_->solve(fixed, moving, *result, report);
+    result = &border_->field();
+  }
+  recorder_.restart();
+  recorder_.copy(*result, download_);
+  recorder_.run();
   report.seconds = since(begin);
   if (progress) progress(1.0);
   return report;

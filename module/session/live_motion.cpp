@@ -114,8 +114,10 @@ Status LiveMotion::step_by_step(const Job& job, Frames& frames,
                                 const std::shared_ptr<vulkan::Context>& context,
                                 const EstimatorOptions& options, std::stop_token stop) {
   Status taken = Nothing{};
+  EstimatorOptions of_steps = options;
+  of_steps.motion.border.cell = 0;  // all fields are held in memory
   auto estimator = SequenceEstimator::open(
-      context, frames.grid, options,
+      context, frames.grid, of_steps,
       [&](PairMotion pair) {
         if (taken) taken = take_pair(job, pair);
       },

@@ -288,6 +288,7 @@ Status LiveSequence::follow(const std::shared_ptr<vulkan::Context>& context, std
   if (!preset) return Error{ErrorKind::kBadInput, "There is no preset '" + options_.preset + "'"};
   EstimatorOptions options;
   options.motion = *preset;
+  options.motion.border.cell = 0;  // a frame is felt sooner
   auto estimator = SequenceEstimator::open(context, grid_, options, [this](PairMotion pair) {
     const std::lock_guard lock(mutex_);
     pair_ = std::move(pair);

@@ -31,6 +31,8 @@ constexpr float kSteep = 0.3F;
 constexpr float kLeft = 0.01F;
 constexpr float kNoiseOfGradient = 0.15625F;
 constexpr float kLeastResidual = 1e-6F;
+// Candidates of the border step along each axis to each side.
+constexpr int kBorderSteps = 4;
 #else
 #define PALPATE_SIZE(type, bytes)
 const int kBrick = 8;
@@ -44,6 +46,7 @@ const float kSteep = 0.3;
 const float kLeft = 0.01;
 const float kNoiseOfGradient = 0.15625;
 const float kLeastResidual = 1e-6;
+const int kBorderSteps = 4;
 #endif
 
 struct DownsamplePush {
@@ -193,6 +196,65 @@ struct BlendPush {
   ivec4 cells;
 };
 PALPATE_SIZE(BlendPush, 16);
+
+struct BorderFindPush {
+  ivec4 cells;
+  ivec4 ratio;   // finer cells per cell
+  ivec4 bricks;  // of the finer cells
+  ivec4 step;    // cells from candidate to candidate along each axis
+  vec4 cell_mm;
+  vec4 different;  // across a border: x: by mm at least, y: over distance
+};
+PALPATE_SIZE(BorderFindPush, 96);
+
+struct BorderMomentsPush {
+  ivec4 cells;
+  ivec4 cell;       // voxels per cell
+  ivec4 size;       // of the images
+  vec4 spacing_mm;  // of the images
+};
+PALPATE_SIZE(BorderMomentsPush, 64);
+
+struct BorderCostPush {
+  ivec4 cells;
+  ivec4 cell;       // voxels per cell
+  ivec4 size;       // of the images
+  vec4 spacing_mm;  // of the images; w: 1 / limit^2 of a difference of intensities
+  ivec4 coarse;  // voxels that the cells of the moments cover, the last ones' beyond the image too
+  ivec4 step;    // cells from candidate to candidate along each axis; w: the first candidate
+  vec4 noise;    // x: f^2, the noise variance
+};
+PALPATE_SIZE(BorderCostPush, 112);
+
+struct BorderLookPush {
+  ivec4 cells;
+  ivec4 step;  // cells from candidate to candidate along each axis
+  vec4 cost;   // x: share of the own cost, and y: cost, by which a candidate has to be better;
+               // z: cost that noise explains
+  vec4 cell_mm;
+  vec4 different;  // across a border: x: by mm at least, y: over distance
+};
+PALPATE_SIZE(BorderLookPush, 80);
+
+struct BorderChoosePush {
+  ivec4 cells;  // w: the first candidate
+  ivec4 step;   // cells from candidate to candidate along each axis
+  vec4 cell_mm;
+  vec4 different;  // across a border: x: by mm at least, y: over distance
+};
+PALPATE_SIZE(BorderChoosePush, 64);
+
+struct BorderTakePush {
+  ivec4 cells;
+  ivec4 step;  // cells from candidate to candidate along each axis
+};
+PALPATE_SIZE(BorderTakePush, 32);
+
+struct BlendAlongPush {
+  ivec4 cells;  // w: cells that d is long
+  vec4 cell_mm;
+};
+PALPATE_SIZE(BlendAlongPush, 32);
 
 #ifdef __cplusplus
 #undef PALPATE_SIZE

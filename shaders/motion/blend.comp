@@ -9,8 +9,8 @@
 // binding  direction  format               shape            unit
 // 0        in         uint                 bricks listed    packed brick coordinates
 // 1        in         any: flags           cells (z, y, x)
-// 2        in         rgba32f: u           cells            mm
-// 3        out        rgba32f: u           cells            mm
+// 2        in         rgba32f: u .         cells            mm
+// 3        out        rgba32f: u .         cells            mm; the fourth is the cell's own
 //
 // One invocation: one cell. Border: held. Precision: fp32. Race: each output written once, not in place.
 // CPU oracle: oracle::blend.
@@ -28,14 +28,14 @@ void main() {
     const ivec3 at = cell + ivec3(k % 3, k / 3 % 3, k / 9) - 1;
     flagged = max(flagged, texelFetch(flags, clamp(at, ivec3(0), last), 0).r);
   }
-  vec3 u = texelFetch(field, cell, 0).xyz;
+  vec4 u = texelFetch(field, cell, 0);
   if (flagged > 0.0) {
-    u = vec3(0.0);
+    u.xyz = vec3(0.0);
     for (int k = 0; k < 27; ++k) {
       const ivec3 step = ivec3(k % 3, k / 3 % 3, k / 9) - 1;
       const float weight = float((2 - abs(step.x)) * (2 - abs(step.y)) * (2 - abs(step.z))) / 64.0;
-      u += weight * texelFetch(field, clamp(cell + step, ivec3(0), last), 0).xyz;
+      u.xyz += weight * texelFetch(field, clamp(cell + step, ivec3(0), last), 0).xyz;
     }
   }
-  imageStore(repaired, cell, vec4(u, 0.0));
+  imageStore(repaired, cell, u);
 }

@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "include/read.glsl"
 #include "interface/motion.h"
 #include "include/bricks.glsl"
 // Finds the cells in which the field, read at the voxels of the image, folds: det(I + grad u) <= limit at any of the 8
@@ -11,20 +12,22 @@
 //
 // binding  direction  format               shape            unit
 // 0        in         uint                 bricks listed    packed brick coordinates
-// 1        in         rgba32f: u           cells (z, y, x)  mm along the image axes
+// 1        in         rgba32f: u           cells (z, y, x)  mm along the image axes; through a linear sampler
 // 2        out        any: 1 folds, 0 not  cells
-// 3        in/out     uint                 1                number of cells that fold
+// 3        in/out     uint                 bricks listed    number of cells in it that fold
+// 4        in         the image of 1, for its single texels
 //
 // One invocation: one cell, and the cubes whose lowest voxel lies in it. Border: field held. Precision: fp32.
 // Race: each output written once; atomic count. CPU oracle: oracle::folds.
 layout(set = 0, binding = 1) uniform sampler3D field;
 layout(set = 0, binding = 2) uniform writeonly image3D flags;
 layout(set = 0, binding = 3) buffer Count { uint count[]; };
+TEXELS(4, field_texels, rgba32f);
 layout(push_constant) uniform Push { FoldsPush push; };
 
 const float kSafe = 0.9;
 
-vec3 at_cell(ivec3 cell) { return texelFetch(field, clamp(cell, ivec3(0), push.cells.xyz - 1), 0).xyz; }
+vec3 at_cell(ivec3 cell) { return READ(field_texels, clamp(cell, ivec3(0), push.cells.xyz - 1)).xyz; }
 
 vec3 at_voxel(ivec3 voxel) {
   return textureLod(field, (vec3(voxel) + 0.5) / vec3(push.cells.xyz * push.cell.xyz), 0.0).xyz;
@@ -92,5 +95,5 @@ void main() {
     }
   }
   imageStore(flags, cell, vec4(folds ? 1.0 : 0.0));
-  if (folds) atomicAdd(count[0], 1u);
+  if (folds) atomicAdd(count[gl_WorkGroupID.x], 1u);
 }

@@ -154,7 +154,7 @@ TEST(MotionPlan, CoversTheImageOnEveryLevel) {
   for (const Grid& grid : awkward_grids()) {
     const MotionPlan plan = plan_motion(grid, *motion_preset("balanced"));
     ASSERT_FALSE(plan.levels.empty());
-    EXPECT_TRUE(same_geometry(plan.field, field_grid(plan, 0)));
+    EXPECT_TRUE(same_geometry(plan.field, coarsened(grid, result_level(plan).cell)));
     for (size_t l = 0; l < plan.levels.size(); ++l) {
       const LevelPlan& level = plan.levels[l];
       const Grid images = level_grid(plan, l), cells = field_grid(plan, l);

@@ -40,7 +40,9 @@ TEST_F(Solver, FindsATranslationByMoreThanTheStructuresAreWide) {
 /// An organ that moves by 20 voxels past still tissue: coarse levels average the two, and what they
 /// leave unexplained is searched. Where they explain all, the search must not change anything.
 TEST_F(Solver, SearchesForMotionThatCoarseLevelsLeaveUnexplained) {
-  EstimatorOptions searching = preset("balanced"), not_searching = searching;
+  EstimatorOptions searching = preset("balanced");
+  searching.motion.border.cell = 0;
+  EstimatorOptions not_searching = searching;
   not_searching.motion.search_mm = 0.0;
   const SlidingPhantom slide = sliding_phantom();
   const auto error = [&](const EstimatorOptions& options) {
@@ -79,6 +81,54 @@ TEST_F(Solver, YieldsToWavesThatAreShorterThanItsWindow) {
   const MadePair plain = made_pair(plain_grid({56, 48, 64}), map);
   EXPECT_LT(error_voxels(plain, motion_of(plain.fixed, plain.moving, yielding)).mean,
             1.1 * error_voxels(plain, motion_of(plain.fixed, plain.moving, stiff)).mean);
+}
+
+/// An organ that slides past a still wall: the step that compares intensities puts the border where
+/// it is, on both sides, whatever the gain between the frames, and nothing folds.
+TEST_F(Solver, PutsTheBorderOfASlidingOrganInItsPlace) {
+  SlidingPhantom slide = sliding_phantom();
+  const EstimatorOptions with = preset("balanced");
+  EstimatorOptions without = with;
+  without.motion.border.cell = 0;
+  const auto errors = [&](const EstimatorOptions& options) {
+    const PairMotion motion = motion_of(slide.fixed, slide.moving, options);
+    EXPECT_EQ(folds(resampled(motion.field, slide.fixed.grid)).folded, 0U);
+    EXPECT_EQ(folds(motion.field).folded, 0U);
+    const auto in = [&](const Mask& mask) {
+      const Result<Distances> distances = endpoint_error(motion.field, slide.truth, &mask);
+      EXPECT_TRUE(distances);
+      return distances ? distances->voxels.mean : 1e30;
+    };
+    return std::pair(in(slide.organ), in(slide.wall));
+  };
+  const auto before = errors(without), after = errors(with);
+  EXPECT_LT(after.first, kSlidingOrganMean);
+  EXPECT_LT(after.second, kSlidingWallMean);
+  EXPECT_LT(after.second, 0.6 * before.second);
+  RecordProperty("organ_voxel", std::to_string(after.first));
+  RecordProperty("wall_voxel", std::to_string(after.second));
+
+  for (float& value : slide.fixed.values) value = 1.25F * value + 40.0F;
+  const auto brighter = errors(with);
+  EXPECT_LT(brighter.first, 1.1 * kSlidingOrganMean);
+  EXPECT_LT(brighter.second, 1.1 * kSlidingWallMean);
+}
+
+/// Where nothing slides the step takes nothing over: it only reads the field on finer cells.
+TEST_F(Solver, TakesNothingOverWhereTheMotionIsSmooth) {
+  const Grid grid = plain_grid({64, 60, 56});
+  AffineMap map;
+  map.linear = glm::dmat3(1.04, 0.02, 0.0, -0.02, 0.97, 0.03, 0.0, -0.03, 1.02);
+  map.shift_mm = {2.0, -3.0, 1.0};
+  map.centre_mm = middle_of(grid);
+  const MadePair pair = made_pair(grid, map);
+  EstimatorOptions options = preset("balanced");
+  options.motion.border.apart = 1e6;
+  const PairMotion never = motion_of(pair.fixed, pair.moving, options);
+  const PairMotion usual = motion_of(pair.fixed, pair.moving, preset("balanced"));
+  EXPECT_EQ(usual.report.border_bricks, 0.0);
+  EXPECT_EQ(usual.field.u_mm, never.field.u_mm);
+  EXPECT_EQ(usual.field.grid.size, (grid.size + 1) / 2);
 }
 
 TEST_F(Solver, FindsARotation) {

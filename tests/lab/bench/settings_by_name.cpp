@@ -47,6 +47,18 @@ std::map<std::string, Set> all_names() {
   yield("evidence", &YieldOptions::evidence);
   yield("noise", &YieldOptions::noise);
   yield("flat", &YieldOptions::flat);
+  names["border_cell"] = [](MotionOptions& o, double value) { o.border.cell = int(value); };
+  const auto border = [&](const char* name, double BorderOptions::*member) {
+    names[std::string("border_") + name] = [member](MotionOptions& o, double value) {
+      o.border.*member = value;
+    };
+  };
+  border("limit", &BorderOptions::limit);
+  border("share", &BorderOptions::share);
+  border("noise", &BorderOptions::noise);
+  border("cubic", &BorderOptions::cubic);
+  border("apart", &BorderOptions::apart);
+  border("slope", &BorderOptions::slope);
   for (size_t l = 0; l < 3; ++l) {
     const auto level = [&](const char* name, auto member) {
       names[name + std::to_string(l)] = [l, member](MotionOptions& o, double value) {

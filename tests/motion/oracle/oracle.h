@@ -211,6 +211,52 @@ Scalars folds(const Vectors& field, glm::ivec3 cell, glm::ivec3 image_size, glm:
 /// it.
 Vectors blend(const Scalars& flags, const Vectors& field);
 
+/// Like blend(), but only along the field's jump: u / 2 + (u(i - d) + u(i + d)) / 4, d as long as
+/// `length` cells along its longest axis, along the largest difference to one of the six
+/// neighbours.
+Vectors blend_along(const Scalars& flags, const Vectors& field, glm::dvec3 cell_mm, int length);
+
+/// from(scale i + offset) by Catmull and Rom's cubic along each axis in the share `cubic`, and else
+/// linearly; border held.
+Vectors upsample_cubic(const Vectors& from, glm::ivec3 to_cells, glm::dvec3 scale,
+                       glm::dvec3 offset, double cubic);
+
+// The border step.
+
+/// Cells from a cell to candidate number `candidate`: the distance changes fastest, then the axis,
+/// then the side (positive first).
+glm::ivec3 candidate_offset(int candidate, glm::ivec3 step);
+
+/// Per cell the means of F, M(x + u), F^2 and F M(x + u) over every second voxel along each axis,
+/// beginning with the cell's second one (its only one, where it has one); M = F where the partner
+/// lies more than half a voxel outside or the packed texel is marked as outside the mask.
+Texels border_moments(const Scalars& fixed, const Scalars& moving, const Texels& packed,
+                      const Vectors& field, glm::ivec3 cell, glm::dvec3 spacing_mm);
+
+/// What intensities are compared by.
+struct BorderCost {
+  glm::ivec3 cell{1};         ///< voxels per cell
+  glm::ivec3 coarse_cell{1};  ///< voxels per cell of the moments
+  glm::dvec3 spacing_mm{1.0};
+  double limit = 1.0, noise = 0.0;
+};
+/// Mean over a cell's voxels of min(1, (a F + b - M(x + v))^2 / limit^2), v[cell] the motion that
+/// is tried; 0 for voxels outside the mask or whose partner by `own` lies outside, 1 for those
+/// whose partner by v does. a = (E[FM] - E[F]E[M] + noise^2) / (E[F^2] - E[F]^2 + noise^2), b =
+/// E[M] - a E[F], from moments read trilinearly at the cell's middle.
+Scalars border_cost(const Scalars& fixed, const Scalars& moving, const Texels& packed,
+                    const Texels& moments, const Vectors& own, const Vectors& v,
+                    const BorderCost& with);
+
+/// What tells a border: motions that differ by `apart_mm` and by `slope` over their distance.
+struct AcrossBorder {
+  glm::ivec3 step{1};
+  glm::dvec3 cell_mm{1.0};
+  double apart_mm = 0.0, slope = 0.0;
+};
+/// Whether a cell has candidate `candidate`: inside the field and across a border.
+bool has_candidate(const Vectors& field, glm::ivec3 cell, int candidate, const AcrossBorder& with);
+
 // The discrete start. Labels are whole-voxel displacements from -reach to +reach, x fastest.
 
 /// The displacement that label number `label` stands for, voxels.

@@ -1,0 +1,15 @@
+// Candidates of the border step: the motion of cells 1 to kBorderSteps steps away along each axis, to both sides. Four in
+// turn lie on the same side along the same axis.
+ivec3 candidate_offset(int candidate, ivec3 step) {
+  ivec3 offset = ivec3(0);
+  const int axis = candidate / kBorderSteps % 3;
+  const int side = candidate / (3 * kBorderSteps);
+  offset[axis] = (side == 0 ? 1 : -1) * (candidate % kBorderSteps + 1) * step[axis];
+  return offset;
+}
+
+// Whether two motions `offset` cells apart differ as they do across a sliding border, and not as in a smooth motion.
+// different: x: least difference in mm, y: least difference over distance.
+bool across_border(vec3 here, vec3 there, ivec3 offset, vec3 cell_mm, vec2 different) {
+  return distance(here, there) >= max(different.x, different.y * length(vec3(offset) * cell_mm));
+}

@@ -1,0 +1,327 @@
+#include <algorithm>
+#include <cmath>
+
+#include "tests/motion/kernel_test.h"
+
+/// The border step's kernels, against their oracles.
+namespace palpate::test {
+namespace {
+
+using oracle::Scalars;
+using oracle::Texels;
+using oracle::Vectors;
+
+constexpr int kCandidates = 6 * shaders::kBorderSteps;
+
+Vectors stored_vectors(glm::ivec3 cells, uint32_t seed, double reach) {
+  return vectors_of(as_stored(texels_of(random_vectors(cells, seed, reach)), Format::kRgba32));
+}
+
+Scalars stored_scalars(glm::ivec3 size, uint32_t seed, double low, double high) {
+  return scalars_of(as_stored(texels_of(random_scalars(size, seed, low, high)), Format::kR16));
+}
+
+/// Two frames as the device holds them, with or without a mask on the fixed one.
+struct Frames {
+  Frames(glm::ivec3 size, uint32_t seed, bool masked)
+      : fixed(stored_scalars(size, seed, 0.0, 1.0)),
+        moving(stored_scalars(size, seed + 1, 0.0, 1.0)),
+        packed(as_stored(random_texels(size, seed + 2), Format::kRgba16)) {
+    if (!masked) return;
+    const Scalars mask = random_mask(size, seed + 3, 0.7);
+    for (size_t i = 0; i < packed.values.size(); ++i)
+      if (mask.values[i] == 0.0) packed.values[i] = glm::dvec4(glm::dvec3(oracle::kOutside), 0.5);
+  }
+  Scalars fixed, moving;
+  Texels packed;
+};
+
+class BorderKernelTest : public KernelTest {};
+class BorderMomentsKernel : public BorderKernelTest {};
+class BorderCostKernel : public BorderKernelTest {};
+class BorderFindKernel : public BorderKernelTest {};
+class BorderChoiceKernels : public BorderKernelTest {};
+class BlendAlongKernel : public BorderKernelTest {};
+class UpsampleCubicKernel : public BorderKernelTest {};
+
+TEST_F(BorderMomentsKernel, AreTheMeansOfWhatTheFieldBringsTogether) {
+  uint32_t seed = 2000;
+  const glm::dvec3 spacing_mm(0.8, 1.0, 1.6);
+  for (const glm::ivec3 size : kSizes) {
+    for (const glm::ivec3 cell : {glm::ivec3(4, 4, 2), glm::ivec3(1, 4, 4), glm::ivec3(3)}) {
+      for (const bool masked : {false, true}) {
+        SCOPED_TRACE(text(size) + " cells of " + text(cell) + (masked ? " with a mask" : ""));
+        const Frames frames(size, seed += 10, masked);
+        const glm::ivec3 cells = oracle::cells_of(size, cell);
+        const Vectors field = stored_vectors(cells, seed + 5, 2.0);
+        const Texels expected = oracle::border_moments(frames.fixed, frames.moving, frames.packed,
+                                                       field, cell, spacing_mm);
+        const BrickList bricks = all_bricks(cells);
+        const vulkan::Buffer list = upload_bricks(context(), bricks);
+        const DeviceImage f = put(texels_of(frames.fixed), Format::kR16);
+        const DeviceImage m = put(texels_of(frames.moving), Format::kR16);
+        const DeviceImage u = put(texels_of(field), Format::kRgba32);
+        const DeviceImage packed = put(frames.packed, Format::kRgba16);
+        const DeviceImage to = output(cells, Format::kRgba32);
+        dispatch(kernels()->border_moments(),
+                 {list, nearest(f), linear(m), linear(u), nearest(packed), to.image},
+                 shaders::BorderMomentsPush{glm::ivec4(cells, 0), glm::ivec4(cell, 0),
+                                            glm::ivec4(size, 0), glm::vec4(spacing_mm, 0)},
+                 slice_groups(bricks));
+        // A partner's place has the rounding of the field's own reading.
+        expect_all(to, expected, 4, 4.0, 10.0 * sampling_tolerance());
+      }
+    }
+  }
+}
+
+TEST_F(BorderCostKernel, IsTheCutSquaredDifferenceByTheMotionOfEachCandidate) {
+  uint32_t seed = 2500;
+  const glm::ivec3 cell(2, 2, 1), coarse_cell(4, 4, 2), step(2, 1, 2);
+  oracle::BorderCost with{cell, coarse_cell, {0.8, 1.0, 1.6}, 0.4, 0.1};
+  for (const glm::ivec3 size : kSizes) {
+    for (const bool masked : {false, true}) {
+      SCOPED_TRACE(text(size) + (masked ? " with a mask" : ""));
+      const Frames frames(size, seed += 10, masked);
+      const glm::ivec3 cells = oracle::cells_of(size, cell);
+      const glm::ivec3 coarse = oracle::cells_of(size, coarse_cell);
+      const Vectors field = stored_vectors(cells, seed + 5, 3.0);
+      const Texels moments =
+          as_stored(oracle::border_moments(frames.fixed, frames.moving, frames.packed,
+                                           stored_vectors(coarse, seed + 6, 2.0), coarse_cell,
+                                           with.spacing_mm),
+                    Format::kRgba32);
+      const BrickList bricks = every_second_brick(cells);
+      const vulkan::Buffer list = upload_bricks(context(), bricks);
+      const DeviceImage f = put(texels_of(frames.fixed), Format::kR16);
+      const DeviceImage m = put(texels_of(frames.moving), Format::kR16);
+      const DeviceImage u = put(texels_of(field), Format::kRgba32);
+      const DeviceImage means = put(moments, Format::kRgba32);
+      const DeviceImage packed = put(frames.packed, Format::kRgba16);
+      for (const int first : {-1, 0, 4, 8, 20}) {
+        SCOPED_TRACE("first candidate " + std::to_string(first));
+        Texels expected(cells);
+        for (int c = 0; c < 4; ++c) {
+          Vectors v = field;
+          if (first >= 0) {
+            oracle::for_each(cells, [&](glm::ivec3 i) {
+              v.at(i) = field.held(i + oracle::candidate_offset(first + c, step));
+            });
+          }
+          const Scalars cost = oracle::border_cost(frames.fixed, frames.moving, frames.packed,
+                                                   moments, field, v, with);
+          for (size_t i = 0; i < cost.values.size(); ++i) expected.values[i][c] = cost.values[i];
+        }
+        const DeviceImage to = output(cells, Format::kRgba16);
+        dispatch(
+            kernels()->border_cost(first < 0),
+            {list, nearest(f), linear(m), nearest(u), linear(means), nearest(packed), to.image},
+            shaders::BorderCostPush{glm::ivec4(cells, 0),
+                                    glm::ivec4(cell, 0),
+                                    glm::ivec4(size, 0),
+                                    glm::vec4(with.spacing_mm, 1.0 / (with.limit * with.limit)),
+                                    glm::ivec4(coarse * coarse_cell, 0),
+                                    glm::ivec4(step, first),
+                                    {float(with.noise * with.noise), 0, 0, 0}},
+            slice_groups(bricks));
+        // Squared and divided by limit^2, a difference has ten times the sample's error and more.
+        expect_cells(to, expected, bricks, 4, 1.0, 100.0 * sampling_tolerance());
+      }
+    }
+  }
+}
+
+/// Candidates that fit better are taken, the best one of all; those on the same side of the border
+/// or outside the field are not.
+TEST_F(BorderChoiceKernels, TakeTheBestCandidateFromAcrossABorder) {
+  uint32_t seed = 3000;
+  const float share = 0.2F, least = 0.02F, noise = 0.3F;
+  size_t taken = 0, kept = 0;
+  for (const glm::ivec3 cells : kSizes) {
+    SCOPED_TRACE(text(cells));
+    const oracle::AcrossBorder with{{1, 2, 1}, {1.0, 2.0, 1.5}, 3.0, 0.9};
+    const Vectors field = stored_vectors(cells, seed += 10, 3.0);
+    const Scalars own =
+        scalars_of(as_stored(texels_of(random_scalars(cells, seed + 1, 0.2, 1.0)), Format::kR16));
+    std::vector<Texels> costs;
+    for (int first = 0; first < kCandidates; first += 4) {
+      Texels four(cells);
+      for (size_t i = 0; i < four.values.size(); ++i) four.values[i] = glm::dvec4(0.0);
+      for (int c = 0; c < 4; ++c) {
+        const Scalars cost = random_scalars(cells, seed + 100 + uint32_t(first + c), 0.1, 1.0);
+        for (size_t i = 0; i < four.values.size(); ++i) four.values[i][c] = cost.values[i];
+      }
+      costs.push_back(as_stored(four, Format::kRgba16));
+    }
+    // What is expected.
+    Vectors expected = field;
+    const glm::ivec3 n = brick_count(cells);
+    std::vector<uint32_t> work(size_t(n.x * n.y * n.z));
+    const BrickList bricks = all_bricks(cells);
+    Scalars to_beat_stored(cells);
+    for (size_t i = 0; i < own.values.size(); ++i)
+      to_beat_stored.values[i] =
+          own.values[i] - std::max(double(share) * own.values[i], double(least));
+    to_beat_stored = scalars_of(as_stored(texels_of(to_beat_stored), Format::kR16));
+    oracle::for_each(cells, [&](glm::ivec3 i) {
+      const double to_beat = to_beat_stored.at(i);
+      double best = to_beat;
+      for (int c = 0; c < kCandidates; ++c) {
+        if (!oracle::has_candidate(field, i, c, with)) continue;
+        if (to_beat > double(noise)) {
+          const glm::ivec3 b = i / shaders::kBrick;
+          for (size_t k = 0; k < bricks.size(); ++k)
+            if (unpacked(bricks[k]) == b) work[k] |= 1U << c;
+        }
+        const double cost = costs[size_t(c / 4)].at(i)[c % 4];
+        if (cost >= best) continue;
+        best = cost;
+        expected.at(i) = field.at(i + oracle::candidate_offset(c, with.step));
+      }
+      (expected.at(i) == field.at(i) ? kept : taken) += 1;
+    });
+
+    const vulkan::Buffer list = upload_bricks(context(), bricks);
+    const DeviceImage u = put(texels_of(field), Format::kRgba32);
+    Texels own_texels(cells);
+    for (size_t i = 0; i < own.values.size(); ++i)
+      own_texels.values[i] = glm::dvec4(own.values[i], 0.0, 0.0, 0.0);
+    const DeviceImage cost = put(own_texels, Format::kRgba16);
+    const DeviceImage chosen = output(cells, Format::kRgba16);
+    vulkan::Buffer found(context(), bricks.size() * sizeof(uint32_t),
+                         vulkan::Buffer::Kind::kHostVisible);
+    std::fill(found.as<uint32_t>().begin(), found.as<uint32_t>().end(), 0U);
+    const glm::vec4 different(float(with.apart_mm), float(with.slope), 0, 0);
+    dispatch(kernels()->border_look(), {list, nearest(cost), nearest(u), chosen.image, found},
+             shaders::BorderLookPush{glm::ivec4(cells, 0),
+                                     glm::ivec4(with.step, 0),
+                                     {share, least, noise, 0},
+                                     glm::vec4(with.cell_mm, 0),
+                                     different},
+             slice_groups(bricks));
+    for (size_t k = 0; k < bricks.size(); ++k)
+      EXPECT_EQ(found.as<uint32_t>()[k], work[k]) << "brick " << k;
+    for (int first = 0; first < kCandidates; first += 4) {
+      const DeviceImage four = put(costs[size_t(first / 4)], Format::kRgba16);
+      dispatch(kernels()->border_choose(),
+               {list, nearest(four), nearest(chosen), chosen.image, nearest(u)},
+               shaders::BorderChoosePush{glm::ivec4(cells, first), glm::ivec4(with.step, 0),
+                                         glm::vec4(with.cell_mm, 0), different},
+               slice_groups(bricks));
+    }
+    const DeviceImage to = output(cells, Format::kRgba32);
+    dispatch(kernels()->border_take(), {list, nearest(chosen), nearest(u), to.image},
+             shaders::BorderTakePush{glm::ivec4(cells, 0), glm::ivec4(with.step, 0)},
+             slice_groups(bricks));
+    expect_all(to, texels_of(expected), 3, 3.0);
+  }
+  EXPECT_GT(taken, 500U);
+  EXPECT_GT(kept, 100U);
+}
+
+TEST_F(BorderFindKernel, TellsCandidatesAndSlopesOfEachBrickOfTheFinerCells) {
+  uint32_t seed = 3300;
+  for (const glm::ivec3 cells : kSizes) {
+    for (const glm::ivec3 ratio : {glm::ivec3(2), glm::ivec3(2, 2, 1)}) {
+      SCOPED_TRACE(text(cells) + " ratio " + text(ratio));
+      const oracle::AcrossBorder with{{1, 2, 1}, {1.0, 2.0, 1.5}, 6.0, 1.2};
+      const Vectors field = stored_vectors(cells, seed += 10, 3.0);
+      const glm::ivec3 bricks = brick_count(cells * ratio);
+      const auto count = size_t(bricks.x * bricks.y * bricks.z);
+      std::vector<uint32_t> candidates(count);
+      std::vector<double> steepest(count);
+      oracle::for_each(cells, [&](glm::ivec3 i) {
+        const glm::ivec3 b = i * ratio / shaders::kBrick;
+        const auto n = size_t(b.x + bricks.x * (b.y + bricks.y * b.z));
+        for (int c = 0; c < kCandidates; ++c)
+          if (oracle::has_candidate(field, i, c, with)) candidates[n] |= 1U << c;
+        for (int axis = 0; axis < 3; ++axis) {
+          glm::ivec3 next = i;
+          ++next[axis];
+          const double slope = glm::length(field.held(next) - field.at(i)) / with.cell_mm[axis];
+          steepest[n] = std::max(steepest[n], slope * slope);
+        }
+      });
+      const BrickList listed = all_bricks(cells);
+      const vulkan::Buffer list = upload_bricks(context(), listed);
+      const DeviceImage u = put(texels_of(field), Format::kRgba32);
+      vulkan::Buffer found(context(), 2 * count * sizeof(uint32_t),
+                           vulkan::Buffer::Kind::kHostVisible);
+      std::fill(found.as<uint32_t>().begin(), found.as<uint32_t>().end(), 0U);
+      dispatch(kernels()->border_find(), {list, nearest(u), found},
+               shaders::BorderFindPush{glm::ivec4(cells, 0),
+                                       glm::ivec4(ratio, 0),
+                                       glm::ivec4(bricks, 0),
+                                       glm::ivec4(with.step, 0),
+                                       glm::vec4(with.cell_mm, 0),
+                                       {float(with.apart_mm), float(with.slope), 0, 0}},
+               slice_groups(listed));
+      for (size_t n = 0; n < count; ++n) {
+        EXPECT_EQ(found.as<uint32_t>()[2 * n], candidates[n]) << "brick " << n;
+        EXPECT_NEAR(found.as<float>()[2 * n + 1], steepest[n], 1e-5 * steepest[n]) << "brick " << n;
+      }
+    }
+  }
+}
+
+TEST_F(BlendAlongKernel, SmoothsAlongTheJumpAndKeepsTheRestAndTheConfidence) {
+  uint32_t seed = 3500;
+  const glm::dvec3 cell_mm(1.0, 2.0, 1.5);
+  for (const glm::ivec3 cells : kSizes) {
+    for (const int length : {1, 3}) {
+      SCOPED_TRACE(text(cells) + " length " + std::to_string(length));
+      const Vectors field = stored_vectors(cells, seed += 10, 5.0);
+      const Scalars confidence = scalars_of(
+          as_stored(texels_of(random_scalars(cells, seed + 2, 0.0, 1.0)), Format::kRgba32));
+      const Scalars flags = random_mask(cells, seed + 1, 0.02);
+      Texels texels = texels_of(field);
+      Texels expected = texels_of(oracle::blend_along(flags, field, cell_mm, length));
+      for (size_t i = 0; i < texels.values.size(); ++i)
+        texels.values[i].w = expected.values[i].w = confidence.values[i];
+      const BrickList bricks = all_bricks(cells);
+      const vulkan::Buffer list = upload_bricks(context(), bricks);
+      const DeviceImage f = put(texels_of(flags), Format::kRgba16);
+      const DeviceImage u = put(texels, Format::kRgba32);
+      const DeviceImage to = output(cells, Format::kRgba32);
+      dispatch(kernels()->blend_along(), {list, nearest(f), linear(u), to.image, nearest(u)},
+               shaders::BlendAlongPush{glm::ivec4(cells, length), glm::vec4(cell_mm, 0)},
+               slice_groups(bricks));
+      expect_all(to, expected, 4, 5.0, 10.0 * sampling_tolerance());
+    }
+  }
+}
+
+TEST_F(UpsampleCubicKernel, IsTheCubicBetweenTheCoarseCells) {
+  struct Case {
+    glm::ivec3 from, to;
+    glm::dvec3 scale, offset;
+  };
+  for (const Case& c : {Case{{5, 4, 9}, {10, 8, 18}, glm::dvec3(0.5), glm::dvec3(-0.25)},
+                        Case{{9, 5, 1}, {18, 5, 1}, {0.5, 1.0, 1.0}, {-0.25, 0.0, 0.0}},
+                        Case{{70, 3, 2}, {140, 3, 3}, {0.5, 1.3, 0.7}, {-0.3, -2.0, 1.1}}}) {
+    for (const double cubic : {0.0, 0.7, 1.0}) {
+      SCOPED_TRACE(text(c.from) + " to " + text(c.to) + " cubic " + std::to_string(cubic));
+      const Vectors from = stored_vectors(c.from, 3900, 5.0);
+      Texels expected = texels_of(oracle::upsample_cubic(from, c.to, c.scale, c.offset, cubic));
+      Texels texels = texels_of(from);
+      for (size_t i = 0; i < texels.values.size(); ++i) texels.values[i].w = i % 2 ? 1.0 : 0.25;
+      const DeviceImage image = put(texels, Format::kRgba32);
+      const DeviceImage to = output(c.to, Format::kRgba32);
+      const DeviceImage as_well = output(c.to, Format::kRgba32);
+      dispatch(kernels()->upsample_cubic(), {nearest(image), to.image, as_well.image},
+               shaders::UpsamplePush{glm::ivec4(c.to, 0), glm::ivec4(c.from, 0),
+                                     glm::vec4(c.scale, cubic), glm::vec4(c.offset, 0)},
+               rows(c.to));
+      // A coordinate of up to 70 cells has 6e-6 cells of fp32 rounding left.
+      expect_all(to, expected, 3, 5.0, 40.0 * kSingle);
+      EXPECT_EQ(get(to).values, get(as_well).values);
+      for (const glm::dvec4& texel : get(to).values) {
+        EXPECT_GE(texel.w, 0.0);
+        EXPECT_LE(texel.w, 1.0);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace palpate::test
