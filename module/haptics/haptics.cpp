@@ -148,7 +148,7 @@ void Haptics::move_on(const TickInput& input, double dt_s) noexcept {
     volume.pointer = volume.playback.step(dt_s);
     volume.crossed = volume.playback.crossed();
   }
-  run_->turn(dt_s, glm::length(last_wanted_));
+  run_->ramp(dt_s, glm::length(last_wanted_));
   for (CarrierRun& carrier : run_->carriers) {
     carrier.held = false;
     carrier.carrier->clear_report();

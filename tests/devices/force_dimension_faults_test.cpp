@@ -146,7 +146,7 @@ std::vector<Row> rows() {
        .fault = DeviceFault::kUnplugged,
        .recover =
            [](Rig& rig) {
-             rig.turns(50);
+             rig.run_periods(50);
              heal_library();
              rig.find(rig.hand);
            },
@@ -202,7 +202,7 @@ std::vector<Row> rows() {
        .fault = DeviceFault::kForceOff,
        .recover =
            [](Rig& rig) {
-             rig.turns(100);
+             rig.run_periods(100);
              EXPECT_EQ(library().status[kForce], 0) << "only the person may switch it on";
              library().status[kForce] = 1;
              library().status[kBrake] = 0;
