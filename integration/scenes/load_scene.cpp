@@ -625,10 +625,11 @@ Result<LoadedScene> load_scene(const std::vector<fs::path>& inputs, const Sequen
        {Made{"heart", heart_scene}, Made{"shell", shell_scene}, Made{"molecule", molecule_scene}}) {
     if (inputs.size() != 1 || name != made) continue;
     if (choices.values)
-      return Error{ErrorKind::kBadInput,
-                   fmt::format("'{}' is made data, which have their own values at all times: leave "
-                               "--values out",
-                               name)};
+      return Error{
+          ErrorKind::kBadInput,
+          fmt::format("'{}' is synthetic data, which have their own values at all times: leave "
+                      "--values out",
+                      name)};
     return of_spec(name, scene(), choices, doing);
   }
   if (is_scene)

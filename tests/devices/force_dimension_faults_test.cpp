@@ -1,6 +1,6 @@
 // Everything that is likely to go wrong with a Force Dimension device in contact, one row per
-// fault, on the whole path below dlopen: a made library, MailboxDevice, the servo loop, the haptic
-// step, the guards. The oracle is that library, which says what force it was told last.
+// fault, on the whole path below dlopen: a simulated library, MailboxDevice, the servo loop, the
+// haptic step, the guards. The oracle is that library, which says what force it was told last.
 #include <dlfcn.h>
 #include <gtest/gtest.h>
 
