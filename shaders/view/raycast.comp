@@ -32,7 +32,7 @@
 //                                                               depths (if kBackdrop); rays end there
 //
 // kVolumes of the images are used. One invocation: one pixel of one eye. Border: a volume ends half
-// a voxel beyond its outermost samples, its value held. Precision: fp32. Race: each output written
+// a voxel beyond its outermost samples, its value clamped to the edge. Precision: fp32. Race: each output written
 // once. Checked against closed forms: tests/view/light_test.cpp (transmittance), surface_test.cpp (places).
 //
 // A CPU driver runs eight neighbouring pixels in step and works through both sides of every "if";
