@@ -276,7 +276,8 @@ void FalconDevice::Worker::look() {
 DeviceFault FalconDevice::Worker::try_open(usb::Context& context, const usb::Found& found) {
   usb::Opened opened = usb::open(found.device.get(), 0);
   if (opened.problem != Problem::kNone) return fault_of(opened.problem);
-  // Others may have got the same id from the chip's maker. A chip that can not say is asked on.
+  // Others may have got the same id from the chip's maker. If the chip does not report its
+  // name, go on.
   const std::string name = usb::product_name(opened.handle.get());
   if (!name.empty() && name != falcon::kProductName) return DeviceFault::kNotOpened;
   const DeviceFault fault = prepare(opened.handle, found.device.get());

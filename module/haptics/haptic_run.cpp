@@ -74,8 +74,8 @@ void HapticRun::take_over(const HapticRun& before) noexcept {
       if (old.spec.name != mode.spec.name) continue;
       modes[m] = before.modes[o];
       const VolumeRun& volume = volumes[scene->carriers[mode.carrier].volume];
-      modes[m].on_level =
-          modes[m].on_level &&
+      modes[m].on_surface =
+          modes[m].on_surface &&
           unmoved(volume, before.volumes[before.scene->carriers[old.carrier].volume]);
     }
   }

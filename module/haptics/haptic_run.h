@@ -19,8 +19,8 @@ struct ModeRun {
   double wanted_gain = 1.0;
   double placed_n = 0.0;  ///< strongest of what it placed last, before weight and gain
   bool on = true;
-  bool on_level = false;  ///< the proxy rests on its surface, and has not been pressed through it
-  double level = 0.0;     ///< the data's value where it was met
+  bool on_surface = false;  ///< the proxy rests on its surface, and has not been pressed through it
+  double iso_value = 0.0;   ///< the data's value where it was met
   double wanted_weight() const { return on ? 1.0 : 0.0; }
   bool ramps() const { return weight != wanted_weight() || gain != wanted_gain; }
 };
