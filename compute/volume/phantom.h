@@ -8,8 +8,8 @@
 
 namespace palpate {
 
-/// Made data whose motion is known exactly. Every value follows from the arguments through integer
-/// hashes and polynomials, so a seed gives the same data on every machine.
+/// Synthetic data whose motion is known exactly. Every value follows from the arguments through
+/// integer hashes and polynomials, so a seed gives the same data on every machine.
 
 /// The cube of the heart phantom (heart_phantom.h) and of the shell: 128 mm wide, centred on the
 /// LPS origin, size^3 samples of 128 / size mm.

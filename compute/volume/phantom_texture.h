@@ -7,8 +7,8 @@
 
 #include "compute/volume/dual.h"
 
-/// Noise for made data, from integer hashes alone: the same on every machine and in every order of
-/// evaluation.
+/// Noise for synthetic data, from integer hashes alone: the same on every machine and in every
+/// order of evaluation.
 namespace palpate::texture {
 
 /// A well mixed 32-bit value of its argument (multiply-xorshift; each step is invertible).

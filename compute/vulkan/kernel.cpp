@@ -1,5 +1,8 @@
 #include "compute/vulkan/kernel.h"
 
+#include <cassert>
+#include <map>
+#include <optional>
 #include <utility>
 
 namespace palpate::vulkan {
@@ -23,10 +26,90 @@ VkDescriptorType type_of(BindingKind kind) {
   return VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
 }
 
+/// What a SPIR-V module says of its bindings (the SPIR-V specification, sections 2.3 and 3.32:
+/// five words of header, then instructions; the first word holds the length and the opcode).
+struct Declarations {
+  explicit Declarations(std::span<const uint32_t> spirv) {
+    constexpr size_t kHeaderWords = 5;
+    for (size_t at = kHeaderWords; at < spirv.size();) {
+      const size_t length = spirv[at] >> 16;
+      if (length == 0 || length > spirv.size() - at)
+        throw Failure(VK_ERROR_INVALID_SHADER_NV, "reading the bindings of a kernel");
+      read(spirv[at] & 0xffffU, spirv.subspan(at + 1, length - 1));
+      at += length;
+    }
+  }
+
+  struct Image {
+    bool is_buffer = false, is_stored = false;
+  };
+  struct Pointer {
+    uint32_t storage_class = 0, type = 0;
+  };
+  std::map<uint32_t, Image> images;             ///< by type
+  std::map<uint32_t, uint32_t> sampled_images;  ///< the image type, by type
+  std::map<uint32_t, Pointer> pointers;         ///< by type
+  std::map<uint32_t, uint32_t> pointer_types;   ///< by variable
+  std::map<uint32_t, uint32_t> variables;       ///< by binding
+
+ private:
+  void read(uint32_t opcode, std::span<const uint32_t> words) {
+    constexpr uint32_t kTypeImage = 25, kTypeSampledImage = 27, kTypePointer = 32, kVariable = 59,
+                       kDecorate = 71;
+    constexpr uint32_t kBinding = 33, kDimBuffer = 5, kStored = 2;
+    if (opcode == kTypeImage && words.size() > 6) {
+      images[words[0]] = {words[2] == kDimBuffer, words[6] == kStored};
+    } else if (opcode == kTypeSampledImage && words.size() > 1) {
+      sampled_images[words[0]] = words[1];
+    } else if (opcode == kTypePointer && words.size() > 2) {
+      pointers[words[0]] = {words[1], words[2]};
+    } else if (opcode == kVariable && words.size() > 2) {
+      pointer_types[words[1]] = words[0];
+    } else if (opcode == kDecorate && words.size() > 2 && words[1] == kBinding) {
+      variables[words[2]] = words[0];
+    }
+  }
+};
+
+std::optional<BindingKind> kind_of(const Declarations& declared, uint32_t variable) {
+  constexpr uint32_t kUniformConstant = 0, kUniform = 2, kStorageBuffer = 12;
+  const auto type = declared.pointer_types.find(variable);
+  if (type == declared.pointer_types.end()) return std::nullopt;
+  const auto pointer = declared.pointers.find(type->second);
+  if (pointer == declared.pointers.end()) return std::nullopt;
+  const auto [storage_class, target] = pointer->second;
+  if (storage_class == kStorageBuffer) return BindingKind::kBuffer;
+  if (storage_class == kUniform) return BindingKind::kUniform;
+  if (storage_class != kUniformConstant) return std::nullopt;
+  const auto sampled = declared.sampled_images.find(target);
+  const auto image =
+      declared.images.find(sampled == declared.sampled_images.end() ? target : sampled->second);
+  if (image == declared.images.end()) return std::nullopt;
+  if (sampled == declared.sampled_images.end())
+    return image->second.is_stored ? std::optional(BindingKind::kStorageImage) : std::nullopt;
+  return image->second.is_buffer ? BindingKind::kTexels : BindingKind::kSampledImage;
+}
+
 }  // namespace
 
+std::vector<BindingKind> bindings_of(std::span<const uint32_t> spirv) {
+  const Declarations declared(spirv);
+  std::vector<BindingKind> bindings;
+  for (const auto& [binding, variable] : declared.variables) {
+    const auto kind = kind_of(declared, variable);
+    if (binding != bindings.size() || !kind)
+      throw Failure(VK_ERROR_INVALID_SHADER_NV, "reading the bindings of a kernel");
+    bindings.push_back(*kind);
+  }
+  return bindings;
+}
+
 Kernel::Kernel(std::shared_ptr<Context> context, const KernelOptions& options)
-    : context_(std::move(context)), bindings_(options.bindings), push_bytes_(options.push_bytes) {
+    : context_(std::move(context)),
+      bindings_(bindings_of(options.spirv)),
+      push_bytes_(options.push_bytes) {
+  assert((options.bindings.empty() || options.bindings == bindings_) &&
+         "these are not the bindings that the shader declares");
   const VkDevice device = context_->device();
   std::vector<VkDescriptorSetLayoutBinding> bindings;
   for (const BindingKind kind : bindings_) {

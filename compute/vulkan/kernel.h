@@ -14,9 +14,14 @@ namespace palpate::vulkan {
 /// lane.
 enum class BindingKind { kBuffer, kUniform, kTexels, kStorageImage, kSampledImage };
 
+/// The bindings of set 0 as the shader itself declares them, so that they stand in one place: its
+/// `layout(set = 0, binding = ...)` lines. Throws Failure unless they are numbered 0, 1, 2, ...
+/// without a gap and each is of a kind above.
+std::vector<BindingKind> bindings_of(std::span<const uint32_t> spirv);
+
 struct KernelOptions {
   std::span<const uint32_t> spirv;
-  std::vector<BindingKind> bindings;
+  std::vector<BindingKind> bindings;     ///< empty: bindings_of(spirv); else they must be the same
   uint32_t push_bytes = 0;               ///< at most 128, the limit that every device has
   std::vector<uint32_t> specialisation;  ///< value of specialisation constant 0, 1, 2, ...
 };

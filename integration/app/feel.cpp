@@ -55,7 +55,7 @@ void add_loop(CLI::App& app, FeelCommand& command) {
 }
 
 void add_sequence(CLI::App& app, FeelCommand& command) {
-  app.add_option("--level", command.sequence.level,
+  app.add_option("--iso-value,--level", command.sequence.iso_value,
                  "Value of the surface to feel; else found in the data")
       ->check(number_in(files::kAnyNumber));
   app.add_option("--width", command.sequence.width,
@@ -167,7 +167,7 @@ void add_segments(CLI::App& app, scenes::SequenceChoices& choices) {
       ->check(an_existing_folder());
   app.add_option("--segments", choices.segments,
                  "Segmentation: a .seg.nrrd of 3D Slicer or a label map, one or one per frame. Its "
-                 "parts are the walls; the values only with --level")
+                 "parts are the walls; the values only with --iso-value")
       ->type_name("FILE")
       ->check(an_existing_file());
   app.add_option("--segments-frame", choices.segments_frame,

@@ -8,7 +8,7 @@
 #include "integration/app/option_checks.h"
 #include "integration/app/touch.h"
 #include "integration/devices/force_devices.h"
-#include "integration/devices/made_paths.h"
+#include "integration/devices/simulated_paths.h"
 
 namespace palpate::app {
 namespace {

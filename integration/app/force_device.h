@@ -21,7 +21,7 @@ struct ForceDeviceChoice {
   std::string device = "auto";
   std::filesystem::path falcon_firmware;  ///< the user's own
   std::string hand = "human";             ///< simulated: human, loose, firm, none
-  std::string path = "press";             ///< simulated: a made path or a file
+  std::string path = "press";             ///< simulated: a named path or a file
   bool real_time = true;                  ///< a thread of the device may ask for priority
   bool has_window = false;                ///< so that a mouse can be the hand
   bool has_headset = false;               ///< so that a controller can

@@ -4,8 +4,8 @@ namespace palpate::app {
 
 const char* const kProgramName = "palpate";
 
-Program make_program() {
-  Program program = described_program(
+CommandLine make_program() {
+  CommandLine program = described_program(
       "put a hand into a moving volume: how its data move, what they feel and look like.");
   CLI::App& app = *program.app;
   add_commands(program, {add_motion(app), add_chart(app), add_check(app), add_devices(app),

@@ -80,7 +80,7 @@ int run_checked(const Command& command) {
 }
 
 int run(int argc, char** argv) {
-  const Program program = make_program();
+  const CommandLine program = make_program();
   try {
     program.app->parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -97,8 +97,8 @@ int run(int argc, char** argv) {
 
 }  // namespace
 
-Program described_program(const std::string& about) {
-  Program program;
+CommandLine described_program(const std::string& about) {
+  CommandLine program;
   program.app = std::make_unique<CLI::App>(
       fmt::format("{}: {}\n{}", kProgramName, about, exit_codes_text()), kProgramName);
   program.app->require_subcommand(1);
@@ -106,7 +106,7 @@ Program described_program(const std::string& about) {
   return program;
 }
 
-void add_commands(Program& program, std::vector<Command> commands) {
+void add_commands(CommandLine& program, std::vector<Command> commands) {
   program.commands = std::move(commands);
   mark_outputs(program.commands);
   // Before the command or behind it.

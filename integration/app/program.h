@@ -20,7 +20,7 @@ struct Command {
 
 /// A program: what --help says of it, its options and all commands. The command line, the command
 /// `help`, the manual pages and the completions are made from it.
-struct Program {
+struct CommandLine {
   std::unique_ptr<CLI::App> app;
   std::vector<Command> commands;
   std::shared_ptr<bool> verbose = std::make_shared<bool>(false);
@@ -28,12 +28,12 @@ struct Program {
 
 /// "palpate": the program's name, as messages begin. Every program defines it, and make_program().
 extern const char* const kProgramName;
-Program make_program();
+CommandLine make_program();
 
 /// A program without commands: what it is for, the exit codes, --version.
-Program described_program(const std::string& about);
+CommandLine described_program(const std::string& about);
 /// Gives it its commands, in the order of --help, and each of them --verbose.
-void add_commands(Program& program, std::vector<Command> commands);
+void add_commands(CommandLine& program, std::vector<Command> commands);
 
 /// What main() does: parses, checks that no output is an input, runs the command. Returns the exit
 /// code; every error ends in one sentence on stderr.

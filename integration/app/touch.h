@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "integration/devices/made_paths.h"
+#include "integration/devices/simulated_paths.h"
 #include "integration/scenes/load_scene.h"
 #include "module/haptics/device.h"
 

@@ -1,15 +1,28 @@
 #include "integration/devices/falcon.h"
 
+#include <atomic>
+#include <chrono>
 #include <fstream>
-#include <iterator>
+#include <mutex>
+#include <thread>
 #include <vector>
 
+#include "integration/devices/falcon_judge.h"
 #include "integration/devices/falcon_kinematics.h"
-#include "integration/devices/falcon_worker.h"
+#include "integration/devices/falcon_link.h"
+#include "integration/devices/monotonic.h"
+#include "integration/devices/usb_faults.h"
+#include "integration/devices/usb_watch.h"
+#include "integration/devices/wake.h"
 
 namespace palpate::devices {
 namespace {
 
+using falcon::FalconLink;
+using usb::Problem;
+
+constexpr int kGuardMs = 10, kLookMs = 500;
+constexpr int kFirmwareLadder = 10;
 // The images that are known have 8 to 9 thousand bytes.
 constexpr size_t kLargestImage = 1 << 20;
 
@@ -29,7 +42,303 @@ Result<std::vector<uint8_t>> read_firmware(const std::string& path) {
   return bytes;
 }
 
+bool is_falcon(uint16_t vendor, uint16_t product) {
+  return vendor == falcon::kVendor && product == falcon::kProduct;
+}
+
 }  // namespace
+
+/// Both halves of a FalconDevice: the thread that makes a link ready, and the servo's use of it.
+/// Who may touch the link and the judge is said by one atomic, user_.
+class FalconDevice::Worker {
+ public:
+  Worker(FalconOptions options, std::vector<uint8_t> firmware);
+  ~Worker();
+
+  DeviceInfo info() const;
+  DeviceReading exchange(const DeviceCommand& command) noexcept;
+  FalconCounts counts() const noexcept;
+
+ private:
+  enum class User : int {
+    kWorker,  ///< the link is not there, or being made or put right
+    kNobody,  ///< ready: whoever comes first
+    kServo,
+  };
+
+  // The servo's half.
+  bool exchange_owned(const DeviceCommand& command) noexcept;
+  falcon::Packet packet(const DeviceCommand& command, glm::dvec3& force_n) const noexcept;
+  void cut() noexcept;
+  DeviceReading last_;  ///< what the servo was told last
+
+  // The thread's half.
+  void run();
+  void guard() noexcept;
+  void take_link() noexcept;
+  void give_link() noexcept;
+  void mend();
+  void look();
+  DeviceFault try_open(usb::Context& context, const usb::Found& found);
+  DeviceFault prepare(usb::Handle& handle, libusb_device* device);
+  DeviceFault load(usb::Handle& handle, libusb_device* device);
+  void close_link(bool reachable);
+
+  const FalconOptions options_;
+  const std::vector<uint8_t> firmware_;
+  mutable std::mutex info_mutex_;  ///< never taken by exchange()
+  std::string place_;
+
+  std::unique_ptr<falcon::FalconLink> link_;
+  falcon::FalconJudge judge_;
+  usb::Problem broken_ = usb::Problem::kNone;  ///< what the servo handed the link over for
+  std::atomic<User> user_ = User::kWorker;
+  std::atomic<DeviceFault> absent_ = DeviceFault::kNotOpened;  ///< while there is no link to use
+  std::atomic<int64_t> last_exchange_ns_ = 0;
+  std::atomic<bool> pushing_ = false;  ///< the motors were told to make a force
+  std::atomic<bool> was_cut_ = false;
+
+  std::atomic<uint64_t> exchanges_ = 0, missed_ = 0, rejected_bytes_ = 0, opened_ = 0,
+                        repaired_ = 0, cuts_ = 0, uploads_ = 0;
+  std::atomic<bool> event_character_ = false;
+
+  falcon::StopFlag stop_ = false;
+  Wake wake_;
+  std::thread thread_;
+};
+
+FalconDevice::Worker::Worker(FalconOptions options, std::vector<uint8_t> firmware)
+    : options_(std::move(options)), firmware_(std::move(firmware)) {
+  last_.position_m = falcon::kWorkspaceCentre;
+  last_.fault = DeviceFault::kNotOpened;
+  thread_ = std::thread([this] { run(); });
+}
+
+FalconDevice::Worker::~Worker() {
+  stop_ = true;
+  wake_.wake();
+  thread_.join();
+}
+
+DeviceInfo FalconDevice::Worker::info() const {
+  DeviceInfo info = falcon_info();
+  const std::lock_guard lock(info_mutex_);
+  info.place = place_;
+  return info;
+}
+
+FalconCounts FalconDevice::Worker::counts() const noexcept {
+  return {exchanges_, missed_, rejected_bytes_, opened_,
+          repaired_,  cuts_,   uploads_,        event_character_};
+}
+
+// ---- the servo's half -------------------------------------------------------------------------
+
+DeviceReading FalconDevice::Worker::exchange(const DeviceCommand& command) noexcept {
+  last_exchange_ns_.store(now_ns(), std::memory_order_relaxed);
+  User ready = User::kNobody;
+  if (!user_.compare_exchange_strong(ready, User::kServo, std::memory_order_acquire)) {
+    last_.fault = absent_.load(std::memory_order_relaxed);
+    last_.fresh = false;
+    return last_;
+  }
+  const bool works = exchange_owned(command);
+  user_.store(works ? User::kNobody : User::kWorker, std::memory_order_release);
+  if (!works) wake_.wake();
+  return last_;
+}
+
+/// False if the link has to be put right by the worker.
+bool FalconDevice::Worker::exchange_owned(const DeviceCommand& command) noexcept {
+  if (was_cut_.exchange(false, std::memory_order_acq_rel)) judge_.fail(DeviceFault::kTimeout);
+  const bool trusted = judge_.fault() == DeviceFault::kNone;
+  glm::dvec3 force_n(0.0);
+  const falcon::Packet bytes = packet(command, force_n);
+  pushing_.store(force_n != glm::dvec3(0.0), std::memory_order_relaxed);
+  const FalconLink::Outcome outcome = link_->exchange(bytes, options_.answer_wait_ns);
+  exchanges_.fetch_add(1, std::memory_order_relaxed);
+  if (!outcome.answered) missed_.fetch_add(1, std::memory_order_relaxed);
+  rejected_bytes_.store(link_->rejected_bytes(), std::memory_order_relaxed);
+
+  falcon::FalconJudge::Exchange seen{std::nullopt, outcome.garbage, now_ns(), force_n};
+  if (outcome.answered) seen.answer = link_->newest();
+  last_ = judge_.judge(seen);
+  if (outcome.problem != Problem::kNone) {
+    judge_.fail(fault_of(outcome.problem));
+    last_ = judge_.held(judge_.fault());
+  }
+  if (trusted && last_.fault != DeviceFault::kNone) cut();
+  broken_ = outcome.problem;
+  if (outcome.problem == Problem::kNone && !judge_.hopeless()) return true;
+  absent_.store(last_.fault, std::memory_order_relaxed);
+  return false;
+}
+
+falcon::Packet FalconDevice::Worker::packet(const DeviceCommand& command,
+                                            glm::dvec3& force_n) const noexcept {
+  falcon::Command out;
+  out.homing = !judge_.homed();
+  out.lights = !judge_.homed() ? falcon::kRed : command.in_contact ? falcon::kBlue : falcon::kGreen;
+  if (judge_.fault() == DeviceFault::kNone) {
+    const auto joints = falcon::inverse(judge_.position());
+    const auto rows = joints ? falcon::jacobian(*joints) : std::nullopt;
+    if (rows) {
+      out.motors = falcon::motor_counts(*rows, command.force_n);
+      force_n = falcon::force_of(*rows, out.motors);
+    }
+  }
+  return falcon::encode(out);
+}
+
+/// At once, without waiting for the next exchange: there may be none.
+void FalconDevice::Worker::cut() noexcept {
+  link_->cut();
+  pushing_.store(false, std::memory_order_relaxed);
+}
+
+// ---- the thread's half ------------------------------------------------------------------------
+
+void FalconDevice::Worker::run() {
+  usb::Watch watch(falcon::kVendor);
+  while (!stop_) {
+    if (!link_) {
+      look();
+      if (!link_ && !stop_) watch.sleep(wake_, kLookMs);
+    } else if (user_.load(std::memory_order_acquire) == User::kWorker) {
+      mend();
+    } else {
+      guard();
+      watch.sleep(wake_, kGuardMs);
+    }
+  }
+  if (!link_) return;
+  take_link();
+  close_link(true);
+}
+
+/// Cuts the force if the servo thread does not come any more: the device would hold it for ever.
+void FalconDevice::Worker::guard() noexcept {
+  if (!pushing_.load(std::memory_order_relaxed)) return;
+  if (now_ns() - last_exchange_ns_.load(std::memory_order_relaxed) < options_.away_ns) return;
+  // Counted before it is sent: who sees the device let go finds it in the counts.
+  was_cut_.store(true, std::memory_order_release);
+  cuts_.fetch_add(1, std::memory_order_release);
+  cut();
+}
+
+void FalconDevice::Worker::take_link() noexcept {
+  for (;;) {
+    User now = User::kNobody;
+    if (user_.compare_exchange_strong(now, User::kWorker, std::memory_order_acq_rel)) return;
+    if (now == User::kWorker) return;
+    std::this_thread::sleep_for(std::chrono::microseconds(200));
+  }
+}
+
+void FalconDevice::Worker::give_link() noexcept {
+  user_.store(User::kNobody, std::memory_order_release);
+}
+
+/// What the servo handed over because transfers failed: first the gentle way, then from the start.
+void FalconDevice::Worker::mend() {
+  link_->retire();
+  const bool reachable = broken_ != Problem::kGone;
+  if (reachable && broken_ != Problem::kNone) {
+    Problem problem = falcon::clear_halts(link_->handle());
+    if (problem == Problem::kNone) problem = falcon::send_zero(link_->handle());
+    if (problem == Problem::kNone) problem = falcon::find_firmware(link_->handle(), stop_);
+    if (problem == Problem::kNone) {
+      repaired_.fetch_add(1, std::memory_order_relaxed);
+      give_link();
+      return;
+    }
+    if (problem == Problem::kGone) absent_ = DeviceFault::kUnplugged;
+  }
+  close_link(reachable);
+}
+
+void FalconDevice::Worker::look() {
+  usb::Context context = usb::make_context();
+  if (!context) return;
+  DeviceFault reason = opened_ > 0 ? DeviceFault::kUnplugged : DeviceFault::kNotOpened;
+  bool first = true;
+  for (const usb::Found& found : usb::find(context.get(), is_falcon)) {
+    if (!options_.place.empty() && options_.place != found.place) continue;
+    const DeviceFault fault = try_open(context, found);
+    if (fault == DeviceFault::kNone || stop_) return;
+    if (first) reason = fault;
+    first = false;
+  }
+  absent_ = reason;
+}
+
+/// kNone: the link is made and given to the servo, and the context has gone with it.
+DeviceFault FalconDevice::Worker::try_open(usb::Context& context, const usb::Found& found) {
+  usb::Opened opened = usb::open(found.device.get(), 0);
+  if (opened.problem != Problem::kNone) return fault_of(opened.problem);
+  // Others may have got the same id from the chip's maker. If the chip does not report its
+  // name, go on.
+  const std::string name = usb::product_name(opened.handle.get());
+  if (!name.empty() && name != falcon::kProductName) return DeviceFault::kNotOpened;
+  const DeviceFault fault = prepare(opened.handle, found.device.get());
+  if (fault != DeviceFault::kNone) return fault;
+  falcon::send_zero(opened.handle.get());
+  auto link = std::make_unique<FalconLink>(std::move(context), std::move(opened.handle));
+  if (!link->usable()) return DeviceFault::kTransfer;
+  link_ = std::move(link);
+  {
+    const std::lock_guard lock(info_mutex_);
+    place_ = found.place;
+  }
+  judge_.restart();
+  was_cut_ = false;
+  opened_.fetch_add(1, std::memory_order_relaxed);
+  give_link();
+  return DeviceFault::kNone;
+}
+
+DeviceFault FalconDevice::Worker::prepare(usb::Handle& handle, libusb_device* device) {
+  // While it is put right after a fault, that fault stays the better explanation.
+  if (absent_ == DeviceFault::kNotOpened || absent_ == DeviceFault::kUnplugged ||
+      absent_ == DeviceFault::kBusy || absent_ == DeviceFault::kNoPermission)
+    absent_ = DeviceFault::kStarting;
+  const falcon::Settings settings = falcon::set_up(handle.get());
+  if (settings.problem != Problem::kNone) return fault_of(settings.problem);
+  event_character_ = settings.event_character;
+  const Problem problem = falcon::find_firmware(handle.get(), stop_);
+  if (problem != Problem::kTimedOut) return fault_of(problem);
+  if (firmware_.empty()) return DeviceFault::kNoFirmware;
+  return load(handle, device);
+}
+
+/// Loading often fails the first few times on real devices; each try starts from a closed one.
+DeviceFault FalconDevice::Worker::load(usb::Handle& handle, libusb_device* device) {
+  absent_ = DeviceFault::kStarting;
+  for (int n = 0; n < kFirmwareLadder && !stop_; ++n) {
+    uploads_.fetch_add(1, std::memory_order_relaxed);
+    Problem problem = falcon::load_firmware(handle.get(), firmware_, stop_);
+    if (problem == Problem::kNone) {
+      const falcon::Settings settings = falcon::set_up(handle.get());
+      event_character_ = settings.event_character;
+      problem = settings.problem;
+    }
+    if (problem == Problem::kNone) problem = falcon::find_firmware(handle.get(), stop_);
+    if (problem == Problem::kNone || problem == Problem::kGone) return fault_of(problem);
+    handle.reset();
+    usb::Opened again = usb::open(device, 0);
+    if (again.problem != Problem::kNone) return fault_of(again.problem);
+    handle = std::move(again.handle);
+  }
+  return DeviceFault::kNoFirmware;
+}
+
+void FalconDevice::Worker::close_link(bool reachable) {
+  link_->retire();
+  if (reachable) falcon::send_zero(link_->handle());
+  link_.reset();
+}
+
+// ---- the device -------------------------------------------------------------------------------
 
 DeviceInfo falcon_info() {
   DeviceInfo info;
@@ -42,6 +351,11 @@ DeviceInfo falcon_info() {
   info.resolution_m = falcon::kResolutionAtCentre;
   info.buttons = 4;
   return info;
+}
+
+bool FalconDevice::is_plugged_in() {
+  const usb::Context context = usb::make_context();
+  return context && !usb::find(context.get(), is_falcon).empty();
 }
 
 Result<std::unique_ptr<FalconDevice>> FalconDevice::make(const FalconOptions& options) {

@@ -46,7 +46,7 @@ class MailboxDevice::Worker {
     }
     while (!stop_) {
       if (is_open_)
-        turn();
+        serve_command();
       else
         look();
     }
@@ -59,7 +59,7 @@ class MailboxDevice::Worker {
     return info_;
   }
 
-  MailboxCounts counts() const noexcept { return {turns_, exchanges_, missed_, opened_, cuts_}; }
+  MailboxCounts counts() const noexcept { return {served_, exchanges_, missed_, opened_, cuts_}; }
 
   void stop() noexcept {
     stop_ = true;
@@ -110,20 +110,20 @@ class MailboxDevice::Worker {
     if (fault != DeviceFault::kStarting) judge_.fail(fault);
     publish(judge_.held(fault));
     sent_n_ = glm::dvec3(0.0);
-    last_turn_ns_ = now_ns();
+    last_command_ns_ = now_ns();
     opened_.fetch_add(1, std::memory_order_relaxed);
   }
 
   /// One command of the servo thread, or none for away_ns.
-  void turn() {
-    const int64_t left_ns = last_turn_ns_ + options_.away_ns - now_ns();
+  void serve_command() {
+    const int64_t left_ns = last_command_ns_ + options_.away_ns - now_ns();
     command_wake_.sleep(int(std::max<int64_t>(0, left_ns / 1'000'000 + 1)));
     if (stop_) return;
     Command command;
     const bool came = commands.get(command);
     // A wake-up may be left of a command that has been dealt with.
-    if (!came && now_ns() - last_turn_ns_ < options_.away_ns) return;
-    last_turn_ns_ = now_ns();
+    if (!came && now_ns() - last_command_ns_ < options_.away_ns) return;
+    last_command_ns_ = now_ns();
     if (!came && sent_n_ != glm::dvec3(0.0)) {
       judge_.fail(DeviceFault::kTimeout);
       cuts_.fetch_add(1, std::memory_order_release);
@@ -138,7 +138,7 @@ class MailboxDevice::Worker {
     if (answer.lost || judge_.hopeless()) close();
     alive_ns_.store(now_ns(), std::memory_order_release);
     publish(reading);
-    if (came) turns_.fetch_add(1, std::memory_order_release);
+    if (came) served_.fetch_add(1, std::memory_order_release);
     // Why it was lost must be heard before another look says something else.
     const uint32_t from = asked;
     for (int n = 0; was_open && !is_open_ && asked - from < kHeard && !stop_ && n < kHeardMs; ++n)
@@ -194,7 +194,7 @@ class MailboxDevice::Worker {
   std::unique_ptr<DeviceLink> link_;
   bool is_open_ = false;
   bool looked_ = false;  ///< in vain, since it was open
-  int64_t last_turn_ns_ = 0;
+  int64_t last_command_ns_ = 0;
   AnswerJudge judge_{glm::dvec3(0.0), 0.0};
   glm::dvec3 sent_n_{0.0};   ///< that the device was told last
   glm::dvec3 place_m_{0.0};  ///< of the last answer
@@ -203,7 +203,7 @@ class MailboxDevice::Worker {
   DeviceInfo info_;
 
   std::atomic<int64_t> alive_ns_ = 0;
-  std::atomic<uint64_t> turns_ = 0, exchanges_ = 0, missed_ = 0, opened_ = 0, cuts_ = 0;
+  std::atomic<uint64_t> served_ = 0, exchanges_ = 0, missed_ = 0, opened_ = 0, cuts_ = 0;
   std::atomic<bool> stop_ = false;
   Wake command_wake_, stop_wake_;
   std::promise<void> ended_;

@@ -21,7 +21,7 @@ struct MailboxOptions {
 
 /// What happened, since the object was made.
 struct MailboxCounts {
-  uint64_t turns = 0;      ///< commands of the servo thread that have been dealt with
+  uint64_t served = 0;     ///< commands of the servo thread that have been dealt with
   uint64_t exchanges = 0;  ///< with the device
   uint64_t missed = 0;     ///< of those, without an answer in time
   uint64_t opened = 0;     ///< times the device became ready

@@ -13,17 +13,8 @@
 #include "integration/files/text.h"
 
 namespace palpate::files {
-namespace {
 
-/// Slicer writes attributes of every frame into the header; even those stay far below this.
-constexpr size_t kMaxHeaderBytes = 16 * 1024 * 1024;
-constexpr size_t kFirstHeaderBytes = 64 * 1024;
-constexpr size_t kDicomMagicAt = 128;
-
-constexpr const char* kFormats = "NRRD, MetaImage, NIfTI and DICOM";
-
-/// The first n bytes of a file, fewer if it is shorter.
-Result<std::string> head(const std::filesystem::path& file, size_t n) {
+Result<std::string> start_of_file(const std::filesystem::path& file, size_t n) {
   std::error_code error;
   if (!std::filesystem::exists(file, error))
     return bad_input(file, "does not exist: check the name");
@@ -39,23 +30,36 @@ Result<std::string> head(const std::filesystem::path& file, size_t n) {
   return bytes;
 }
 
-FileKind kind_of(std::string_view bytes) {
-  if (bytes.starts_with("NRRD000")) return FileKind::kNrrd;
-  if (bytes.starts_with("\x1f\x8b")) return FileKind::kPackedNifti;
-  if (starts_like_nifti(bytes)) return FileKind::kNifti;
-  if (bytes.size() >= kDicomMagicAt + 4 && bytes.substr(kDicomMagicAt, 4) == "DICM")
-    return FileKind::kDicom;
-  const std::string start = lowered(bytes.substr(0, 4096));
-  if (start.find("ndims") != std::string::npos && start.find('=') != std::string::npos)
-    return FileKind::kMeta;
-  return FileKind::kUnknown;
+namespace {
+
+/// Slicer writes attributes of every frame into the header; even those stay far below this.
+constexpr size_t kMaxHeaderBytes = 16 * 1024 * 1024;
+constexpr size_t kFirstHeaderBytes = 64 * 1024;
+constexpr size_t kDicomMagicAt = 128;
+constexpr std::string_view kGzip = "\x1f\x8b";
+
+bool is_dicom(std::string_view bytes) {
+  return bytes.size() >= kDicomMagicAt + 4 && bytes.substr(kDicomMagicAt, 4) == "DICM";
+}
+
+bool is_nrrd(std::string_view bytes) {
+  return bytes.starts_with("NRRD000");
+}
+
+bool is_nifti(std::string_view bytes) {
+  return bytes.starts_with(kGzip) || starts_like_nifti(bytes);
+}
+
+bool is_meta(std::string_view bytes) {
+  const std::string start = lowered(bytes);
+  return start.find("ndims") != std::string::npos && start.find('=') != std::string::npos;
 }
 
 /// Reads on until `end_of_header` finds an end (a length) or the file ends.
 template <class EndOfHeader>
 Result<std::string> whole_header(const std::filesystem::path& file, EndOfHeader end_of_header) {
   for (size_t n = kFirstHeaderBytes;; n *= 4) {
-    auto bytes = head(file, n);
+    auto bytes = start_of_file(file, n);
     if (!bytes) return bytes.error();
     const size_t end = end_of_header(std::string_view(*bytes));
     if (end != std::string::npos) {
@@ -98,54 +102,98 @@ Result<Raster> read_packed_nifti(const std::filesystem::path& file) {
   return parse_nifti_header(file, bytes, true);
 }
 
+Result<Raster> read_nrrd(const std::filesystem::path& file) {
+  const auto text = whole_header(file, end_of_nrrd);
+  if (!text) return text.error();
+  return parse_nrrd_header(file, *text);
+}
+
+Result<Raster> read_meta(const std::filesystem::path& file) {
+  const auto text = whole_header(file, end_of_meta);
+  if (!text) return text.error();
+  return parse_meta_header(file, *text);
+}
+
+Result<Raster> read_nifti(const std::filesystem::path& file) {
+  const auto bytes = start_of_file(file, kNifti2HeaderBytes);
+  if (!bytes) return bytes.error();
+  if (bytes->starts_with(kGzip)) return read_packed_nifti(file);
+  return parse_nifti_header(file, *bytes, false);
+}
+
+/// MetaImage last: its files begin with any of their fields.
+std::vector<RasterFormat>& formats() {
+  static std::vector<RasterFormat> all = {
+      {"NRRD", {".nrrd", ".nhdr"}, is_nrrd, read_nrrd},
+      {"NIfTI", {".nii", ".nii.gz", ".hdr"}, is_nifti, read_nifti},
+      {"MetaImage", {".mha", ".mhd"}, is_meta, read_meta},
+  };
+  return all;
+}
+
+/// DICOM, or else the format that such a file is in; neither for what nobody knows.
+struct Found {
+  bool is_dicom = false;
+  const RasterFormat* format = nullptr;
+};
+
+Result<Found> found_in(const std::filesystem::path& file) {
+  const auto bytes = start_of_file(file, 4096);
+  if (!bytes) return bytes.error();
+  if (is_dicom(*bytes)) return Found{true, nullptr};
+  for (const RasterFormat& format : formats()) {
+    if (format.is_start(*bytes)) return Found{false, &format};
+  }
+  return Found{};
+}
+
 }  // namespace
 
+const std::vector<RasterFormat>& raster_formats() {
+  return formats();
+}
+
+void add_raster_format(RasterFormat format) {
+  formats().push_back(std::move(format));
+}
+
+const RasterFormat* raster_format_of(const std::filesystem::path& file) {
+  const auto found = found_in(file);
+  return found ? found->format : nullptr;
+}
+
 Result<FileKind> sniff(const std::filesystem::path& file) {
-  const auto bytes = head(file, 4096);
-  if (!bytes) return bytes.error();
-  return kind_of(*bytes);
+  const auto found = found_in(file);
+  if (!found) return found.error();
+  if (found->is_dicom) return FileKind::kDicom;
+  return found->format != nullptr ? FileKind::kImage : FileKind::kUnknown;
 }
 
 Result<std::string> read_nrrd_header_text(const std::filesystem::path& file) {
-  const auto kind = sniff(file);
-  if (!kind) return kind.error();
-  if (*kind != FileKind::kNrrd) return bad_input(file, "is no NRRD file: check the name");
+  const auto bytes = start_of_file(file, 4096);
+  if (!bytes) return bytes.error();
+  if (!is_nrrd(*bytes)) return bad_input(file, "is no NRRD file: check the name");
   return whole_header(file, end_of_nrrd);
 }
 
 Result<Raster> read_raster_header(const std::filesystem::path& file) {
-  const auto kind = sniff(file);
-  if (!kind) return kind.error();
-  switch (*kind) {
-    case FileKind::kNrrd: {
-      const auto text = whole_header(file, end_of_nrrd);
-      if (!text) return text.error();
-      return parse_nrrd_header(file, *text);
-    }
-    case FileKind::kMeta: {
-      const auto text = whole_header(file, end_of_meta);
-      if (!text) return text.error();
-      return parse_meta_header(file, *text);
-    }
-    case FileKind::kNifti: {
-      const auto bytes = head(file, kNifti2HeaderBytes);
-      if (!bytes) return bytes.error();
-      return parse_nifti_header(file, *bytes, false);
-    }
-    case FileKind::kPackedNifti:
-      return read_packed_nifti(file);
-    case FileKind::kDicom:
-      return bad_input(file, "is DICOM, which can not stand here: convert it to NIfTI or NRRD");
-    case FileKind::kUnknown:
-      break;
-  }
-  return bad_input(file, "is in no format that palpate knows: convert it to one of {}", kFormats);
+  const auto found = found_in(file);
+  if (!found) return found.error();
+  if (found->format != nullptr) return found->format->read_header(file);
+  if (found->is_dicom)
+    return bad_input(file, "is DICOM, which can not stand here: convert it to NIfTI or NRRD");
+  std::vector<std::string> names;
+  for (const RasterFormat& format : formats()) names.push_back(format.name);
+  return bad_input(file, "is in no format that palpate knows: convert it to one of {} and DICOM",
+                   fmt::join(names, ", "));
 }
 
 bool has_raster_name(const std::filesystem::path& file) {
   const std::string name = lowered(file.filename().string());
-  for (const char* ending : {".nrrd", ".nhdr", ".mha", ".mhd", ".nii", ".nii.gz", ".hdr"}) {
-    if (name.ends_with(ending)) return true;
+  for (const RasterFormat& format : formats()) {
+    for (const std::string& ending : format.endings) {
+      if (name.ends_with(ending)) return true;
+    }
   }
   return false;
 }

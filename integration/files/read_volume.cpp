@@ -96,8 +96,6 @@ Result<std::vector<VectorFrame>> read_vectors(const std::vector<fs::path>& input
 bool holds_vectors(const std::vector<fs::path>& inputs) {
   const std::vector<fs::path> files = files_of(inputs);
   if (files.empty()) return false;
-  const auto kind = sniff(files.front());
-  if (!kind || *kind == FileKind::kDicom || *kind == FileKind::kUnknown) return false;
   const auto raster = read_raster_header(files.front());
   return raster && raster->component_count() == 3;
 }

@@ -83,7 +83,7 @@ class SceneReader {
     if (v.box_m && o.find("centred"))
       o.refuse("centred", "the box says where the data are: leave this out");
     if (v.box_m && !v.source.empty() && v.source != "charges")
-      o.refuse("box_m", "made data have their own size: leave this out");
+      o.refuse("box_m", "synthetic data have their own size: leave this out");
     drive(o, v.drive);
     if (const Status fine = check(v.drive, v.transform); !fine && o.good()) {
       std::string what = fine.error().message;
@@ -102,13 +102,13 @@ class SceneReader {
     CarriedValues values{};
     if (o.choice("values", values, SceneWords::kValues)) {
       v.values = values;
-      if (!v.source.empty()) o.refuse("values", "made data have their own: leave this out");
+      if (!v.source.empty()) o.refuse("values", "synthetic data have their own: leave this out");
     }
     o.boolean("blend_values", v.blend_values);
     read_seen(o, "view", v.seen);
     read_segments(o, "segments", v.segments);
     if (!v.source.empty() && v.segments.any())
-      o.refuse("segments", "made data have none: leave this out");
+      o.refuse("segments", "synthetic data have none: leave this out");
     o.finish();
     scene_.volumes.push_back(std::move(v));
   }
@@ -137,7 +137,8 @@ class SceneReader {
                             : "the volume has a source already: give only one of the two");
     const json* motions = o.list("motions");
     if (!motions || !o.good()) return;
-    if (!v.source.empty()) return o.refuse("motions", "made data bring their own: leave this out");
+    if (!v.source.empty())
+      return o.refuse("motions", "synthetic data bring their own: leave this out");
     for (size_t k = 0; k < motions->size() && o.good(); ++k)
       motion((*motions)[k], fmt::format("{}[{}]", o.place("motions"), k), v);
   }

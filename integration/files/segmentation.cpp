@@ -210,8 +210,6 @@ Result<std::vector<Segmentation>> read_segmentation(const fs::path& file) {
 }
 
 bool is_slicer_segmentation(const fs::path& file) {
-  const auto kind = sniff(file);
-  if (!kind || *kind != FileKind::kNrrd) return false;
   const auto raster = read_raster_header(file);
   return raster && has_segments(*raster);
 }

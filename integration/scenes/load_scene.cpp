@@ -371,8 +371,8 @@ Status add_derived_wall(VolumeSpec& spec, MovingVolume& volume, const Volume& fr
     return files::bad_input(
         spec.files.front(),
         "has nothing large enough that is brighter than {:.4g} and has a border: choose another "
-        "level, or feel the values (--wall values)",
-        segments.iso_value.value_or(wall_of(frame).at.level));
+        "iso-value, or feel the values (--wall values)",
+        segments.iso_value.value_or(wall_of(frame).at.iso_value));
   const SegmentSpec& part = segments.parts.front();
   const glm::vec3 colour = part.colour ? glm::vec3(*part.colour) : glm::vec3(0.85F, 0.55F, 0.5F);
   notes.push_back(fmt::format(
@@ -396,27 +396,28 @@ bool can_carry_one_wall(const VolumeSpec& spec, const MovingVolume& volume, cons
          check_fits_memory("One motion for the whole sequence", bytes);
 }
 
-/// Of the level that is asked for, or the best one.
+/// Of the iso-value that is asked for, or the best one.
 WallQuality values_as_wall(const Volume& frame, const SequenceChoices& choices) {
-  return choices.level ? wall_quality(frame, {*choices.level, value_between_groups(frame).width})
-                       : wall_of(frame);
+  return choices.iso_value
+             ? wall_quality(frame, {*choices.iso_value, value_between_groups(frame).width})
+             : wall_of(frame);
 }
 
 Result<ModeSpec> surface_of(const fs::path& file, const Samples& samples, const WallQuality& found,
                             const SequenceChoices& choices, std::vector<std::string>& notes) {
-  const double level = found.at.level;
-  if (!(level >= samples.low && level <= samples.high))
+  const double iso_value = found.at.iso_value;
+  if (!(iso_value >= samples.low && iso_value <= samples.high))
     return files::bad_input(
-        file, "has values from {:.6g} to {:.6g}: there is no surface at --level {:.6g}",
-        samples.low, samples.high, level);
-  auto strength =
-      TransferFunction::window(level, choices.width.value_or(found.at.width), choices.strength_n);
+        file, "has values from {:.6g} to {:.6g}: there is no surface at --iso-value {:.6g}",
+        samples.low, samples.high, iso_value);
+  auto strength = TransferFunction::window(iso_value, choices.width.value_or(found.at.width),
+                                           choices.strength_n);
   if (!strength) return strength.error();
-  if (!choices.level)
-    notes.push_back(fmt::format(
-        "The surface to feel is put at {:.4g}, between the two main groups of values: --level says "
-        "otherwise.",
-        level));
+  if (!choices.iso_value)
+    notes.push_back(
+        fmt::format("The surface to feel is put at {:.4g}, between the two main groups of values: "
+                    "--iso-value says otherwise.",
+                    iso_value));
   if (found.ends > kClosedWall)
     notes.push_back(fmt::format(
         "This surface is no closed wall: at {:.0f} % of its places it ends within {:.2g} mm "
@@ -442,14 +443,14 @@ Result<ModeSpec> guide_along(const Volume& lengths, const SequenceChoices& choic
   const double longest = lengths.values.empty()
                              ? 0.0
                              : *std::max_element(lengths.values.begin(), lengths.values.end());
-  const double level = choices.level.value_or(0.5 * longest);
-  const double width = choices.width.value_or(choices.level ? 0.0 : longest);
-  auto strength = TransferFunction::window(level, width, choices.strength_n);
+  const double iso_value = choices.iso_value.value_or(0.5 * longest);
+  const double width = choices.width.value_or(choices.iso_value ? 0.0 : longest);
+  auto strength = TransferFunction::window(iso_value, width, choices.strength_n);
   if (!strength) return strength.error();
-  if (!choices.level)
+  if (!choices.iso_value)
     notes.push_back(fmt::format(
         "These are vectors: the hand is guided along them, with full force at a length of {:.4g}; "
-        "--level and --width say otherwise, and a scene file offers other modes.",
+        "--iso-value and --width say otherwise, and a scene file offers other modes.",
         longest));
   ModeSpec follow;
   follow.name = "along";
@@ -478,14 +479,14 @@ Status feel_usual(LoadedScene& scene, VolumeSpec& spec, MovingVolume& volume,
   const WallQuality values = values_as_wall(samples.first, choices);
   FeltWall wall = choices.wall;
   if (wall == FeltWall::kUsual)
-    wall = values.ends > kClosedWall && !choices.level && !choices.width &&
+    wall = values.ends > kClosedWall && !choices.iso_value && !choices.width &&
                    can_carry_one_wall(spec, volume, samples.first, choices)
                ? FeltWall::kRegion
                : FeltWall::kValues;
   if (wall == FeltWall::kRegion || wall == FeltWall::kRidges) {
     SegmentsSpec derived;
     derived.from = wall == FeltWall::kRidges ? SegmentsFrom::kRidges : SegmentsFrom::kRegion;
-    derived.iso_value = choices.level;
+    derived.iso_value = choices.iso_value;
     SegmentSpec part;
     part.name = "wall";
     part.strength_n = choices.strength_n;
@@ -529,7 +530,7 @@ Result<LoadedScene> of_spec(std::string name, SceneSpec spec, const SequenceChoi
       const Status derived = add_derived_wall(of, *volume, samples.first, scene.notes);
       if (!derived) return derived.error();
     } else if (without_modes && !samples.first.values.empty() &&
-               (volume->segments.empty() || choices.level)) {
+               (volume->segments.empty() || choices.iso_value)) {
       const size_t before = scene.spec.modes.size();
       const Status felt = feel_usual(scene, of, *volume, samples, choices);
       if (!felt) return felt.error();
@@ -579,7 +580,7 @@ Result<LoadedScene> of_sequence(const std::vector<fs::path>& inputs, const Seque
     segment.friction = choices.friction;
   }
   // With segments their walls are felt, and the values only where that is asked for.
-  if (volume->segments.empty() || choices.level) {
+  if (volume->segments.empty() || choices.iso_value) {
     const Status felt = feel_usual(scene, spec, *volume, samples, choices);
     if (!felt) return felt.error();
   }
@@ -625,10 +626,11 @@ Result<LoadedScene> load_scene(const std::vector<fs::path>& inputs, const Sequen
        {Made{"heart", heart_scene}, Made{"shell", shell_scene}, Made{"molecule", molecule_scene}}) {
     if (inputs.size() != 1 || name != made) continue;
     if (choices.values)
-      return Error{ErrorKind::kBadInput,
-                   fmt::format("'{}' is made data, which have their own values at all times: leave "
-                               "--values out",
-                               name)};
+      return Error{
+          ErrorKind::kBadInput,
+          fmt::format("'{}' is synthetic data, which have their own values at all times: leave "
+                      "--values out",
+                      name)};
     return of_spec(name, scene(), choices, doing);
   }
   if (is_scene)

@@ -34,7 +34,7 @@ enum class FeltWall : uint8_t {
 /// How a sequence that comes without a scene is to be felt.
 struct SequenceChoices {
   FeltWall wall = FeltWall::kUsual;
-  std::optional<double> level;  ///< the surface's value; none: found in the data
+  std::optional<double> iso_value;  ///< the surface's value; none: found in the data
   std::optional<double> width;
   double strength_n = 4.0;
   double friction = 0.2;

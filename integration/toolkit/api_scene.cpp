@@ -46,7 +46,7 @@ Result<std::shared_ptr<const scenes::GivenVolume>> given_of(const PalFrames& fra
 /// What the host says of the scene, checked and in our words.
 Result<scenes::SequenceChoices> choices_of(const PalSceneInfo& info) {
   scenes::SequenceChoices choices;
-  if (info.iso_value) choices.level = *info.iso_value;
+  if (info.iso_value) choices.iso_value = *info.iso_value;
   if (info.strength_n > 0.0) choices.strength_n = info.strength_n;
   if (info.friction != 0.0) choices.friction = std::max(info.friction, 0.0);
   choices.frames_per_second = info.frames_per_second;

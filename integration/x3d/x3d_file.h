@@ -40,9 +40,9 @@ struct X3dText {
   std::vector<std::string> notes;
 };
 
-/// Volumes of files need a box (see place_by_box() of module/scene/make_volume.h), made data other
-/// than charges have no node: kBadInput, in one sentence. Paths are made relative to where `file`
-/// would be. Any thread.
+/// Volumes of files need a box (see place_by_box() of module/scene/make_volume.h), synthetic data
+/// other than charges have no node: kBadInput, in one sentence. Paths are made relative to where
+/// `file` would be. Any thread.
 Result<X3dText> x3d_text(const SceneSpec& scene, const std::filesystem::path& file);
 
 }  // namespace palpate::x3d

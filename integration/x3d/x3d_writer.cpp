@@ -211,7 +211,7 @@ class SceneWriter {
     if (!v.source.empty() && v.source != "charges")
       return Error{
           ErrorKind::kBadInput,
-          fmt::format("The made data \"{}\" have no node in X3D: write them to a file with "
+          fmt::format("The synthetic data \"{}\" have no node in X3D: write them to a file with "
                       "'palpate phantom', and name that",
                       v.source)};
     if (v.source.empty() && !v.box_m && !v.centred)

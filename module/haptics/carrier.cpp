@@ -46,12 +46,12 @@ double squared(const glm::dmat3& m) {
   return glm::dot(m[0], m[0]) + glm::dot(m[1], m[1]) + glm::dot(m[2], m[2]);
 }
 
-/// Gives the planes that were placed from `first` on their levels: those that stand at the proxy
-/// (`at`, world) across the data's gradient. `derivative` is that of the map from the data frame to
-/// the world.
-void tell_levels(const LocalData& data, const ModeSpec& mode, const glm::dmat3& derivative,
-                 glm::dvec3 at, int first, Placed& out) noexcept {
-  for (int i = first; i < out.set.count(); ++i) out.level[i] = {};
+/// Gives the planes that were placed from `first` the iso-surfaces that they lie on: those that
+/// stand at the proxy (`at`, world) across the data's gradient. `derivative` is that of the map
+/// from the data frame to the world.
+void tell_surface_values(const LocalData& data, const ModeSpec& mode, const glm::dmat3& derivative,
+                         glm::dvec3 at, int first, Placed& out) noexcept {
+  for (int i = first; i < out.set.count(); ++i) out.surface_value[i] = {};
   if (mode.scalar != ScalarProperty::kValue || first == out.set.count()) return;
   const glm::dvec3 a = derivative[0], b = derivative[1], c = derivative[2];
   const glm::dvec3 bc = glm::cross(b, c), uphill = data.scalar_gradient();
@@ -61,7 +61,8 @@ void tell_levels(const LocalData& data, const ModeSpec& mode, const glm::dmat3& 
   for (int i = first; i < out.set.count(); ++i) {
     if (out.set[i].kind != Primitive::Kind::kPlane || out.set[i].position != at) continue;
     const double slope = glm::dot(gradient, out.set[i].direction);
-    if (std::abs(slope) > (1.0 - kAcross) * steepness) out.level[i] = {data.scalar(), slope};
+    if (std::abs(slope) > (1.0 - kAcross) * steepness)
+      out.surface_value[i] = {data.scalar(), slope};
   }
 }
 
@@ -87,7 +88,7 @@ class StillCarrier final : public Carrier {
     WorldSink sink(out.set, volume_.linear, material_, at_, weight, cap_n, forward);
     const int first = out.set.count();
     mode.mode->place({data, material_, volume_.volume(probe), dt_s}, sink);
-    tell_levels(data, mode.spec, volume_.linear, at_, first, out);
+    tell_surface_values(data, mode.spec, volume_.linear, at_, first, out);
     report_.unsound |= !data.sound();
   }
 
@@ -165,12 +166,12 @@ class FlowingCarrier final : public Carrier {
                                material_ + motion_.u_m + closing_, motion_.jacobian, phase, read_,
                                read_next_);
       mode.mode->place({data, material_, probe_here, dt_s}, sink);
-      tell_levels(data, mode.spec, derivative, at_, first, out);
+      tell_surface_values(data, mode.spec, derivative, at_, first, out);
       report_.unsound |= !data.sound();
     } else {
       const StillReader data(frame, mode.spec, material_, read_);
       mode.mode->place({data, material_, probe_here, dt_s}, sink);
-      tell_levels(data, mode.spec, derivative, at_, first, out);
+      tell_surface_values(data, mode.spec, derivative, at_, first, out);
       report_.unsound |= !data.sound();
     }
   }
@@ -292,7 +293,7 @@ class MaterialCarrier final : public Carrier {
     const StillReader data(source_of(mode, data_, 0), mode.spec, material_, read_);
     const int first = out.set.count();
     mode.mode->place({data, material_, probe_here, dt_s}, sink);
-    tell_levels(data, mode.spec, derivative, at_, first, out);
+    tell_surface_values(data, mode.spec, derivative, at_, first, out);
     report_.unsound |= !data.sound();
   }
 

@@ -57,8 +57,8 @@ class Carrier {
   virtual bool go_to(glm::dvec3 world) noexcept = 0;
   /// The same where nothing is known of what was before: at the start.
   virtual bool put(glm::dvec3 world) noexcept { return go_to(world); }
-  /// Places a mode's primitives, carried forward to the world, and their levels. weight scales
-  /// strengths, cap bounds them (N).
+  /// Places a mode's primitives, carried forward to the world, and the values of their surfaces.
+  /// weight scales strengths, cap bounds them (N).
   virtual void place(const HapticMode& mode, glm::dvec3 probe_world, double dt_s, double weight,
                      double cap_n, Placed& out) noexcept = 0;
 

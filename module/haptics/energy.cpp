@@ -42,16 +42,16 @@ EnergyTank::EnergyTank(const EnergyTankOptions& options) noexcept {
   options_.capacity_j = not_negative(options.capacity_j, 1e3);
   options_.allowance_w = not_negative(options.allowance_w, 1e3);
   options_.dissipated_share = not_negative(options.dissipated_share, 1.0);
-  level_j_ = options_.capacity_j;
+  energy_j_ = options_.capacity_j;
 }
 
 void EnergyTank::charge(double joule) noexcept {
-  const double taken = std::min(joule, debt_j_ + options_.capacity_j - level_j_);
+  const double taken = std::min(joule, debt_j_ + options_.capacity_j - energy_j_);
   if (!(taken > 0.0)) return;
   charged_.add(taken);
   const double repaid = std::min(taken, debt_j_);
   debt_j_ -= repaid;
-  level_j_ = std::min(level_j_ + (taken - repaid), options_.capacity_j);
+  energy_j_ = std::min(energy_j_ + (taken - repaid), options_.capacity_j);
 }
 
 void EnergyTank::book(double joule, double held_j) noexcept {
@@ -59,10 +59,10 @@ void EnergyTank::book(double joule, double held_j) noexcept {
   held_.add(held_j);
   if (joule > 0.0) {
     put_in_.add(joule);
-    level_j_ -= joule;
-    if (level_j_ < 0.0) {  // by rounding: kept, so that a day of it does not add up
-      debt_j_ -= level_j_;
-      level_j_ = 0.0;
+    energy_j_ -= joule;
+    if (energy_j_ < 0.0) {  // by rounding: kept, so that a day of it does not add up
+      debt_j_ -= energy_j_;
+      energy_j_ = 0.0;
     }
   } else {
     dissipated_.add(-joule);
@@ -79,9 +79,9 @@ bool EnergyTank::pay(double joule) noexcept {
     return true;
   }
   put_in_.add(joule);
-  const bool enough = joule <= level_j_;
-  if (!enough) debt_j_ += joule - level_j_;
-  level_j_ = std::max(0.0, level_j_ - joule);
+  const bool enough = joule <= energy_j_;
+  if (!enough) debt_j_ += joule - energy_j_;
+  energy_j_ = std::max(0.0, energy_j_ - joule);
   return enough;
 }
 
@@ -104,14 +104,14 @@ glm::dvec3 EnergyTank::limit(glm::dvec3 x_prev, glm::dvec3 x_new, glm::dvec3 pro
   if (dt_s > 0.0 && std::isfinite(dt_s)) charge(options_.allowance_w * dt_s);
   last_probe_ = probe;
   last_stiffness_ = k;
-  if (wanted_j <= level_j_) {
+  if (wanted_j <= energy_j_) {
     book(wanted_j, held_j);
     return x_new;
   }
 
-  // Paid for are the x with k/2 |x - probe|^2 <= old_k/2 |x_prev - probe|^2 + level: a sphere about
-  // the probe. It holds x_prev, unless a stiffer spring alone costs more than the level.
-  const double excess = 2.0 * (stiffer_j - level_j_) / k;  // |x_prev - probe|^2 - its radius^2
+  // Paid for are the x with k/2 |x - probe|^2 <= old_k/2 |x_prev - probe|^2 + energy_j_: a sphere
+  // about the probe. It holds x_prev, unless a stiffer spring alone costs more than the energy.
+  const double excess = 2.0 * (stiffer_j - energy_j_) / k;  // |x_prev - probe|^2 - its radius^2
   const double share = furthest_inside(from, step, excess);
   glm::dvec3 moved = share * step;
   if (share < 0.0) {

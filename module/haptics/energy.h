@@ -62,10 +62,10 @@ class EnergyTank {
   bool pay(double joule) noexcept;
 
   /// Forgets the last frame's probe and stiffness: call when the proxy is put to the probe (start,
-  /// scene change). Level and ledger stay.
+  /// scene change). Energy and ledger stay.
   void restart() noexcept { known_ = false; }
 
-  double level_j() const noexcept { return level_j_; }
+  double energy_j() const noexcept { return energy_j_; }
   /// What the scene put into the spring in the last frame; negative: took out.
   double last_j() const noexcept { return last_j_; }
   bool slipped() const noexcept { return slipped_; }
@@ -82,7 +82,7 @@ class EnergyTank {
   void book(double joule, double held_j) noexcept;
 
   EnergyTankOptions options_;
-  double level_j_ = 0.0, last_j_ = 0.0;
+  double energy_j_ = 0.0, last_j_ = 0.0;
   double debt_j_ = 0.0;  // what rounding overdrew
   bool slipped_ = false, known_ = false;
   glm::dvec3 last_probe_{0.0};

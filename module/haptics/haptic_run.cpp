@@ -16,7 +16,7 @@ double towards(double from, double to, double by) {
 
 /// A factor on a strength of `unit_n` on its way to what is wanted, by at most `most_n`. What lies
 /// above `felt_n` can not be felt, and is left out at once.
-double turned(double from, double to, double unit_n, double felt_n, double dt_s, double most_n) {
+double ramped(double from, double to, double unit_n, double felt_n, double dt_s, double most_n) {
   if (from == to) return to;
   if (to < from) from = std::max(to, std::min(from, felt_n / unit_n));
   return towards(from, to, std::min(dt_s / kSwitchRamp_s, most_n / unit_n));
@@ -74,8 +74,8 @@ void HapticRun::take_over(const HapticRun& before) noexcept {
       if (old.spec.name != mode.spec.name) continue;
       modes[m] = before.modes[o];
       const VolumeRun& volume = volumes[scene->carriers[mode.carrier].volume];
-      modes[m].on_level =
-          modes[m].on_level &&
+      modes[m].on_surface =
+          modes[m].on_surface &&
           unmoved(volume, before.volumes[before.scene->carriers[old.carrier].volume]);
     }
   }
@@ -89,27 +89,27 @@ void HapticRun::place_proxy(glm::dvec3 world) noexcept {
   }
 }
 
-void HapticRun::turn(double dt_s, double felt_n) noexcept {
+void HapticRun::ramp(double dt_s, double felt_n) noexcept {
   double placed_n = 0.0;
-  int turning = 0;
+  int ramping = 0;
   for (const ModeRun& mode : modes) {
     placed_n += mode.placed_n * mode.weight * mode.gain;
-    turning += mode.turns();
+    ramping += mode.ramps();
   }
-  const double share_n = kTurned_n_per_s * dt_s / std::max(turning, 1);
+  const double share_n = kRamp_n_per_s * dt_s / std::max(ramping, 1);
   for (size_t m = 0; m < modes.size(); ++m) {
     ModeRun& mode = modes[m];
-    if (!mode.turns()) continue;
+    if (!mode.ramps()) continue;
     // In balance with hand and other modes: it gives no more than they.
     const double most_n = felt_n + placed_n - mode.placed_n * mode.weight * mode.gain;
     const double unit_n = std::max(
         mode.placed_n > 0.0 ? mode.placed_n : scene->modes[m].spec.strength.highest(), 1e-3);
-    mode.weight = turned(mode.weight, mode.wanted_weight(), unit_n * std::max(mode.gain, 1e-3),
+    mode.weight = ramped(mode.weight, mode.wanted_weight(), unit_n * std::max(mode.gain, 1e-3),
                          most_n, dt_s, share_n);
-    mode.gain = turned(mode.gain, mode.wanted_gain, unit_n * std::max(mode.weight, 1e-3), most_n,
+    mode.gain = ramped(mode.gain, mode.wanted_gain, unit_n * std::max(mode.weight, 1e-3), most_n,
                        dt_s, share_n);
   }
-  const double share_per_s = std::min(kStiffness_per_s, kTurned_n_per_s / std::max(felt_n, 1e-3));
+  const double share_per_s = std::min(kStiffness_per_s, kRamp_n_per_s / std::max(felt_n, 1e-3));
   stiffness_n_per_m =
       towards(stiffness_n_per_m, wanted_stiffness_n_per_m, share_per_s * dt_s * stiffness_n_per_m);
 }

@@ -19,10 +19,10 @@ struct ModeRun {
   double wanted_gain = 1.0;
   double placed_n = 0.0;  ///< strongest of what it placed last, before weight and gain
   bool on = true;
-  bool on_level = false;  ///< the proxy rests on its surface, and has not been pressed through it
-  double level = 0.0;     ///< the data's value where it was met
+  bool on_surface = false;  ///< the proxy rests on its surface, and has not been pressed through it
+  double iso_value = 0.0;   ///< the data's value where it was met
   double wanted_weight() const { return on ? 1.0 : 0.0; }
-  bool turns() const { return weight != wanted_weight() || gain != wanted_gain; }
+  bool ramps() const { return weight != wanted_weight() || gain != wanted_gain; }
 };
 
 /// A carrier, and what is left of its force when its point could not be found: held, then faded.
@@ -37,7 +37,7 @@ struct CarrierRun {
 
 /// How fast switching and retuning may change the force. With what friction adds to it, below the
 /// 20 N/s (0.02 N per ms) at which a hand at rest begins to take a change for an event.
-constexpr double kTurned_n_per_s = 12.0;
+constexpr double kRamp_n_per_s = 12.0;
 
 /// A scene as it runs: everything that changes from one haptic frame to the next. Made by prepare()
 /// off the servo thread with all its memory; the frames themselves allocate nothing.
@@ -69,8 +69,8 @@ struct HapticRun {
   /// starts faded out. Real-time safe.
   void place_proxy(glm::dvec3 world) noexcept;
   /// Takes switches, gains and the stiffness on towards what is wanted, no faster than a hand may
-  /// feel it: by at most kTurned_n_per_s, where felt_n is the force on it now. Real-time safe.
-  void turn(double dt_s, double felt_n) noexcept;
+  /// feel it: by at most kRamp_n_per_s, where felt_n is the force on it now. Real-time safe.
+  void ramp(double dt_s, double felt_n) noexcept;
 };
 
 }  // namespace palpate

@@ -148,7 +148,7 @@ void Haptics::move_on(const TickInput& input, double dt_s) noexcept {
     volume.pointer = volume.playback.step(dt_s);
     volume.crossed = volume.playback.crossed();
   }
-  run_->turn(dt_s, glm::length(last_wanted_));
+  run_->ramp(dt_s, glm::length(last_wanted_));
   for (CarrierRun& carrier : run_->carriers) {
     carrier.held = false;
     carrier.carrier->clear_report();
@@ -229,7 +229,7 @@ glm::dvec3 Haptics::force_n(glm::dvec3 probe, const TickInput& input) noexcept {
   is_sudden_ = late != glm::dvec3(0.0) || (is_sudden_ && bridge_n_ != glm::dvec3(0.0));
   // Before the next tick, for it can not be taken back: a hand may go twice as far in it.
   const double next_j = 2.0 * glm::dot(bridge_n_, step);
-  if (options_.meter_energy && next_j > tank_.level_j()) bridge_n_ *= tank_.level_j() / next_j;
+  if (options_.meter_energy && next_j > tank_.energy_j()) bridge_n_ *= tank_.energy_j() / next_j;
   limited_ = rough && late != glm::dvec3(0.0);
   return spring + bridge_n_;
 }
@@ -290,7 +290,7 @@ TickOutput Haptics::tick(const TickInput& input) noexcept {
     guard.touching = swept.touching;
     guard.scene = report(out);
     out.scene_energy_j = tank_.last_j();
-    out.tank_j = tank_.level_j();
+    out.tank_j = tank_.energy_j();
     if (!run_->playing.empty()) out.first = run_->volumes[run_->playing.front()].pointer;
     guard.wanted_n = glm::conjugate(run_->scene->world_from_device.rotation) * out.wanted_n;
     last_wanted_ = finite(out.wanted_n) ? out.wanted_n : glm::dvec3(0.0);

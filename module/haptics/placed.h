@@ -7,7 +7,7 @@
 namespace palpate {
 
 /// What a plane knows of the data it stands in, if it is a surface of equal value.
-struct Level {
+struct SurfaceValue {
   double value = 0.0;  ///< of the data where it stands
   double slope_per_m =
       0.0;  ///< of that value along the plane's direction, world; 0: no such surface
@@ -16,7 +16,7 @@ struct Level {
 /// The primitives of all modes at one place of the proxy.
 struct Placed {
   PrimitiveSet set;
-  std::array<Level, PrimitiveSet::kCapacity> level;
+  std::array<SurfaceValue, PrimitiveSet::kCapacity> surface_value;
   std::array<uint8_t, PrimitiveSet::kCapacity> owner;  ///< of each, the index of its mode
   glm::dvec3 pull{0.0};  ///< where the probe acts: shifted by the directed forces
 };

@@ -63,7 +63,7 @@ void Servo::run(ServoLoop& loop, const RealTimeOptions& options) {
   if (seated) prepare_thread(options, report_);
   start_.store(seated ? Start::kRunning : Start::kRefused);
   start_.notify_one();
-  while (seated && loop.turn()) {
+  while (seated && loop.run_period()) {
   }
   emergency::leave();
 }

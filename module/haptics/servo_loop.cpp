@@ -36,7 +36,7 @@ ServoLoop::ServoLoop(ForceDevice& device, Ticker& ticker, ServoClock& clock, Ser
       listeners_(listeners),
       plan_(options.exchanges, options.period_ns) {}
 
-bool ServoLoop::turn() noexcept {
+bool ServoLoop::run_period() noexcept {
   if (!started_) deadline_ns_ = clock_.now_ns() + options_.period_ns;
   clock_.sleep_until(deadline_ns_);
   const int64_t woke_ns = clock_.now_ns();
@@ -81,7 +81,7 @@ void ServoLoop::note_start(int64_t woke_ns) noexcept {
 void ServoLoop::note_end(int64_t woke_ns, int64_t end_ns) noexcept {
   ServoStatistics& statistics = ports_.statistics;
   statistics.tick.add(tick_ns_);
-  statistics.turn.add(end_ns - woke_ns);
+  statistics.work.add(end_ns - woke_ns);
   statistics.twice.store(plan_.twice(), std::memory_order_relaxed);
   count_up(statistics.ticks);
   deadline_ns_ += options_.period_ns;

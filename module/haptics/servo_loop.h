@@ -81,7 +81,7 @@ class ServoLoop {
 
   /// One period: waits for its deadline, asks the device where it is, ticks, sends. False once it
   /// was asked to stop and the device had zero three times: then it is over.
-  bool turn() noexcept;
+  bool run_period() noexcept;
   /// For a crash of the servo thread itself: ramps the last force to zero over options.ramp_ns, one
   /// exchange per ms. Does nothing if the crash was inside the device's own code.
   void ramp_down_now() noexcept;
@@ -106,7 +106,7 @@ class ServoLoop {
   DeviceCommand command_;  ///< what the device has, or gets next
   DeviceReading second_;   ///< the answer to the second exchange
   bool have_second_ = false;
-  int64_t device_ns_ = 0, tick_ns_ = 0;  ///< longest exchange and the tick of this turn
+  int64_t device_ns_ = 0, tick_ns_ = 0;  ///< longest exchange and the tick of this period
   int64_t deadline_ns_ = 0, last_woke_ns_ = 0, last_end_ns_ = 0, last_tick_at_ns_ = 0;
   bool started_ = false;
 

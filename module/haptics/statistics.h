@@ -51,7 +51,7 @@ struct ServoStatistics {
   Histogram lateness;  ///< of the wake-up behind its deadline
   Histogram tick;      ///< the tick alone
   Histogram device;    ///< one exchange
-  Histogram turn;      ///< all the work of a period, from waking to done
+  Histogram work;      ///< all the work of a period, from waking to done
   std::array<std::atomic<uint64_t>, kMissCauses> misses{};
   std::atomic<uint64_t> ticks{0};
   std::atomic<uint64_t> late{0};        ///< ticks that the watchdog called late

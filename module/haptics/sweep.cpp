@@ -30,8 +30,8 @@ constexpr double kAlong = 1e-3;
 constexpr double kClosestLook = 1.0 / 16.0;
 // Forces that balance before this share of a piece end it there.
 constexpr double kGivesWay = 0.8;
-// What puts a slide back on its level is a small part of its length, or the data are too rough for
-// it.
+// What puts a slide back on its iso-surface is a small part of its length, or the data are too
+// rough for it.
 constexpr double kMostBack = 0.25;
 // How deep below the value it was met with a surface may be left alone, and how fast it may take
 // the proxy along by its values alone, per frame; in strides.
@@ -88,7 +88,7 @@ class Way {
           balance.proxy = bent(*here, *there, straight, balance.proxy, kShort_m, stiffness_);
           measure(balance.proxy);
           share = length_ > 0.0 ? std::min(1.0, look_ / strides_) : 1.0;
-          balance.proxy = on_level(*here, *there, share, balance.proxy);
+          balance.proxy = on_surface(*here, *there, share, balance.proxy);
           advance(share, balance.proxy);
         }
         if (share == 1.0) {
@@ -204,16 +204,18 @@ class Way {
   /// A slide that is to end at share of the way to a point, corrected by what the data at `there`
   /// say of its end: sliding along a surface does not change the value. Without this, small errors
   /// add up, and on rough data the proxy creeps through a thin surface.
-  glm::dvec3 on_level(const Placed& here, const Placed& there, double share,
-                      glm::dvec3 to) const noexcept {
+  glm::dvec3 on_surface(const Placed& here, const Placed& there, double share,
+                        glm::dvec3 to) const noexcept {
     for (int i = 0; i < here.set.count(); ++i) {
-      const double slope = there.level[i].slope_per_m;
-      if (slope == 0.0 || here.level[i].slope_per_m == 0.0 || !slides(here, there, i, stiffness_))
+      const double slope = there.surface_value[i].slope_per_m;
+      if (slope == 0.0 || here.surface_value[i].slope_per_m == 0.0 ||
+          !slides(here, there, i, stiffness_))
         continue;
       const Primitive& p = there.set[i];
       const glm::dvec3 from = here.set[i].position, way = share * (to - from);
       const double ahead = glm::dot(from + way - p.position, p.direction);
-      const double back = (here.level[i].value - there.level[i].value) / slope - ahead;
+      const double back =
+          (here.surface_value[i].value - there.surface_value[i].value) / slope - ahead;
       const double most = kMostBack * glm::length(way);
       to += p.direction * (std::clamp(back, -most, most) / share);
     }
@@ -223,10 +225,10 @@ class Way {
   /// Surfaces newly met: from now on the proxy keeps to their values.
   void keep_levels(const Placed& there, uint32_t met) noexcept {
     for (int i = 0; i < there.set.count(); ++i) {
-      if (!(met >> there.owner[i] & 1u) || there.level[i].slope_per_m == 0.0) continue;
+      if (!(met >> there.owner[i] & 1u) || there.surface_value[i].slope_per_m == 0.0) continue;
       ModeRun& mode = run_.modes[there.owner[i]];
-      mode.on_level = true;
-      mode.level = there.level[i].value;
+      mode.on_surface = true;
+      mode.iso_value = there.surface_value[i].value;
     }
   }
 
@@ -238,22 +240,22 @@ class Way {
   /// nothing presses on, is not kept to any longer.
   void settle(Placed& here) noexcept {
     uint32_t kept = 0, pressed_on = 0;
-    for (size_t m = 0; m < run_.modes.size(); ++m) kept |= uint32_t(run_.modes[m].on_level) << m;
+    for (size_t m = 0; m < run_.modes.size(); ++m) kept |= uint32_t(run_.modes[m].on_surface) << m;
     if (!kept) return;
     glm::dvec3 way(0.0);
     for (int i = 0; i < here.set.count(); ++i) {
       if (!(kept >> here.owner[i] & 1u) || !slides(here, here, i, stiffness_)) continue;
       pressed_on |= 1u << here.owner[i];
-      if (here.level[i].slope_per_m == 0.0) continue;
+      if (here.surface_value[i].slope_per_m == 0.0) continue;
       const glm::dvec3 out = here.set[i].direction;
-      const double deep =
-          (run_.modes[here.owner[i]].level - here.level[i].value) / here.level[i].slope_per_m -
-          glm::dot(way, out);
+      const double deep = (run_.modes[here.owner[i]].iso_value - here.surface_value[i].value) /
+                              here.surface_value[i].slope_per_m -
+                          glm::dot(way, out);
       const double stride = carrier_of(here.owner[i]).carrier->stride_m();
       way += out * std::clamp(deep - kSunk * stride, 0.0, kMostSettled * stride);
     }
     for (size_t m = 0; m < run_.modes.size(); ++m)
-      run_.modes[m].on_level = (kept & pressed_on) >> m & 1u;
+      run_.modes[m].on_surface = (kept & pressed_on) >> m & 1u;
     if (way == glm::dvec3(0.0)) return;
     for (CarrierRun& run : run_.carriers)
       if (!run.held && !run.carrier->go_to(run.carrier->at() + way)) run.held = true;

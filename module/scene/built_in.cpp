@@ -6,7 +6,7 @@ namespace palpate {
 
 namespace {
 
-/// Made data of this name with a surface.
+/// Synthetic data of this name with a surface.
 SceneSpec surface_scene(const char* name, double frames_per_second, TransferFunction strength) {
   VolumeSpec volume;
   volume.name = volume.source = name;

@@ -6,9 +6,9 @@
 #include <random>
 
 #include "module/scene/calibrate.h"
+#include "module/scene/rotation_spread.h"
 #include "module/scene/small_linear.h"
 #include "module/scene/tukey.h"
-#include "module/scene/turning.h"
 
 namespace palpate {
 namespace {
@@ -202,7 +202,7 @@ Result<Calibration> calibrate_by_movement(std::span<const TipSample> tip,
       return bad("The times of the device's samples do not rise: record the movement again.");
   if (least_reach(tip) < kLeastReach)
     return bad("The stylus hardly moved in one direction: move it through the whole workspace.");
-  if (second_turn(controller) < kLeastTurn)
+  if (rotation_spread_rad(controller) < kLeastTurn)
     return bad(
         "The stylus was hardly turned: turn it about two axes while moving it, or calibrate "
         "by touched points.");

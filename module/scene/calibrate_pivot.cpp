@@ -4,9 +4,9 @@
 #include <random>
 
 #include "module/scene/calibrate.h"
+#include "module/scene/rotation_spread.h"
 #include "module/scene/small_linear.h"
 #include "module/scene/tukey.h"
-#include "module/scene/turning.h"
 
 namespace palpate {
 namespace {
@@ -76,7 +76,7 @@ Result<Pivot> find_pivot(std::span<const ControllerSample> controller,
                          const CalibrationOptions& options) {
   if (controller.size() < kFewest)
     return bad("The headset saw the controller too seldom: turn it where the headset sees it.");
-  if (second_turn(controller) < kLeastTurn)
+  if (rotation_spread_rad(controller) < kLeastTurn)
     return bad(
         "The controller was hardly turned: tilt it to all sides and roll it, with its tip at "
         "rest.");

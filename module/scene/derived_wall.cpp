@@ -194,7 +194,7 @@ std::optional<DerivedWall> best_of(const Volume& frame, std::optional<double> is
     const double sigma_mm = smooth_mm.value_or(usual_mm * wall_scale(frame.grid));
     const Volume soft = smoothed(frame, sigma_mm);
     std::optional<DerivedWall> wall =
-        at(soft, iso_value ? *iso_value : wall_of(soft).at.level, sigma_mm);
+        at(soft, iso_value ? *iso_value : wall_of(soft).at.iso_value, sigma_mm);
     if (!wall) break;  // a stronger one only blurs what is too small
     wall->ends = wall_quality(wall->distance_mm, {0.0, 1.0}).ends;
     if (!best || wall->ends < best->ends) best = std::move(wall);

@@ -393,7 +393,7 @@ Result<MovingVolume> build(const VolumeSpec& spec) {
     volume.frames = {dichloroethane()};
     return checked(std::move(volume));
   }
-  return refused(spec, "there is no made data called \"" + spec.source +
+  return refused(spec, "there is no synthetic data called \"" + spec.source +
                            "\"; there are heart, heart-exact, shell, shell-exact, "
                            "molecule and charges.");
 }

@@ -193,7 +193,7 @@ struct VolumeSpec {
   double rate = 1.0;
   bool cyclic = true;
   /// None: the reference frame's where one motion for all frames is known or found, else its own.
-  /// Made data and vectors have their own.
+  /// Synthetic data and vectors have their own.
   std::optional<CarriedValues> values;
   bool blend_values = true;  ///< own values: equation (24); off: the frame's own until the next
   SeenSpec seen;

@@ -25,13 +25,13 @@ struct Groups {
 
 Groups groups_of(const Volume& frame);
 
-/// Whether the values rise over `level` on the line from `from` along `way`, LPS mm.
-bool rises(const Volume& frame, double level, glm::dvec3 from, glm::dvec3 way) {
+/// Whether the values rise over `iso_value` on the line from `from` along `way`, LPS mm.
+bool rises(const Volume& frame, double iso_value, glm::dvec3 from, glm::dvec3 way) {
   const int looks = int(std::ceil(glm::length(way) / (kLook_mm * wall_scale(frame.grid))));
   bool is_low = false;
   for (int n = 0; n <= looks; ++n) {
     const glm::dvec3 index = frame.grid.index_from_lps(from + way * (double(n) / looks));
-    const bool is_high = sample(frame, index) > level;
+    const bool is_high = sample(frame, index) > iso_value;
     if (is_high && is_low) return true;
     is_low = !is_high;
   }
@@ -51,7 +51,7 @@ WallValue value_between_groups(const Volume& frame) {
 
 WallQuality wall_quality(const Volume& frame, WallValue at) {
   const Grid& grid = frame.grid;
-  // Places: where neighbours along an axis lie on either side of the level, evenly thinned out.
+  // Places: where neighbours along an axis lie on either side of the iso-value, evenly thinned out.
   struct Crossing {
     size_t from;
     int axis;
@@ -63,9 +63,9 @@ WallQuality wall_quality(const Volume& frame, WallValue at) {
   for (int k = 0; k < n.z; ++k)
     for (int j = 0; j < n.y; ++j)
       for (int i = 0; i < n.x; ++i, ++v) {
-        const bool is_high = frame.values[v] > at.level;
+        const bool is_high = frame.values[v] > at.iso_value;
         const auto look = [&](bool is_there, int axis) {
-          if (is_there && (frame.values[v + stride[size_t(axis)]] > at.level) != is_high)
+          if (is_there && (frame.values[v + stride[size_t(axis)]] > at.iso_value) != is_high)
             crossings.push_back({v, axis});
         };
         look(i + 1 < n.x, 0), look(j + 1 < n.y, 1), look(k + 1 < n.z, 2);
@@ -77,7 +77,7 @@ WallQuality wall_quality(const Volume& frame, WallValue at) {
     const double a = frame.values[from], b = frame.values[from + stride[size_t(axis)]];
     glm::dvec3 place(double(from % stride[1]), double(from / stride[1] % size_t(n.y)),
                      double(from / stride[2]));
-    place[axis] += (at.level - a) / (b - a);
+    place[axis] += (at.iso_value - a) / (b - a);
     places.push_back(place);
   }
   const double scale = wall_scale(grid);
@@ -112,8 +112,8 @@ WallQuality wall_quality(const Volume& frame, WallValue at) {
           glm::any(glm::greaterThan(there, glm::dvec3(grid.size - 1))))
         continue;
       ++looked;
-      lost +=
-          !rises(frame, at.level, aside - kAcross_mm * scale * in, 2.0 * kAcross_mm * scale * in);
+      lost += !rises(frame, at.iso_value, aside - kAcross_mm * scale * in,
+                     2.0 * kAcross_mm * scale * in);
     }
   }
   quality.slope_per_mm /= double(places.size());
@@ -122,16 +122,16 @@ WallQuality wall_quality(const Volume& frame, WallValue at) {
 }
 
 WallQuality wall_of(const Volume& frame) {
-  constexpr int kLevels = 8;
+  constexpr int kIsoValues = 8;
   constexpr double kGood = 0.05, kAsGood = 0.03;
   const Groups groups = groups_of(frame);
   const WallQuality otsu = wall_quality(frame, groups.otsu);
   if (otsu.ends <= kGood) return otsu;
   std::vector<WallQuality> walls = {otsu};
   double least = otsu.ends;
-  for (int n = 1; n < kLevels; ++n) {
-    const double level = groups.lower + (groups.upper - groups.lower) * n / kLevels;
-    walls.push_back(wall_quality(frame, {level, groups.otsu.width}));
+  for (int n = 1; n < kIsoValues; ++n) {
+    const double iso_value = groups.lower + (groups.upper - groups.lower) * n / kIsoValues;
+    walls.push_back(wall_quality(frame, {iso_value, groups.otsu.width}));
     least = std::min(least, walls.back().ends);
   }
   const auto is_good = [&](const WallQuality& w) { return w.ends <= least + kAsGood; };
@@ -167,7 +167,7 @@ Groups groups_of(const Volume& frame) {
         below * (all - below) * (mean_above - mean_below) * (mean_above - mean_below);
     if (between <= best) continue;
     best = between;
-    found.otsu.level = first + width * 0.5 * (mean_below + mean_above + 1.0);
+    found.otsu.iso_value = first + width * 0.5 * (mean_below + mean_above + 1.0);
     found.otsu.width = 0.25 * width * (mean_above - mean_below);
     found.lower = first + width * (mean_below + 0.5);
     found.upper = first + width * (mean_above + 0.5);

@@ -4,9 +4,9 @@
 
 namespace palpate {
 
-/// Where in the values of a frame a surface is put, and how soft its edge is.
+/// The iso-value of a surface in a frame, and how soft its edge is.
 struct WallValue {
-  double level = 0.0;
+  double iso_value = 0.0;
   double width = 0.0;
 };
 

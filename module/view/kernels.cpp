@@ -21,40 +21,19 @@ namespace palpate::view {
 
 using namespace view_shaders;
 
-namespace {
-
-vulkan::BindingKind kind_of(char letter) {
-  switch (letter) {
-    case 'u':
-      return vulkan::BindingKind::kUniform;
-    case 't':
-      return vulkan::BindingKind::kTexels;
-    case 's':
-      return vulkan::BindingKind::kSampledImage;
-    case 'i':
-      return vulkan::BindingKind::kStorageImage;
-    default:
-      return vulkan::BindingKind::kBuffer;
-  }
-}
-
-}  // namespace
-
 Kernels::Kernels(std::shared_ptr<vulkan::Context> context)
     : context_(std::move(context)),
       nearest_(context_, VK_FILTER_NEAREST),
       linear_(context_, VK_FILTER_LINEAR) {}
 
-/// `bindings` names the kinds in order, see kind_of.
 template <size_t N>
-const vulkan::Kernel& Kernels::get(const uint32_t (&spirv)[N], const char* bindings,
-                                   uint32_t push_bytes, std::vector<uint32_t> specialisation) {
+const vulkan::Kernel& Kernels::get(const uint32_t (&spirv)[N], uint32_t push_bytes,
+                                   std::vector<uint32_t> specialisation) {
   const std::lock_guard lock(mutex_);
   vulkan::Kernel& kernel = kernels_[{spirv, specialisation}];
   if (!kernel.pipeline()) {
     vulkan::KernelOptions options;
     options.spirv = spirv;
-    for (const char* kind = bindings; *kind; ++kind) options.bindings.push_back(kind_of(*kind));
     options.push_bytes = push_bytes;
     options.specialisation = std::move(specialisation);
     kernel = vulkan::Kernel(context_, options);
@@ -63,44 +42,44 @@ const vulkan::Kernel& Kernels::get(const uint32_t (&spirv)[N], const char* bindi
 }
 
 const vulkan::Kernel& Kernels::prefilter() {
-  return get(k_view_prefilter, "si", sizeof(PrefilterPush));
+  return get(k_view_prefilter, sizeof(PrefilterPush));
 }
 const vulkan::Kernel& Kernels::motion_at(bool texels) {
-  return get(k_view_motion_at, "utib", sizeof(MotionAtPush), {texels ? 1U : 0U});
+  return get(k_view_motion_at, sizeof(MotionAtPush), {texels ? 1U : 0U});
 }
 const vulkan::Kernel& Kernels::track() {
-  return get(k_view_track, "ssibb", sizeof(TrackPush));
+  return get(k_view_track, sizeof(TrackPush));
 }
 const vulkan::Kernel& Kernels::curve() {
-  return get(k_view_curve, "si", sizeof(PrefilterPush));
+  return get(k_view_curve, sizeof(PrefilterPush));
 }
 const vulkan::Kernel& Kernels::ranges(bool curved) {
-  return get(k_view_ranges, "sssb", sizeof(RangesPush), {curved ? 1U : 0U});
+  return get(k_view_ranges, sizeof(RangesPush), {curved ? 1U : 0U});
 }
 const vulkan::Kernel& Kernels::mark(bool carried) {
-  return get(k_view_mark, "bbbs", sizeof(MarkPush), {carried ? 1U : 0U});
+  return get(k_view_mark, sizeof(MarkPush), {carried ? 1U : 0U});
 }
 const vulkan::Kernel& Kernels::list() {
-  return get(k_view_list, "bbbb", sizeof(BricksPush));
+  return get(k_view_list, sizeof(BricksPush));
 }
 const vulkan::Kernel& Kernels::need() {
-  return get(k_view_need, "bbbb", sizeof(BricksPush));
+  return get(k_view_need, sizeof(BricksPush));
 }
 const vulkan::Kernel& Kernels::brick(bool moves, bool blends) {
-  return get(k_view_brick, "sssbbbib", sizeof(BrickPush), {moves ? 1U : 0U, blends ? 1U : 0U});
+  return get(k_view_brick, sizeof(BrickPush), {moves ? 1U : 0U, blends ? 1U : 0U});
 }
 const vulkan::Kernel& Kernels::carry() {
-  return get(k_view_carry, "ssbbbibb", sizeof(BrickPush));
+  return get(k_view_carry, sizeof(BrickPush));
 }
 const vulkan::Kernel& Kernels::distance(int axis) {
-  return get(k_view_distance, "bbb", sizeof(BricksPush), {uint32_t(axis)});
+  return get(k_view_distance, sizeof(BricksPush), {uint32_t(axis)});
 }
 const vulkan::Kernel& Kernels::things() {
-  return get(k_view_things, "ubbbb", sizeof(ThingsPush));
+  return get(k_view_things, sizeof(ThingsPush));
 }
 const vulkan::Kernel& Kernels::raycast(int volumes, bool things, bool skip, bool count, bool masked,
                                        bool texels, uint32_t backdrop) {
-  return get(k_view_raycast, "uttbbbbbssssssssbbb", 0,
+  return get(k_view_raycast, 0,
              {uint32_t(volumes), things ? 1U : 0U, skip ? 1U : 0U, count ? 1U : 0U,
               masked ? 1U : 0U, texels ? 1U : 0U, backdrop});
 }

@@ -42,7 +42,7 @@ class Kernels {
 
  private:
   template <size_t N>
-  const vulkan::Kernel& get(const uint32_t (&spirv)[N], const char* bindings, uint32_t push_bytes,
+  const vulkan::Kernel& get(const uint32_t (&spirv)[N], uint32_t push_bytes,
                             std::vector<uint32_t> specialisation = {});
 
   std::shared_ptr<vulkan::Context> context_;

@@ -35,7 +35,6 @@ Repacker::Repacker(std::shared_ptr<vulkan::Context> context, VkFormat format, Pi
   const Packing& packing = *packing_of(format);
   vulkan::KernelOptions options;
   options.spirv = k_view_repack;
-  options.bindings = {vulkan::BindingKind::kBuffer, vulkan::BindingKind::kBuffer};
   options.push_bytes = sizeof(glm::ivec4);
   options.specialisation = {packing.swapped, packing.linear, packing.half};
   kernel_ = vulkan::Kernel(context_, options);

@@ -25,7 +25,7 @@
 //
 // A group is a brick. It makes values one voxel around its 9 x 9 x 9 nodes, so that no other brick
 // has to be there; nodes on a common face are written by both bricks, with the same value.
-// Border: held. Precision: fp32, stored as the image has it. Race: bits are joined in shared memory
+// Border: clamped to the edge. Precision: fp32, stored as the image has it. Race: bits are joined in shared memory
 // by atomics. CPU oracle: felt_value of tests/view/shown_value.h, the hand's own reading.
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) uniform sampler3D nodes;

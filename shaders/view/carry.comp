@@ -25,7 +25,7 @@
 // A group is a brick, a row of its 9 x 9 x 9 nodes an invocation; nodes on a common face are written by
 // both bricks, with the same value: slopes of b are those of the cell of nodes that begins there.
 // The frame's own slopes are carried, so nothing around the brick is looked at.
-// Border: held. Precision: fp32. Race: bits are joined in shared memory by atomics.
+// Border: clamped to the edge. Precision: fp32. Race: bits are joined in shared memory by atomics.
 // CPU oracle: felt_value of tests/view/shown_value.h, the hand's own reading.
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) uniform sampler3D nodes;
@@ -95,9 +95,9 @@ void make_rows(ivec3 origin, ivec3 box_low, ivec3 box_high) {
       const ivec3 voxel = origin + ivec3(x, yz);
       const vec3 from = vec3(voxel) + low.b + along * step.b;
       const vec4 read = textureLod(frame, (from + 0.5) * scale, 0.0);
-      const vec3 held = clamp(from, vec3(0.0), last);
-      const float value = read.w + 0.5 * dot(read.xyz, held - 0.5 * last);
-      const vec3 g = mix(vec3(0.0), read.xyz, equal(held, from));
+      const vec3 clamped = clamp(from, vec3(0.0), last);
+      const float value = read.w + 0.5 * dot(read.xyz, clamped - 0.5 * last);
+      const vec3 g = mix(vec3(0.0), read.xyz, equal(clamped, from));
       const vec3 slope = g + vec3(dot(step.b, g), dot(low.along_y + along * step.along_y, g),
                                   dot(low.along_z + along * step.along_z, g));
       values[x + kWide * row] = value;

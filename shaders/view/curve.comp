@@ -33,8 +33,8 @@ vec2 row(int x, ivec3 y, int z) {
 
 // The values of a plane of constant x, smoothed over y and z; its slopes in y and in z.
 vec3 plane(int x, ivec3 y, ivec3 z) {
-  const int held = clamp(x, 0, push.size.x - 1);
-  const vec2 a = row(held, y, z.x), b = row(held, y, z.y), c = row(held, y, z.z);
+  const int clamped = clamp(x, 0, push.size.x - 1);
+  const vec2 a = row(clamped, y, z.x), b = row(clamped, y, z.y), c = row(clamped, y, z.z);
   const vec2 sum = push.weights.x * b + push.weights.y * (a + c);
   return vec3(sum, 0.5 * (c.x - a.x));
 }

@@ -27,9 +27,9 @@ float row(int x, ivec3 y, int z) {
 }
 
 float plane(int x, ivec3 y, ivec3 z) {
-  const int held = clamp(x, 0, push.size.x - 1);
-  return push.weights.x * row(held, y, z.y) +
-         push.weights.y * (row(held, y, z.x) + row(held, y, z.z));
+  const int clamped = clamp(x, 0, push.size.x - 1);
+  return push.weights.x * row(clamped, y, z.y) +
+         push.weights.y * (row(clamped, y, z.x) + row(clamped, y, z.z));
 }
 
 void main() {

@@ -16,7 +16,7 @@
 // is looked up for the time (mark.comp).
 //
 // A trilinear value lies between those of its cell's corners, so the corners of all cells that the
-// part touches bound it; the same holds for u. One invocation: one part. Border: held.
+// part touches bound it; the same holds for u. One invocation: one part. Border: clamped to the edge.
 // Precision: fp32. Race: each output written once. CPU oracle: none; skipping is tested whole.
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) uniform sampler3D frame;

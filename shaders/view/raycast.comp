@@ -32,7 +32,7 @@
 //                                                               depths (if kBackdrop); rays end there
 //
 // kVolumes of the images are used. One invocation: one pixel of one eye. Border: a volume ends half
-// a voxel beyond its outermost samples, its value held. Precision: fp32. Race: each output written
+// a voxel beyond its outermost samples, its value clamped to the edge. Precision: fp32. Race: each output written
 // once. Checked against closed forms: tests/view/light_test.cpp (transmittance), surface_test.cpp (places).
 //
 // A CPU driver runs eight neighbouring pixels in step and works through both sides of every "if";
@@ -203,11 +203,12 @@ float jitter_of(vec2 pixel) {
   return fract(52.9829189 * fract(dot(pixel, vec2(0.06711056, 0.00583715))));
 }
 
-void march(ivec2 pixel, int eye, ivec2 size, uint out_index) {
-  // The part of the ray that is looked at: in front of the eye and on the kept side of all planes.
+// The part of the ray in front of the eye and on the kept side of all planes, as depths t.
+void find_kept(ivec2 pixel, int eye, out float first, out float last) {
   const ViewRays world = view.rays[eye];
   const vec3 direction = world.first.xyz + float(pixel.x) * world.right.xyz + float(pixel.y) * world.down.xyz;
-  float first = view.background.w, last = kFar;
+  first = view.background.w;
+  last = kFar;
   for (int p = 0; p < view.counts.y; ++p) {
     const float ahead = dot(view.planes[p].xyz, direction);
     const float here = dot(view.planes[p].xyz, world.origin.xyz) - view.planes[p].w;
@@ -216,7 +217,13 @@ void march(ivec2 pixel, int eye, ivec2 size, uint out_index) {
     if (ahead < -1e-9) last = min(last, crossing);
     if (abs(ahead) <= 1e-9 && here < 0.0) last = -kFar;
   }
-  float dt = kFar, begin = kFar, finish = -kFar;
+}
+
+// The ray in all volumes: where the first begins and the last ends, and dt, the finest of their steps.
+void set_out_in_all(ivec2 pixel, int eye, float first, float last, out float dt, out float begin, out float finish) {
+  dt = kFar;
+  begin = kFar;
+  finish = -kFar;
   for (int v = 0; v < kVolumes; ++v) {
     set_out(v, eye, vec2(pixel));
     enters[v] = max(enters[v], first);
@@ -230,18 +237,25 @@ void march(ivec2 pixel, int eye, ivec2 size, uint out_index) {
       leaves[v] = kFar;
     }
   }
+}
 
+// The depth t of the backdrop; back_word: the same as the host has it.
+float backdrop_depth(ivec2 size, uint out_index, out uint back_word) {
+  back_word = 0u;
   float back_at = kFar;
-  uint back_word = 0u;
   if ((kBackdrop & 8) != 0) {
     back_word = backdrop[uint(view.counts.x * size.x * size.y) + out_index];
     const float d = (kBackdrop & 4) != 0 ? float(back_word & 0xffffffu) / 16777215.0 : uintBitsToFloat(back_word);
     const float inverse = view.backdrop.x + view.backdrop.y * d;
     if (inverse > 1e-9) back_at = 1.0 / inverse;
-    finish = min(finish, back_at);
   }
+  return back_at;
+}
+
+// The depth t of the thing in this pixel, kFar without one or behind the backdrop.
+float thing_depth_at(uint out_index, float back_at, out vec4 thing) {
+  thing = vec4(0.0);
   float thing_at = kFar;
-  vec4 thing = vec4(0.0);
   if (kThings != 0) {
     const uint depth_bits = thing_depth[out_index];
     if (depth_bits != ~0u && (kBackdrop == 0 || uintBitsToFloat(depth_bits) < back_at)) {
@@ -249,122 +263,171 @@ void march(ivec2 pixel, int eye, ivec2 size, uint out_index) {
       thing = unpackUnorm4x8(thing_colour[out_index]);
     }
   }
+  return thing_at;
+}
 
-  const float jitter = jitter_of(vec2(pixel));
-  vec3 colour = vec3(0.0);
-  float through = 1.0, depth = 0.0;
-  uint taken = 0u, needed = 0u;
-  // In front of the thing, then, where its edge covers only part of the pixel, behind it.
-  float from = begin;
-  float done = -kFar;
-  vec4 last_sample[kVolumes];
-  const int parts = kThings != 0 && thing_at < kFar ? 2 : 1;
-  for (int part = 0; part < parts && through > kStop; ++part) {
-    const float to = parts == 2 && part == 0 ? min(thing_at, finish) : finish;
-    // What is looked for next lies at t or beyond it; k is the sample at or before t.
-    float t = from, k = floor(from / dt - jitter);
-    while (t < to && through > kStop) {
-      float end = to;
-      bool any_shows = kSkip == 0, all_thin = kSkip != 0;
-      // Neighbouring pixels wait for each other here, to take their samples together.
-      while (!any_shows && t < to) {
-        end = to;
-        all_thin = true;
-        for (int v = 0; v < kVolumes; ++v) {
-          float until;
-          bool thin;
-          any_shows = occupied(v, t, until, thin) || any_shows;
-          all_thin = all_thin && thin;
-          end = min(end, until);
-        }
-        // A little beyond the border, so that rounding does not find the same box again.
-        if (!any_shows) {
-          t = max(end, t) + 1e-3 * dt;
-          k = max(k, floor(t / dt - jitter));
-        }
-      }
-      float lower = max(max((k + jitter) * dt, from), done);
-      bool goes_on = any_shows && t < to;
-      vec4 before[kVolumes];
-      // A run starts with a sample more: its first segment has two ends. It is at hand if the last
-      // run ended here.
-      for (bool fresh = goes_on && lower != done; fresh; fresh = false) {
-        for (int v = 0; v < kVolumes; ++v) last_sample[v] = sampled(v, lower);
-        taken += kCount != 0 ? uint(kVolumes) : 0u;
-      }
-      for (int v = 0; v < kVolumes; ++v) before[v] = last_sample[v];
-      while (goes_on) {
-        // Where all is thin, one segment is kStride steps long.
-        const bool strides = all_thin && (k + float(kStride) + jitter) * dt < end;
-        k += strides ? float(kStride) : 1.0;
-        const float upper = min((k + jitter) * dt, to);
-        float sigma = 0.0;
-        vec3 glow = vec3(0.0);
-        for (int v = 0; v < kVolumes; ++v) {
-          const vec4 after = sampled(v, upper);
-          vec4 found = lit(v, before[v], after);
-          // With several volumes: the part of the segment that lies inside this one.
-          float share = 1.0;
-          if (kVolumes > 1)
-            share = max(min(upper, leaves[v]) - max(lower, enters[v]), 0.0) / max(upper - lower, 1e-12);
-          found *= share * mm_per_t[v];
-          sigma += found.w;
-          glow += found.rgb;
-          before[v] = after;
-        }
-        const float passes = exp(-sigma * (upper - lower));
-        if (kCount != 0) {
-          taken += uint(kVolumes);
-          needed += sigma > 0.0 && through > kNeeded ? uint(kVolumes) : 0u;
-        }
-        const float left = through;
-        colour += through * (1.0 - passes) / max(sigma, 1e-20) * glow;
-        through *= passes;
-        // Where in the segment half of the light is gone.
-        if (left > 0.5 && through <= 0.5)
-          depth = view.background.w / (lower + log(2.0 * left) / max(sigma, 1e-20));
-        lower = upper;
-        t = upper;
-        goes_on = t < end && through > kStop;
-      }
-      for (int v = 0; v < kVolumes; ++v) last_sample[v] = before[v];
-      done = any_shows ? lower : done;
+// What reaches the eye.
+struct Light {
+  vec3 colour;
+  float through;  // the share of the light from beyond that still gets here
+  float depth;    // near / t, t where half of it is gone; 0 if it is not
+  uint taken, needed;  // samples
+};
+
+// Goes on from t to where any volume may show something, `to` at most; k is the sample at or before t. Then: whether
+// there is anything, the depth up to which this and all_thin hold.
+bool find_shown(float to, float dt, float jitter, inout float t, inout float k, out float end, out bool all_thin) {
+  end = to;
+  bool any_shows = kSkip == 0;
+  all_thin = kSkip != 0;
+  // Neighbouring pixels wait for each other here, to take their samples together.
+  while (!any_shows && t < to) {
+    end = to;
+    all_thin = true;
+    for (int v = 0; v < kVolumes; ++v) {
+      float until;
+      bool thin;
+      any_shows = occupied(v, t, until, thin) || any_shows;
+      all_thin = all_thin && thin;
+      end = min(end, until);
     }
-    if (parts == 2 && part == 0) {
-      const float before = through;
-      colour += through * thing.a * decoded(thing.rgb);
-      through *= 1.0 - thing.a;
-      if (before > 0.5 && through <= 0.5) depth = view.background.w / thing_at;
-      from = max(thing_at, begin);
-      done = -kFar;
+    // A little beyond the border, so that rounding does not find the same box again.
+    if (!any_shows) {
+      t = max(end, t) + 1e-3 * dt;
+      k = max(k, floor(t / dt - jitter));
     }
   }
+  return any_shows;
+}
+
+// Extinction and colour times extinction, per t, of all volumes between two depths; before: the samples at the lower
+// one, afterwards those at the upper one.
+float segment(float lower, float upper, inout vec4 before[kVolumes], out vec3 glow) {
+  float sigma = 0.0;
+  glow = vec3(0.0);
+  for (int v = 0; v < kVolumes; ++v) {
+    const vec4 after = sampled(v, upper);
+    vec4 found = lit(v, before[v], after);
+    // With several volumes: the part of the segment that lies inside this one.
+    float share = 1.0;
+    if (kVolumes > 1)
+      share = max(min(upper, leaves[v]) - max(lower, enters[v]), 0.0) / max(upper - lower, 1e-12);
+    found *= share * mm_per_t[v];
+    sigma += found.w;
+    glow += found.rgb;
+    before[v] = after;
+  }
+  return sigma;
+}
+
+// The equation at the top, for one segment.
+void pass(float lower, float upper, float sigma, vec3 glow, inout Light light) {
+  const float passes = exp(-sigma * (upper - lower));
+  if (kCount != 0) {
+    light.taken += uint(kVolumes);
+    light.needed += sigma > 0.0 && light.through > kNeeded ? uint(kVolumes) : 0u;
+  }
+  const float left = light.through;
+  light.colour += light.through * (1.0 - passes) / max(sigma, 1e-20) * glow;
+  light.through *= passes;
+  // Where in the segment half of the light is gone.
+  if (left > 0.5 && light.through <= 0.5)
+    light.depth = view.background.w / (lower + log(2.0 * left) / max(sigma, 1e-20));
+}
+
+// All segments from one depth to another.
+void march(float from, float to, float dt, float jitter, inout Light light) {
+  float done = -kFar;
+  vec4 last_sample[kVolumes];
+  // What is searched for next lies at t or beyond it; k is the sample at or before t.
+  float t = from, k = floor(from / dt - jitter);
+  while (t < to && light.through > kStop) {
+    float end;
+    bool all_thin;
+    const bool any_shows = find_shown(to, dt, jitter, t, k, end, all_thin);
+    float lower = max(max((k + jitter) * dt, from), done);
+    bool goes_on = any_shows && t < to;
+    vec4 before[kVolumes];
+    // A run starts with a sample more: its first segment has two ends. It is at hand if the last
+    // run ended here.
+    for (bool fresh = goes_on && lower != done; fresh; fresh = false) {
+      for (int v = 0; v < kVolumes; ++v) last_sample[v] = sampled(v, lower);
+      light.taken += kCount != 0 ? uint(kVolumes) : 0u;
+    }
+    for (int v = 0; v < kVolumes; ++v) before[v] = last_sample[v];
+    while (goes_on) {
+      // Where all is thin, one segment is kStride steps long.
+      const bool strides = all_thin && (k + float(kStride) + jitter) * dt < end;
+      k += strides ? float(kStride) : 1.0;
+      const float upper = min((k + jitter) * dt, to);
+      vec3 glow;
+      const float sigma = segment(lower, upper, before, glow);
+      pass(lower, upper, sigma, glow, light);
+      lower = upper;
+      t = upper;
+      goes_on = t < end && light.through > kStop;
+    }
+    for (int v = 0; v < kVolumes; ++v) last_sample[v] = before[v];
+    done = any_shows ? lower : done;
+  }
+}
+
+// The light over what lies behind it: the background, or the host's picture.
+void write(ivec2 pixel, ivec2 size, uint out_index, Light light, uint back_word) {
   // What is left of a ray that was stopped early is as if it had met more of the same.
-  if (through <= kStop) {
-    colour /= 1.0 - through;
-    through = 0.0;
+  if (light.through <= kStop) {
+    light.colour /= 1.0 - light.through;
+    light.through = 0.0;
   }
   if (kBackdrop == 0) {
     const float down = (float(pixel.y) + 0.5) / float(size.y);
-    colour += through * mix(view.background.rgb, view.background_low.rgb, down);
-    colour_out[out_index] = packUnorm4x8(vec4(encoded(colour), 1.0 - through));
-    depth_out[out_index] = floatBitsToUint(depth);
+    light.colour += light.through * mix(view.background.rgb, view.background_low.rgb, down);
+    colour_out[out_index] = packUnorm4x8(vec4(encoded(light.colour), 1.0 - light.through));
+    depth_out[out_index] = floatBitsToUint(light.depth);
   } else {
     // Where no light is lost the host's bytes stay as they are.
     const vec4 back = unpackUnorm4x8(backdrop[out_index]);
     const bool swapped = (kBackdrop & 2) != 0;
-    const vec3 over = encoded(colour + through * decoded(swapped ? back.bgr : back.rgb));
-    colour_out[out_index] = through == 1.0 ? backdrop[out_index]
-                                           : packUnorm4x8(vec4(swapped ? over.bgr : over, mix(1.0, back.a, through)));
+    const vec3 over = encoded(light.colour + light.through * decoded(swapped ? back.bgr : back.rgb));
+    const vec4 mixed = vec4(swapped ? over.bgr : over, mix(1.0, back.a, light.through));
+    colour_out[out_index] = light.through == 1.0 ? backdrop[out_index] : packUnorm4x8(mixed);
     // In the backdrop's own words; its own where no volume takes half of the light.
-    const float d = clamp((depth / view.background.w - view.backdrop.x) / view.backdrop.y, 0.0, 1.0);
+    const float d = clamp((light.depth / view.background.w - view.backdrop.x) / view.backdrop.y, 0.0, 1.0);
     const uint word = (kBackdrop & 4) != 0 ? uint(d * 16777215.0 + 0.5) : floatBitsToUint(d);
-    depth_out[out_index] = depth > 0.0 ? word : back_word;
+    depth_out[out_index] = light.depth > 0.0 ? word : back_word;
   }
   if (kCount != 0) {
-    samples_out[2u * out_index] = taken;
-    samples_out[2u * out_index + 1u] = needed;
+    samples_out[2u * out_index] = light.taken;
+    samples_out[2u * out_index + 1u] = light.needed;
   }
+}
+
+void draw(ivec2 pixel, int eye, ivec2 size, uint out_index) {
+  float first, last, dt, begin, finish;
+  find_kept(pixel, eye, first, last);
+  set_out_in_all(pixel, eye, first, last, dt, begin, finish);
+  uint back_word;
+  const float back_at = backdrop_depth(size, out_index, back_word);
+  finish = min(finish, back_at);
+  vec4 thing;
+  const float thing_at = thing_depth_at(out_index, back_at, thing);
+
+  const float jitter = jitter_of(vec2(pixel));
+  Light light = Light(vec3(0.0), 1.0, 0.0, 0u, 0u);
+  // In front of the thing, then, where its edge covers only part of the pixel, behind it.
+  float from = begin;
+  const int parts = kThings != 0 && thing_at < kFar ? 2 : 1;
+  for (int part = 0; part < parts && light.through > kStop; ++part) {
+    march(from, parts == 2 && part == 0 ? min(thing_at, finish) : finish, dt, jitter, light);
+    if (parts == 2 && part == 0) {
+      const float before = light.through;
+      light.colour += light.through * thing.a * decoded(thing.rgb);
+      light.through *= 1.0 - thing.a;
+      if (before > 0.5 && light.through <= 0.5) light.depth = view.background.w / thing_at;
+      from = max(thing_at, begin);
+    }
+  }
+  write(pixel, size, out_index, light, back_word);
 }
 
 // Whether the optics let the pixel through.
@@ -384,7 +447,7 @@ void main() {
   if (any(greaterThanEqual(pixel, size))) return;
   const uint out_index = uint(pixel.x + size.x * (pixel.y + size.y * eye));
   if (kMasked == 0) {
-    march(pixel, eye, size, out_index);
+    draw(pixel, eye, size, out_index);
     return;
   }
   const bool is_here = is_seen(pixel, eye, size);
@@ -397,5 +460,5 @@ void main() {
     }
   }
   // A loop, so that a CPU driver leaves it where nothing is seen.
-  for (bool marches = is_here; marches; marches = false) march(pixel, eye, size, out_index);
+  for (bool draws = is_here; draws; draws = false) draw(pixel, eye, size, out_index);
 }

@@ -21,7 +21,7 @@
 // Where no solution is found within kSteps, or the map is folded there (det(I + g du/dx) <= 0), the
 // node keeps what it had: the picture holds there, as the hand does.
 //
-// One invocation: one node. Border: the field's outermost samples are held. Precision: fp32; the
+// One invocation: one node. Border: the field's samples are clamped to the edge. Precision: fp32; the
 // miss is below 1e-3 voxels where w = 1. Race: an invocation reads and writes its own node
 // only; held are counted by an atomic.
 // CPU oracle: back_track of module/haptics.
@@ -55,14 +55,14 @@ Reading read(vec3 index) {
   const vec3 f = texelFetch(field, ivec3(high.x, low.y, high.z), 0).xyz;
   const vec3 g = texelFetch(field, ivec3(low.x, high.yz), 0).xyz;
   const vec3 h = texelFetch(field, high, 0).xyz;
-  const vec3 held = vec3(equal(inside, index));
+  const vec3 unclamped = vec3(equal(inside, index));
   Reading r;
   const vec3 ab = mix(a, b, w.x), cd = mix(c, d, w.x), ef = mix(e, f, w.x), gh = mix(g, h, w.x);
   const vec3 front = mix(ab, cd, w.y), back = mix(ef, gh, w.y);
   r.u = mix(front, back, w.z);
-  r.slope[0] = held.x * mix(mix(b - a, d - c, w.y), mix(f - e, h - g, w.y), w.z);
-  r.slope[1] = held.y * mix(cd - ab, gh - ef, w.z);
-  r.slope[2] = held.z * (back - front);
+  r.slope[0] = unclamped.x * mix(mix(b - a, d - c, w.y), mix(f - e, h - g, w.y), w.z);
+  r.slope[1] = unclamped.y * mix(cd - ab, gh - ef, w.z);
+  r.slope[2] = unclamped.z * (back - front);
   return r;
 }
 

@@ -46,14 +46,14 @@ std::string text_of(const Pose& pose) {
 
 /// The last place that the program says the tip is at, after `from` of what it said; waits for it.
 glm::dvec3 tip_said(const Program& program, size_t from) {
-  const std::string kWords = "tip at ";
+  const std::string before = "tip at ";
   size_t at = std::string::npos;
   wait_until([&] {
     const std::string said = program.said();
-    at = said.find(kWords, from);
+    at = said.find(before, from);
     return at != std::string::npos && said.find(" mm", at) != std::string::npos;
   });
-  std::istringstream words(program.said().substr(at + kWords.size()));
+  std::istringstream words(program.said().substr(at + before.size()));
   glm::dvec3 tip(0.0);
   words >> tip.x >> tip.y >> tip.z;
   return 1e-3 * tip;

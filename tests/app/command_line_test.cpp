@@ -162,7 +162,7 @@ TEST(CommandLine, EveryNumberHasARangeAndTheSentenceSaysIt) {
       {feel, "--strength", {"-1", "0", "1e9", "nan"}, "from 0.01 to 1000"},
       {feel, "--friction", {"-1", "11", "nan"}, "from 0 to 10"},
       {feel, "--width", {"0", "-1", "nan", "inf"}, "a number above 0"},
-      {feel, "--level", {"nan", "inf", "high"}, "a number is expected"},
+      {feel, "--iso-value", {"nan", "inf", "high"}, "a number is expected"},
       {feel, "--max-force", {"0", "-1", "1e9", "nan"}, "from 0.01 to 100"},
       {feel, "--stiffness", {"0", "-1", "1e9", "nan"}, "from 1 to 100000"},
       {feel, "--lets-go", {"-1", "nan"}, "from 0 to 1000000"},
@@ -215,7 +215,7 @@ TEST(CommandLine, NoNumberIsWithoutARange) {
                           line.find(" UINT") != std::string::npos ||
                           line.find(" FLOAT") != std::string::npos;
       if (!number || line.find("  -") != 0) continue;
-      EXPECT_THAT(line, AnyOf(HasSubstr(":from "), HasSubstr(":above "), HasSubstr("--level"),
+      EXPECT_THAT(line, AnyOf(HasSubstr(":from "), HasSubstr(":above "), HasSubstr("--iso-value"),
                               HasSubstr("--core")))
           << text_of(command);
     }
@@ -250,7 +250,7 @@ TEST(Feel, RefusesDataInWhichNothingCanBeFelt) {
   EXPECT_THAT(refusal({"plan", folder / "still.mha"}), HasSubstr("nothing to feel"));
   const std::string heart = written(small_heart(1).frames[0], folder / "heart.mha");
   EXPECT_THAT(refusal({"feel", heart, "--headset", "off", "--level", "99999"}),
-              AllOf(HasSubstr("has values from"), HasSubstr("--level 99999")));
+              AllOf(HasSubstr("has values from"), HasSubstr("--iso-value 99999")));
 }
 
 TEST(Feel, RefusesColourPicturesAsFlows) {

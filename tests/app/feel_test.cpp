@@ -168,7 +168,7 @@ TEST(Feel, SaysWhenValuesCanNotBeCarried) {
   NEEDS_CINE();
   const Outcome made = run(feel("heart", {"--values", "mean"}));
   EXPECT_EQ(made.exit_code, 2);
-  EXPECT_THAT(made.err, HasSubstr("'heart' is made data, which have their own values"));
+  EXPECT_THAT(made.err, HasSubstr("'heart' is synthetic data, which have their own values"));
   const TemporaryFolder folder;
   const Outcome seen = run({"view", kCine / "frame_00.mha", kCine / "frame_01.mha", "--values",
                             "mean", "--picture", folder / "x.png"});

@@ -141,9 +141,9 @@ std::vector<Row> rows() {
            [](Rig& rig) {
              for (int n = 0; n < 2; ++n) {
                rig.falcon.plug();
-               rig.turns(30);
+               rig.run_periods(30);
                rig.falcon.unplug();
-               rig.turns(30);
+               rig.run_periods(30);
              }
              plug(rig);
            },
@@ -212,7 +212,7 @@ std::vector<Row> rows() {
        .fault = DeviceFault::kTimeout,
        .recover =
            [](Rig& rig) {
-             rig.turns(110);  // hopeless
+             rig.run_periods(110);  // hopeless
              heal(rig);
            },
        .options = less_patient()},
@@ -336,7 +336,7 @@ std::vector<Row> rows() {
        .fault = DeviceFault::kUnplugged,
        .recover =
            [](Rig& rig) {
-             rig.turns(50);
+             rig.run_periods(50);
              EXPECT_EQ(rig.others.front().received_count(), 0U);
              plug(rig);
            },
@@ -345,7 +345,7 @@ std::vector<Row> rows() {
        .inject =
            [](Rig& rig) {
              plug_other(rig, {.port = 2});
-             rig.turns(20);
+             rig.run_periods(20);
              rig.others.front().unplug();
            },
        .ends = Ends::kTolerated},

@@ -28,7 +28,7 @@ bool FalconRig::home() {
   holds_grip = false;
   for (const int counts : {1000, -1000}) {
     used->set_counts({counts, counts, counts});
-    turns(5);
+    run_periods(5);
   }
   const auto at = falcon::forward(falcon::arm_angles({-1000, -1000, -1000}), {0, 0, 0.1});
   hand_is_at(at.value().metres);

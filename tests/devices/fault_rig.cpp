@@ -20,7 +20,7 @@ constexpr double kFree_m = 0.038, kDeep_m = 0.0225;  // of the hand, from the sh
 constexpr double kStep_m = 0.2e-3;                   // of the hand, per ms
 constexpr double kFelt_n = 0.4;
 
-/// A frame whose values can turn into no numbers.
+/// A frame whose values can become NaN.
 class FaultyFrame final : public FrameData {
  public:
   FaultyFrame(std::shared_ptr<const FrameData> frame, std::shared_ptr<const DataFaults> faults)
@@ -146,21 +146,21 @@ void DeviceRig::move_hand() {
   place(centre_m_ + hand_ + tremor);
 }
 
-void DeviceRig::turn() {
+void DeviceRig::run_period() {
   ++turn_;
   move_hand();
-  loop->turn();
+  loop->run_period();
 }
 
-void DeviceRig::turns(int count) {
-  for (int n = 0; n < count; ++n) turn();
+void DeviceRig::run_periods(int count) {
+  for (int n = 0; n < count; ++n) run_period();
 }
 
 bool DeviceRig::turn_until(const std::function<bool()>& holds) {
   const auto end = std::chrono::steady_clock::now() + kPatience;
   while (!holds()) {
     if (std::chrono::steady_clock::now() > end) return false;
-    turn();
+    run_period();
     // With no device to wait for the loop would burn the processor that the worker needs.
     if (!inputs.back().reading.fresh) std::this_thread::sleep_for(std::chrono::microseconds(300));
   }
@@ -169,7 +169,7 @@ bool DeviceRig::turn_until(const std::function<bool()>& holds) {
 
 bool DeviceRig::come_free() {
   goal_ = glm::dvec3(0.0, 0.0, kFree_m);
-  turn();
+  run_period();
   return turn_until([&] {
     return hand_ == goal_ && inputs.back().reading.fault == DeviceFault::kNone &&
            outputs.back().cause == Cause::kNone;
@@ -178,7 +178,7 @@ bool DeviceRig::come_free() {
 
 bool DeviceRig::touch() {
   if (!come_free()) return false;
-  turns(30);  // the start ramp
+  run_periods(30);  // the start ramp
   goal_ = glm::dvec3(0.0, 0.0, kDeep_m);
   return turn_until([&] {
     return hand_ == goal_ && outputs.back().cause == Cause::kNone &&

@@ -69,8 +69,8 @@ class WatchedDevice final : public ForceDevice {
 class DeviceRig : public TickListener {
  public:
   /// One period of the loop, with the hand a little further on its way.
-  void turn();
-  void turns(int count);
+  void run_period();
+  void run_periods(int count);
   /// False after kPatience.
   bool turn_until(const std::function<bool()>& holds);
 

@@ -81,7 +81,7 @@ inline void expect_ramp(const DeviceRig& rig, size_t detected) {
 /// Nothing was noticed, and no step was larger than the guards allow.
 template <class Rig>
 void expect_no_fault(Rig& rig, const FaultRow<Rig>& row, size_t injected) {
-  rig.turns(150);
+  rig.run_periods(150);
   EXPECT_EQ(detection(rig, injected), rig.inputs.size()) << state_of(rig);
   for (size_t n = injected; n < rig.outputs.size(); ++n) {
     EXPECT_LE(glm::distance(rig.outputs[n].command.force_n, rig.outputs[n - 1].command.force_n),
@@ -100,7 +100,7 @@ template <class Rig>
 void expect_fault(Rig& rig, const FaultRow<Rig>& row, size_t injected) {
   ASSERT_TRUE(rig.turn_until([&] { return detection(rig, injected) < rig.inputs.size(); }));
   const size_t detected = detection(rig, injected);
-  rig.turns(kRampTicks);
+  rig.run_periods(kRampTicks);
   EXPECT_EQ(rig.outputs[detected].cause, row.cause) << sentence(rig.outputs[detected].cause);
   EXPECT_EQ(rig.inputs[detected].reading.fault, row.fault)
       << sentence(rig.inputs[detected].reading.fault);
@@ -121,7 +121,7 @@ void expect_fault(Rig& rig, const FaultRow<Rig>& row, size_t injected) {
     EXPECT_TRUE(rig.touch()) << state_of(rig);
     return;
   }
-  rig.turns(200);
+  rig.run_periods(200);
   for (size_t n = detected + kRampTicks; n < rig.outputs.size(); ++n)
     EXPECT_EQ(rig.force_n(n), 0.0) << n;
 }
@@ -179,7 +179,7 @@ std::vector<FaultRow<Rig>> host_and_scene_rows() {
        .cause = Cause::kStopped,
        .recover =
            [](Rig& rig) {
-             rig.turns(50);
+             rig.run_periods(50);
              EXPECT_EQ(rig.outputs.back().cause, Cause::kStopped);
              rig.ports.events.push({ControlEvent::Kind::kRearm, 0, 0.0});
            }},

@@ -1,6 +1,6 @@
 // Everything that is likely to go wrong with a Force Dimension device in contact, one row per
-// fault, on the whole path below dlopen: a made library, MailboxDevice, the servo loop, the haptic
-// step, the guards. The oracle is that library, which says what force it was told last.
+// fault, on the whole path below dlopen: a simulated library, MailboxDevice, the servo loop, the
+// haptic step, the guards. The oracle is that library, which says what force it was told last.
 #include <dlfcn.h>
 #include <gtest/gtest.h>
 
@@ -146,7 +146,7 @@ std::vector<Row> rows() {
        .fault = DeviceFault::kUnplugged,
        .recover =
            [](Rig& rig) {
-             rig.turns(50);
+             rig.run_periods(50);
              heal_library();
              rig.find(rig.hand);
            },
@@ -202,7 +202,7 @@ std::vector<Row> rows() {
        .fault = DeviceFault::kForceOff,
        .recover =
            [](Rig& rig) {
-             rig.turns(100);
+             rig.run_periods(100);
              EXPECT_EQ(library().status[kForce], 0) << "only the person may switch it on";
              library().status[kForce] = 1;
              library().status[kBrake] = 0;

@@ -180,7 +180,7 @@ std::vector<Row> rows() {
        .fault = DeviceFault::kForceOff,
        .recover =
            [](Rig& rig) {
-             rig.turns(100);
+             rig.run_periods(100);
              EXPECT_EQ(rig.inputs.back().reading.fault, DeviceFault::kForceOff)
                  << "until it lets go";
              event("device-safety-triggered", "ebrake_released")(rig);

@@ -33,16 +33,16 @@ class MailboxRig : public DeviceRig {
       const bool works = reading.fault == DeviceFault::kNone || reading.fresh;
       const auto end = std::chrono::steady_clock::now() +
                        (works ? std::chrono::milliseconds(500) : std::chrono::milliseconds(1));
-      while (device->counts().turns == turns_ && std::chrono::steady_clock::now() < end)
+      while (device->counts().served == served_ && std::chrono::steady_clock::now() < end)
         std::this_thread::sleep_for(std::chrono::microseconds(20));
-      turns_ = device->counts().turns;
+      served_ = device->counts().served;
       // Positions carry real times: a hand that moves by the loop's time must not race.
       std::this_thread::sleep_for(std::chrono::microseconds(300));
     };
   }
 
  private:
-  uint64_t turns_ = 0;
+  uint64_t served_ = 0;
 };
 
 }  // namespace palpate::devices::test

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "integration/devices/made_paths.h"
+#include "integration/devices/simulated_paths.h"
 
 namespace palpate::devices {
 namespace {

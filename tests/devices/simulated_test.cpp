@@ -6,7 +6,7 @@
 #include <cmath>
 #include <thread>
 
-#include "integration/devices/made_paths.h"
+#include "integration/devices/simulated_paths.h"
 
 namespace palpate::devices {
 namespace {

@@ -14,6 +14,7 @@
 #include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
 #include <itkResampleImageFilter.h>
+#include <itkVTKImageIO.h>
 
 #include <limits>
 #include <stdexcept>
@@ -29,6 +30,7 @@ itk::ImageIOBase::Pointer io_for(const std::filesystem::path& path) {
   if (name.ends_with(".mha") || name.ends_with(".mhd")) io = itk::MetaImageIO::New();
   if (name.ends_with(".nrrd") || name.ends_with(".nhdr")) io = itk::NrrdImageIO::New();
   if (name.ends_with(".nii") || name.ends_with(".nii.gz")) io = itk::NiftiImageIO::New();
+  if (name.ends_with(".vtk")) io = itk::VTKImageIO::New();
   if (io.IsNull()) throw std::invalid_argument("no ITK reader for " + name);
   io->SetFileName(path.string());
   return io;

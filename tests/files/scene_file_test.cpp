@@ -543,7 +543,7 @@ TEST(SceneFile, RefusesNamesThatDoNotFit) {
       {R"({"volumes": [{"name": "a", "files": "x", "motions": [{"fields": "f"}, {"fields": "g"}]}], )" +
            kMode + "}",
        "volumes[0].motions[1].name: another motion"},
-      {volume_with(R"("motions": [{"fields": "f"}])"), "made data bring their own"},
+      {volume_with(R"("motions": [{"fields": "f"}])"), "synthetic data bring their own"},
       {R"({"volumes": [{"name": "a", "source": "heart"}, {"name": "a", "source": "heart"}], )" +
            kMode + "}",
        "volumes[1].name: another volume"},
@@ -576,7 +576,7 @@ TEST(SceneFile, NeedsNoModesWhereThereAreSegments) {
                "modes": [{"segment": "pol", "strength": 1}]})",
        "modes[0].segment: \"pol\" is not known: did you mean \"pool\"?"},
       {mode_with(R"("segment": "pool", "strength": 1)"), "the volume \"a\" has no segments"},
-      {volume_with(R"("segments": {"files": "y"})"), "made data have none"},
+      {volume_with(R"("segments": {"files": "y"})"), "synthetic data have none"},
       {files + R"({"from": "values"}}]})", "\"values\" is not known"},
       {files + R"({"from": "region", "files": "y"}}]})", "derived from the values: leave this out"},
       {files + R"({"from": "region", "frame": 1}}]})", "derived from one frame: leave this out"},
@@ -586,7 +586,7 @@ TEST(SceneFile, NeedsNoModesWhereThereAreSegments) {
       {files + R"({"from": "region", "parts": [{"name": "p", "labels": [1]}]}}]})",
        "values have no labels"},
       {files + R"({"files": "y", "iso_value": 1}}]})", "\"iso_value\" is not known"},
-      {volume_with(R"("segments": {"from": "region"})"), "made data have none"},
+      {volume_with(R"("segments": {"from": "region"})"), "synthetic data have none"},
   };
   for (const auto& [text, part] : cases) EXPECT_THAT(refusal(text), HasSubstr(part)) << text;
 }

@@ -42,9 +42,9 @@ class SegmentationReader : public ::testing::Test {
 };
 
 TEST_F(SegmentationReader, GivesNamesColoursAndPlaceOfASlicerFile) {
-  const auto read_ = read(kSlicer, {0, 3, 3, 0, 7, 7, 0, 0, 3, 0, 0, 7});
-  ASSERT_EQ(read_.size(), 1U) << error_;
-  const Segmentation& one = read_.front();
+  const auto found = read(kSlicer, {0, 3, 3, 0, 7, 7, 0, 0, 3, 0, 0, 7});
+  ASSERT_EQ(found.size(), 1U) << error_;
+  const Segmentation& one = found.front();
   // What was named but not drawn is no part.
   ASSERT_EQ(one.parts.size(), 2U);
   EXPECT_EQ(one.parts[0].name, "left ventricle");
@@ -64,9 +64,9 @@ TEST_F(SegmentationReader, GivesNamesColoursAndPlaceOfASlicerFile) {
 }
 
 TEST_F(SegmentationReader, SaysWhichSegmentsThereAreWhenANameIsNone) {
-  const auto read_ = read(kSlicer, {0, 3, 3, 0, 7, 7, 0, 0, 3, 0, 0, 7});
-  ASSERT_EQ(read_.size(), 1U) << error_;
-  const auto mask = read_.front().mask({"right ventricle"});
+  const auto found = read(kSlicer, {0, 3, 3, 0, 7, 7, 0, 0, 3, 0, 0, 7});
+  ASSERT_EQ(found.size(), 1U) << error_;
+  const auto mask = found.front().mask({"right ventricle"});
   ASSERT_FALSE(mask);
   EXPECT_EQ(mask.error().message, "'" + (folder_ / "a.seg.nrrd").string() +
                                       "' has no segment \"right ventricle\": it has \"left "
@@ -85,12 +85,12 @@ TEST_F(SegmentationReader, ReadsLayersOfPartsThatOverlap) {
   samples[0] = 3;  // voxel 0 of layer 0
   samples[1] = 7;  // and of layer 1
   samples[2 * 5 + 1] = 7;
-  const auto read_ = read(header, samples);
-  ASSERT_EQ(read_.size(), 1U) << error_;
-  EXPECT_EQ(read_.front().layers.size(), 2U);
-  EXPECT_THAT(read_.front().mask({"left ventricle"})->values,
+  const auto found = read(header, samples);
+  ASSERT_EQ(found.size(), 1U) << error_;
+  EXPECT_EQ(found.front().layers.size(), 2U);
+  EXPECT_THAT(found.front().mask({"left ventricle"})->values,
               ElementsAre(1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0));
-  EXPECT_THAT(read_.front().mask({"myocardium"})->values,
+  EXPECT_THAT(found.front().mask({"myocardium"})->values,
               ElementsAre(1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0));
 }
 
@@ -99,9 +99,9 @@ const std::string kLabels =
     "space directions: (1,0,0) (0,1,0) (0,0,1)\nkinds: domain domain domain\nencoding: raw\n\n";
 
 TEST_F(SegmentationReader, NamesTheValuesOfALabelMap) {
-  const auto read_ = read(kLabels, {0, 2, 2, 0, 1, 1, 0, 0, 40, 0, 0, 1}, "labels.nrrd");
-  ASSERT_EQ(read_.size(), 1U) << error_;
-  const auto& parts = read_.front().parts;
+  const auto found = read(kLabels, {0, 2, 2, 0, 1, 1, 0, 0, 40, 0, 0, 1}, "labels.nrrd");
+  ASSERT_EQ(found.size(), 1U) << error_;
+  const auto& parts = found.front().parts;
   ASSERT_EQ(parts.size(), 3U);
   EXPECT_EQ(parts[0].name, "label 1");
   EXPECT_EQ(parts[2].name, "label 40");
@@ -117,11 +117,11 @@ TEST_F(SegmentationReader, GivesOneOfEachFrameOfA4DLabelMap) {
       "kinds: domain domain domain list\nencoding: raw\n\n";
   std::vector<uint8_t> samples(24, 0);
   samples[1] = samples[14] = 1;
-  const auto read_ = read(header, samples, "labels.nrrd");
-  ASSERT_EQ(read_.size(), 2U) << error_;
-  EXPECT_EQ(read_[0].mask({"1"})->values[1], 1);
-  EXPECT_EQ(read_[1].mask({"1"})->values[1], 0);
-  EXPECT_EQ(read_[1].mask({"label 1"})->values[2], 1);
+  const auto found = read(header, samples, "labels.nrrd");
+  ASSERT_EQ(found.size(), 2U) << error_;
+  EXPECT_EQ(found[0].mask({"1"})->values[1], 1);
+  EXPECT_EQ(found[1].mask({"1"})->values[1], 0);
+  EXPECT_EQ(found[1].mask({"label 1"})->values[2], 1);
 }
 
 TEST_F(SegmentationReader, RefusesWhatIsNoSegmentation) {

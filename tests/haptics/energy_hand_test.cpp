@@ -96,7 +96,7 @@ TEST(EnergyTank, TakesHoldOfTheHandAgainWhenTheWallCalmsDown) {
     ASSERT_EQ(x, held);
     ASSERT_FALSE(tank.slipped());
   }
-  EXPECT_NEAR(tank.level_j(), 0.005, 1e-9);
+  EXPECT_NEAR(tank.energy_j(), 0.005, 1e-9);
 }
 
 }  // namespace

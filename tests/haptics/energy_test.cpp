@@ -41,7 +41,7 @@ TEST(EnergyTank, LetsPassWhatItCanPayAndBooksIt) {
   EXPECT_EQ(x, glm::dvec3(0.01, 0, 0));
   EXPECT_FALSE(tank.slipped());
   EXPECT_NEAR(tank.last_j(), 0.03, kRounding);
-  EXPECT_NEAR(tank.level_j(), 0.07, kRounding);
+  EXPECT_NEAR(tank.energy_j(), 0.07, kRounding);
   EXPECT_NEAR(tank.ledger().put_in_j, 0.03, kRounding);
 }
 
@@ -51,7 +51,7 @@ TEST(EnergyTank, GivesTheLargestShareThatItCanPay) {
   const glm::dvec3 x = tank.limit({0, 0, 0}, {0.02, 0, 0}, {0, 0, 0}, 600.0, 1e-3);
   EXPECT_NEAR(x.x, 0.01, kRounding);
   EXPECT_TRUE(tank.slipped());
-  EXPECT_NEAR(tank.level_j(), 0.0, kRounding);
+  EXPECT_NEAR(tank.energy_j(), 0.0, kRounding);
   EXPECT_NEAR(tank.ledger().refused_j, 0.09, kRounding);
   EXPECT_EQ(tank.ledger().slips, 1);
 }
@@ -73,15 +73,15 @@ TEST(EnergyTank, IsChargedByTheAllowanceUpToItsCapacity) {
   EnergyTank tank(options(0.01, 0.05, 0.0));
   const glm::dvec3 o(0.0);
   tank.limit(o, {0.01, 0, 0}, o, 1000.0, 1e-9);  // 50 mJ wanted: empties it
-  EXPECT_NEAR(tank.level_j(), 0.0, kRounding);
+  EXPECT_NEAR(tank.energy_j(), 0.0, kRounding);
   for (int i = 0; i < 100; ++i) tank.limit(o, o, o, 1000.0, 1e-3);
-  EXPECT_NEAR(tank.level_j(), 0.005, 1e-9);  // 0.1 s of 50 mW, less the nanosecond's above
+  EXPECT_NEAR(tank.energy_j(), 0.005, 1e-9);  // 0.1 s of 50 mW, less the nanosecond's above
   for (int i = 0; i < 1000; ++i) tank.limit(o, o, o, 1000.0, 1e-3);
-  EXPECT_DOUBLE_EQ(tank.level_j(), 0.01);
+  EXPECT_DOUBLE_EQ(tank.energy_j(), 0.01);
   for (double dt : {0.0, -1.0, kNan, kInf}) {
-    const double before = tank.level_j();
+    const double before = tank.energy_j();
     tank.limit(o, {1e-4, 0, 0}, o, 1000.0, dt);  // 5 uJ
-    EXPECT_NEAR(tank.level_j(), before - 5e-6, kRounding) << dt;
+    EXPECT_NEAR(tank.energy_j(), before - 5e-6, kRounding) << dt;
   }
 }
 
@@ -91,7 +91,7 @@ TEST(EnergyTank, IsChargedByItsShareOfWhatYielded) {
     const glm::dvec3 o(0.0);
     tank.limit(o, {0.02, 0, 0}, o, 1000.0, 1e-3);             // 200 mJ in
     tank.limit({0.02, 0, 0}, {0.01, 0, 0}, o, 1000.0, 1e-3);  // 150 mJ out
-    EXPECT_NEAR(tank.level_j(), 0.8 + share * 0.15, kRounding) << share;
+    EXPECT_NEAR(tank.energy_j(), 0.8 + share * 0.15, kRounding) << share;
     EXPECT_NEAR(tank.ledger().dissipated_j, 0.15, kRounding);
     EXPECT_NEAR(tank.ledger().charged_j, share * 0.15, kRounding);
   }
@@ -102,7 +102,7 @@ TEST(EnergyTank, ChargesNothingInFreeMotion) {
   EnergyTank tank(options(0.05, 0.0, 1.0));
   const glm::dvec3 o(0.0);
   tank.limit(o, {0.02, 0, 0}, o, 1000.0, 1e-3);
-  ASSERT_LT(tank.level_j(), kRounding);
+  ASSERT_LT(tank.energy_j(), kRounding);
   tank.restart();
   glm::dvec3 x(0.0);
   Random random(3);
@@ -111,7 +111,7 @@ TEST(EnergyTank, ChargesNothingInFreeMotion) {
     ASSERT_EQ(tank.limit(x, probe, probe, 1000.0, 1e-3), probe);
     x = probe;
   }
-  EXPECT_LT(tank.level_j(), kRounding);
+  EXPECT_LT(tank.energy_j(), kRounding);
   EXPECT_NEAR(tank.ledger().held_j, tank.ledger().dissipated_j, 1e-3 * tank.ledger().held_j);
 }
 
@@ -122,7 +122,7 @@ TEST(EnergyTank, LeavesAStillSceneAlone) {
   Random random(4);
   for (int i = 0; i < 1000; ++i)
     ASSERT_EQ(tank.limit(wall, wall, wall + random.vector(0.01), 800.0, 1e-3), wall);
-  EXPECT_EQ(tank.level_j(), 0.1);
+  EXPECT_EQ(tank.energy_j(), 0.1);
   EXPECT_EQ(tank.ledger().put_in_j, 0.0);
   EXPECT_EQ(tank.ledger().dissipated_j, 0.0);
   EXPECT_EQ(tank.ledger().charged_j, 0.0);
@@ -134,9 +134,9 @@ TEST(EnergyTank, BooksAChangeOfStiffness) {
   tank.limit(x, x, o, 400.0, 1e-3);
   EXPECT_EQ(tank.limit(x, x, o, 1000.0, 1e-3), x);  // 300 N/m more half of it at 10 mm: 30 mJ
   EXPECT_NEAR(tank.last_j(), 0.03, kRounding);
-  EXPECT_NEAR(tank.level_j(), 0.07, kRounding);
+  EXPECT_NEAR(tank.energy_j(), 0.07, kRounding);
   tank.limit(x, x, o, 400.0, 1e-3);
-  EXPECT_NEAR(tank.level_j(), 0.1, kRounding);
+  EXPECT_NEAR(tank.energy_j(), 0.1, kRounding);
 }
 
 TEST(EnergyTank, DrawsTheProxyInWhereAStifferSpringCanNotBePaid) {
@@ -163,11 +163,11 @@ TEST(EnergyTank, HoldsWhatItGetsWhenSomethingIsNotFinite) {
     EXPECT_EQ(tank.limit(x, y, o, bad, 1e-3), x);
     EXPECT_EQ(tank.limit(x, y, o, 0.0, 1e-3), x);
     EXPECT_EQ(tank.limit(x, {1e200, 0, 0}, o, 600.0, 1e-3), x);
-    EXPECT_EQ(tank.level_j(), EnergyTankOptions{}.capacity_j);
+    EXPECT_EQ(tank.energy_j(), EnergyTankOptions{}.capacity_j);
     EXPECT_EQ(tank.ledger().put_in_j, 0.0);
     EXPECT_EQ(tank.limit(x, x, o, 600.0, 1e-3), x);
   }
-  EXPECT_EQ(EnergyTank(options(kNan, -1.0, kInf)).level_j(), 0.0);
+  EXPECT_EQ(EnergyTank(options(kNan, -1.0, kInf)).energy_j(), 0.0);
 }
 
 // One frame of a random run: the hand and the scene move as they like, sometimes not at all.
@@ -204,8 +204,8 @@ TEST(EnergyTank, NeverPaysMoreThanItGot) {
           spring(run.k, got, run.probe) - spring(frame == 0 ? run.k : old_k, run.x, run.probe);
       put_in += joule > 0.0L ? joule : 0.0L;
       ASSERT_NEAR(double(joule), tank.last_j(), kRounding) << "seed " << seed << " frame " << frame;
-      ASSERT_GE(tank.level_j(), 0.0) << seed;
-      ASSERT_LE(tank.level_j(), capacity) << seed;
+      ASSERT_GE(tank.energy_j(), 0.0) << seed;
+      ASSERT_LE(tank.energy_j(), capacity) << seed;
       // At the probe as it is, the force steps no further than without the tank, and towards it.
       if (run.k == old_k) {
         const glm::dvec3 whole = want - run.x, part = got - run.x;
@@ -218,7 +218,7 @@ TEST(EnergyTank, NeverPaysMoreThanItGot) {
     EXPECT_NEAR(double(put_in), ledger.put_in_j, kRounding * (1.0 + double(put_in))) << seed;
     EXPECT_LE(ledger.put_in_j, (capacity + ledger.charged_j) * (1.0 + kRounding) + kRounding)
         << "seed " << seed;
-    EXPECT_NEAR(tank.level_j(), capacity + ledger.charged_j - ledger.put_in_j,
+    EXPECT_NEAR(tank.energy_j(), capacity + ledger.charged_j - ledger.put_in_j,
                 kRounding * (1.0 + ledger.put_in_j))
         << "seed " << seed;
   }
@@ -237,7 +237,7 @@ TEST(EnergyTank, RefusesNoMoreThanItMust) {
       const glm::dvec3 got = tank.limit(run.x, want, run.probe, run.k, 1e-3);
       if (tank.slipped() && run.k == old_k) {
         ++slips;
-        ASSERT_NEAR(tank.level_j(), 0.0, kRounding) << "seed " << seed << " frame " << frame;
+        ASSERT_NEAR(tank.energy_j(), 0.0, kRounding) << "seed " << seed << " frame " << frame;
         const glm::dvec3 further = got + 1e-3 * (want - got);
         ASSERT_GT(spring(run.k, further, run.probe), spring(run.k, got, run.probe)) << seed;
       } else if (!tank.slipped()) {

@@ -82,7 +82,7 @@ TEST(HostLoop, GivesTheForcesOfTheServoLoopBitByBit) {
   ServoLoop loop(device, of_servo.ticker, clock, ports, options);
   double most_n = 0.0;
   for (int k = 0; k < 2000; ++k) {
-    ASSERT_TRUE(loop.turn());
+    ASSERT_TRUE(loop.run_period());
     const glm::dvec3 force_n = host.to(hand_at(host.time_ns + kMs));
     ASSERT_EQ(force_n, device.forces.back()) << "tick " << k;
     most_n = std::max(most_n, glm::length(force_n));

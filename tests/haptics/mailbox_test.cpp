@@ -94,15 +94,15 @@ TEST(Newest, IsNeverTornAndNeverGoesBack) {
 
 /// Counts itself.
 struct Counted {
-  explicit Counted(std::atomic<int>& alive, int number) : alive_(alive), number_(number) {
-    ++alive_;
+  explicit Counted(std::atomic<int>& counter, int value) : alive(counter), number(value) {
+    ++alive;
   }
   ~Counted() {
-    --alive_;
-    number_ = -1;
+    --alive;
+    number = -1;
   }
-  std::atomic<int>& alive_;
-  int number_;
+  std::atomic<int>& alive;
+  int number;
 };
 
 TEST(Handover, DeletesOnlyInTheOwnersThreadWhatTheLoopRetired) {
@@ -115,7 +115,7 @@ TEST(Handover, DeletesOnlyInTheOwnersThreadWhatTheLoopRetired) {
     EXPECT_EQ(first, nullptr);
     Counted* using_now = handover.take();
     ASSERT_NE(using_now, nullptr);
-    EXPECT_EQ(using_now->number_, 1);
+    EXPECT_EQ(using_now->number, 1);
     EXPECT_EQ(handover.take(), nullptr);
     auto second = std::make_unique<Counted>(alive, 2);
     EXPECT_TRUE(handover.offer(second));
@@ -125,7 +125,7 @@ TEST(Handover, DeletesOnlyInTheOwnersThreadWhatTheLoopRetired) {
     EXPECT_EQ(alive, 2) << "retiring must not delete";
     handover.collect();
     EXPECT_EQ(alive, 1);
-    EXPECT_EQ(next->number_, 2);
+    EXPECT_EQ(next->number, 2);
   }
   EXPECT_EQ(alive, 0) << "what the loop still had is the owner's at the end";
 }
@@ -138,7 +138,7 @@ TEST(Handover, ReplacesAnOfferThatNobodyTook) {
     EXPECT_TRUE(handover.offer(fresh));
     EXPECT_EQ(alive, 1);
   }
-  EXPECT_EQ(handover.take()->number_, 4);
+  EXPECT_EQ(handover.take()->number, 4);
 }
 
 TEST(Handover, RefusesWhenTooManyAreOutAndTakesAgainAfterOneIsBack) {
@@ -168,11 +168,11 @@ TEST(Handover, PassesObjectsBetweenThreads) {
       if (Counted* fresh = handover.take()) {
         handover.retire(current);
         current = fresh;
-        ASSERT_GT(current->number_, number);
-        number = current->number_;
+        ASSERT_GT(current->number, number);
+        number = current->number;
       } else {
         if (current) {
-          ASSERT_EQ(current->number_, number);
+          ASSERT_EQ(current->number, number);
         }
         std::this_thread::yield();
       }

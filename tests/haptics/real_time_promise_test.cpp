@@ -216,7 +216,7 @@ TEST_F(RealTimePromise, IsKeptByTheLoopWithAWholeSceneRecorderBlackBoxAndNewScen
     }
     if (i % 3001 == 3000) clock.oversleep_ns = 8'000'000;
     ForbiddenCalls::watch_this_thread(true);
-    const bool goes_on = loop.turn();
+    const bool goes_on = loop.run_period();
     ForbiddenCalls::watch_this_thread(false);
     ASSERT_TRUE(goes_on);
     ASSERT_EQ(ForbiddenCalls::counted(), 0)
@@ -226,7 +226,7 @@ TEST_F(RealTimePromise, IsKeptByTheLoopWithAWholeSceneRecorderBlackBoxAndNewScen
   ports.stop = true;
   for (int i = 0; i < 2000; ++i) {
     ForbiddenCalls::watch_this_thread(true);
-    const bool goes_on = loop.turn();
+    const bool goes_on = loop.run_period();
     ForbiddenCalls::watch_this_thread(false);
     if (!goes_on) break;
   }

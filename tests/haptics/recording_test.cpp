@@ -225,7 +225,7 @@ TEST_F(RecordingFile, OfARunningServoIsReplayedToTheSameBits) {
     if (k % 100 == 0) ports.events.push({ControlEvent::Kind::kModeGain, 0, 0.1 * k});
     if (k % 70 == 0) ports.poses.push({.volume = 0, .transform = {}, .time_ns = clock.now});
     if (k % 333 == 0) clock.oversleep_ns = 7'000'000;
-    loop.turn();
+    loop.run_period();
   }
   ASSERT_TRUE((*recorder)->finish());
 

@@ -18,8 +18,8 @@ constexpr int64_t kMs = 1'000'000;
 
 struct Bench {
   explicit Bench(LoopOptions wanted = {}) : options(wanted) {}
-  void turns(int n) {
-    for (int k = 0; k < n; ++k) loop.turn();
+  void run_periods(int n) {
+    for (int k = 0; k < n; ++k) loop.run_period();
   }
   uint64_t misses(MissCause cause) { return ports.statistics.misses[int(cause)].load(); }
   LoopOptions options;
@@ -40,7 +40,7 @@ TEST(ServoLoop, TicksOncePerPeriodOnAbsoluteDeadlines) {
   Bench bench(with(Exchanges::kOnce));
   const int64_t start = bench.clock.now;
   bench.device.takes_ns = 300'000;  // work must not stretch the period
-  bench.turns(1000);
+  bench.run_periods(1000);
   ASSERT_EQ(bench.device.times_ns.size(), 1000u);
   for (int k = 0; k < 1000; ++k) {
     ASSERT_EQ(bench.device.times_ns[k], start + (k + 1) * kMs) << k;
@@ -54,7 +54,7 @@ TEST(ServoLoop, TicksOncePerPeriodOnAbsoluteDeadlines) {
 TEST(ServoLoop, SendsAForceOneRoundTripAfterItsPositionWhenItExchangesTwice) {
   Bench bench(with(Exchanges::kTwice));
   bench.device.takes_ns = 200'000;
-  bench.turns(10);
+  bench.run_periods(10);
   ASSERT_EQ(bench.device.times_ns.size(), 20u);
   for (int k = 0; k < 10; ++k)
     EXPECT_EQ(bench.device.times_ns[2 * k + 1] - bench.device.times_ns[2 * k], 200'000) << k;
@@ -66,28 +66,28 @@ TEST(ServoLoop, SendsAForceOneRoundTripAfterItsPositionWhenItExchangesTwice) {
 TEST(ServoLoop, ChoosesTwoExchangesForAFastDeviceAndOneForASlowOne) {
   Bench fast;
   fast.device.takes_ns = 390'000;
-  fast.turns(64);
+  fast.run_periods(64);
   EXPECT_EQ(fast.device.forces.size(), 65u);  // the 64th answer decides, for its own period too
-  fast.turns(10);
+  fast.run_periods(10);
   EXPECT_EQ(fast.device.forces.size(), 65u + 20u);
   EXPECT_TRUE(fast.ports.statistics.twice.load());
 
   Bench slow;
   slow.device.takes_ns = 410'000;
-  slow.turns(200);
+  slow.run_periods(200);
   EXPECT_EQ(slow.device.forces.size(), 200u);
 }
 
 TEST(ServoLoop, FindsItsExchangesAnewAfterAFault) {
   Bench bench;
-  bench.turns(100);
+  bench.run_periods(100);
   ASSERT_TRUE(bench.ports.statistics.twice.load());
   bench.device.answer = [](DeviceReading& reading) { reading.fault = DeviceFault::kTimeout; };
-  bench.turns(1);
+  bench.run_periods(1);
   EXPECT_FALSE(bench.ports.statistics.twice.load());
   bench.device.answer = nullptr;
   bench.device.takes_ns = 600'000;
-  bench.turns(100);
+  bench.run_periods(100);
   EXPECT_FALSE(bench.ports.statistics.twice.load());
 }
 
@@ -99,7 +99,7 @@ TEST(ServoLoop, KeepsAFaultAndAPositionThatOnlyTheSecondAnswerBrought) {
     if (answers == 2) reading.fault = DeviceFault::kJumped;
     if (answers == 3) reading.fresh = false;
   };
-  bench.turns(3);
+  bench.run_periods(3);
   EXPECT_EQ(bench.ticker.inputs[1].reading.fault, DeviceFault::kJumped);
   EXPECT_TRUE(bench.ticker.inputs[1].reading.fresh);
   EXPECT_EQ(bench.ticker.inputs[1].reading.position_m.x, 2.0);  // the second answer's
@@ -109,9 +109,9 @@ TEST(ServoLoop, KeepsAFaultAndAPositionThatOnlyTheSecondAnswerBrought) {
 
 TEST(ServoLoop, CountsALateWakeUpAndDoesNotCatchUp) {
   Bench bench(with(Exchanges::kOnce));
-  bench.turns(10);
+  bench.run_periods(10);
   bench.clock.oversleep_ns = 50 * kMs;
-  bench.turns(10);
+  bench.run_periods(10);
   EXPECT_EQ(bench.misses(MissCause::kWokeLate), 1u);
   EXPECT_EQ(bench.ports.statistics.all_misses(), 1u);
   EXPECT_DOUBLE_EQ(bench.ticker.inputs[10].dt_s, 51e-3);
@@ -125,29 +125,29 @@ TEST(ServoLoop, CountsALateWakeUpAndDoesNotCatchUp) {
 
 TEST(ServoLoop, CallsATickLateOnlyBeyondTheWatchdog) {
   Bench bench(with(Exchanges::kOnce));
-  bench.turns(2);
+  bench.run_periods(2);
   bench.clock.oversleep_ns = 4 * kMs;  // 5 ms apart: at the limit
-  bench.turns(1);
+  bench.run_periods(1);
   EXPECT_FALSE(bench.ticker.inputs.back().late);
   bench.clock.oversleep_ns = 4 * kMs + 1;
-  bench.turns(1);
+  bench.run_periods(1);
   EXPECT_TRUE(bench.ticker.inputs.back().late);
 }
 
 TEST(ServoLoop, BlamesALongTickOrALongAnswerForTheMissThatFollows) {
   Bench bench(with(Exchanges::kOnce));
-  bench.turns(3);
+  bench.run_periods(3);
   bench.ticker.on_tick = [&](const TickInput&) { bench.clock.now += 3 * kMs; };
-  bench.turns(1);
+  bench.run_periods(1);
   bench.ticker.on_tick = nullptr;
   EXPECT_EQ(bench.ports.statistics.all_misses(), 0u);  // it is the next one that begins too late
-  bench.turns(3);
+  bench.run_periods(3);
   EXPECT_EQ(bench.misses(MissCause::kTickLong), 1u);
 
   bench.device.takes_ns = 5 * kMs;
-  bench.turns(1);
+  bench.run_periods(1);
   bench.device.takes_ns = 1'000;
-  bench.turns(3);
+  bench.run_periods(3);
   EXPECT_EQ(bench.misses(MissCause::kDeviceLong), 1u);
   EXPECT_EQ(bench.ports.statistics.all_misses(), 2u);
 }
@@ -156,19 +156,19 @@ TEST(ServoLoop, RunsBackToBackWithADeviceThatNeedsMoreThanThePeriod) {
   Bench bench(with(Exchanges::kOnce));
   bench.device.takes_ns = 1'300'000;
   const int64_t start = bench.clock.now;
-  bench.turns(100);
+  bench.run_periods(100);
   // One period of waiting at the start, then nothing but answers.
   EXPECT_EQ(bench.clock.now - start, kMs + 100 * 1'300'000);
 }
 
 TEST(ServoLoop, SurvivesAClockThatGoesBackByAnHour) {
   Bench bench(with(Exchanges::kOnce));
-  bench.turns(5);
+  bench.run_periods(5);
   bench.ticker.on_tick = [&](const TickInput&) { bench.clock.now -= 3'600'000 * kMs; };
-  bench.turns(1);
+  bench.run_periods(1);
   bench.ticker.on_tick = nullptr;
   const int64_t jumped_to = bench.clock.now;
-  bench.turns(5);
+  bench.run_periods(5);
   EXPECT_LE(bench.clock.now, jumped_to + 6 * kMs);  // it did not sleep for the hour
   EXPECT_EQ(bench.misses(MissCause::kClock), 1u);
   EXPECT_LT(bench.ticker.inputs[6].dt_s, 0.0);  // told as it is: the tick knows what to do
@@ -183,7 +183,7 @@ TEST(ServoLoop, PassesAStandingClockOn) {
   FakeDevice device(clock);
   device.takes_ns = 0;
   ServoLoop loop(device, bench.ticker, clock, bench.ports, bench.options);
-  for (int k = 0; k < 10; ++k) loop.turn();
+  for (int k = 0; k < 10; ++k) loop.run_period();
   for (size_t k = 1; k < 10; ++k) EXPECT_EQ(bench.ticker.inputs[k].dt_s, 0.0) << k;
 }
 
@@ -192,7 +192,7 @@ TEST(ServoLoop, BringsEventsAndPosesInOrderFourAtATime) {
   for (int k = 0; k < 10; ++k)
     ASSERT_TRUE(bench.ports.events.push({ControlEvent::Kind::kModeGain, k, 0.5}));
   for (int k = 0; k < 3; ++k) ASSERT_TRUE(bench.ports.poses.push({.volume = k}));
-  bench.turns(4);
+  bench.run_periods(4);
   std::vector<int> seen;
   for (const TickInput& input : bench.ticker.inputs)
     for (int k = 0; k < input.event_count; ++k) seen.push_back(input.events[k].index);
@@ -207,7 +207,7 @@ TEST(ServoLoop, GivesTheNewestTickToBothReaders) {
   Bench bench;
   TickOutput output;
   EXPECT_FALSE(bench.ports.outputs[0].get(output));
-  bench.turns(3);
+  bench.run_periods(3);
   for (auto& reader : bench.ports.outputs) {
     EXPECT_TRUE(reader.get(output));
     EXPECT_EQ(output.probe_m.x, 3.0);
@@ -219,15 +219,15 @@ TEST(ServoLoop, GivesTheNewestTickToBothReaders) {
 TEST(ServoLoop, StopsOnceTheDeviceHadZeroThreeTimes) {
   for (Exchanges exchanges : {Exchanges::kOnce, Exchanges::kTwice}) {
     Bench bench(with(exchanges));
-    bench.turns(50);
+    bench.run_periods(50);
     bench.ports.stop = true;
-    int turns = 0;
-    while (bench.loop.turn()) ASSERT_LT(++turns, 100);
+    int periods = 0;
+    while (bench.loop.run_period()) ASSERT_LT(++periods, 100);
     const auto& forces = bench.device.forces;
     for (size_t k = forces.size() - 3; k < forces.size(); ++k)
       EXPECT_EQ(forces[k], glm::dvec3(0.0));
     EXPECT_TRUE(bench.ports.at_rest.load());
-    EXPECT_GE(turns, 19);
+    EXPECT_GE(periods, 19);
     // The tick's ramp has 20 equal steps: nothing was skipped on the way.
     for (size_t k = 1; k < forces.size(); ++k)
       ASSERT_LE(forces[k - 1].y - forces[k].y, 2.0 / 20.0 + 1e-12) << k;
@@ -237,12 +237,12 @@ TEST(ServoLoop, StopsOnceTheDeviceHadZeroThreeTimes) {
 TEST(ServoLoop, RampsByItselfWhenTheTickDoesNotObeyTheStop) {
   Bench bench(with(Exchanges::kOnce));
   bench.ticker.obeys_stop = false;
-  bench.turns(10);
+  bench.run_periods(10);
   bench.ports.stop = true;
-  int turns = 0;
-  while (bench.loop.turn()) ASSERT_LT(++turns, 1000);
+  int periods = 0;
+  while (bench.loop.run_period()) ASSERT_LT(++periods, 1000);
   // 500 ms for the tick, 20 ms of ramp, and the three zeros.
-  EXPECT_NEAR(turns, 525, 3);
+  EXPECT_NEAR(periods, 525, 3);
   const auto& forces = bench.device.forces;
   EXPECT_EQ(forces.back(), glm::dvec3(0.0));
   for (size_t k = 2; k < forces.size(); ++k)
@@ -253,18 +253,18 @@ TEST(ServoLoop, EndsWhenTheDeviceIsSlowAndTheTickDoesNotObey) {
   Bench bench(with(Exchanges::kOnce));
   bench.ticker.obeys_stop = false;
   bench.device.takes_ns = 100 * kMs;
-  bench.turns(3);
+  bench.run_periods(3);
   bench.ports.stop = true;
-  int turns = 0;
-  while (bench.loop.turn()) ASSERT_LT(++turns, 20);
+  int periods = 0;
+  while (bench.loop.run_period()) ASSERT_LT(++periods, 20);
   EXPECT_EQ(bench.device.forces.back(), glm::dvec3(0.0));
 }
 
 TEST(ServoLoop, RampsAForceThatIsNoNumberToZeroAndBelievesTheTickAgainAtZero) {
   Bench bench(with(Exchanges::kOnce));
-  bench.turns(10);
+  bench.run_periods(10);
   bench.ticker.force_n.y = std::numeric_limits<double>::quiet_NaN();
-  bench.turns(30);
+  bench.run_periods(30);
   EXPECT_EQ(bench.ports.statistics.not_finite.load(), 30u);
   EXPECT_EQ(bench.device.forces.back(), glm::dvec3(0.0));
   for (size_t k = 2; k < bench.device.forces.size(); ++k) {
@@ -272,12 +272,12 @@ TEST(ServoLoop, RampsAForceThatIsNoNumberToZeroAndBelievesTheTickAgainAtZero) {
     ASSERT_LE(bench.device.forces[k - 1].y - bench.device.forces[k].y, 2.0 / 20.0 + 1e-9) << k;
   }
   bench.ticker.force_n.y = 2.0;
-  bench.turns(5);
+  bench.run_periods(5);
   EXPECT_EQ(bench.device.forces.back(), glm::dvec3(0.0)) << "no step from nothing to everything";
   bench.ticker.force_n.y = 0.0;
-  bench.turns(2);
+  bench.run_periods(2);
   bench.ticker.force_n.y = 1.0;
-  bench.turns(2);
+  bench.run_periods(2);
   EXPECT_EQ(bench.device.forces.back().y, 1.0);
 }
 

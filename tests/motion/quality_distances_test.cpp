@@ -119,7 +119,7 @@ TEST(InverseConsistency, OfTheHeartsTwoDirectionsIsInterpolationOnly) {
 }
 
 TEST(InverseConsistency, DoesNotCountWhatLeavesAndSaysSoIfAllDoes) {
-  const Grid grid = test::cube_grid(10);
+  const Grid grid = test::grid_at_origin(10);
   const Field u = field_of(grid, [](glm::dvec3) { return glm::dvec3(0.0, 0.0, 5.0); });
   const Field w = field_of(grid, [](glm::dvec3) { return glm::dvec3(0.0, 0.0, -5.0); });
   EXPECT_EQ(inverse_consistency(u, w, grid)->mm.count, 500u);
@@ -130,8 +130,8 @@ TEST(InverseConsistency, DoesNotCountWhatLeavesAndSaysSoIfAllDoes) {
 }
 
 TEST(InverseConsistency, TakesAtMostAboutAQuarterOfAMillionPoints) {
-  const Grid grid = test::cube_grid(90);
-  const Field still = still_field(test::cube_grid(3, 45.0));
+  const Grid grid = test::grid_at_origin(90);
+  const Field still = still_field(test::grid_at_origin(3, 45.0));
   const auto found = inverse_consistency(still, still, grid);
   ASSERT_TRUE(found);
   EXPECT_GE(found->mm.count, 240000u);
@@ -139,7 +139,7 @@ TEST(InverseConsistency, TakesAtMostAboutAQuarterOfAMillionPoints) {
 }
 
 TEST(FinestMm, IsNotTheThicknessOfASingleSlice) {
-  Grid grid = test::cube_grid(8, 2.0);
+  Grid grid = test::grid_at_origin(8, 2.0);
   grid.spacing_mm.y = 0.5;
   EXPECT_EQ(grid.finest_mm(), 0.5);
   grid.size.y = 1;
@@ -159,7 +159,7 @@ TEST(CycleDrift, OfTheHeartsCycleIsInterpolationOnly) {
 }
 
 TEST(CycleDrift, AddsUpWhatTheFieldsDoNotUndo) {
-  const Grid grid = test::cube_grid(12, 2.0);
+  const Grid grid = test::grid_at_origin(12, 2.0);
   const Field step = field_of(grid, [](glm::dvec3) { return glm::dvec3(0.3, 0.0, 0.0); });
   const std::vector<Field> fields = {step, step, step, step};
   const Mask mask = whole(grid, 3);
@@ -172,8 +172,8 @@ TEST(CycleDrift, AddsUpWhatTheFieldsDoNotUndo) {
 }
 
 TEST(CycleDrift, FollowsAtMostAboutAQuarterOfAMillionPoints) {
-  const Grid grid = test::cube_grid(90);
-  const std::vector<Field> fields = {still_field(test::cube_grid(3, 30.0))};
+  const Grid grid = test::grid_at_origin(90);
+  const std::vector<Field> fields = {still_field(test::grid_at_origin(3, 30.0))};
   const auto drift = cycle_drift(fields, grid);
   ASSERT_TRUE(drift);
   EXPECT_GE(drift->mm.count, 240000u);
@@ -181,7 +181,7 @@ TEST(CycleDrift, FollowsAtMostAboutAQuarterOfAMillionPoints) {
 }
 
 TEST(LowConfidenceShare, CountsInsideTheMaskOnly) {
-  const Grid grid = test::cube_grid(4);
+  const Grid grid = test::grid_at_origin(4);
   Confidence confidence{grid, std::vector<float>(64, 0.9F)};
   Mask mask{grid, std::vector<uint8_t>(64)};
   for (size_t n = 0; n < 8; ++n) mask.values[n] = 1;

@@ -30,7 +30,8 @@ Volume volume_of(const Grid& grid, const Function& value) {
   return volume;
 }
 
-inline Grid cube_grid(int size, double spacing_mm = 1.0) {
+/// size^3 samples; the first lies at the LPS origin.
+inline Grid grid_at_origin(int size, double spacing_mm = 1.0) {
   Grid grid;
   grid.size = glm::ivec3(size);
   grid.spacing_mm = glm::dvec3(spacing_mm);

@@ -87,7 +87,7 @@ TEST(Folds, AgreeWithTheDefinitionOnRandomFields) {
 }
 
 TEST(Folds, SeesTheFoldBetweenTwoSamplesThatCentralDifferencesMiss) {
-  Field u = still_field(test::cube_grid(9));
+  Field u = still_field(test::grid_at_origin(9));
   u.u_mm[u.grid.offset(4, 4, 4)] = {1.5F, 0.0F, 0.0F};
   // Sample 4 jumps over sample 5: the difference there is -1.5 mm per mm, the central one only
   // -0.75.
@@ -97,7 +97,7 @@ TEST(Folds, SeesTheFoldBetweenTwoSamplesThatCentralDifferencesMiss) {
 }
 
 TEST(Folds, LookOnlyInsideTheMask) {
-  Field u = still_field(test::cube_grid(9));
+  Field u = still_field(test::grid_at_origin(9));
   u.u_mm[u.grid.offset(4, 4, 4)] = {1.5F, 0.0F, 0.0F};
   Mask far{u.grid, std::vector<uint8_t>(u.grid.count())};
   far.values[u.grid.offset(1, 1, 1)] = 1;
@@ -107,7 +107,7 @@ TEST(Folds, LookOnlyInsideTheMask) {
 }
 
 TEST(Folds, CountNotANumberAsFolded) {
-  Field u = still_field(test::cube_grid(9));
+  Field u = still_field(test::grid_at_origin(9));
   u.u_mm[u.grid.offset(4, 4, 4)].y = std::numeric_limits<float>::quiet_NaN();
   const Folds found = folds(u);
   EXPECT_EQ(found.not_finite, 1u);
@@ -115,16 +115,16 @@ TEST(Folds, CountNotANumberAsFolded) {
 }
 
 TEST(Folds, WorkOnASingleSliceAndASingleSample) {
-  Grid slice = test::cube_grid(6);
+  Grid slice = test::grid_at_origin(6);
   slice.size.z = 1;
   const Field u = field_of(slice, [](glm::dvec3 p) { return glm::dvec3(0.5 * p.x, 0.0, 0.0); });
   EXPECT_NEAR(folds(u).min_det, 1.5, kFloatDet);
-  EXPECT_NEAR(folds(still_field(test::cube_grid(1))).min_det, 1.0, kFloatDet);
+  EXPECT_NEAR(folds(still_field(test::grid_at_origin(1))).min_det, 1.0, kFloatDet);
 }
 
 TEST(Folds, SdOfLogDetIsThatOfTwoHalvesOfDifferentGrowth) {
   // u = +-g x on either side of x = 20: det 1.2 and 0.8 for half the samples each.
-  const Field u = field_of(test::cube_grid(41), [](glm::dvec3 p) {
+  const Field u = field_of(test::grid_at_origin(41), [](glm::dvec3 p) {
     const double x = p.x - 20.0;
     return glm::dvec3(x > 0.0 ? 0.2 * x : -0.2 * x, 0.0, 0.0);
   });

@@ -12,8 +12,8 @@
 namespace palpate {
 namespace {
 
-using test::cube_grid;
 using test::field_of;
+using test::grid_at_origin;
 using test::oblique_grid;
 
 // The solver's own tolerance, a thousandth of a voxel, times the inverse Jacobian (at most 2 here),
@@ -32,7 +32,7 @@ TEST(InverseOf, AShiftIsTheOppositeShift) {
 TEST(InverseOf, ALinearMapIsTheInverseMatrixEvenWhereTheFixedPointDiverges) {
   // x + u = (I + a) x with |a| > 1: the plain fixed point runs away, Newton does not.
   const glm::dmat3 a(1.4, 0.2, 0.0, -0.2, 1.2, 0.1, 0.0, 0.0, 0.3);
-  Grid grid = cube_grid(31);
+  Grid grid = grid_at_origin(31);
   grid.origin_mm = glm::dvec3(-15.0);
   const Field u = field_of(grid, [&](glm::dvec3 p) { return a * p; });
   const Inverse inverse = inverse_of(u, grid);
@@ -71,7 +71,7 @@ TEST(InverseOf, ItsOwnFieldIsConsistentOnAnotherGrid) {
 
 TEST(InverseOf, OfAFoldedFieldTheResidualSaysHowFarItHolds) {
   std::mt19937 engine(4);
-  Field u = still_field(cube_grid(17));
+  Field u = still_field(grid_at_origin(17));
   for (glm::vec3& v : u.u_mm) {
     for (int axis = 0; axis < 3; ++axis)
       v[axis] = 4.0F * float(double(engine()) / 4294967295.0 - 0.5);
@@ -92,7 +92,7 @@ TEST(InverseOf, OfAFoldedFieldTheResidualSaysHowFarItHolds) {
 }
 
 TEST(InverseOf, NotANumberIsReportedAndDoesNotSpread) {
-  Field u = field_of(cube_grid(16), [](glm::dvec3) { return glm::dvec3(0.5, 0.0, 0.0); });
+  Field u = field_of(grid_at_origin(16), [](glm::dvec3) { return glm::dvec3(0.5, 0.0, 0.0); });
   u.u_mm[u.grid.offset(8, 8, 8)].x = std::numeric_limits<float>::quiet_NaN();
   const Inverse inverse = inverse_of(u, u.grid);
   EXPECT_GT(inverse.unconverged, 0u);

@@ -10,8 +10,8 @@
 namespace palpate {
 namespace {
 
-using test::cube_grid;
 using test::field_of;
+using test::grid_at_origin;
 using test::tissue_at;
 using test::volume_of;
 
@@ -23,7 +23,7 @@ Volume with_noise(Volume volume, double sd, uint32_t seed) {
 }
 
 TEST(NoiseSd, OfPureNoiseIsItsSd) {
-  const Volume flat = volume_of(cube_grid(40), [](glm::dvec3) { return 100.0; });
+  const Volume flat = volume_of(grid_at_origin(40), [](glm::dvec3) { return 100.0; });
   // 54,872 correlated draws: the MAD is good to about 1 %; four draws are not quite Gaussian,
   // another 2 %.
   EXPECT_NEAR(noise_sd(with_noise(flat, 7.0, 3)), 7.0, 0.35);
@@ -35,7 +35,7 @@ TEST(NoiseSd, SeesThroughSmoothStructure) {
 }
 
 TEST(NoiseSd, OfAConstantOrPaddedVolumeIgnoresThePadding) {
-  Volume flat = volume_of(cube_grid(20), [](glm::dvec3) { return -1024.0; });
+  Volume flat = volume_of(grid_at_origin(20), [](glm::dvec3) { return -1024.0; });
   EXPECT_EQ(noise_sd(flat), 0.0);
   const Volume noisy = with_noise(flat, 10.0, 5);
   for (int k = 0; k < 6; ++k)
@@ -47,23 +47,23 @@ TEST(NoiseSd, OfAConstantOrPaddedVolumeIgnoresThePadding) {
 }
 
 TEST(NoiseSd, WorksOnASingleSlice) {
-  Grid slice = cube_grid(100);
+  Grid slice = grid_at_origin(100);
   slice.size.z = 1;
   const Volume flat = volume_of(slice, [](glm::dvec3) { return 0.0; });
   EXPECT_NEAR(noise_sd(with_noise(flat, 3.0, 6)), 3.0, 0.2);
 }
 
 TEST(Warped, ByAShiftOfWholeVoxelsPicksTheNeighbour) {
-  const Volume moving = volume_of(cube_grid(12), [](glm::dvec3 p) { return tissue_at(1, p); });
+  const Volume moving = volume_of(grid_at_origin(12), [](glm::dvec3 p) { return tissue_at(1, p); });
   const Field u =
-      field_of(cube_grid(3, 4.0), [](glm::dvec3) { return glm::dvec3(0.0, 2.0, -1.0); });
+      field_of(grid_at_origin(3, 4.0), [](glm::dvec3) { return glm::dvec3(0.0, 2.0, -1.0); });
   const Volume found = warped(moving, u, moving.grid);
   EXPECT_FLOAT_EQ(found.at(4, 5, 6), moving.at(4, 7, 5));
 }
 
 /// A textured pair in which everything has moved by 4 mm.
 struct Pair {
-  Grid grid = cube_grid(56);
+  Grid grid = grid_at_origin(56);
   glm::dvec3 shift{0.0, 0.0, 4.0};
   Volume fixed = with_noise(volume_of(grid, [](glm::dvec3 p) { return tissue_at(1, p); }), 8.0, 11);
   Volume moving = with_noise(
@@ -126,7 +126,7 @@ TEST(Match, OfAnEmptyOrNoiseFrameFindsNoStructure) {
 
 /// Noise that a scanner has blurred passes for texture: white noise is all that noise_sd() knows.
 TEST(Match, IsNotLoweredByBlurredNoiseAroundTheBody) {
-  const Grid grid = cube_grid(56);
+  const Grid grid = grid_at_origin(56);
   const auto body = [](glm::dvec3 p) { return p.x < 20.0 ? tissue_at(1, p) : 500.0; };
   const auto frame = [&](uint32_t seed) {
     Volume volume = volume_of(grid, body);
@@ -148,7 +148,7 @@ TEST(Match, IsNotLoweredByBlurredNoiseAroundTheBody) {
 
 TEST(Match, SeesTheMotionThatIsLeftInVoxelsOfEachAxis) {
   for (const double thick_mm : {1.0, 3.0}) {
-    Grid grid = cube_grid(56);
+    Grid grid = grid_at_origin(56);
     grid.spacing_mm.z = thick_mm;
     const auto tissue = [&](glm::dvec3 p) { return tissue_at(1, {p.x, p.y, p.z / thick_mm}); };
     const Volume fixed = with_noise(volume_of(grid, tissue), 8.0, 11);
@@ -168,7 +168,7 @@ TEST(Match, SeesTheMotionThatIsLeftInVoxelsOfEachAxis) {
 }
 
 TEST(Match, MarksTheVoxelsWithStructure) {
-  const Grid grid = cube_grid(42);
+  const Grid grid = grid_at_origin(42);
   const Volume body =
       volume_of(grid, [](glm::dvec3 p) { return p.x < 21.0 ? tissue_at(3, p) : 0.0; });
   const Volume fixed = with_noise(body, 8.0, 9), moving = with_noise(body, 8.0, 10);
@@ -196,7 +196,7 @@ TEST(Match, CountsWhatLeavesAsLost) {
 
 TEST(Match, HonoursPhysicalSpaceOfTwoDifferentGrids) {
   const Pair pair;
-  Grid oblique = cube_grid(70, 1.2);
+  Grid oblique = grid_at_origin(70, 1.2);
   oblique.direction = test::some_rotation(2);
   oblique.origin_mm = glm::dvec3(28.0) - oblique.direction * glm::dvec3(0.5 * 69 * 1.2);
   const Volume moving =
@@ -207,14 +207,14 @@ TEST(Match, HonoursPhysicalSpaceOfTwoDifferentGrids) {
 TEST(Match, RefusesAMaskThatIsEmptyOrElsewhere) {
   const Pair pair;
   const Mask empty{pair.grid, std::vector<uint8_t>(pair.grid.count())};
-  const Mask other = test::whole(cube_grid(10));
+  const Mask other = test::whole(grid_at_origin(10));
   EXPECT_FALSE(match(pair.fixed, pair.moving, pair.truth, &empty));
   EXPECT_FALSE(match(pair.fixed, pair.moving, pair.truth, &other));
 }
 
 TEST(TexturedVoxels, AreTheBodyAndNotTheAir) {
-  const Volume body =
-      volume_of(cube_grid(42), [](glm::dvec3 p) { return p.x < 21.0 ? tissue_at(3, p) : 0.0; });
+  const Volume body = volume_of(grid_at_origin(42),
+                                [](glm::dvec3 p) { return p.x < 21.0 ? tissue_at(3, p) : 0.0; });
   const Mask mask = textured_voxels(with_noise(body, 8.0, 9));
   size_t left = 0;
   size_t right = 0;

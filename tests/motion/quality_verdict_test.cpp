@@ -10,8 +10,8 @@
 namespace palpate {
 namespace {
 
-using test::cube_grid;
 using test::field_of;
+using test::grid_at_origin;
 using test::volume_of;
 using ::testing::Contains;
 using ::testing::HasSubstr;
@@ -229,9 +229,9 @@ TEST(Verdict, OfASequenceIsThatOfItsWorstPair) {
 }
 
 TEST(Verdict, OfWrongMaskIsAnError) {
-  const Grid grid = cube_grid(8);
+  const Grid grid = grid_at_origin(8);
   const Volume frame = volume_of(grid, [](glm::dvec3 p) { return p.x; });
-  const Mask other = test::whole(cube_grid(9));
+  const Mask other = test::whole(grid_at_origin(9));
   EXPECT_FALSE(examined(frame, frame, still_field(grid), nullptr, nullptr, &other));
 }
 

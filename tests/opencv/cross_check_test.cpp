@@ -9,8 +9,8 @@
 namespace palpate::opencv {
 namespace {
 
-using test::cube_grid;
 using test::field_of;
+using test::grid_at_origin;
 using test::tissue_at;
 using test::volume_of;
 using ::testing::HasSubstr;
@@ -39,7 +39,7 @@ struct Shifted {
 
 TEST(CrossCheck, ATrueShiftAgreesInAllOrientationsWithBothMethods) {
   // 0.4 mm stay below the limit of half a voxel through the slices in every orientation.
-  const Shifted pair{cube_grid(56), {0.4, -0.35, 0.3}};
+  const Shifted pair{grid_at_origin(56), {0.4, -0.35, 0.3}};
   const auto check = cross_check(pair.fixed, pair.moving, pair.truth);
   ASSERT_TRUE(check);
   ASSERT_EQ(check->comparisons.size(), 6u);
@@ -55,7 +55,7 @@ TEST(CrossCheck, ATrueShiftAgreesInAllOrientationsWithBothMethods) {
 }
 
 TEST(CrossCheck, WhatMovesThroughTheSlicesIsNotCompared) {
-  const Shifted pair{cube_grid(56), {0.0, 0.0, 3.0}};
+  const Shifted pair{grid_at_origin(56), {0.0, 0.0, 3.0}};
   const auto check = cross_check(pair.fixed, pair.moving, pair.truth);
   ASSERT_TRUE(check);
   for (const FlowComparison& c : check->comparisons) {
@@ -72,7 +72,7 @@ TEST(CrossCheck, WhatMovesThroughTheSlicesIsNotCompared) {
 }
 
 TEST(CrossCheck, AWrongFieldDisagrees) {
-  const Shifted pair{cube_grid(56), {0.0, 0.0, 3.0}};
+  const Shifted pair{grid_at_origin(56), {0.0, 0.0, 3.0}};
   const auto none = cross_check(pair.fixed, pair.moving, still_field(pair.grid));
   EXPECT_EQ(none->agreement, Agreement::kDisagree) << none->summary;
   EXPECT_THAT(none->summary, HasSubstr("disagrees"));
@@ -81,7 +81,7 @@ TEST(CrossCheck, AWrongFieldDisagrees) {
 }
 
 TEST(CrossCheck, AFieldThatIsWrongInOnePlaceOnlyDisagrees) {
-  const Shifted pair{cube_grid(56), {0.0, 0.0, 3.0}};
+  const Shifted pair{grid_at_origin(56), {0.0, 0.0, 3.0}};
   Field field = field_of(pair.grid, [](glm::dvec3) { return glm::dvec3(0.0, 0.0, 3.0); });
   for (int k = 16; k < 40; ++k)
     for (int j = 16; j < 40; ++j)
@@ -92,7 +92,7 @@ TEST(CrossCheck, AFieldThatIsWrongInOnePlaceOnlyDisagrees) {
 }
 
 TEST(CrossCheck, AnEmptyMovingFrameCanNotTell) {
-  const Shifted pair{cube_grid(56), {0.0, 0.0, 0.0}};
+  const Shifted pair{grid_at_origin(56), {0.0, 0.0, 0.0}};
   const Volume empty = volume_of(pair.grid, [](glm::dvec3) { return 0.0; });
   const auto check = cross_check(pair.fixed, empty, pair.truth);
   EXPECT_EQ(check->agreement, Agreement::kCanNotTell) << check->summary;
@@ -119,7 +119,7 @@ TEST(CrossCheck, HonoursSpacingAndDirection) {
 }
 
 TEST(CrossCheck, DoesNotMindAGainChange) {
-  Shifted pair{cube_grid(56), {0.0, 2.0, 0.3}};
+  Shifted pair{grid_at_origin(56), {0.0, 2.0, 0.3}};
   for (float& value : pair.moving.values) value = 0.7F * value - 300.0F;
   const auto check = cross_check(pair.fixed, pair.moving, pair.truth);
   EXPECT_EQ(check->agreement, Agreement::kAgree) << check->summary;
@@ -135,7 +135,7 @@ TEST(CrossCheck, TheBeatingHeartAgreesWhereItCanBeCompared) {
 }
 
 TEST(CrossCheck, FramesWithoutStructureCanNotTell) {
-  Volume flat = volume_of(cube_grid(40), [](glm::dvec3) { return 10.0; });
+  Volume flat = volume_of(grid_at_origin(40), [](glm::dvec3) { return 10.0; });
   const auto of_flat = cross_check(flat, flat, still_field(flat.grid));
   EXPECT_EQ(of_flat->agreement, Agreement::kCanNotTell);
   EXPECT_THAT(of_flat->summary, HasSubstr("can not tell"));
@@ -145,7 +145,7 @@ TEST(CrossCheck, FramesWithoutStructureCanNotTell) {
 }
 
 TEST(CrossCheck, LeavesOutSlicesThatAreTooSmall) {
-  Grid thin = cube_grid(48);
+  Grid thin = grid_at_origin(48);
   thin.size.z = 10;
   const Shifted pair{thin, {0.5, 0.5, 0.0}};
   const auto check = cross_check(pair.fixed, pair.moving, pair.truth);
@@ -155,13 +155,13 @@ TEST(CrossCheck, LeavesOutSlicesThatAreTooSmall) {
 }
 
 TEST(CrossCheck, LooksOnlyInsideTheMask) {
-  const Shifted pair{cube_grid(48), {0.0, 0.0, 0.4}};
+  const Shifted pair{grid_at_origin(48), {0.0, 0.0, 0.4}};
   Mask half{pair.grid, std::vector<uint8_t>(pair.grid.count())};
   for (size_t n = 0; n < half.values.size() / 2; ++n) half.values[n] = 1;
   const auto check = cross_check(pair.fixed, pair.moving, pair.truth, {}, &half);
   ASSERT_TRUE(check);
   for (const FlowComparison& c : check->comparisons) EXPECT_EQ(c.pixels, 6u * 48u * 48u);
-  const Mask elsewhere = test::whole(cube_grid(5));
+  const Mask elsewhere = test::whole(grid_at_origin(5));
   EXPECT_FALSE(cross_check(pair.fixed, pair.moving, pair.truth, {}, &elsewhere));
 }
 

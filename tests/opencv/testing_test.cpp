@@ -10,8 +10,8 @@
 namespace palpate::testing {
 namespace {
 
-using test::cube_grid;
 using test::field_of;
+using test::grid_at_origin;
 using test::tissue_at;
 using test::volume_of;
 using ::testing::HasSubstr;
@@ -26,13 +26,13 @@ std::string explained(const FieldMatcher& matcher, const Field& field) {
 TEST(HasNoFolds, MatchesTheHeartAndNotAMirror) {
   EXPECT_THAT(shell_truth(heart_grid(32), 0, 1), HasNoFolds());
   const Field mirror =
-      field_of(cube_grid(8), [](glm::dvec3 p) { return glm::dvec3(-2.0 * p.x, 0, 0); });
+      field_of(grid_at_origin(8), [](glm::dvec3 p) { return glm::dvec3(-2.0 * p.x, 0, 0); });
   EXPECT_THAT(mirror, Not(HasNoFolds()));
   EXPECT_THAT(explained(HasNoFolds(), mirror), HasSubstr("folds at 512 of 512 samples"));
 }
 
 TEST(IsWithin, ComparesTheMeanInVoxels) {
-  const Grid grid = cube_grid(8, 2.0);
+  const Grid grid = grid_at_origin(8, 2.0);
   const Field off = field_of(grid, [](glm::dvec3) { return glm::dvec3(1.0, 0.0, 0.0); });
   const Field truth = still_field(grid);
   EXPECT_THAT(off, IsWithin(truth, 0.51));
@@ -41,7 +41,7 @@ TEST(IsWithin, ComparesTheMeanInVoxels) {
 }
 
 TEST(IsWithin, LooksOnlyInsideItsMask) {
-  const Grid grid = cube_grid(8);
+  const Grid grid = grid_at_origin(8);
   Field off = still_field(grid);
   off.u_mm[0].x = 9.0F;
   EXPECT_THAT(off, IsWithin(still_field(grid), test::whole(grid, 2), 0.0));
@@ -49,7 +49,7 @@ TEST(IsWithin, LooksOnlyInsideItsMask) {
 }
 
 TEST(IsWithin, NeverMatchesWhatCanNotBeCompared) {
-  const Grid grid = cube_grid(8);
+  const Grid grid = grid_at_origin(8);
   Field broken = still_field(grid);
   broken.u_mm[3].x = std::numeric_limits<float>::quiet_NaN();
   EXPECT_THAT(broken, Not(IsWithin(still_field(grid), 1.0)));
@@ -68,7 +68,7 @@ TEST(IsUndoneBy, MatchesTheBeatBack) {
 }
 
 TEST(AgreesWithOpticalFlow, MatchesTheTrueShiftAndExplainsAWrongOne) {
-  const Grid grid = cube_grid(48);
+  const Grid grid = grid_at_origin(48);
   const glm::dvec3 shift(0.0, 2.0, 0.2);
   const Volume fixed = volume_of(grid, [](glm::dvec3 p) { return tissue_at(6, p); });
   const Volume moving = volume_of(grid, [&](glm::dvec3 p) { return tissue_at(6, p - shift); });
@@ -80,7 +80,7 @@ TEST(AgreesWithOpticalFlow, MatchesTheTrueShiftAndExplainsAWrongOne) {
 }
 
 TEST(AgreesWithOpticalFlow, DoesNotMatchWithoutEvidence) {
-  const Volume flat = volume_of(cube_grid(40), [](glm::dvec3) { return 1.0; });
+  const Volume flat = volume_of(grid_at_origin(40), [](glm::dvec3) { return 1.0; });
   EXPECT_THAT(still_field(flat.grid), Not(AgreesWithOpticalFlow(flat, flat)));
 }
 

@@ -32,9 +32,9 @@ double ball(glm::dvec3 x, double radius_mm) {
 TEST(WallValue, ABallIsAClosedWall) {
   const Volume frame = sampled([](glm::dvec3 x) { return 100.0 + 900.0 * ball(x, 22.0); });
   const WallQuality wall = wall_of(frame);
-  EXPECT_EQ(wall.at.level, value_between_groups(frame).level);
+  EXPECT_EQ(wall.at.iso_value, value_between_groups(frame).iso_value);
   // The edge's own values pull both means inwards.
-  EXPECT_NEAR(wall.at.level, 550.0, 20.0);
+  EXPECT_NEAR(wall.at.iso_value, 550.0, 20.0);
   EXPECT_LT(wall.ends, 0.01);
   // Central differences over a voxel on an edge of one.
   EXPECT_GT(wall.slope_per_mm, 350.0);
@@ -59,17 +59,17 @@ TEST(WallValue, TakesTheValueThatGivesAClosedWall) {
     return std::max(around, 1000.0 * ball(x, 20.0));
   });
   const WallQuality otsu = wall_quality(frame, value_between_groups(frame));
-  EXPECT_LT(otsu.at.level, 500.0);
+  EXPECT_LT(otsu.at.iso_value, 500.0);
   EXPECT_GT(otsu.ends, kClosedWall);
   const WallQuality wall = wall_of(frame);
-  EXPECT_GT(wall.at.level, 500.0);
+  EXPECT_GT(wall.at.iso_value, 500.0);
   EXPECT_LT(wall.ends, 0.05);
 }
 
 TEST(WallValue, OneValueEverywhereIsNoWall) {
   const Volume frame = sampled([](glm::dvec3) { return 7.0; });
   EXPECT_EQ(wall_of(frame).ends, 1.0);
-  EXPECT_EQ(wall_of(frame).at.level, 7.0);
+  EXPECT_EQ(wall_of(frame).at.iso_value, 7.0);
 }
 
 }  // namespace

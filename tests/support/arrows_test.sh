@@ -31,6 +31,13 @@ only 'compute/(motion|vulkan)' 'compute/motion/|compute/vulkan/|module/view/|mod
 only 'compute/motion' 'compute/motion/|module/session/|integration/|tests/' compute module integration tests
 only 'libusb' 'integration/devices/|tests/devices/' compute module integration tests
 only 'boost' 'integration/devices/|tests/devices/' compute module integration tests
+only 'shaders/interface' 'compute/motion/|module/view/|tests/' compute module integration tests
+only 'vtk' 'integration/toolkit/vtk/|tests/toolkit/vtk/|tests/lab/bench/' compute module integration tests
+only 'pybind11|Python' 'integration/toolkit/python/' compute module integration tests
+only 'integration/(app|toolkit)' 'integration/app/|integration/toolkit/|tests/' compute module integration tests
+only 'module/session' 'module/session/|integration/|tests/' compute module integration tests
+only 'module/xr' 'module/xr/|module/session/|integration/|tests/' compute module integration tests
+only 'module/view' 'module/view/|module/xr/|module/session/|integration/|tests/' compute module integration tests
 only 'module/haptics' 'module/haptics/|module/session/|integration/|tests/' compute module integration tests
 only 'module/' 'module/|integration/|tests/' compute module integration tests
 only 'tests/' 'tests/' compute module integration

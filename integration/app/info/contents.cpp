@@ -40,23 +40,6 @@ constexpr double kUneven = 0.1;       // of the mean step between frames
 constexpr double kAxis = 1e-3;        // radians: an axis is along the patient's
 constexpr std::string_view kRecording = "palpate-ticks";
 
-std::string format_name(files::FileKind kind) {
-  switch (kind) {
-    case files::FileKind::kNrrd:
-      return "NRRD";
-    case files::FileKind::kMeta:
-      return "MetaImage";
-    case files::FileKind::kNifti:
-    case files::FileKind::kPackedNifti:
-      return "NIfTI";
-    case files::FileKind::kDicom:
-      return "DICOM";
-    case files::FileKind::kUnknown:
-      break;
-  }
-  return "unknown";
-}
-
 std::string type_name(files::SampleType type) {
   using files::SampleType;
   if (type == SampleType::kFloat) return "32-bit numbers";
@@ -67,10 +50,9 @@ std::string type_name(files::SampleType type) {
                      is_unsigned ? "unsigned " : "");
 }
 
-std::string format_text(files::FileKind kind, const files::Raster& raster) {
-  std::string text = format_name(kind) + ", " + type_name(raster.type);
-  if (raster.encoding == files::Encoding::kDeflate || kind == files::FileKind::kPackedNifti)
-    text += ", packed";
+std::string format_text(const std::string& format, const files::Raster& raster) {
+  std::string text = format + ", " + type_name(raster.type);
+  if (raster.encoding == files::Encoding::kDeflate) text += ", packed";
   if (raster.encoding == files::Encoding::kText) text += ", as text";
   if (raster.slope != 1.0 || raster.intercept != 0.0)
     text += fmt::format(", value = {:.6g} x sample + {:.6g}", raster.slope, raster.intercept);
@@ -238,13 +220,12 @@ Status describe_vectors(Contents& contents) {
 }
 
 Result<Contents> contents_of_image(const fs::path& path, const OnShare& on_share) {
-  const auto kind = files::sniff(path);
-  if (!kind) return kind.error();
   const auto raster = files::read_raster_header(path);
   if (!raster) return raster.error();
   Contents contents;
   contents.path = path;
-  contents.format = format_text(*kind, *raster);
+  const files::RasterFormat* format = files::raster_format_of(path);
+  contents.format = format_text(format != nullptr ? format->name : "unknown", *raster);
   contents.grid = raster->grid;
   contents.frames = raster->frame_count();
   contents.components = raster->component_count();
@@ -563,12 +544,11 @@ Result<Contents> contents_of(const fs::path& path, const OnShare& on_share) {
   if (fs::is_directory(path, error)) return contents_of_folder(path, on_share);
   const auto kind = files::sniff(path);
   if (!kind) return kind.error();
-  if (*kind == files::FileKind::kNrrd && files::holds_sequence_motion(path))
-    return contents_of_sequence_motion(path, on_share);
+  if (files::holds_sequence_motion(path)) return contents_of_sequence_motion(path, on_share);
   const std::string start = start_of(path);
   if (start.starts_with(kRecording)) return contents_of_recording(path);
   if (*kind == files::FileKind::kDicom) return contents_of_frames(path, "DICOM", on_share);
-  if (*kind != files::FileKind::kUnknown) return contents_of_image(path, on_share);
+  if (*kind == files::FileKind::kImage) return contents_of_image(path, on_share);
   const std::string ending = files::lowered(path.extension().string());
   if (x3d::is_x3d(path)) return contents_of_scene(path);
   if (ending == ".json" || files::trimmed(start).starts_with('{')) return contents_of_json(path);

@@ -91,6 +91,13 @@ TEST(HeaderFuzz, NiftiParserHolds) {
                           pair, nifti2_of(nifti_header_of(picture(3, 1))), nifti2_of(four_d)});
 }
 
+TEST(HeaderFuzz, VtkParserHolds) {
+  run(fuzz::parse_vtk,
+      {"# vtk DataFile Version 3.0\na title\nBINARY\nDATASET STRUCTURED_POINTS\nDIMENSIONS 3 4 "
+       "5\nASPECT_RATIO 1 2 0.5\nORIGIN -1 2 3\nPOINT_DATA 60\nSCALARS density float "
+       "1\nLOOKUP_TABLE default\n"});
+}
+
 TEST(HeaderFuzz, DicomParserHolds) {
   const TemporaryFolder folder;
   DicomFile file;

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "docs/examples/vtk_image.h"
 #include "integration/files/dicom_elements.h"
 #include "integration/files/frame_times.h"
 #include "integration/files/landmarks.h"
@@ -80,6 +81,10 @@ void parse_meta(std::string_view bytes) {
 void parse_nifti(std::string_view bytes) {
   const bool packed = !bytes.empty() && (bytes.back() & 1) != 0;
   check_raster(parse_nifti_header("folder/fuzz.nii", bytes, packed));
+}
+
+void parse_vtk(std::string_view bytes) {
+  check_raster(parse_vtk_header("folder/fuzz.vtk", bytes));
 }
 
 static void check_elements(const DicomElements& found, std::string_view bytes) {

@@ -11,6 +11,7 @@ void parse_nrrd(std::string_view bytes);
 void parse_sequence_motion(std::string_view bytes);
 void parse_meta(std::string_view bytes);
 void parse_nifti(std::string_view bytes);
+void parse_vtk(std::string_view bytes);
 void parse_dicom_file(std::string_view bytes);
 void parse_points(std::string_view bytes);
 void parse_followed(std::string_view bytes);

@@ -1,4 +1,4 @@
-// Tables of made data: heart, sliding organ, and the classic method's rate.
+// Tables of synthetic data: heart, sliding organ, and the classic method's rate.
 #include <algorithm>
 
 #include <fmt/format.h>
@@ -79,7 +79,7 @@ void add_sliding(AccuracyBench& bench, Table& table) {
 
 Table made_table(AccuracyBench& bench) {
   Table table;
-  table.title = "Made data: beating heart, organ sliding 20 voxels past a still wall";
+  table.title = "Synthetic data: beating heart, organ sliding 20 voxels past a still wall";
   table.note =
       "Endpoint error in voxels (1 mm, isotropic): on the heart's wall, 128^3; in the organ, and "
       "in "

@@ -6,8 +6,8 @@
 
 #include <fmt/format.h>
 
-#include "integration/devices/made_paths.h"
 #include "integration/devices/simulated.h"
+#include "integration/devices/simulated_paths.h"
 #include "module/haptics/servo.h"
 #include "module/haptics/statistics.h"
 #include "tests/lab/bench/haptics_bench.h"

@@ -212,7 +212,7 @@ ReadSequence read(const HeartsOptions& options, const std::string& name,
   for (size_t k = 0; k < reader.frame_count(); ++k)
     data.frames.frames.push_back(value(reader.frame(k)));
   WallValue otsu = value_between_groups(data.frames.frames.front());
-  if (options.level != 0.0) otsu.level = options.level;
+  if (options.level != 0.0) otsu.iso_value = options.level;
   // Files without times: the true length of this heart's beat.
   if (!reader.times_known()) spec.frames_per_second = double(reader.frame_count()) / 0.63;
   MovingVolume own = value(build(spec, std::move(data)));
@@ -228,7 +228,7 @@ ReadSequence read(const HeartsOptions& options, const std::string& name,
 
 void add_by_values(Subject& subject, const ReadSequence& from) {
   Felt own{"own values, Otsu", std::make_shared<const MovingVolume>(from.own), false,
-           value(TransferFunction::window(from.otsu.level, from.otsu.width, kFull_n))};
+           value(TransferFunction::window(from.otsu.iso_value, from.otsu.width, kFull_n))};
   Felt carried_values = own;
   carried_values.name = "carried values, Otsu";
   const auto carried_volume =
@@ -254,7 +254,7 @@ void add_derived(Subject& subject, const Volume& reference, const HeartsOptions&
       subject.felt.push_back(
           {name, volume, true, value(TransferFunction::linear({0.0, 1.0}, {0.0, kFull_n}))});
   };
-  const double level = wall_of(reference).at.level;
+  const double level = wall_of(reference).at.iso_value;
   const auto above = [level](float v) { return v > level; };
   add(subject.felt.back().name, signed_distance(mask_of(reference, above)), true);
   if (const auto wall = region_wall(reference)) add("region carried", wall->distance_mm, false);
@@ -313,7 +313,7 @@ Subject breathing_lung(const HeartsOptions& options) {
   Subject subject;
   subject.name = "breathing";
   add_by_values(subject, sequence);
-  const double level = sequence.otsu.level;
+  const double level = sequence.otsu.iso_value;
   const IsInside above = [level](float v) { return v > level; };
   Wall wall;
   wall.name = "Otsu's surface";
@@ -392,8 +392,8 @@ std::string walls_in(const std::vector<fs::path>& inputs) {
              "at "
              "{:.0f} "
              "%{}; {:.2f} s\n",
-             inputs.front().string(), otsu.at.level, otsu.slope_per_mm, 100.0 * otsu.ends,
-             found.at.level, found.slope_per_mm, 100.0 * found.ends,
+             inputs.front().string(), otsu.at.iso_value, otsu.slope_per_mm, 100.0 * otsu.ends,
+             found.at.iso_value, found.slope_per_mm, 100.0 * found.ends,
              found.ends > kClosedWall ? ", no closed wall" : "", took_s) +
          derived_in(frame);
 }

@@ -121,7 +121,7 @@ void bench_tick() {
     auto begin = Clock::now();
     for (int k = 0; k < kBlock; ++k) {
       ++device.tick;
-      loop.turn();
+      loop.run_period();
       expected[size_t(k)] = device.force_n;
     }
     servo_us.push_back(1e6 * seconds_of(begin) / kBlock);

@@ -4,8 +4,8 @@ namespace palpate::app {
 
 const char* const kProgramName = "palpate-lab";
 
-Program make_program() {
-  Program program = described_program(
+CommandLine make_program() {
+  CommandLine program = described_program(
       "measure palpate: how fast and how accurate it and its peers are here, and where they fail.");
   CLI::App& app = *program.app;
   add_commands(program, {add_chart(app), add_maps(app), add_help(app)});

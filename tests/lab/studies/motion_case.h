@@ -23,7 +23,7 @@ struct MotionCase {
   double voxel_mm() const { return fixed.grid.finest_mm(); }
 };
 
-/// The made heart between two frames, of size^3 voxels, scored on its wall.
+/// The synthetic heart between two frames, of size^3 voxels, scored on its wall.
 MotionCase heart_case(int size);
 
 /// The case on a grid of half as many voxels along each axis that is finer than 1.42 times the

@@ -150,7 +150,7 @@ Result<report::Section> motion_section(const std::vector<MotionMeasures>& pairs)
   report::Section section{"motion", "Motion: seconds against error", "", {}};
   for (const MotionMeasures& measures : pairs) {
     if (measures.rows.empty()) continue;
-    // The last pair is the most real one: made data come first, then CT, then the user's own.
+    // The last pair is the most real one: synthetic data come first, then CT, then the user's own.
     const std::string peer = peer_sentence(measures);
     section.answer = measures.name + ". " + joined(deadline_sentences(measures)) +
                      (peer.empty() ? "" : "\n\n" + peer);

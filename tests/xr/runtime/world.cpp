@@ -81,7 +81,7 @@ World::World() {
 
 void World::reset() {
   const std::lock_guard lock(mutex);
-  setup_ = defaults();
+  settings = defaults();
   objects.clear();
   counts.clear();
   counters.clear();

@@ -109,7 +109,7 @@ class World : public Control {
 
   // Control
   void reset() override;
-  Setup& setup() override { return setup_; }
+  Setup& setup() override { return settings; }
   void inject(const std::string& function, int nth, XrResult result) override;
   void inject_always(const std::string& function, XrResult result) override;
   bool injected_all() const override;
@@ -150,7 +150,7 @@ class World : public Control {
   void next_frame();
   /// As from a menu of the runtime's own.
   void exit_by_person();
-  XrTime period() const { return XrTime(1e9 / setup_.rate_hz + 0.5); }
+  XrTime period() const { return XrTime(1e9 / settings.rate_hz + 0.5); }
   /// Notes what was called wrongly and returns `result` for the caller.
   XrResult violation(const std::string& what, XrResult result = XR_ERROR_VALIDATION_FAILURE);
   template <class T>
@@ -176,7 +176,7 @@ class World : public Control {
   void write_report() const;
 
   std::recursive_mutex mutex;
-  Setup setup_;
+  Setup settings;
   std::unordered_map<uint64_t, std::unique_ptr<Object>> objects;
   uint64_t next_id = 0x1000;
   std::map<std::string, int> counts;

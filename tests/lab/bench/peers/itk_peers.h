@@ -51,9 +51,9 @@ struct ItkRate {
   double mean_square_last = 0;   ///< and after the last: must be smaller, or nothing was registered
 };
 
-/// Runs `iterations` (at least 3) of plain Demons on a cube of size^3 voxels of made data, 1 mm, a
-/// blob that moves by two voxels in a textured surround, and times them from the first iteration's
-/// end to the last one's.
+/// Runs `iterations` (at least 3) of plain Demons on a cube of size^3 voxels of synthetic data, 1
+/// mm, a blob that moves by two voxels in a textured surround, and times them from the first
+/// iteration's end to the last one's.
 Result<ItkRate> itk_demons_rate(int size, int iterations, double sigma_voxels, int threads);
 
 /// "DiffeomorphicDemons 50,50,30,20 sigma 2 step 0.5 warped".

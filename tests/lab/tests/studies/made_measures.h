@@ -28,7 +28,7 @@ inline studies::MotionMeasure peer(const std::string& name, double seconds, doub
 }
 
 inline studies::MotionMeasures measures(std::vector<studies::MotionMeasure> rows) {
-  return {"made", "a made pair", 1000000, 2.0, 5.0, std::move(rows), {}};
+  return {"made", "a synthetic pair", 1000000, 2.0, 5.0, std::move(rows), {}};
 }
 
 }  // namespace palpate::test

@@ -157,6 +157,8 @@ TEST(MotionStudy, LetsNoPeerTakeTheTimeOfAllOthers) {
     }
     std::string name() const override { return "peer"; }
     std::string family() const override { return "peers"; }
+
+   private:
     double& seconds_;
     int& runs_;
   };

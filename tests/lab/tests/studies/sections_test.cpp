@@ -167,7 +167,7 @@ TEST(MotionSection, DrawsWhatConfidenceIsWorthWhereItIsKnown) {
   rows.rows[0].reliability = reliability;
   const std::string with = page_with(motion_section({rows}));
   EXPECT_EQ(test::xml_trouble(with), "");
-  EXPECT_THAT(with, HasSubstr("Calibration of confidence: a made pair"));
+  EXPECT_THAT(with, HasSubstr("Calibration of confidence: a synthetic pair"));
   // |0.05 to 0.45 - 0| and |0.55 to 0.95 - 1| are 0.25 on average.
   EXPECT_THAT(with, HasSubstr("fast (off by 0.250)"));
 }

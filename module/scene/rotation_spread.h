@@ -10,9 +10,9 @@
 
 namespace palpate {
 
-/// RMS turn about the second of the three principal axes of turning, rad; robust against single
+/// RMS rotation about the second of the three principal axes of rotation; robust against single
 /// wild poses, because it is used to refuse.
-inline double second_turn(std::span<const ControllerSample> controller) {
+inline double rotation_spread_rad(std::span<const ControllerSample> controller) {
   linear::Matrix<3> spread{};
   const glm::dquat middle = controller[controller.size() / 2].stage_from_controller.rotation;
   glm::dvec3 mean(0.0);

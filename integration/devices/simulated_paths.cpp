@@ -1,4 +1,4 @@
-#include "integration/devices/made_paths.h"
+#include "integration/devices/simulated_paths.h"
 
 #include <cassert>
 #include <cmath>

@@ -6,7 +6,7 @@
 
 namespace palpate::devices {
 
-/// Where the ready-made paths take place. Space: the device's, m.
+/// Where the paths of the simulated hand take place. Space: the device's, m.
 struct PathPlace {
   glm::dvec3 surface_m{0.0};          ///< a point of the surface that is touched
   glm::dvec3 outward{0.0, 1.0, 0.0};  ///< away from the material, any length > 0

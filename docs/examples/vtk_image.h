@@ -1,0 +1,91 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "integration/files/raster_file.h"
+#include "integration/files/sentences.h"
+#include "integration/files/text.h"
+
+/// A file format of your own: VTK's legacy images (.vtk, STRUCTURED_POINTS with one scalar). The
+/// header is parsed here; the samples, their byte order and every check of sizes are palpate's.
+
+/// What the first `text` of such a file says: six to ten lines, then the samples. VTK knows no
+/// patient and no unit: taken as LPS and mm, as ITK does. Touches no file.
+inline palpate::Result<palpate::files::Raster> parse_vtk_header(const std::filesystem::path& file,
+                                                                std::string_view text) {
+  using namespace palpate::files;
+  static const std::map<std::string, SampleType> types = {
+      {"char", SampleType::kInt8},   {"unsigned_char", SampleType::kUint8},
+      {"short", SampleType::kInt16}, {"unsigned_short", SampleType::kUint16},
+      {"int", SampleType::kInt32},   {"unsigned_int", SampleType::kUint32},
+      {"float", SampleType::kFloat}, {"double", SampleType::kDouble},
+  };
+  const size_t all = text.size();
+  take_line(text);  // the magic
+  take_line(text);  // a title
+  const std::string encoding = lowered(trimmed(take_line(text)));
+  if (encoding != "ascii" && encoding != "binary")
+    return bad_input(file, "is neither ASCII nor BINARY: save it again");
+
+  Raster raster;
+  Placement placement;
+  std::string type;
+  // The samples follow the table of colours, which most writers give as "default".
+  for (std::string key; key != "lookup_table";) {
+    if (text.empty())
+      return bad_input(file, "has no scalars as palpate reads them: save them as one scalar");
+    const std::string line = lowered(trimmed(take_line(text)));
+    const std::vector<std::string_view> parts = words(line);
+    if (parts.empty()) continue;
+    key = parts[0];
+    if (key == "dataset" && line != "dataset structured_points")
+      return bad_input(file, "holds no image (STRUCTURED_POINTS): resample it to one");
+    if (key == "scalars" && parts.size() >= 3) {
+      if (parts.size() > 3 && parts[3] != "1")
+        return bad_input(file, "holds more than one value per voxel: export one of them");
+      type = parts[2];
+    }
+    if (key != "dimensions" && key != "spacing" && key != "aspect_ratio" && key != "origin")
+      continue;
+    const auto numbers = to_numbers(std::string_view(line).substr(key.size()));
+    if (!numbers || numbers->size() != 3)
+      return bad_input(file, "needs three numbers after '{}': correct its header", key);
+    glm::dvec3& into = key == "dimensions" ? placement.size
+                       : key == "origin"   ? placement.origin_mm
+                                           : placement.spacing_mm;
+    into = {(*numbers)[0], (*numbers)[1], (*numbers)[2]};
+  }
+  const auto known = types.find(type);
+  if (known == types.end())
+    return bad_input(file, "has samples of type '{}': save them as short or float", type);
+  // Refuses sizes and spacings that can not be.
+  auto grid = make_grid(file, placement);
+  if (!grid) return grid.error();
+
+  raster.file = file;
+  raster.data = {file};
+  raster.file_skip = all - text.size();
+  raster.encoding = encoding == "ascii" ? Encoding::kText : Encoding::kRaw;
+  raster.type = known->second;
+  raster.big_endian = true;
+  raster.grid = *grid;
+  raster.inner = grid->count();
+  return raster;
+}
+
+/// Once, before any file is read.
+inline void add_vtk_images() {
+  using namespace palpate::files;
+  add_raster_format(
+      {"VTK",
+       {".vtk"},
+       [](std::string_view bytes) { return bytes.starts_with("# vtk DataFile Version"); },
+       [](const std::filesystem::path& file) -> palpate::Result<Raster> {
+         const auto start = start_of_file(file, 4096);
+         if (!start) return start.error();
+         return parse_vtk_header(file, *start);
+       }});
+}
