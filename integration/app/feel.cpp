@@ -253,6 +253,10 @@ Command add_feel(CLI::App& program) {
                   "Run a recording again, without a device, and compare every bit")
       ->type_name("FILE")
       ->check(an_existing_file());
+  app->add_option("--tubes", command->tubes,
+                  "Write the stream tubes that the hand has released (VTK polydata, for ParaView "
+                  "and 3D Slicer); with --replay, those of the recording")
+      ->type_name("FILE.vtk");
   app->add_option("--black-box", command->black_box,
                   "Folder for the ticks around a fault (default: $XDG_STATE_HOME/palpate, or "
                   "~/.local/state/palpate)")
@@ -265,7 +269,7 @@ Command add_feel(CLI::App& program) {
           [command] { return run_feel(*command); },
           {"input", "--fields", "--folder", "--modes", "--segments", "--replay", "--calibration",
            "--falcon-firmware", "--path"},
-          {"--csv", "--picture", "--record", "--headless", "--black-box"},
+          {"--csv", "--picture", "--record", "--tubes", "--headless", "--black-box"},
           {}};
 }
 

@@ -22,8 +22,10 @@
 #include "integration/app/replay.h"
 #include "integration/app/state_folder.h"
 #include "integration/app/tick_log.h"
+#include "integration/app/tubes_file.h"
 #include "integration/devices/spacemouse.h"
 #include "integration/files/atomic_file.h"
+#include "integration/files/vtk_lines.h"
 #include "integration/scenes/replay_key.h"
 #include "module/haptics/black_box.h"
 #include "module/haptics/emergency.h"
@@ -125,6 +127,14 @@ std::string motion_text(const LiveMotion& motion) {
                          ? "one motion for the whole sequence"
                          : fmt::format("motion {} of {} steps", now.steps_known, now.steps);
   return now.left_s < 0.0 ? text : text + ", " + duration_text(now.left_s) + " left";
+}
+
+/// "Tubes     3 stream tubes, 2 of them kept".
+std::string tubes_text(const ReleasedTubes& tubes) {
+  const auto kept =
+      std::count_if(tubes.begin(), tubes.end(), [](const ReleasedTube& tube) { return tube.kept; });
+  return fmt::format("Tubes     {} stream tube{}, {} of them kept", tubes.size(),
+                     tubes.size() == 1 ? "" : "s", kept);
 }
 
 /// How evenly the servo thread ran.
@@ -335,6 +345,8 @@ class FeelRun {
     if (!log) return log.error();
     log_ = std::move(*log);
     if (!command_.hand) return Nothing{};
+    if (!command_.tubes.empty())
+      if (const Status can = files::check_can_write_vtk(command_.tubes); !can) return can;
     if (!command_.black_box.empty())
       if (const Status can = files::check_can_write_folder(command_.black_box); !can) return can;
     BlackBoxOptions box;
@@ -381,6 +393,7 @@ class FeelRun {
       device = gate_.get();
     }
     options.second_hand = second_hand_.get();
+    if (command_.hand) options.tube_buttons = tube_buttons(haptics.safety);
     options.motion.preset = command_.preset.empty() ? "balanced" : command_.preset;
     options.motion.open_context = [this] { return open_device(command_.gpu, console_); };
     options.on_event = [this](const SessionEvent& event) { tell(event); };
@@ -531,6 +544,8 @@ class FeelRun {
       const Status recorded = recorder_->finish();
       if (done) done = recorded;
     }
+    const std::shared_ptr<const ReleasedTubes> tubes = session_->tubes();
+    if (!command_.tubes.empty() && done) done = write_tubes(command_.tubes, *tubes);
     const auto& rows = log_->rows();
     const FeelNumbers numbers = log_->numbers();
     if (!command_.picture.empty() && done)
@@ -541,6 +556,7 @@ class FeelRun {
                                              session_->haptics().tank().ledger());
     if (gallery_ && done) done = publish(summary);
     console_.say(summary);
+    if (!tubes->empty()) console_.say(tubes_text(*tubes));
     if (live_) console_.say(live_->summary());
     tell_what_was_sent();
     for (const fs::path& file : black_box_->files())
@@ -551,6 +567,8 @@ class FeelRun {
       console_.say(fmt::format("Wrote     {}", command_.picture.string()));
     if (!command_.record.empty())
       console_.say(fmt::format("Wrote     {}", command_.record.string()));
+    if (!command_.tubes.empty() && done)
+      console_.say(fmt::format("Wrote     {}", command_.tubes.string()));
     if (gallery_ && done) tell_gallery();
     if (seen_.headset) tell_headset_numbers();
     if (!done) return fail(console_, done.error());
@@ -629,7 +647,8 @@ Result<ServoPeriods> periods_alone(FeelCommand command, CancelOnSignal& cancel) 
   command.headset = "off";
   command.no_motion = command.quiet = true;
   command.seconds = kAlone_s;
-  for (fs::path* file : {&command.headless, &command.csv, &command.picture, &command.record})
+  for (fs::path* file :
+       {&command.headless, &command.csv, &command.picture, &command.record, &command.tubes})
     file->clear();
   if (command.device.device == "mouse" || command.device.device == "controller")
     command.device.device = "simulated";
@@ -647,9 +666,19 @@ int replay_run(const FeelCommand& command, Console& console) {
   choices.finds_motion = false;  // as while it was recorded
   auto scene = scenes::load_scene(command.inputs, choices);
   if (!scene) return fail(console, scene.error());
-  const auto replayed = replay_felt(*scene, command.replay);
+  if (!command.tubes.empty())
+    if (const Status can = files::check_can_write_vtk(command.tubes); !can)
+      return fail(console, can.error());
+  HandTubes tubes;
+  const auto replayed = replay_felt(*scene, command.replay, tubes);
   if (!replayed) return fail(console, replayed.error());
   console.say(fmt::format("Replayed  {} ticks: {}", replayed->ticks, replay_text(*replayed)));
+  if (!command.tubes.empty()) {
+    if (const Status written = write_tubes(command.tubes, *tubes.tubes()); !written)
+      return fail(console, written.error());
+    console.say(tubes_text(*tubes.tubes()));
+    console.say(fmt::format("Wrote     {}", command.tubes.string()));
+  }
   return replayed->different ? kExitFailed : kExitOk;
 }
 

@@ -24,6 +24,7 @@ struct FeelCommand {
   double stiffness_n_per_m = 0.0, max_force_n = 0.0;
   double watchdog_ms = 0.0;
   std::filesystem::path csv, picture, record, replay;
+  std::filesystem::path tubes;      ///< where the hand's stream tubes are written
   std::filesystem::path black_box;  ///< empty: the state folder
   std::filesystem::path headless;
   ViewChoices view;

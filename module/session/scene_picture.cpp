@@ -14,6 +14,7 @@ constexpr glm::dvec3 kFrame{0.42, 0.46, 0.54};
 constexpr double kHeightAngle = 0.55;  // of a picture
 constexpr double kArrow_m_per_n = 0.008;
 constexpr double kTube = 0.0006;        // radius beside a volume of 10 cm
+constexpr double kKeptTube = 1.6;       // of that, where it is to stay
 constexpr double kLongestLook_s = 0.1;  // a tick older than this says nothing of now
 
 /// The least and greatest value of a frame on a coarse lattice: enough to choose a look.
@@ -138,6 +139,8 @@ void ScenePicture::add_things(const SceneMoment& moment, const Eye& eye, double 
                               ViewScene& scene) {
   const double size = radius_m / 0.1;  // of things, beside a volume of 10 cm radius
   if (choices_.hand) add_hand(moment, eye, size, scene);
+  for (size_t v = 0; v < volumes_.size(); ++v)
+    add_tubes(scene.volumes[v], v, kTube * size, scene.things);
   for (size_t v = 0; v < volumes_.size(); ++v) {
     if (!spec(v).seen.tubes.value_or(volumes_[v]->frames.front()->is_vector())) continue;
     const ViewVolume& of = scene.volumes[v];
@@ -151,6 +154,31 @@ void ScenePicture::add_things(const SceneMoment& moment, const Eye& eye, double 
     add_box(scene.things, place, frame.low_m(), frame.high_m(), 0.0004 * size, kFrame);
     if (spec(v).source != "molecule" && spec(v).source != "charges")
       add_letters(scene.things, place, frame.low_m(), frame.high_m(), eye, 0.010 * size, kPen);
+  }
+}
+
+/// What the hand has released in volume v, where it is at the volume's pointer; colours over all
+/// tubes of the volume. Kept ones are thicker.
+void ScenePicture::add_tubes(const ViewVolume& of, size_t v, double radius_m,
+                             Things& things) const {
+  if (!tubes_) return;
+  double least = 1e300, most = 0.0;
+  for (const ReleasedTube& one : *tubes_)
+    for (const double length : one.tube->lengths())
+      if (one.volume == shown_[v] && length > 0.0)
+        least = std::min(least, length), most = std::max(most, length);
+  for (const ReleasedTube& one : *tubes_) {
+    if (one.volume != shown_[v]) continue;
+    const MovingVolume& data = *one.tube->data();
+    // Where frames are drawn as they are, tubes are too.
+    FramePointer at = of.pointer;
+    if (choices_.whole_frames) at = {data.whole ? int(data.whole->reference()) : at.frame, 0.0};
+    std::vector<glm::dvec3> places = one.tube->places(at);
+    for (glm::dvec3& x : places) x = of.world_from_volume.world_from_volume(x);
+    const double radius = one.kept ? kKeptTube * radius_m : radius_m;
+    for (size_t k = 1; k < places.size(); ++k)
+      things.push_back({places[k - 1], places[k], radius, radius,
+                        tube_colour(one.tube->lengths()[k], least, most)});
   }
 }
 

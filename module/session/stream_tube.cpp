@@ -11,7 +11,10 @@
 namespace palpate {
 namespace {
 
-constexpr int kMostSteps = 400;        // to either side of the seed
+constexpr int kMostSteps = 600;  // to either side of the seed
+// Of a step: half a detail keeps the error far below a thousandth of it; and where formulas know no
+// detail, a line must not look like a chain of straight pieces.
+constexpr double kStepDetails = 0.5, kStepsAcross = 200.0;
 constexpr double kLeastMove = 0.02;    // of a detail in one frame: slower material has no direction
 constexpr double kDifference = 0.005;  // of a frame, for the velocity of one motion for all times
 
@@ -219,7 +222,8 @@ Result<StreamTube> StreamTube::release(std::shared_ptr<const MovingVolume> data,
   LineOptions options;
   options.low_m = frozen.frame().low_m();
   options.high_m = frozen.frame().high_m();
-  options.step_m = frozen.frame().detail_m();
+  options.step_m = std::min(kStepDetails * frozen.frame().detail_m(),
+                            glm::distance(options.low_m, options.high_m) / kStepsAcross);
   options.most_steps = kMostSteps;
   options.least_length = frozen.least_length();
   options.closes = true;

@@ -32,12 +32,12 @@ std::optional<TubeField> tube_field(const HapticScene& scene, size_t volume);
 /// with the data from then on. Immutable; any thread.
 class StreamTube {
  public:
-  /// The line of `field` through `seed_m` (volume space, m, where the hand is at `pointer`), with
-  /// steps of one detail_m() of the data to either side. The field is that of equations (23) to
-  /// (25) in the data frame, as modes read it; the line goes to where the motion brings it, as
-  /// their primitives do. The error is that of field_line(), and what interpolation of the data
-  /// adds. kBadInput, in a sentence for a person: the seed lies outside the data, the motion can
-  /// not be inverted there, or there is no direction to follow. Takes milliseconds.
+  /// The line of `field` through `seed_m` (volume space, m, where the hand is at `pointer`), in
+  /// steps of half a detail_m() of the data, or shorter ones, to either side. The field is that of
+  /// equations (23) to (25) in the data frame, as modes read it; the line goes to where the motion
+  /// brings it, as their primitives do. The error is that of field_line(), and what interpolation
+  /// of the data adds. kBadInput, in a sentence for a person: the seed lies outside the data, the
+  /// motion can not be inverted there, or there is no direction to follow. Takes milliseconds.
   static Result<StreamTube> release(std::shared_ptr<const MovingVolume> data, bool blend_values,
                                     TubeField field, FramePointer pointer, glm::dvec3 seed_m);
 

@@ -232,6 +232,7 @@ class HeadsetLoop::Run {
     head_ = head;
     picture_->choose(hands_->view());
     picture_->update(scene_->session->scene());
+    picture_->show(scene_->session->tubes());
     // Before it is known where the world stands there is nothing to see.
     if (!placed_) return std::nullopt;
     xr::Scenery scenery;
