@@ -106,6 +106,9 @@ void add_felt_seeing(CLI::App& app, FeelCommand& command) {
                  "back) or go-on")
       ->check(one_of({"ramp", "go-on"}))
       ->capture_default_str();
+  app.add_flag_callback(
+      "--no-sound", [&command] { command.sound = false; },
+      "In the headset, no sound where a bare fingertip touches");
   app.add_option("--calibration", command.calibration,
                  "Where the force device stands in the room, from 'palpate calibrate'")
       ->type_name("FILE")

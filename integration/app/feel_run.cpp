@@ -485,6 +485,7 @@ class FeelRun {
     joined.controller = opened_.controller;
     joined.max_force_n = scene.spec.max_force_n;
     joined.view = command_.view;
+    joined.sound = command_.sound;
     joined.on_loss =
         command_.on_headset_loss == "ramp" ? OnHeadsetLoss::kRamp : OnHeadsetLoss::kGoOn;
     joined.calibration = calibration_;

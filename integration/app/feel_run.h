@@ -39,6 +39,7 @@ struct FeelCommand {
   bool servo_report = false;
   bool dead_man = false, no_real_time = false, no_motion = false, estimate = false, quiet = false;
   bool mirror = true;
+  bool sound = true;  ///< where a bare finger touches, in a headset
   bool pass_through = false;
   std::optional<uint32_t> overlay;  ///< above another OpenXR program
   bool hand = true;                 ///< false: it is only looked at, as by 'palpate view'

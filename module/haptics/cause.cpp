@@ -129,6 +129,8 @@ const char* sentence(DeviceFault fault) noexcept {
     case DeviceFault::kForceOff:
       return "The device has switched its force off: let go of its brake, or press its force "
              "button.";
+    case DeviceFault::kNoHand:
+      return "No hand is there: take a controller, or pinch with thumb and forefinger.";
   }
   return "An unknown fault.";
 }

@@ -10,6 +10,8 @@ namespace {
 
 constexpr size_t kMostDrawn = 4;  // as the renderer takes
 constexpr glm::dvec3 kPen{0.80, 0.83, 0.88}, kProxy{0.30, 0.78, 0.98}, kArrow{1.0, 0.62, 0.18};
+// Of a fingertip that touches: what neither flesh nor bone is, and told from them by all eyes.
+constexpr glm::dvec3 kTouch{0.25, 0.95, 1.0}, kPressed{0.10, 0.25, 1.0};
 constexpr glm::dvec3 kFrame{0.42, 0.46, 0.54};
 constexpr double kHeightAngle = 0.55;  // of a picture
 constexpr double kArrow_m_per_n = 0.008;
@@ -184,6 +186,15 @@ void ScenePicture::add_tubes(const ViewVolume& of, size_t v, double radius_m,
 
 void ScenePicture::add_hand(const SceneMoment& moment, const Eye& eye, double size,
                             ViewScene& scene) {
+  if (choices_.fingertip) {
+    const double share =
+        std::clamp(glm::length(moment.force_n) / std::max(choices_.full_force_n, 1e-9), 0.0, 1.0);
+    // At a contact where the surface holds it: the finger itself is hidden inside.
+    const bool touches = moment.in_contact;
+    add_sphere(scene.things, touches ? moment.proxy_m : moment.probe_m, 0.007 * size,
+               touches ? glm::mix(kTouch, kPressed, share) : kPen);
+    return;
+  }
   // The pen comes from the side of the eye, so that its tip is in view.
   const glm::dvec3 away = glm::normalize(eye.orientation * glm::dvec3(0.45, 0.55, 0.70));
   add_pen(scene.things, moment.probe_m, away, 0.0022 * size, 0.07 * size, kPen);
