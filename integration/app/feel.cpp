@@ -39,6 +39,20 @@ void add_device(CLI::App& app, FeelCommand& command) {
                "Force only while a button of the device, or a controller's dead-man, is held");
 }
 
+void add_tool(CLI::App& app, FeelCommand& command) {
+  CLI::Option* tool =
+      app.add_option(
+             "--tool", command.tool,
+             "A tracked tool is the hand: where an OpenIGTLink server's transforms say that "
+             "its tip is, in the patient space of the first volume. It gives no force")
+          ->type_name("igtl://HOST:PORT")
+          ->excludes(app.get_option("--device"));
+  app.add_option("--tool-name", command.tool_name,
+                 "The transforms of this device name (default: of the first that come)")
+      ->type_name("NAME")
+      ->needs(tool);
+}
+
 void add_loop(CLI::App& app, FeelCommand& command) {
   app.add_option("--seconds", command.seconds,
                  "End after so long; else with the simulated hand's path, or at Ctrl-C")
@@ -239,6 +253,7 @@ Command add_feel(CLI::App& program) {
       ->type_name("PATH")
       ->required();
   add_device(*app, *command);
+  add_tool(*app, *command);
   add_loop(*app, *command);
   add_sequence(*app, *command);
   add_live(*app, *command);

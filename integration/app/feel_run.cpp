@@ -22,6 +22,7 @@
 #include "integration/app/replay.h"
 #include "integration/app/state_folder.h"
 #include "integration/app/tick_log.h"
+#include "integration/app/tool_source.h"
 #include "integration/app/tubes_file.h"
 #include "integration/devices/spacemouse.h"
 #include "integration/files/atomic_file.h"
@@ -156,6 +157,14 @@ class FeelRun {
     choice.has_window = seen_.window != nullptr;
     choice.has_headset = seen_.headset != nullptr;
     if (!command_.hand) choice.device = "none";
+    if (!command_.tool.empty()) {
+      auto tool =
+          ToolSource::open(command_.tool, command_.tool_name,
+                           [this](const std::string& note) { console_.say("Tool      " + note); });
+      if (!tool) return fail(console_, tool.error());
+      tool_ = std::move(*tool);
+      choice.device = "tool";
+    }
     if (const Status met = check_choice(choice); !met) return fail(console_, met.error());
     if (const Status look = check_look(command_.view.look); !look)
       return fail(console_, look.error());
@@ -176,6 +185,7 @@ class FeelRun {
       return volume.drive.kind == DriveSpec::Kind::kSecondHand;
     });
     if (seen_.headset) fit_to_headset(*scene);
+    if (opened_.controller || opened_.tool) stand_in_true_size(*scene);
     announce(command_, *scene, opened_, live_ != nullptr, console_);
     console_.say("Seen      " + seen_.why);
     if (const Status ready = start_listeners(*scene); !ready) return fail(console_, ready.error());
@@ -245,7 +255,7 @@ class FeelRun {
     if (!opened) return opened.error();
     opened_ = std::move(*opened);
     // Only now is it known how far the device reaches; a path that touches the data is found anew.
-    if (command_.hand && scene->from_sequence && command_.scale == "fit") {
+    if (command_.hand && scene->from_sequence && command_.scale == "fit" && !opened_.tool) {
       fit_to_reach(*scene, opened_.device->info());
       if (opened_.simulated) {
         auto again = open_force_device(choice, *scene);
@@ -312,18 +322,25 @@ class FeelRun {
       volume.drive.kind = DriveSpec::Kind::kSecondHand;
       volume.path = usual_path(volume.drive.kind);
     }
-    if (opened_.controller) {
-      const FrameData& frame = *scene.data.front()->frames.front();
-      const VolumeSpec& first = scene.spec.volumes.front();
-      scene.spec.world_from_device = {};
-      scene.spec.world_from_device.translation_m =
-          driven(first.drive, first.transform, 0.0)
-              .world_from_volume(0.5 * (frame.low_m() + frame.high_m()));
-    } else if (calibration_ && scene.spec.world_from_device.scale != glm::dvec3(1.0)) {
+    if (!opened_.controller && calibration_ &&
+        scene.spec.world_from_device.scale != glm::dvec3(1.0)) {
       scene.spec.world_from_device.scale = glm::dvec3(1.0);
       scene.notes.push_back(
           "The hand's movements are not enlarged: the picture stands where the device is.");
     }
+  }
+
+  /// The hand's space is the world around the middle of the first volume.
+  static void stand_in_true_size(LoadedScene& scene) {
+    const FrameData& frame = *scene.data.front()->frames.front();
+    scene.spec.world_from_device = {};
+    scene.spec.world_from_device.translation_m =
+        place_at_start(scene).world_from_volume(0.5 * (frame.low_m() + frame.high_m()));
+  }
+
+  static Transform place_at_start(const LoadedScene& scene) {
+    const VolumeSpec& first = scene.spec.volumes.front();
+    return driven(first.drive, first.transform, 0.0);
   }
 
   void apply_choices(LoadedScene& scene) const {
@@ -367,7 +384,7 @@ class FeelRun {
   HapticsOptions haptics_options(const LoadedScene& scene) const {
     // Neither a simulated hand nor one that feels nothing can be hurt by a late frame.
     const bool harmless =
-        opened_.simulated || opened_.mouse || opened_.controller || !command_.hand;
+        opened_.simulated || opened_.mouse || opened_.controller || opened_.tool || !command_.hand;
     HapticsOptions haptics = app::haptics_options(command_, scene.spec, harmless);
     if (seen_.headset) {
       haptics.safety.seen_buttons = GatedDevice::kSeen;
@@ -426,6 +443,7 @@ class FeelRun {
     }
     begin_eyes(scene);
     if (live_) live_->begin(*session_);
+    if (tool_) tool_->begin(*opened_.tool, place_at_start(scene), scene.spec.world_from_device);
     if (server_) {
       server_->begin(*session_);
       console_.say(fmt::format("Serve     {}, by OpenIGTLink at port {}",
@@ -462,6 +480,7 @@ class FeelRun {
     if (server_) server_->end();
     if (live_) live_->end();
     session_->stop();
+    if (tool_) tool_->end();
     display_lost_ = seen_.window && seen_.window->lost();
     if (display_lost_) black_box_->write_last("display-lost");
   }
@@ -558,6 +577,7 @@ class FeelRun {
     if (gallery_ && done) done = publish(summary);
     console_.say(summary);
     if (!tubes->empty()) console_.say(tubes_text(*tubes));
+    if (tool_) console_.say(tool_->summary());
     if (live_) console_.say(live_->summary());
     tell_what_was_sent();
     for (const fs::path& file : black_box_->files())
@@ -622,6 +642,7 @@ class FeelRun {
   std::optional<Outputs> outputs_;
   std::optional<files::StoredCalibration> calibration_;
   OpenedDevice opened_;
+  std::unique_ptr<ToolSource> tool_;   ///< moves opened_.tool, until it ends
   std::unique_ptr<GatedDevice> gate_;  ///< around the device, where there is a headset
   bool wants_second_hand_ = false;
   bool display_lost_ = false;
@@ -651,6 +672,7 @@ Result<ServoPeriods> periods_alone(FeelCommand command, CancelOnSignal& cancel) 
   for (fs::path* file :
        {&command.headless, &command.csv, &command.picture, &command.record, &command.tubes})
     file->clear();
+  command.tool.clear();
   if (command.device.device == "mouse" || command.device.device == "controller")
     command.device.device = "simulated";
   Console quiet(true, false);

@@ -31,7 +31,8 @@ struct FeelCommand {
   std::string headset = "auto";
   std::string live_image, live_transform;  ///< device names of an OpenIGTLink source
   bool keep_cycles = true;                 ///< of such a source
-  int serve_port = 0;                      ///< sends what is felt there; 0: nowhere
+  std::string tool, tool_name;  ///< a tracked tool that is the hand: igtl://..., and which
+  int serve_port = 0;           ///< sends what is felt there; 0: nowhere
   std::string on_headset_loss = "ramp";
   std::filesystem::path calibration;
   int picture_size = 384;

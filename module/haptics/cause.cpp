@@ -130,7 +130,8 @@ const char* sentence(DeviceFault fault) noexcept {
       return "The device has switched its force off: let go of its brake, or press its force "
              "button.";
     case DeviceFault::kNoHand:
-      return "No hand is there: take a controller, or pinch with thumb and forefinger.";
+      return "No hand is there: take a controller, pinch with thumb and forefinger, or bring the "
+             "tracked tool into view.";
   }
   return "An unknown fault.";
 }
