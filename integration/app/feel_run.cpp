@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -449,6 +451,7 @@ class FeelRun {
       console_.say(fmt::format("Serve     {}, by OpenIGTLink at port {}",
                                command_.hand ? "what is felt" : "the moved volume and its motion",
                                server_->port()));
+      if (command_.json) tell_serving(scene);
     }
     const LiveMotion& motion = session_->motion();
     const auto begin = Clock::now();
@@ -545,6 +548,36 @@ class FeelRun {
     }
   }
 
+  /// A line of JSON on stdout, at once: who reads it may wait for it.
+  static void print(const nlohmann::json& json) {
+    std::printf("%s\n", json.dump().c_str());
+    std::fflush(stdout);
+  }
+
+  void tell_serving(const LoadedScene& scene) {
+    const MovingVolume& first = *scene.data.front();
+    print({{"event", "serving"},
+           {"port", server_->port()},
+           {"volume", first.name},
+           {"frames", first.times.times_s.size()},
+           {"length_s", first.times.length_s()},
+           {"live", live_ != nullptr}});
+  }
+
+  void tell_served() {
+    nlohmann::json json = {{"event", "ended"},
+                           {"messages_sent", server_->server().sent()},
+                           {"messages_missed", server_->server().missed()}};
+    if (live_) {
+      const LiveNumbers& numbers = live_->numbers();
+      json["live"] = {
+          {"images", live_->arrived().images},        {"transforms", live_->arrived().transforms},
+          {"refused", live_->arrived().refused},      {"followed", numbers.felt},
+          {"delay_median_s", numbers.delay_median_s}, {"cycle_s", numbers.cycle_s}};
+    }
+    print(json);
+  }
+
   void tell_what_was_sent() {
     if (server_)
       console_.say(
@@ -558,6 +591,7 @@ class FeelRun {
     if (!command_.hand) {
       if (live_) console_.say(live_->summary());
       tell_what_was_sent();
+      if (command_.json) tell_served();
       return done ? kExitOk : fail(console_, done.error());
     }
     if (recorder_) {
@@ -711,7 +745,7 @@ int run_feel(const FeelCommand& command) {
   // In this order: the handlers of emergency stay in place below the waiting for Ctrl-C.
   emergency::install();
   CancelOnSignal cancel;
-  Console console(command.quiet, false);
+  Console console(command.quiet, command.json);
   if (!command.replay.empty()) return replay_run(command, console);
   if (!command.servo_report) return FeelRun(command, console).run(cancel);
   const Result<ServoPeriods> alone = periods_alone(command, cancel);

@@ -40,6 +40,7 @@ struct FeelCommand {
   bool servo_report = false;
   bool dead_man = false, no_real_time = false, no_motion = false, estimate = false, quiet = false;
   bool mirror = true;
+  bool json = false;  ///< what is served, on stdout, for programs: see docs/openigtlink.md
   bool sound = true;  ///< where a bare finger touches, in a headset
   bool pass_through = false;
   std::optional<uint32_t> overlay;  ///< above another OpenXR program

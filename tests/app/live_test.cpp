@@ -192,6 +192,35 @@ TEST(Live, TheMovedVolumeIsServedWithoutAHand) {
   EXPECT_GT(changed, 50.0) << "it beats, so what is sent must change";
 }
 
+TEST(Live, WhatIsServedIsSaidInJson) {
+  const uint16_t port = test::WireServer().port();
+  Program program({"serve", "heart", "--seconds", "3", "--port", std::to_string(port), "--json"});
+  // As soon as it stands there, a client may connect.
+  ASSERT_TRUE(program.wait_for("\n"));
+  const auto serving = nlohmann::json::parse(program.said());
+  EXPECT_EQ(serving["event"], "serving");
+  EXPECT_EQ(serving["port"], port);
+  EXPECT_EQ(serving["frames"], 8);
+  EXPECT_EQ(serving["length_s"], 2.0);
+  EXPECT_EQ(serving["live"], false);
+  std::atomic<int> proxies{0};
+  openigtlink::ClientOptions options;
+  options.transform = "palpate_proxy";
+  options.on_transform = [&](const openigtlink::Rigid&) { ++proxies; };
+  const auto client = openigtlink::Client::start({"127.0.0.1", port}, std::move(options));
+  ASSERT_TRUE(client);
+  const Outcome outcome = program.wait();
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_GT(proxies, 3);
+  const std::string second = outcome.out.substr(outcome.out.find('\n') + 1);
+  const auto ended = nlohmann::json::parse(second);
+  EXPECT_EQ(ended["event"], "ended");
+  EXPECT_GE(ended["messages_sent"].get<int>(), proxies.load());
+  EXPECT_EQ(ended["messages_missed"], 0);
+  EXPECT_FALSE(ended.contains("live"));
+  EXPECT_NE(outcome.err.find("Volume    heart"), std::string::npos) << "lines are on stderr";
+}
+
 /// A TRANSFORM with its place on the wire: RAS, mm.
 test::Raw tool_at(const std::string& device, glm::dvec3 ras_mm) {
   test::Raw body;
