@@ -22,7 +22,8 @@ struct ViewChoices {
   bool cut_open = false;      ///< what lies towards the eye is cut away, through what is touched
   bool hand = true;           ///< pen, proxy and force are drawn; off: it is only looked at
   /// The probe is a bare fingertip, which feels nothing: instead of a pen a ball, whose colour says
-  /// whether it touches and, up to full_force_n, how hard. Then it stays where the surface holds it.
+  /// whether it touches and, up to full_force_n, how hard. Then it stays where the surface holds
+  /// it.
   bool fingertip = false;
   double full_force_n = 4.0;
 };

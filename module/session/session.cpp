@@ -82,13 +82,12 @@ void Session::begin_motion(const LoadedScene& at_start) {
   const bool posed = std::any_of(volumes.begin(), volumes.end(), needs_poses);
   poses_ = std::make_unique<Background>(kPosePause, [this, posed] {
     if (posed) send_poses();
-    {
-      const std::lock_guard lock(mutex_);
-      if (waiting_) waiting_ = !ticker_.offer(assembled_);
-      ticker_.collect();
-    }
-    take_commands();
+    const std::lock_guard lock(mutex_);
+    if (waiting_) waiting_ = !ticker_.offer(assembled_);
+    ticker_.collect();
   });
+  // Apart: following a line may take longer than poses can wait.
+  commands_ = std::make_unique<Background>(kPosePause, [this] { take_commands(); });
   can_play_ = at_start.missing.empty();
   LiveMotionListener listener;
   listener.on_step = [this](size_t volume, size_t step, std::shared_ptr<const MotionMap> map) {
@@ -112,6 +111,7 @@ void Session::stop() {
   poses_.reset();
   if (servo_) servo_->stop();
   if (host_) host_->stop();
+  commands_.reset();  // with what was asked until now
 }
 
 bool Session::at_rest() const noexcept {

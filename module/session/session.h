@@ -164,7 +164,7 @@ class Session {
   std::vector<double> scrubbed_s_;  ///< per volume; empty: not since it played
   mutable std::mutex tubes_mutex_;  ///< of hand_tubes_
   HandTubes hand_tubes_;
-  std::unique_ptr<Background> poses_;
+  std::unique_ptr<Background> poses_, commands_;
   std::vector<size_t> missing_;  ///< volumes whose motion is awaited
   std::unique_ptr<LiveMotion> motion_;
 };
