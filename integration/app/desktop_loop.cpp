@@ -125,6 +125,15 @@ void DesktopLoop::press(const KeyPress& press, const Input& input) {
       camera_ = zoom(camera_, press.key == Key::kNearer ? kZoom : 1.0 / kZoom);
       pointing_.keep(eye(), input.cursor);
       break;
+    case Key::kTube:
+      if (view_.hand) session_->release_tube();
+      break;
+    case Key::kKeepTubes:
+      if (view_.hand) session_->keep_tubes();
+      break;
+    case Key::kClearTubes:
+      if (view_.hand) session_->clear_tubes();
+      break;
     case Key::kHelp:
       shows_help_ = !shows_help_;
       break;
@@ -174,7 +183,7 @@ std::string DesktopLoop::phase_line() const {
 
 void DesktopLoop::draw(const TickOutput& tick, const std::string& note) {
   const double scale = window_->scale();
-  if (scale != help_scale_) help_ = desktop::draw_help(scale, mouse_ != nullptr);
+  if (scale != help_scale_) help_ = desktop::draw_help(scale, mouse_ != nullptr, view_.hand);
   std::vector<std::string> lines;
   const std::string trouble = live_->trouble();
   if (!trouble.empty()) lines.push_back("There is no picture: " + trouble);

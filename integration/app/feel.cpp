@@ -39,6 +39,20 @@ void add_device(CLI::App& app, FeelCommand& command) {
                "Force only while a button of the device, or a controller's dead-man, is held");
 }
 
+void add_tool(CLI::App& app, FeelCommand& command) {
+  CLI::Option* tool =
+      app.add_option(
+             "--tool", command.tool,
+             "A tracked tool is the hand: where an OpenIGTLink server's transforms say that "
+             "its tip is, in the patient space of the first volume. It gives no force")
+          ->type_name("igtl://HOST:PORT")
+          ->excludes(app.get_option("--device"));
+  app.add_option("--tool-name", command.tool_name,
+                 "The transforms of this device name (default: of the first that come)")
+      ->type_name("NAME")
+      ->needs(tool);
+}
+
 void add_loop(CLI::App& app, FeelCommand& command) {
   app.add_option("--seconds", command.seconds,
                  "End after so long; else with the simulated hand's path, or at Ctrl-C")
@@ -106,6 +120,9 @@ void add_felt_seeing(CLI::App& app, FeelCommand& command) {
                  "back) or go-on")
       ->check(one_of({"ramp", "go-on"}))
       ->capture_default_str();
+  app.add_flag_callback(
+      "--no-sound", [&command] { command.sound = false; },
+      "In the headset, no sound where a bare fingertip touches");
   app.add_option("--calibration", command.calibration,
                  "Where the force device stands in the room, from 'palpate calibrate'")
       ->type_name("FILE")
@@ -236,6 +253,7 @@ Command add_feel(CLI::App& program) {
       ->type_name("PATH")
       ->required();
   add_device(*app, *command);
+  add_tool(*app, *command);
   add_loop(*app, *command);
   add_sequence(*app, *command);
   add_live(*app, *command);
@@ -253,6 +271,10 @@ Command add_feel(CLI::App& program) {
                   "Run a recording again, without a device, and compare every bit")
       ->type_name("FILE")
       ->check(an_existing_file());
+  app->add_option("--tubes", command->tubes,
+                  "Write the stream tubes that the hand has released (VTK polydata, for ParaView "
+                  "and 3D Slicer); with --replay, those of the recording")
+      ->type_name("FILE.vtk");
   app->add_option("--black-box", command->black_box,
                   "Folder for the ticks around a fault (default: $XDG_STATE_HOME/palpate, or "
                   "~/.local/state/palpate)")
@@ -265,7 +287,7 @@ Command add_feel(CLI::App& program) {
           [command] { return run_feel(*command); },
           {"input", "--fields", "--folder", "--modes", "--segments", "--replay", "--calibration",
            "--falcon-firmware", "--path"},
-          {"--csv", "--picture", "--record", "--headless", "--black-box"},
+          {"--csv", "--picture", "--record", "--tubes", "--headless", "--black-box"},
           {}};
 }
 

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -22,8 +24,11 @@
 #include "integration/app/replay.h"
 #include "integration/app/state_folder.h"
 #include "integration/app/tick_log.h"
+#include "integration/app/tool_source.h"
+#include "integration/app/tubes_file.h"
 #include "integration/devices/spacemouse.h"
 #include "integration/files/atomic_file.h"
+#include "integration/files/vtk_lines.h"
 #include "integration/scenes/replay_key.h"
 #include "module/haptics/black_box.h"
 #include "module/haptics/emergency.h"
@@ -127,6 +132,14 @@ std::string motion_text(const LiveMotion& motion) {
   return now.left_s < 0.0 ? text : text + ", " + duration_text(now.left_s) + " left";
 }
 
+/// "Tubes     3 stream tubes, 2 of them kept".
+std::string tubes_text(const ReleasedTubes& tubes) {
+  const auto kept =
+      std::count_if(tubes.begin(), tubes.end(), [](const ReleasedTube& tube) { return tube.kept; });
+  return fmt::format("Tubes     {} stream tube{}, {} of them kept", tubes.size(),
+                     tubes.size() == 1 ? "" : "s", kept);
+}
+
 /// How evenly the servo thread ran.
 struct ServoPeriods {
   double median_us = 0.0, p999_us = 0.0, most_us = 0.0;
@@ -146,6 +159,14 @@ class FeelRun {
     choice.has_window = seen_.window != nullptr;
     choice.has_headset = seen_.headset != nullptr;
     if (!command_.hand) choice.device = "none";
+    if (!command_.tool.empty()) {
+      auto tool =
+          ToolSource::open(command_.tool, command_.tool_name,
+                           [this](const std::string& note) { console_.say("Tool      " + note); });
+      if (!tool) return fail(console_, tool.error());
+      tool_ = std::move(*tool);
+      choice.device = "tool";
+    }
     if (const Status met = check_choice(choice); !met) return fail(console_, met.error());
     if (const Status look = check_look(command_.view.look); !look)
       return fail(console_, look.error());
@@ -166,6 +187,7 @@ class FeelRun {
       return volume.drive.kind == DriveSpec::Kind::kSecondHand;
     });
     if (seen_.headset) fit_to_headset(*scene);
+    if (opened_.controller || opened_.tool) stand_in_true_size(*scene);
     announce(command_, *scene, opened_, live_ != nullptr, console_);
     console_.say("Seen      " + seen_.why);
     if (const Status ready = start_listeners(*scene); !ready) return fail(console_, ready.error());
@@ -235,7 +257,7 @@ class FeelRun {
     if (!opened) return opened.error();
     opened_ = std::move(*opened);
     // Only now is it known how far the device reaches; a path that touches the data is found anew.
-    if (command_.hand && scene->from_sequence && command_.scale == "fit") {
+    if (command_.hand && scene->from_sequence && command_.scale == "fit" && !opened_.tool) {
       fit_to_reach(*scene, opened_.device->info());
       if (opened_.simulated) {
         auto again = open_force_device(choice, *scene);
@@ -302,18 +324,25 @@ class FeelRun {
       volume.drive.kind = DriveSpec::Kind::kSecondHand;
       volume.path = usual_path(volume.drive.kind);
     }
-    if (opened_.controller) {
-      const FrameData& frame = *scene.data.front()->frames.front();
-      const VolumeSpec& first = scene.spec.volumes.front();
-      scene.spec.world_from_device = {};
-      scene.spec.world_from_device.translation_m =
-          driven(first.drive, first.transform, 0.0)
-              .world_from_volume(0.5 * (frame.low_m() + frame.high_m()));
-    } else if (calibration_ && scene.spec.world_from_device.scale != glm::dvec3(1.0)) {
+    if (!opened_.controller && calibration_ &&
+        scene.spec.world_from_device.scale != glm::dvec3(1.0)) {
       scene.spec.world_from_device.scale = glm::dvec3(1.0);
       scene.notes.push_back(
           "The hand's movements are not enlarged: the picture stands where the device is.");
     }
+  }
+
+  /// The hand's space is the world around the middle of the first volume.
+  static void stand_in_true_size(LoadedScene& scene) {
+    const FrameData& frame = *scene.data.front()->frames.front();
+    scene.spec.world_from_device = {};
+    scene.spec.world_from_device.translation_m =
+        place_at_start(scene).world_from_volume(0.5 * (frame.low_m() + frame.high_m()));
+  }
+
+  static Transform place_at_start(const LoadedScene& scene) {
+    const VolumeSpec& first = scene.spec.volumes.front();
+    return driven(first.drive, first.transform, 0.0);
   }
 
   void apply_choices(LoadedScene& scene) const {
@@ -335,6 +364,8 @@ class FeelRun {
     if (!log) return log.error();
     log_ = std::move(*log);
     if (!command_.hand) return Nothing{};
+    if (!command_.tubes.empty())
+      if (const Status can = files::check_can_write_vtk(command_.tubes); !can) return can;
     if (!command_.black_box.empty())
       if (const Status can = files::check_can_write_folder(command_.black_box); !can) return can;
     BlackBoxOptions box;
@@ -355,7 +386,7 @@ class FeelRun {
   HapticsOptions haptics_options(const LoadedScene& scene) const {
     // Neither a simulated hand nor one that feels nothing can be hurt by a late frame.
     const bool harmless =
-        opened_.simulated || opened_.mouse || opened_.controller || !command_.hand;
+        opened_.simulated || opened_.mouse || opened_.controller || opened_.tool || !command_.hand;
     HapticsOptions haptics = app::haptics_options(command_, scene.spec, harmless);
     if (seen_.headset) {
       haptics.safety.seen_buttons = GatedDevice::kSeen;
@@ -381,6 +412,7 @@ class FeelRun {
       device = gate_.get();
     }
     options.second_hand = second_hand_.get();
+    if (command_.hand) options.tube_buttons = tube_buttons(haptics.safety);
     options.motion.preset = command_.preset.empty() ? "balanced" : command_.preset;
     options.motion.open_context = [this] { return open_device(command_.gpu, console_); };
     options.on_event = [this](const SessionEvent& event) { tell(event); };
@@ -413,11 +445,13 @@ class FeelRun {
     }
     begin_eyes(scene);
     if (live_) live_->begin(*session_);
+    if (tool_) tool_->begin(*opened_.tool, place_at_start(scene), scene.spec.world_from_device);
     if (server_) {
       server_->begin(*session_);
       console_.say(fmt::format("Serve     {}, by OpenIGTLink at port {}",
                                command_.hand ? "what is felt" : "the moved volume and its motion",
                                server_->port()));
+      if (command_.json) tell_serving(scene);
     }
     const LiveMotion& motion = session_->motion();
     const auto begin = Clock::now();
@@ -449,6 +483,7 @@ class FeelRun {
     if (server_) server_->end();
     if (live_) live_->end();
     session_->stop();
+    if (tool_) tool_->end();
     display_lost_ = seen_.window && seen_.window->lost();
     if (display_lost_) black_box_->write_last("display-lost");
   }
@@ -472,6 +507,7 @@ class FeelRun {
     joined.controller = opened_.controller;
     joined.max_force_n = scene.spec.max_force_n;
     joined.view = command_.view;
+    joined.sound = command_.sound;
     joined.on_loss =
         command_.on_headset_loss == "ramp" ? OnHeadsetLoss::kRamp : OnHeadsetLoss::kGoOn;
     joined.calibration = calibration_;
@@ -512,6 +548,36 @@ class FeelRun {
     }
   }
 
+  /// A line of JSON on stdout, at once: who reads it may wait for it.
+  static void print(const nlohmann::json& json) {
+    std::printf("%s\n", json.dump().c_str());
+    std::fflush(stdout);
+  }
+
+  void tell_serving(const LoadedScene& scene) {
+    const MovingVolume& first = *scene.data.front();
+    print({{"event", "serving"},
+           {"port", server_->port()},
+           {"volume", first.name},
+           {"frames", first.times.times_s.size()},
+           {"length_s", first.times.length_s()},
+           {"live", live_ != nullptr}});
+  }
+
+  void tell_served() {
+    nlohmann::json json = {{"event", "ended"},
+                           {"messages_sent", server_->server().sent()},
+                           {"messages_missed", server_->server().missed()}};
+    if (live_) {
+      const LiveNumbers& numbers = live_->numbers();
+      json["live"] = {
+          {"images", live_->arrived().images},        {"transforms", live_->arrived().transforms},
+          {"refused", live_->arrived().refused},      {"followed", numbers.felt},
+          {"delay_median_s", numbers.delay_median_s}, {"cycle_s", numbers.cycle_s}};
+    }
+    print(json);
+  }
+
   void tell_what_was_sent() {
     if (server_)
       console_.say(
@@ -525,12 +591,15 @@ class FeelRun {
     if (!command_.hand) {
       if (live_) console_.say(live_->summary());
       tell_what_was_sent();
+      if (command_.json) tell_served();
       return done ? kExitOk : fail(console_, done.error());
     }
     if (recorder_) {
       const Status recorded = recorder_->finish();
       if (done) done = recorded;
     }
+    const std::shared_ptr<const ReleasedTubes> tubes = session_->tubes();
+    if (!command_.tubes.empty() && done) done = write_tubes(command_.tubes, *tubes);
     const auto& rows = log_->rows();
     const FeelNumbers numbers = log_->numbers();
     if (!command_.picture.empty() && done)
@@ -541,6 +610,8 @@ class FeelRun {
                                              session_->haptics().tank().ledger());
     if (gallery_ && done) done = publish(summary);
     console_.say(summary);
+    if (!tubes->empty()) console_.say(tubes_text(*tubes));
+    if (tool_) console_.say(tool_->summary());
     if (live_) console_.say(live_->summary());
     tell_what_was_sent();
     for (const fs::path& file : black_box_->files())
@@ -551,6 +622,8 @@ class FeelRun {
       console_.say(fmt::format("Wrote     {}", command_.picture.string()));
     if (!command_.record.empty())
       console_.say(fmt::format("Wrote     {}", command_.record.string()));
+    if (!command_.tubes.empty() && done)
+      console_.say(fmt::format("Wrote     {}", command_.tubes.string()));
     if (gallery_ && done) tell_gallery();
     if (seen_.headset) tell_headset_numbers();
     if (!done) return fail(console_, done.error());
@@ -603,6 +676,7 @@ class FeelRun {
   std::optional<Outputs> outputs_;
   std::optional<files::StoredCalibration> calibration_;
   OpenedDevice opened_;
+  std::unique_ptr<ToolSource> tool_;   ///< moves opened_.tool, until it ends
   std::unique_ptr<GatedDevice> gate_;  ///< around the device, where there is a headset
   bool wants_second_hand_ = false;
   bool display_lost_ = false;
@@ -629,8 +703,10 @@ Result<ServoPeriods> periods_alone(FeelCommand command, CancelOnSignal& cancel) 
   command.headset = "off";
   command.no_motion = command.quiet = true;
   command.seconds = kAlone_s;
-  for (fs::path* file : {&command.headless, &command.csv, &command.picture, &command.record})
+  for (fs::path* file :
+       {&command.headless, &command.csv, &command.picture, &command.record, &command.tubes})
     file->clear();
+  command.tool.clear();
   if (command.device.device == "mouse" || command.device.device == "controller")
     command.device.device = "simulated";
   Console quiet(true, false);
@@ -647,9 +723,19 @@ int replay_run(const FeelCommand& command, Console& console) {
   choices.finds_motion = false;  // as while it was recorded
   auto scene = scenes::load_scene(command.inputs, choices);
   if (!scene) return fail(console, scene.error());
-  const auto replayed = replay_felt(*scene, command.replay);
+  if (!command.tubes.empty())
+    if (const Status can = files::check_can_write_vtk(command.tubes); !can)
+      return fail(console, can.error());
+  HandTubes tubes;
+  const auto replayed = replay_felt(*scene, command.replay, tubes);
   if (!replayed) return fail(console, replayed.error());
   console.say(fmt::format("Replayed  {} ticks: {}", replayed->ticks, replay_text(*replayed)));
+  if (!command.tubes.empty()) {
+    if (const Status written = write_tubes(command.tubes, *tubes.tubes()); !written)
+      return fail(console, written.error());
+    console.say(tubes_text(*tubes.tubes()));
+    console.say(fmt::format("Wrote     {}", command.tubes.string()));
+  }
   return replayed->different ? kExitFailed : kExitOk;
 }
 
@@ -659,7 +745,7 @@ int run_feel(const FeelCommand& command) {
   // In this order: the handlers of emergency stay in place below the waiting for Ctrl-C.
   emergency::install();
   CancelOnSignal cancel;
-  Console console(command.quiet, false);
+  Console console(command.quiet, command.json);
   if (!command.replay.empty()) return replay_run(command, console);
   if (!command.servo_report) return FeelRun(command, console).run(cancel);
   const Result<ServoPeriods> alone = periods_alone(command, cancel);

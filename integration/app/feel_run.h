@@ -24,13 +24,15 @@ struct FeelCommand {
   double stiffness_n_per_m = 0.0, max_force_n = 0.0;
   double watchdog_ms = 0.0;
   std::filesystem::path csv, picture, record, replay;
+  std::filesystem::path tubes;      ///< where the hand's stream tubes are written
   std::filesystem::path black_box;  ///< empty: the state folder
   std::filesystem::path headless;
   ViewChoices view;
   std::string headset = "auto";
   std::string live_image, live_transform;  ///< device names of an OpenIGTLink source
   bool keep_cycles = true;                 ///< of such a source
-  int serve_port = 0;                      ///< sends what is felt there; 0: nowhere
+  std::string tool, tool_name;  ///< a tracked tool that is the hand: igtl://..., and which
+  int serve_port = 0;           ///< sends what is felt there; 0: nowhere
   std::string on_headset_loss = "ramp";
   std::filesystem::path calibration;
   int picture_size = 384;
@@ -38,6 +40,8 @@ struct FeelCommand {
   bool servo_report = false;
   bool dead_man = false, no_real_time = false, no_motion = false, estimate = false, quiet = false;
   bool mirror = true;
+  bool json = false;  ///< what is served, on stdout, for programs: see docs/openigtlink.md
+  bool sound = true;  ///< where a bare finger touches, in a headset
   bool pass_through = false;
   std::optional<uint32_t> overlay;  ///< above another OpenXR program
   bool hand = true;                 ///< false: it is only looked at, as by 'palpate view'

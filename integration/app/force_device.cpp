@@ -81,18 +81,33 @@ OpenedDevice mouse(std::string why) {
 }
 
 /// A hand in the world, at its true size: its device space is the world around the scene.
-OpenedDevice controller(std::string why) {
+desktop::MouseProbeOptions in_true_size(const std::string& kind) {
   desktop::MouseProbeOptions options;
-  options.kind = "controller";
+  options.kind = kind;
   options.waits = true;
   options.workspace_radius_m = kArm_m;
-  options.settle_per_s = kControllerSettle_per_s;
   options.speed_m_per_s = kControllerSpeed_m_per_s;
+  return options;
+}
+
+OpenedDevice controller(std::string why) {
+  desktop::MouseProbeOptions options = in_true_size("controller");
+  options.settle_per_s = kControllerSettle_per_s;
   auto probe = std::make_unique<desktop::MouseProbe>(options);
   OpenedDevice opened;
   opened.controller = probe.get();
   opened.device = std::move(probe);
   opened.why = std::move(why);
+  return opened;
+}
+
+/// Trackers send some ten places a second: followed as slowly as a mouse.
+OpenedDevice tool() {
+  auto probe = std::make_unique<desktop::MouseProbe>(in_true_size("tool"));
+  OpenedDevice opened;
+  opened.tool = probe.get();
+  opened.device = std::move(probe);
+  opened.why = "tracked tool, as asked; it gives no force.";
   return opened;
 }
 
@@ -184,6 +199,7 @@ Result<OpenedDevice> open_force_device(const ForceDeviceChoice& choice, const Lo
   }
   if (choice.device == "simulated") return simulated(choice, scene, "simulated device, as asked.");
   if (choice.device == "mouse") return mouse("mouse, as asked; it gives no force.");
+  if (choice.device == "tool") return tool();
   if (choice.device == "controller")
     return controller("controller, as asked; vibration says what force it would be.");
   auto device = find_force_device(choice);

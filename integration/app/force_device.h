@@ -17,7 +17,7 @@ namespace palpate::app {
 /// Which force device, as the command line says it.
 struct ForceDeviceChoice {
   /// auto, controller, mouse, simulated, one of devices::force_device_kinds(), which may be
-  /// followed by '@' and its place; none: it is only looked at
+  /// followed by '@' and its place; tool: something else moves it; none: it is only looked at
   std::string device = "auto";
   std::filesystem::path falcon_firmware;  ///< the user's own
   std::string hand = "human";             ///< simulated: human, loose, firm, none
@@ -34,6 +34,7 @@ struct OpenedDevice {
   bool simulated = false;
   desktop::MouseProbe* mouse = nullptr;       ///< the device, if it is that; moved by the window
   desktop::MouseProbe* controller = nullptr;  ///< likewise, moved in the headset
+  desktop::MouseProbe* tool = nullptr;        ///< likewise, moved by a tracker
   double path_s = 0.0;                        ///< simulated: how long the hand's path takes
 };
 

@@ -71,7 +71,7 @@ Status Gallery::look(std::stop_token stop) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
       continue;
     }
-    auto pictures = still.take(session_.scene(), moment);
+    auto pictures = still.take(session_.scene(), moment, session_.tubes());
     if (!pictures) return pictures.error();
     frame_ms_.push_back(1e3 * seconds_since(start));
     if (first_picture_s_ == 0.0) first_picture_s_ = seconds_since(begin);

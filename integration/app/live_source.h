@@ -45,6 +45,9 @@ class LiveSource {
   /// For the live line: "12 frames, 0.21 s behind"; and at the end, in full.
   std::string live_text() const;
   std::string summary() const;
+  /// What came and what became of it; after end().
+  const LiveNumbers& numbers() const { return last_numbers_; }
+  const openigtlink::ClientNumbers& arrived() const { return client_numbers_; }
 
  private:
   explicit LiveSource(LiveSourceOptions options) : options_(std::move(options)) {}

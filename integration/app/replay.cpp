@@ -2,14 +2,37 @@
 
 #include <fmt/format.h>
 
+#include "integration/app/tubes_file.h"
 #include "integration/files/sentences.h"
 #include "integration/scenes/mode_library.h"
 #include "integration/scenes/replay_key.h"
 #include "module/haptics/haptic_scene.h"
-#include "module/haptics/haptics.h"
+#include "module/haptics/scene_ticker.h"
 
 namespace palpate::app {
-Result<Replay> replay_felt(const LoadedScene& felt, const std::filesystem::path& file) {
+namespace {
+
+/// Does what the hand asked for in each tick.
+class CommandTaker final : public TickListener {
+ public:
+  CommandTaker(SceneTicker& ticker, const HapticScene& scene, HandTubes& tubes)
+      : ticker_(ticker), scene_(scene), tubes_(tubes) {}
+  void hear(const TickInput&, const TickOutput&) noexcept override {
+    HandCommand command;
+    // What could not be done was said when it was asked.
+    while (ticker_.next_command(command)) (void)tubes_.take(command, scene_);
+  }
+
+ private:
+  SceneTicker& ticker_;
+  const HapticScene& scene_;
+  HandTubes& tubes_;
+};
+
+}  // namespace
+
+Result<Replay> replay_felt(const LoadedScene& felt, const std::filesystem::path& file,
+                           HandTubes& tubes) {
   auto recording = Recording::read(file);
   if (!recording) return recording.error();
   const auto key =
@@ -26,9 +49,11 @@ Result<Replay> replay_felt(const LoadedScene& felt, const std::filesystem::path&
   if (!assembled) return assembled.error();
   HapticsOptions options;
   options.safety = key->safety;
-  Haptics haptics(options, key->device);
-  haptics.adopt(Haptics::prepare(*assembled));
-  return replay(*recording, haptics);
+  SceneTicker ticker(options, key->device);
+  ticker.take_buttons(tube_buttons(key->safety));
+  ticker.offer(*assembled);
+  CommandTaker taker(ticker, **assembled, tubes);
+  return replay(*recording, ticker, &taker);
 }
 
 std::string replay_text(const Replay& replay) {

@@ -5,12 +5,15 @@
 
 #include "integration/scenes/load_scene.h"
 #include "module/haptics/recording.h"
+#include "module/session/hand_tubes.h"
 
 namespace palpate::app {
 
 /// Runs a recording again with the scene as it was loaded now. kBadInput if it was made with
-/// another scene, is damaged, or lost ticks.
-Result<Replay> replay_felt(const LoadedScene& scene, const std::filesystem::path& file);
+/// another scene, is damaged, or lost ticks. `tubes` gets the stream tubes that the hand released,
+/// as it did then.
+Result<Replay> replay_felt(const LoadedScene& scene, const std::filesystem::path& file,
+                           HandTubes& tubes);
 
 /// "every output is the recorded one, bit by bit", or where it is not.
 std::string replay_text(const Replay& replay);

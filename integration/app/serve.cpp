@@ -45,6 +45,9 @@ Command add_serve(CLI::App& program) {
       "--not-cyclic", [command] { command->sequence.cyclic = false; },
       "The last frame does not lead back to the first");
   add_gpu_option(*app, command->gpu);
+  app->add_flag(
+      "--json", command->json,
+      "For programs: a JSON object on stdout when clients may connect, and one at the end");
   app->add_flag("--quiet", command->quiet, "Print errors only");
   return {app, [command] { return run_feel(*command); }, {"input", "--fields"}, {}, {}};
 }

@@ -27,7 +27,9 @@ Result<std::unique_ptr<StillPicture>> StillPicture::open(const DeviceOptions& gp
 }
 
 Result<std::vector<charts::Raster>> StillPicture::take(std::shared_ptr<const HapticScene> scene,
-                                                       const SceneMoment& moment) {
+                                                       const SceneMoment& moment,
+                                                       std::shared_ptr<const ReleasedTubes> tubes) {
+  viewer_->show(std::move(tubes));
   if (const Status set = viewer_->update(std::move(scene)); !set) return set.error();
   glm::dvec3 low, high;
   viewer_->picture().box(moment, low, high);

@@ -18,8 +18,10 @@ class StillPicture {
                                                     int eyes);
 
   /// Draws `scene` as it is in `moment` and waits for it. One raster per eye, left one first.
+  /// tubes: that a hand has released, or null.
   Result<std::vector<charts::Raster>> take(std::shared_ptr<const HapticScene> scene,
-                                           const SceneMoment& moment);
+                                           const SceneMoment& moment,
+                                           std::shared_ptr<const ReleasedTubes> tubes = nullptr);
   /// What the last picture shows.
   const ViewScene& scene() const { return viewer_->shown(); }
 

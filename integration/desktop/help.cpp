@@ -18,8 +18,9 @@ constexpr Color kQuiet{0.70, 0.74, 0.80};
 constexpr double kRow = 19.0, kEdge = 14.0, kColumn = 112.0;
 
 using Line = std::pair<const char*, const char*>;
-constexpr std::array<Line, 4> kWithProbe = {{
+constexpr std::array<Line, 5> kWithProbe = {{
     {"Mouse", "moves the probe"},
+    {"Left button", "lays a stream tube"},
     {"Wheel", "probe in and out"},
     {"Right drag", "turn the view"},
     {"Right + wheel, \u00b1", "closer, further"},
@@ -28,6 +29,7 @@ constexpr std::array<Line, 2> kWithoutProbe = {{
     {"Drag", "turn the view"},
     {"Wheel, \u00b1", "closer, further"},
 }};
+constexpr Line kTubes{"T  K  X", "stream tube: lay, keep, clear"};
 constexpr std::array<Line, 7> kKeys = {{
     {"Space", "play or pause"},
     {"\u2190  \u2192", "back, forward in time"},
@@ -40,15 +42,16 @@ constexpr std::array<Line, 7> kKeys = {{
 
 }  // namespace
 
-charts::Raster draw_help(double scale, bool probe) {
+charts::Raster draw_help(double scale, bool probe, bool hand) {
   std::vector<Line> lines;
   if (probe)
     lines.assign(kWithProbe.begin(), kWithProbe.end());
   else
     lines.assign(kWithoutProbe.begin(), kWithoutProbe.end());
+  if (hand) lines.push_back(kTubes);
   lines.insert(lines.end(), kKeys.begin(), kKeys.end());
   const glm::dvec2 size =
-      scale * glm::dvec2(262.0, 2.0 * kEdge - 5.0 + kRow * double(lines.size()));
+      scale * glm::dvec2(282.0, 2.0 * kEdge - 5.0 + kRow * double(lines.size()));
   Canvas canvas(int(size.x), int(size.y));
   canvas.fill_box({0.0, 0.0}, size, kPaper, 0.80, 9.0 * scale);
   const TextStyle key{.size_px = 12.0 * scale, .bold = true, .color = kInk};

@@ -9,8 +9,9 @@
 namespace palpate::desktop {
 
 /// Mouse and keys, for the corner of the window: what the window itself means by them. scale:
-/// pixels per unit. probe: the mouse moves a probe; otherwise every button turns the view.
-charts::Raster draw_help(double scale, bool probe = true);
+/// pixels per unit. probe: the mouse moves a probe; otherwise every button turns the view. hand:
+/// there is something to feel.
+charts::Raster draw_help(double scale, bool probe = true, bool hand = true);
 
 /// Where help and force plot stand in a window, px from its top left corner: in the lower corners,
 /// or, where the window is too narrow for both, the help above the plot. Too low for that, the help

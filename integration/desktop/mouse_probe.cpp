@@ -20,14 +20,19 @@ bool is_finite(glm::dvec3 v) noexcept {
 
 MouseProbe::MouseProbe(const MouseProbeOptions& options)
     : options_(options),
-      held_{options.start_m, 0},
-      follower_(options.start_m, options.settle_per_s, options.speed_m_per_s) {}
+      held_{options.start_m, 0, !options.waits},
+      follower_(options.start_m, options.settle_per_s, options.speed_m_per_s),
+      there_(!options.waits) {}
 
 void MouseProbe::hold(glm::dvec3 place_m, uint32_t buttons) noexcept {
   if (!is_finite(place_m)) return;
   const double away_m = glm::length(place_m);
   if (away_m > options_.workspace_radius_m) place_m *= options_.workspace_radius_m / away_m;
-  newest_.put({place_m, buttons});
+  newest_.put({place_m, buttons, true});
+}
+
+void MouseProbe::let_go() noexcept {
+  newest_.put({glm::dvec3(0.0), 0, false});
 }
 
 DeviceInfo MouseProbe::info() const {
@@ -46,23 +51,22 @@ DeviceReading MouseProbe::exchange(const DeviceCommand&) noexcept {
 }
 
 DeviceReading MouseProbe::exchange_at(int64_t now_ns) noexcept {
-  const bool fresh = newest_.get(held_);
-  if (options_.waits && !held_once_) {
-    if (!fresh) {
-      DeviceReading nothing;
-      nothing.time_ns = now_ns;
-      nothing.fault = DeviceFault::kStarting;
-      return nothing;
-    }
-    // A hand that comes from elsewhere must not be drawn through the scene.
-    follower_ = Follower(held_.place_m, options_.settle_per_s, options_.speed_m_per_s);
-    held_once_ = true;
+  newest_.get(held_);
+  if (!held_.there) {
+    there_ = false;
+    DeviceReading nothing;
+    nothing.position_m = last_m_;
+    nothing.time_ns = now_ns;
+    nothing.fault = DeviceFault::kNoHand;
+    return nothing;
   }
+  if (!there_) follower_ = Follower(held_.place_m, options_.settle_per_s, options_.speed_m_per_s);
+  there_ = true;
   const double dt_s = started_ ? 1e-9 * double(now_ns - last_ns_) : 0.0;
   last_ns_ = now_ns;
   started_ = true;
   DeviceReading reading;
-  reading.position_m = follower_.step(held_.place_m, std::min(dt_s, kLongest_s));
+  reading.position_m = last_m_ = follower_.step(held_.place_m, std::min(dt_s, kLongest_s));
   reading.time_ns = now_ns;
   reading.buttons = held_.buttons;
   reading.fresh = true;

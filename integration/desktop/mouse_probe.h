@@ -13,7 +13,7 @@ namespace palpate::desktop {
 struct MouseProbeOptions {
   std::string kind = "mouse";
   glm::dvec3 start_m{0.0};  ///< device space
-  bool waits = false;       ///< gives no place before the first hold(), then begins there
+  bool waits = false;       ///< is not there before the first hold()
   double workspace_radius_m = 0.08;
   double settle_per_s = 60.0;   ///< of the follower: a hand's own quickest movements still pass
   double speed_m_per_s = 0.75;  ///< half of what the guards take for a hand that is too fast
@@ -35,6 +35,9 @@ class MouseProbe final : public ForceDevice {
   /// Where the mouse holds the probe now, device space (kept within the workspace), and which
   /// buttons are down. Not finite: ignored. Wait-free; one thread.
   void hold(glm::dvec3 place_m, uint32_t buttons) noexcept;
+  /// Nobody holds it any more (DeviceFault::kNoHand), until the next hold(): there it begins anew,
+  /// for a hand that comes from elsewhere must not be drawn through the scene. As hold().
+  void let_go() noexcept;
 
   DeviceInfo info() const override;
   /// Real-time safe. Every position is fresh: the follower is asked for the moment itself.
@@ -46,14 +49,16 @@ class MouseProbe final : public ForceDevice {
   struct Held {
     glm::dvec3 place_m{0.0};
     uint32_t buttons = 0;
+    bool there = true;
   };
 
   MouseProbeOptions options_;
   Newest<Held> newest_;
   Held held_;  ///< the servo's
   Follower follower_;
+  glm::dvec3 last_m_{0.0};  ///< that was given
   int64_t last_ns_ = 0;
-  bool started_ = false, held_once_ = false;
+  bool started_ = false, there_;
 };
 
 }  // namespace palpate::desktop

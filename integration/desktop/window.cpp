@@ -52,6 +52,12 @@ std::optional<KeyPress> meaning_of(int key) {
     case GLFW_KEY_MINUS:
     case GLFW_KEY_KP_SUBTRACT:
       return KeyPress{Key::kFurther};
+    case GLFW_KEY_T:
+      return KeyPress{Key::kTube};
+    case GLFW_KEY_K:
+      return KeyPress{Key::kKeepTubes};
+    case GLFW_KEY_X:
+      return KeyPress{Key::kClearTubes};
     case GLFW_KEY_H:
       return KeyPress{Key::kHelp};
     case GLFW_KEY_ESCAPE:

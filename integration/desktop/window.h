@@ -18,17 +18,20 @@ namespace palpate::desktop {
 
 /// What a key asks for.
 enum class Key {
-  kPlay,      ///< space: play or pause
-  kBack,      ///< left arrow: a step back in time; comes again while it is held
-  kForward,   ///< right arrow
-  kClip,      ///< C: clip plane on or off
-  kLook,      ///< 1 to 5: a preset
-  kRecentre,  ///< R: the probe under the cursor, at the depth of what is looked at
-  kReset,     ///< O: the camera as it was at first
-  kNearer,    ///< +
-  kFurther,   ///< -
-  kHelp,      ///< H: help on or off
-  kQuit,      ///< Esc; closed() is true from then on
+  kPlay,        ///< space: play or pause
+  kBack,        ///< left arrow: a step back in time; comes again while it is held
+  kForward,     ///< right arrow
+  kClip,        ///< C: clip plane on or off
+  kLook,        ///< 1 to 5: a preset
+  kRecentre,    ///< R: the probe under the cursor, at the depth of what is looked at
+  kReset,       ///< O: the camera as it was at first
+  kNearer,      ///< +
+  kFurther,     ///< -
+  kTube,        ///< T: a stream tube at the proxy
+  kKeepTubes,   ///< K: stream tubes stay
+  kClearTubes,  ///< X: those that do not are gone
+  kHelp,        ///< H: help on or off
+  kQuit,        ///< Esc; closed() is true from then on
 };
 
 struct KeyPress {

@@ -193,8 +193,9 @@ void Client::listen(int fd, std::stop_token stop) {
     const auto header =
         read_header(std::span<const std::byte, kHeaderBytes>(head.data(), kHeaderBytes));
     if (!header) return refuse("no OpenIGTLink", header.error().message);
-    const bool wanted =
-        header->type == "IMAGE" || (header->type == "TRANSFORM" && !options_.transform.empty());
+    const bool transforms = !options_.transform.empty() || options_.first_transform;
+    const bool wanted = (header->type == "IMAGE" && options_.on_image) ||
+                        (header->type == "TRANSFORM" && transforms);
     if (!receive(size_t(header->body_bytes), wanted ? &body : nullptr, false)) return;
     {
       const std::lock_guard lock(mutex_);
@@ -209,7 +210,8 @@ void Client::take(const Header& header, std::span<const std::byte> body) {
   const auto content = content_of(header, body);
   if (!content) return refuse("damaged", content.error().message);
   if (header.type == "IMAGE") return take_image(header, *content);
-  if (header.device != options_.transform)
+  if (options_.transform.empty() && transform_device_.empty()) transform_device_ = header.device;
+  if (header.device != (options_.transform.empty() ? transform_device_ : options_.transform))
     return refuse("transform of another name",
                   fmt::format("There are transforms of '{}', which is not the one that was asked "
                               "for",

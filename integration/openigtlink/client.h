@@ -34,8 +34,9 @@ struct ArrivedImage {
 };
 
 struct ClientOptions {
-  std::string image;      ///< device name of the images; empty: that of the first one
-  std::string transform;  ///< device name of the transforms; empty: none are taken
+  std::string image;             ///< device name of the images; empty: that of the first one
+  std::string transform;         ///< device name of the transforms; empty: none are taken ...
+  bool first_transform = false;  ///< ... or, with this, those of the first that sends any
   /// On the client's thread; they hold up what arrives, so they must be short.
   std::function<void(ArrivedImage)> on_image;
   std::function<void(const Rigid&)> on_transform;
@@ -83,7 +84,7 @@ class Client {
   mutable std::mutex mutex_;
   ClientNumbers numbers_;
   // The thread's alone.
-  std::string last_said_, device_;
+  std::string last_said_, device_, transform_device_;
   std::optional<Image> whole_;  ///< the last whole one, which parts are put into
   double last_time_s_ = 0.0;
   uint64_t last_crc_ = 0;

@@ -101,9 +101,10 @@ std::filesystem::path new_file(const std::filesystem::path& folder, const std::s
 
 }  // namespace
 
-bool is_trip(Cause cause) noexcept {
+bool is_trip(Cause cause, DeviceFault fault) noexcept {
   switch (cause) {
     case Cause::kDevice:
+      return fault != DeviceFault::kNoHand;
     case Cause::kNotFinite:
     case Cause::kLate:
     case Cause::kClock:
@@ -132,7 +133,9 @@ void BlackBox::hear(const TickInput& input, const TickOutput& output) noexcept {
   box.entries[box.next] = {input, output};
   box.next = (box.next + 1) % box.entries.size();
   box.count = std::min(box.count + 1, box.entries.size());
-  const bool tripped = is_trip(output.cause);
+  // The cause of a device stays until the hand is free; its fault may be over before.
+  if (output.fault != DeviceFault::kNone) last_fault_ = output.fault;
+  const bool tripped = is_trip(output.cause, last_fault_);
   if (tripped && !was_tripped_ && ticks_to_go_ == 0) {
     ticks_to_go_ = options_.ticks_after + 1;
     box.cause = output.cause;

@@ -21,9 +21,9 @@ struct BlackBoxOptions {
   int64_t least_gap_ns = 10'000'000'000;  ///< between two files
 };
 
-/// True for the causes after which a person asks what happened: a fault, not a start, a stop or a
-/// fade.
-bool is_trip(Cause cause) noexcept;
+/// True for the causes after which a person asks what happened: a fault, not a start, a stop, a
+/// fade, or a hand that went away.
+bool is_trip(Cause cause, DeviceFault fault) noexcept;
 
 /// Keeps the last ticks, and writes them as a table when something trips: one file per trip, not
 /// more often than every ten seconds, from a thread of its own. Give it to a Servo as a listener;
@@ -69,7 +69,8 @@ class BlackBox : public TickListener {
   BlackBoxOptions options_;
   std::array<Box, 2> boxes_;
   size_t current_ = 0;
-  int ticks_to_go_ = 0;      ///< until the box is full; 0: nothing has tripped
+  int ticks_to_go_ = 0;  ///< until the box is full; 0: nothing has tripped
+  DeviceFault last_fault_ = DeviceFault::kNone;
   bool was_tripped_ = true;  ///< a device that is missing from the start is no event
   std::atomic<uint64_t> skipped_{0};
 

@@ -129,6 +129,9 @@ const char* sentence(DeviceFault fault) noexcept {
     case DeviceFault::kForceOff:
       return "The device has switched its force off: let go of its brake, or press its force "
              "button.";
+    case DeviceFault::kNoHand:
+      return "No hand is there: take a controller, pinch with thumb and forefinger, or bring the "
+             "tracked tool into view.";
   }
   return "An unknown fault.";
 }

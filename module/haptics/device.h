@@ -39,6 +39,7 @@ enum class DeviceFault : uint8_t {
   kStuck,       ///< the position does not move at all while the force changes
   kBusy,        ///< another program holds it
   kForceOff,    ///< it has switched its force off, or its brakes on, by itself or by its button
+  kNoHand,      ///< nothing is wrong: no controller or tool is there, no finger pinches
 };
 
 /// One sentence: what is wrong and what to do. Static storage.

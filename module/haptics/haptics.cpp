@@ -126,6 +126,10 @@ void Haptics::control(const TickInput& input) noexcept {
       case ControlEvent::Kind::kStop:
       case ControlEvent::Kind::kRearm:
         break;  // the guards' business
+      case ControlEvent::Kind::kReleaseTube:
+      case ControlEvent::Kind::kKeepTubes:
+      case ControlEvent::Kind::kClearTubes:
+        break;  // of those who look
     }
   }
   for (int p = 0; p < std::min(input.pose_count, int(input.poses.size())); ++p) {

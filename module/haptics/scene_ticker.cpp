@@ -39,6 +39,9 @@ void SceneTicker::publish(const TickInput& input, const TickOutput& output) noex
   moment.cause = output.cause;
   moment.in_contact = output.command.in_contact;
   for (Newest<SceneMoment>& reader : moments_) reader.put(moment);
+  if (const auto kind = button_.step(input.reading, input.now_ns)) commands_.push({*kind, moment});
+  for (int e = 0; e < std::min(input.event_count, int(input.events.size())); ++e)
+    if (const auto kind = command_of(input.events[size_t(e)])) commands_.push({*kind, moment});
 }
 
 }  // namespace palpate

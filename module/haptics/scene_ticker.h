@@ -3,6 +3,7 @@
 #include <array>
 #include <memory>
 
+#include "module/haptics/hand_commands.h"
 #include "module/haptics/haptics.h"
 #include "module/haptics/mailbox.h"
 #include "module/haptics/scene_moment.h"
@@ -29,13 +30,18 @@ class SceneTicker final : public Ticker {
   TickOutput tick(const TickInput& input) noexcept override;
 
   /// So many may look at the same time: a headset, a window, pictures for a page, what follows a
-  /// live source, and what sends to others.
-  static constexpr int kReaders = 5;
+  /// live source, what sends to others, and what keeps stream tubes.
+  static constexpr int kReaders = 6;
   /// Reader 0 to kReaders - 1, each one thread's: the newest tick as an eye sees it; true if it is
   /// another than last time. Wait-free.
   bool newest(int reader, SceneMoment& moment) noexcept {
     return moments_[size_t(reader)].get(moment);
   }
+
+  /// Owner, before the loop runs: these buttons of the device give commands.
+  void take_buttons(uint32_t mask) { button_ = CommandButton(mask); }
+  /// The next command of the hand, in order; false if there is none. Wait-free; one thread.
+  bool next_command(HandCommand& command) noexcept { return commands_.pop(command); }
 
   /// The step itself, for options and books; not while a Servo runs it.
   const Haptics& haptics() const { return haptics_; }
@@ -46,6 +52,8 @@ class SceneTicker final : public Ticker {
   Handover<HapticRun> handover_;
   Haptics haptics_;
   std::array<Newest<SceneMoment>, kReaders> moments_;
+  CommandButton button_;
+  Ring<HandCommand, 32> commands_;
 };
 
 }  // namespace palpate

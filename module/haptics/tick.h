@@ -21,13 +21,16 @@ struct PoseUpdate {
 /// What a person turns while the loop runs.
 struct ControlEvent {
   enum class Kind : uint8_t {
-    kRate,       ///< index: volume; value: playing rate
-    kScrub,      ///< index: volume; value: time of the sequence, s
-    kModeOn,     ///< index: mode; value: 0 off, 1 on
-    kModeGain,   ///< index: mode; value: factor on all its strengths
-    kStiffness,  ///< value: N/m
-    kStop,       ///< ramp to zero and stay there
-    kRearm,      ///< after a latched cause: start again
+    kRate,         ///< index: volume; value: playing rate
+    kScrub,        ///< index: volume; value: time of the sequence, s
+    kModeOn,       ///< index: mode; value: 0 off, 1 on
+    kModeGain,     ///< index: mode; value: factor on all its strengths
+    kStiffness,    ///< value: N/m
+    kStop,         ///< ramp to zero and stay there
+    kRearm,        ///< after a latched cause: start again
+    kReleaseTube,  ///< these three: see HandCommand
+    kKeepTubes,
+    kClearTubes,
   } kind = Kind::kRate;
   int index = 0;
   double value = 0.0;

@@ -75,6 +75,7 @@ Status LivePicture::draw(std::stop_token stop) {
     }
     viewer.choose(wanted.choices);
     if (const Status set = viewer.update(session_.scene()); !set) return set;
+    viewer.show(session_.tubes());
     const PictureSize size = scaled(within(wanted.size, kMost), resolution.scale);
     // It is seen when it is done, as long from now as the last one took.
     const int64_t seen_ns =

@@ -10,10 +10,13 @@ namespace {
 
 constexpr size_t kMostDrawn = 4;  // as the renderer takes
 constexpr glm::dvec3 kPen{0.80, 0.83, 0.88}, kProxy{0.30, 0.78, 0.98}, kArrow{1.0, 0.62, 0.18};
+// Of a fingertip that touches: what neither flesh nor bone is, and told from them by all eyes.
+constexpr glm::dvec3 kTouch{0.25, 0.95, 1.0}, kPressed{0.10, 0.25, 1.0};
 constexpr glm::dvec3 kFrame{0.42, 0.46, 0.54};
 constexpr double kHeightAngle = 0.55;  // of a picture
 constexpr double kArrow_m_per_n = 0.008;
 constexpr double kTube = 0.0006;        // radius beside a volume of 10 cm
+constexpr double kKeptTube = 1.6;       // of that, where it is to stay
 constexpr double kLongestLook_s = 0.1;  // a tick older than this says nothing of now
 
 /// The least and greatest value of a frame on a coarse lattice: enough to choose a look.
@@ -138,6 +141,8 @@ void ScenePicture::add_things(const SceneMoment& moment, const Eye& eye, double 
                               ViewScene& scene) {
   const double size = radius_m / 0.1;  // of things, beside a volume of 10 cm radius
   if (choices_.hand) add_hand(moment, eye, size, scene);
+  for (size_t v = 0; v < volumes_.size(); ++v)
+    add_tubes(scene.volumes[v], v, kTube * size, scene.things);
   for (size_t v = 0; v < volumes_.size(); ++v) {
     if (!spec(v).seen.tubes.value_or(volumes_[v]->frames.front()->is_vector())) continue;
     const ViewVolume& of = scene.volumes[v];
@@ -154,8 +159,42 @@ void ScenePicture::add_things(const SceneMoment& moment, const Eye& eye, double 
   }
 }
 
+/// What the hand has released in volume v, where it is at the volume's pointer; colours over all
+/// tubes of the volume. Kept ones are thicker.
+void ScenePicture::add_tubes(const ViewVolume& of, size_t v, double radius_m,
+                             Things& things) const {
+  if (!tubes_) return;
+  double least = 1e300, most = 0.0;
+  for (const ReleasedTube& one : *tubes_)
+    for (const double length : one.tube->lengths())
+      if (one.volume == shown_[v] && length > 0.0)
+        least = std::min(least, length), most = std::max(most, length);
+  for (const ReleasedTube& one : *tubes_) {
+    if (one.volume != shown_[v]) continue;
+    const MovingVolume& data = *one.tube->data();
+    // Where frames are drawn as they are, tubes are too.
+    FramePointer at = of.pointer;
+    if (choices_.whole_frames) at = {data.whole ? int(data.whole->reference()) : at.frame, 0.0};
+    std::vector<glm::dvec3> places = one.tube->places(at);
+    for (glm::dvec3& x : places) x = of.world_from_volume.world_from_volume(x);
+    const double radius = one.kept ? kKeptTube * radius_m : radius_m;
+    for (size_t k = 1; k < places.size(); ++k)
+      things.push_back({places[k - 1], places[k], radius, radius,
+                        tube_colour(one.tube->lengths()[k], least, most)});
+  }
+}
+
 void ScenePicture::add_hand(const SceneMoment& moment, const Eye& eye, double size,
                             ViewScene& scene) {
+  if (choices_.fingertip) {
+    const double share =
+        std::clamp(glm::length(moment.force_n) / std::max(choices_.full_force_n, 1e-9), 0.0, 1.0);
+    // At a contact where the surface holds it: the finger itself is hidden inside.
+    const bool touches = moment.in_contact;
+    add_sphere(scene.things, touches ? moment.proxy_m : moment.probe_m, 0.007 * size,
+               touches ? glm::mix(kTouch, kPressed, share) : kPen);
+    return;
+  }
   // The pen comes from the side of the eye, so that its tip is in view.
   const glm::dvec3 away = glm::normalize(eye.orientation * glm::dvec3(0.45, 0.55, 0.70));
   add_pen(scene.things, moment.probe_m, away, 0.0022 * size, 0.07 * size, kPen);

@@ -7,6 +7,7 @@
 #include "compute/vulkan/context.h"
 #include "module/haptics/haptic_scene.h"
 #include "module/haptics/scene_moment.h"
+#include "module/session/hand_tubes.h"
 #include "module/view/stream_lines.h"
 #include "module/view/view_scene.h"
 #include "module/view/volume_renderer.h"
@@ -20,6 +21,11 @@ struct ViewChoices {
   bool box = true;            ///< edges of the data and letters of the patient's sides
   bool cut_open = false;      ///< what lies towards the eye is cut away, through what is touched
   bool hand = true;           ///< pen, proxy and force are drawn; off: it is only looked at
+  /// The probe is a bare fingertip, which feels nothing: instead of a pen a ball, whose colour says
+  /// whether it touches and, up to full_force_n, how hard. Then it stays where the surface holds
+  /// it.
+  bool fingertip = false;
+  double full_force_n = 4.0;
 };
 
 /// The volumes that are felt, as they are to be seen: built anew when the scene changes (motion
@@ -32,6 +38,8 @@ class ScenePicture {
   void choose(const ViewChoices& choices);
   /// Takes what is felt now. True if the renderer has to be given volumes() again.
   bool update(std::shared_ptr<const HapticScene> felt);
+  /// The stream tubes that the hand has released, from the next at() on; may be null.
+  void show(std::shared_ptr<const ReleasedTubes> tubes) { tubes_ = std::move(tubes); }
   /// At most four: the first ones that the scene shows.
   const std::vector<std::shared_ptr<const MovingVolume>>& volumes() const { return volumes_; }
 
@@ -46,6 +54,7 @@ class ScenePicture {
 
  private:
   void add_things(const SceneMoment& moment, const Eye& eye, double radius_m, ViewScene& scene);
+  void add_tubes(const ViewVolume& of, size_t v, double radius_m, Things& things) const;
   void add_hand(const SceneMoment& moment, const Eye& eye, double size, ViewScene& scene);
   const VolumeSpec& spec(size_t v) const { return felt_->volumes[shown_[v]].spec; }
 
@@ -53,7 +62,8 @@ class ScenePicture {
   std::shared_ptr<const HapticScene> felt_;
   std::vector<size_t> shown_;  ///< which of the felt volumes volumes_ are
   std::vector<std::shared_ptr<const MovingVolume>> volumes_;
-  std::vector<Look> looks_;          ///< empty: to be found anew
+  std::vector<Look> looks_;  ///< empty: to be found anew
+  std::shared_ptr<const ReleasedTubes> tubes_;
   std::vector<StreamLines> stream_;  ///< one per volume, whether or not it has tubes
 };
 

@@ -22,7 +22,9 @@ bool needs_poses(const VolumeSpec& spec) {
 }
 
 Session::Session(LoadedScene scene, const SessionOptions& options, const DeviceInfo& device)
-    : options_(options), felt_(std::move(scene)), ticker_(options.haptics, device) {}
+    : options_(options), felt_(std::move(scene)), ticker_(options.haptics, device) {
+  ticker_.take_buttons(options.tube_buttons);
+}
 
 Result<std::unique_ptr<Session>> Session::start(LoadedScene scene, ForceDevice& device,
                                                 SessionOptions options) {
@@ -84,6 +86,8 @@ void Session::begin_motion(const LoadedScene& at_start) {
     if (waiting_) waiting_ = !ticker_.offer(assembled_);
     ticker_.collect();
   });
+  // Apart: following a line may take longer than poses can wait.
+  commands_ = std::make_unique<Background>(kPosePause, [this] { take_commands(); });
   can_play_ = at_start.missing.empty();
   LiveMotionListener listener;
   listener.on_step = [this](size_t volume, size_t step, std::shared_ptr<const MotionMap> map) {
@@ -107,6 +111,7 @@ void Session::stop() {
   poses_.reset();
   if (servo_) servo_->stop();
   if (host_) host_->stop();
+  commands_.reset();  // with what was asked until now
 }
 
 bool Session::at_rest() const noexcept {
@@ -279,6 +284,32 @@ bool Session::place(size_t volume, const Transform& world_from_volume) {
   if (volume >= moved_.size()) return false;
   moved_[volume] = world_from_volume;
   return push(PoseUpdate{int(volume), world_from_volume, monotonic_ns()});
+}
+
+std::shared_ptr<const ReleasedTubes> Session::tubes() const {
+  const std::lock_guard lock(tubes_mutex_);
+  return hand_tubes_.tubes();
+}
+
+/// Stream tubes: what the hand asked for since the last time, in the scene as it is now.
+void Session::take_commands() {
+  const auto felt = scene();
+  SceneMoment now;
+  newest(MomentReader::kTubes, now);
+  const auto say = [this](const std::string& sentence) {
+    if (!sentence.empty()) tell(SessionEvent::Kind::kNote, sentence);
+  };
+  // Laid aside, so that pictures need not wait for a tube that is being followed.
+  HandTubes tubes;
+  {
+    const std::lock_guard lock(tubes_mutex_);
+    tubes = hand_tubes_;
+  }
+  say(tubes.follow(*felt, now));
+  HandCommand command;
+  while (ticker_.next_command(command)) say(tubes.take(command, *felt));
+  const std::lock_guard lock(tubes_mutex_);
+  hand_tubes_ = std::move(tubes);
 }
 
 void Session::send_poses() {

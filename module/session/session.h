@@ -12,6 +12,7 @@
 #include "module/haptics/scene_ticker.h"
 #include "module/haptics/second_hand.h"
 #include "module/haptics/servo.h"
+#include "module/session/hand_tubes.h"
 #include "module/session/live_motion.h"
 #include "module/session/loaded_scene.h"
 
@@ -36,13 +37,15 @@ struct SessionOptions {
   /// How motion that nothing gives is estimated while the data are felt; without open_context the
   /// data stand still.
   LiveMotionOptions motion;
+  /// Buttons of the device with which the hand releases stream tubes; see CommandButton. 0: none.
+  uint32_t tube_buttons = 0;
   /// Hears what happens, on a thread of the session's; may be empty. Must not end the session.
   std::function<void(const SessionEvent&)> on_event;
 };
 
 /// Who reads the newest moment, each on a thread of its own.
-enum class MomentReader { kHeadset, kWindow, kPictures, kLive, kServer };
-static_assert(int(MomentReader::kServer) < SceneTicker::kReaders);
+enum class MomentReader { kHeadset, kWindow, kPictures, kLive, kServer, kTubes };
+static_assert(int(MomentReader::kTubes) < SceneTicker::kReaders);
 
 /// A scene that is being felt: joins scene, haptic step and servo loop, sends the poses of volumes
 /// that move by themselves, estimates motion that nothing gives and takes it up while the loop
@@ -84,6 +87,14 @@ class Session {
 
   /// Into the loop; false if too much waits there already. Any thread.
   bool send(const ControlEvent& event);
+
+  /// What a key asks of the stream tubes, at the proxy of the next tick. Any thread.
+  bool release_tube() { return send({ControlEvent::Kind::kReleaseTube}); }
+  bool keep_tubes() { return send({ControlEvent::Kind::kKeepTubes}); }
+  bool clear_tubes() { return send({ControlEvent::Kind::kClearTubes}); }
+  /// The stream tubes that the hand has released, as of some hundredths of a second ago, and after
+  /// stop() all of them. Never null. Any thread.
+  std::shared_ptr<const ReleasedTubes> tubes() const;
 
   /// Whether there is motion to play: false while it is awaited. Any thread.
   bool can_play() const { return can_play_; }
@@ -132,6 +143,7 @@ class Session {
   void begin_motion(const LoadedScene& at_start);
   Status hand_over();
   void send_poses();
+  void take_commands();
   bool push(const PoseUpdate& pose);
   void on_motion(const LiveMotion& motion);
   void tell(SessionEvent::Kind kind, std::string sentence) const;
@@ -150,7 +162,9 @@ class Session {
   std::mutex stopping_;  ///< stop() may be called by several threads
   std::atomic<bool> can_play_{false}, playing_{true};
   std::vector<double> scrubbed_s_;  ///< per volume; empty: not since it played
-  std::unique_ptr<Background> poses_;
+  mutable std::mutex tubes_mutex_;  ///< of hand_tubes_
+  HandTubes hand_tubes_;
+  std::unique_ptr<Background> poses_, commands_;
   std::vector<size_t> missing_;  ///< volumes whose motion is awaited
   std::unique_ptr<LiveMotion> motion_;
 };

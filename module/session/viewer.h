@@ -24,6 +24,8 @@ class Viewer {
   void choose(const ViewChoices& choices) { picture_.choose(choices); }
   /// Takes the scene as it is felt now; uploads what is new of it. Before bounds and pictures.
   Status update(std::shared_ptr<const HapticScene> scene);
+  /// The stream tubes that the hand has released; from the next picture on.
+  void show(std::shared_ptr<const ReleasedTubes> tubes) { picture_.show(std::move(tubes)); }
   /// Draws `moment` as it will be at display_ns (monotonic) for one eye or two; submits, and does
   /// not wait. See VolumeRenderer::start(). images: of a host's, into which it goes; null: none.
   Status start(const SceneMoment& moment, int64_t display_ns, std::span<const Eye> eyes,

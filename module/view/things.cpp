@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "module/scene/field_line.h"
+
 namespace palpate {
 namespace {
 
@@ -54,45 +56,6 @@ glm::dvec3 heat(double share) {
   return share < 0.5 ? glm::mix(cold, middle, 2.0 * share)
                      : glm::mix(middle, hot, 2.0 * share - 1.0);
 }
-
-/// Field lines in volume space.
-class Tracer {
- public:
-  Tracer(const FrameData& data, const TubeOptions& options) : data_(data), options_(options) {}
-
-  glm::dvec3 vector(glm::dvec3 x) const {
-    return options_.gradient ? data_.scalar_gradient(x) : data_.vector(x);
-  }
-  bool inside(glm::dvec3 x) const {
-    return glm::all(glm::greaterThan(x, data_.low_m())) &&
-           glm::all(glm::lessThan(x, data_.high_m()));
-  }
-  /// The places of a line from its seed on, with or against the vectors.
-  std::vector<glm::dvec3> line(glm::dvec3 x, double direction) const {
-    const double h = direction * data_.detail_m();
-    std::vector<glm::dvec3> places{x};
-    while (int(places.size()) <= options_.most_segments) {
-      const glm::dvec3 k1 = unit(x), k2 = unit(x + 0.5 * h * k1), k3 = unit(x + 0.5 * h * k2),
-                       k4 = unit(x + h * k3);
-      const glm::dvec3 step = h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
-      // At a source or sink the directions cancel, and the line ends.
-      if (glm::length(step) < 0.5 * std::abs(h)) break;
-      x += step;
-      if (!inside(x)) break;
-      places.push_back(x);
-    }
-    return places;
-  }
-
- private:
-  glm::dvec3 unit(glm::dvec3 x) const {
-    const glm::dvec3 v = vector(x);
-    const double length = glm::length(v);
-    return length > std::max(options_.least_length, 1e-300) ? v / length : glm::dvec3(0.0);
-  }
-  const FrameData& data_;
-  const TubeOptions& options_;
-};
 
 }  // namespace
 
@@ -151,9 +114,22 @@ void add_letters(Things& things, const Transform& world_from_volume, glm::dvec3 
     }
 }
 
+glm::dvec3 tube_colour(double length, double least, double most) {
+  if (!(length > 0.0) || !(least < most)) return heat(0.0);
+  return heat(std::clamp(std::log(length / least) / std::log(most / least), 0.0, 1.0));
+}
+
 void add_stream_tubes(Things& things, const Transform& world_from_volume, const FrameData& data,
                       const TubeOptions& options) {
-  const Tracer tracer(data, options);
+  const auto vector = [&](glm::dvec3 x) {
+    return options.gradient ? data.scalar_gradient(x) : data.vector(x);
+  };
+  LineOptions line;
+  line.low_m = data.low_m();
+  line.high_m = data.high_m();
+  line.step_m = data.detail_m();
+  line.most_steps = options.most_segments;
+  line.least_length = options.least_length;
   const glm::dvec3 extent = data.high_m() - data.low_m();
   struct Segment {
     glm::dvec3 from, to;
@@ -165,20 +141,19 @@ void add_stream_tubes(Things& things, const Transform& world_from_volume, const 
     const glm::dvec3 cell(seed % n, seed / n % n, seed / n / n);
     const glm::dvec3 start = data.low_m() + extent * (cell + 0.5) / double(n);
     for (const double direction : {1.0, -1.0}) {
-      const std::vector<glm::dvec3> places = tracer.line(start, direction);
+      const std::vector<glm::dvec3> places = field_line(vector, start, direction, line).places_m;
       for (size_t k = 1; k < places.size(); ++k)
-        segments.push_back({places[k - 1], places[k],
-                            glm::length(tracer.vector(0.5 * (places[k - 1] + places[k])))});
+        segments.push_back(
+            {places[k - 1], places[k], glm::length(vector(0.5 * (places[k - 1] + places[k])))});
     }
   }
   double least = 1e300, most = 0.0;
   for (const Segment& s : segments)
     if (s.length > 0.0) least = std::min(least, s.length), most = std::max(most, s.length);
-  const double scale = least < most ? 1.0 / std::log(most / least) : 0.0;
   for (const Segment& s : segments)
     add_rod(things, world_from_volume.world_from_volume(s.from),
             world_from_volume.world_from_volume(s.to), options.radius_m,
-            heat(s.length > 0.0 ? std::log(s.length / least) * scale : 0.0));
+            tube_colour(s.length, least, most));
 }
 
 }  // namespace palpate

@@ -41,6 +41,10 @@ void add_box(Things& things, const Transform& world_from_volume, glm::dvec3 low_
 void add_letters(Things& things, const Transform& world_from_volume, glm::dvec3 low_m,
                  glm::dvec3 high_m, const Eye& eye, double height_m, glm::dvec3 colour);
 
+/// The colour of a stream tube where the vectors have this length: from blue (`least`) over white
+/// to red (`most`), logarithmically.
+glm::dvec3 tube_colour(double length, double least, double most);
+
 /// How stream tubes are laid.
 struct TubeOptions {
   int seeds_per_axis = 6;  ///< of a lattice over the data's box
@@ -51,8 +55,8 @@ struct TubeOptions {
 };
 
 /// Tubes along the field lines of vector data through a lattice of seeds, by the classic
-/// Runge-Kutta method with steps of one detail_m; coloured by the vectors' length from blue (least
-/// met) over white to red (greatest), logarithmically.
+/// Runge-Kutta method with steps of one detail_m, in tube_colour() from the least length met to the
+/// greatest.
 void add_stream_tubes(Things& things, const Transform& world_from_volume, const FrameData& data,
                       const TubeOptions& options);
 

@@ -73,6 +73,12 @@ Done FrameLoop::fill(const FrameParts& parts, const XrFrameState& state, Layer& 
                                                  parts.colocation.world_from_base());
   if (!read) return read.error();
   hands = *read;
+  // Like all that hands do: at rest while the input goes elsewhere.
+  if (hands.focused) {
+    const Done seen = parts.tracking.read(parts.spaces.base(), time,
+                                          parts.colocation.world_from_base(), hands.fingers);
+    if (!seen) return seen.error();
+  }
   frame.hands = &hands;
   if (!state.shouldRender) return Nothing{};
 

@@ -5,6 +5,7 @@
 #include "module/xr/actions.h"
 #include "module/xr/clock.h"
 #include "module/xr/frame_commands.h"
+#include "module/xr/hand_tracking.h"
 #include "module/xr/spaces.h"
 #include "module/xr/swapchains.h"
 #include "module/xr/visibility.h"
@@ -18,6 +19,7 @@ struct FrameParts {
   const Session& session;
   const Spaces& spaces;
   Actions& actions;
+  HandTracking& tracking;
   Colocation& colocation;
   FrameSource& source;
   XrEnvironmentBlendMode blend;
@@ -32,7 +34,7 @@ struct FrameResult {
   Hands hands;
 };
 
-/// Eighth and last in the life cycle: wait, begin, locate, draw, end. Swapchains are made by the
+/// Ninth and last in the life cycle: wait, begin, locate, draw, end. Swapchains are made by the
 /// first frame that is to be seen, because a session may run for long without one.
 class FrameLoop {
  public:

@@ -20,15 +20,23 @@ struct Hand {
   std::string profile;                 ///< the controller's interaction profile; empty: none
 };
 
+/// A hand that the headset sees by itself, without a controller, at the predicted display time.
+struct Fingers {
+  bool seen = false;            ///< thumb and forefinger are
+  glm::dvec3 fingertip_m{0.0};  ///< of the forefinger, world; valid if seen
+  bool pinches = false;         ///< thumb and forefinger touch
+};
+
 /// Everything the person did since the frame before. While the session is not focused all of it is
 /// at rest: nothing is grabbed, no dead-man is held.
 struct Hands {
-  std::array<Hand, 2> hand;  ///< left, right
-  bool play_pause = false;   ///< was pressed since the last frame
-  bool recentre = false;     ///< was pressed since the last frame
-  int preset_steps = 0;      ///< to the next (+) or the one before (-) since the last frame
-  double scrub = 0.0;        ///< -1 to 1: how fast to move through the sequence
-  bool focused = false;      ///< the runtime gives input to this program now
+  std::array<Hand, 2> hand;        ///< left, right
+  std::array<Fingers, 2> fingers;  ///< likewise; runtimes may see a hand that holds a controller
+  bool play_pause = false;         ///< was pressed since the last frame
+  bool recentre = false;           ///< was pressed since the last frame
+  int preset_steps = 0;            ///< to the next (+) or the one before (-) since the last frame
+  double scrub = 0.0;              ///< -1 to 1: how fast to move through the sequence
+  bool focused = false;            ///< the runtime gives input to this program now
 };
 
 }  // namespace palpate::xr

@@ -137,6 +137,8 @@ void Headset::Story::take(const Round& round) {
   if (!live) return;
   report.state = state_of(live->session().life());
   report.main_visible = live->main_visible();
+  report.hand_tracking = live->tracking().works();
+  report.no_hand_tracking = live->tracking().refused();
 }
 
 Done Headset::Story::arrive() {

@@ -52,7 +52,9 @@ struct Report {
   bool depth = false;  ///< the depth layer is handed over
   /// What the picture does not cover is seen through: a room, or the program below an overlay.
   bool see_through = false;
-  bool main_visible = true;  ///< an overlay's: the program below is seen
+  bool hand_tracking = false;    ///< hands without controllers are looked for
+  std::string no_hand_tracking;  ///< the call that was refused for them; empty: none
+  bool main_visible = true;      ///< an overlay's: the program below is seen
   /// As of the last frame; at rest in every state but kFocused. What must not go on when frames
   /// stop, the dead-man, is to be asked here: a FrameSource hears nothing then.
   Hands hands;

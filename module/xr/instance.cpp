@@ -61,6 +61,7 @@ Outcome<Instance> Instance::make(bool overlay) {
   made.depth_layer_ = want(XR_KHR_COMPOSITION_LAYER_DEPTH_EXTENSION_NAME);
   const bool mask = want(XR_KHR_VISIBILITY_MASK_EXTENSION_NAME);
   const bool clock = want(XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME);
+  const bool hands = want(XR_EXT_HAND_TRACKING_EXTENSION_NAME);
 
   XrInstanceCreateInfo create{XR_TYPE_INSTANCE_CREATE_INFO};
   std::strncpy(create.applicationInfo.applicationName, "palpate", XR_MAX_APPLICATION_NAME_SIZE - 1);
@@ -80,12 +81,12 @@ Outcome<Instance> Instance::make(bool overlay) {
                   std::to_string(XR_VERSION_MAJOR(properties.runtimeVersion)) + "." +
                   std::to_string(XR_VERSION_MINOR(properties.runtimeVersion)) + "." +
                   std::to_string(XR_VERSION_PATCH(properties.runtimeVersion));
-  const Done loaded = made.load_functions(clock, mask);
+  const Done loaded = made.load_functions(clock, mask, hands);
   if (!loaded) return loaded.error();
   return made;
 }
 
-Done Instance::load_functions(bool clock, bool mask) {
+Done Instance::load_functions(bool clock, bool mask, bool hands) {
   Done loaded = load(handle(), "xrGetVulkanGraphicsRequirements2KHR", get_vulkan_requirements);
   if (loaded) loaded = load(handle(), "xrCreateVulkanInstanceKHR", create_vulkan_instance);
   if (loaded) loaded = load(handle(), "xrGetVulkanGraphicsDevice2KHR", get_vulkan_device);
@@ -93,6 +94,9 @@ Done Instance::load_functions(bool clock, bool mask) {
   if (loaded && clock)
     loaded = load(handle(), "xrConvertTimeToTimespecTimeKHR", convert_time_to_timespec);
   if (loaded && mask) loaded = load(handle(), "xrGetVisibilityMaskKHR", get_visibility_mask);
+  if (loaded && hands) loaded = load(handle(), "xrDestroyHandTrackerEXT", destroy_hand_tracker);
+  if (loaded && hands) loaded = load(handle(), "xrLocateHandJointsEXT", locate_hand_joints);
+  if (loaded && hands) loaded = load(handle(), "xrCreateHandTrackerEXT", create_hand_tracker);
   return loaded;
 }
 

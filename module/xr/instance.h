@@ -27,6 +27,7 @@ class Instance {
 
   bool has_depth_layer() const { return depth_layer_; }
   bool has_visibility_mask() const { return get_visibility_mask != nullptr; }
+  bool has_hand_tracking() const { return create_hand_tracker != nullptr; }
   bool has_clock() const { return convert_time_to_timespec != nullptr; }
 
   /// True with the next event in `event`, or false. A buffer is 4 kB: it is the caller's, once.
@@ -42,9 +43,12 @@ class Instance {
   // Null where the runtime lacks the extension.
   PFN_xrConvertTimeToTimespecTimeKHR convert_time_to_timespec = nullptr;
   PFN_xrGetVisibilityMaskKHR get_visibility_mask = nullptr;
+  PFN_xrCreateHandTrackerEXT create_hand_tracker = nullptr;  ///< all three, or none
+  PFN_xrDestroyHandTrackerEXT destroy_hand_tracker = nullptr;
+  PFN_xrLocateHandJointsEXT locate_hand_joints = nullptr;
 
  private:
-  Done load_functions(bool clock, bool mask);
+  Done load_functions(bool clock, bool mask, bool hands);
 
   Handle<XrInstance, xrDestroyInstance> handle_;
   std::string runtime_;

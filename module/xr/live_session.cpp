@@ -38,22 +38,25 @@ Outcome<std::unique_ptr<LiveSession>> LiveSession::make(const Instance& instance
   if (!spaces) return spaces.error();
   auto actions = Actions::make(instance, *session);
   if (!actions) return actions.error();
+  auto tracking = HandTracking::make(instance, system, *session);
+  if (!tracking) return tracking.error();
   colocation.set_base(spaces->origin() == Origin::kStage ? Room::kStage : Room::kLocal);
-  return std::unique_ptr<LiveSession>(
-      new LiveSession(instance, system, colocation, std::move(*session), std::move(*spaces),
-                      std::move(*actions), FrameLoop(std::move(context), options.view_scale),
-                      blend_mode(options.blend, system), options.overlay.has_value()));
+  return std::unique_ptr<LiveSession>(new LiveSession(
+      instance, system, colocation, std::move(*session), std::move(*spaces), std::move(*actions),
+      std::move(*tracking), FrameLoop(std::move(context), options.view_scale),
+      blend_mode(options.blend, system), options.overlay.has_value()));
 }
 
 LiveSession::LiveSession(const Instance& instance, const System& system, Colocation& colocation,
-                         Session session, Spaces spaces, Actions actions, FrameLoop loop,
-                         XrEnvironmentBlendMode blend, bool overlay)
+                         Session session, Spaces spaces, Actions actions, HandTracking tracking,
+                         FrameLoop loop, XrEnvironmentBlendMode blend, bool overlay)
     : instance_(instance),
       system_(system),
       colocation_(colocation),
       session_(std::move(session)),
       spaces_(std::move(spaces)),
       actions_(std::move(actions)),
+      tracking_(std::move(tracking)),
       loop_(std::move(loop)),
       blend_(blend),
       overlay_(overlay) {}
@@ -64,8 +67,8 @@ Outcome<Round> LiveSession::round(FrameSource& source) {
   if (!duty) return duty.error();
   round.duty = *duty;
   if (*duty != Duty::kNone || !session_.life().running()) return round;
-  const auto frame = loop_.run({instance_, system_, session_, spaces_, actions_, colocation_,
-                                source, blend_, see_through()});
+  const auto frame = loop_.run({instance_, system_, session_, spaces_, actions_, tracking_,
+                                colocation_, source, blend_, see_through()});
   if (!frame) return frame.error();
   round.framed = true;
   round.frame = *frame;

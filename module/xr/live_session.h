@@ -34,11 +34,12 @@ class LiveSession {
   XrEnvironmentBlendMode blend() const { return blend_; }
   bool see_through() const { return overlay_ || blend_ == XR_ENVIRONMENT_BLEND_MODE_ALPHA_BLEND; }
   bool main_visible() const { return main_visible_; }
+  const HandTracking& tracking() const { return tracking_; }
 
  private:
   LiveSession(const Instance& instance, const System& system, Colocation& colocation,
-              Session session, Spaces spaces, Actions actions, FrameLoop loop,
-              XrEnvironmentBlendMode blend, bool overlay);
+              Session session, Spaces spaces, Actions actions, HandTracking tracking,
+              FrameLoop loop, XrEnvironmentBlendMode blend, bool overlay);
   Outcome<Duty> poll();
   Outcome<Duty> obey(const XrEventDataBuffer& event);
   void space_changes(const XrEventDataReferenceSpaceChangePending& change);
@@ -49,6 +50,7 @@ class LiveSession {
   Session session_;
   Spaces spaces_;
   Actions actions_;
+  HandTracking tracking_;
   FrameLoop loop_;
   XrEnvironmentBlendMode blend_;
   bool overlay_;

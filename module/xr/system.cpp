@@ -46,11 +46,14 @@ Outcome<System> System::find(const Instance& instance) {
   Done asked = done("xrGetSystem", xrGetSystem(instance.handle(), &get, &system.id));
   if (!asked) return asked.error();
 
+  XrSystemHandTrackingPropertiesEXT hands{XR_TYPE_SYSTEM_HAND_TRACKING_PROPERTIES_EXT};
   XrSystemProperties properties{XR_TYPE_SYSTEM_PROPERTIES};
+  if (instance.has_hand_tracking()) properties.next = &hands;
   asked = done("xrGetSystemProperties",
                xrGetSystemProperties(instance.handle(), system.id, &properties));
   if (!asked) return asked.error();
   system.name = properties.systemName;
+  system.hand_tracking = hands.supportsHandTracking == XR_TRUE;
   system.max_width = properties.graphicsProperties.maxSwapchainImageWidth;
   system.max_height = properties.graphicsProperties.maxSwapchainImageHeight;
 

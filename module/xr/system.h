@@ -15,6 +15,7 @@ struct System {
   std::array<XrViewConfigurationView, 2> views{};   ///< left, right: recommended and largest sizes
   std::vector<XrEnvironmentBlendMode> blend_modes;  ///< in the runtime's order of preference
   uint32_t max_width = 0, max_height = 0;           ///< of a swapchain
+  bool hand_tracking = false;                       ///< hands are seen without controllers
 
   /// kNoHeadset while it is off; kUnsupported without two views.
   static Outcome<System> find(const Instance& instance);

@@ -168,6 +168,28 @@ double apart_in(const Screenshot& a, const Screenshot& b, int left, int top, int
   return sum / count;
 }
 
+TEST(Desktop, AKeyAndTheMouseLayStreamTubesAndKeysKeepAndClearThem) {
+  NEEDS_DEVICE();
+  std::string why_not;
+  const auto display = VirtualDisplay::start(1280, 800, why_not);
+  if (!display) GTEST_SKIP() << why_not;
+  const files::TemporaryFolder folder;
+  const std::string file = folder / "tubes.vtk";
+  Program program({"feel", "molecule", "--headset", "none", "--device", "mouse", "--tubes", file});
+  ASSERT_TRUE(program.wait_for("Seen      in a window"));
+  ASSERT_TRUE(display->act("mousemove 560 380 sleep 3"));
+  // Into the molecule with the wheel.
+  ASSERT_TRUE(display->act("click --repeat 40 --delay 50 4 sleep 1"));
+  ASSERT_TRUE(display->act("key t sleep 1 key k sleep 1"));
+  ASSERT_TRUE(display->act("mousemove 580 390 sleep 1 mousedown 1 sleep 0.2 mouseup 1 sleep 1"));
+  ASSERT_TRUE(display->act("key t sleep 1 key x sleep 1"));
+  ASSERT_TRUE(display->act("mousemove 550 380 sleep 1 mousedown 1 sleep 0.2 mouseup 1 sleep 1"));
+  ASSERT_TRUE(display->act("key Escape"));
+  const Outcome outcome = program.wait();
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("Tubes     2 stream tubes, 1 of them kept"));
+}
+
 TEST(Desktop, HelpLeavesTheForcePlotFreeInANarrowWindow) {
   NEEDS_DEVICE();
   std::string why_not;

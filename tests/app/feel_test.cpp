@@ -208,6 +208,56 @@ TEST(Feel, RecordsARunAndReplaysItBitByBit) {
   EXPECT_THAT(other.err, HasSubstr("was made with another scene"));
 }
 
+TEST(Feel, LaysStreamTubesByTheDevicesButtonAndAgainWhenReplayed) {
+  const TemporaryFolder folder;
+  // Two presses, and one that is held for longer than a second: that clears. Then a last one.
+  std::ofstream(folder / "path.csv") << "0,0.01,0.02,0.015,0\n1,0.01,0.02,0.015,1\n"
+                                        "1.1,-0.01,0.01,0.01,0\n1.4,-0.01,0.01,0.01,1\n"
+                                        "2.9,0.012,-0.02,0.01,0\n3.2,0.012,-0.02,0.01,1\n"
+                                        "3.4,0.012,-0.02,0.01,0\n";
+  const std::vector<std::string> how = {"--path", folder / "path.csv", "--seconds", "4"};
+  std::vector<std::string> more = how;
+  more.insert(more.end(), {"--tubes", folder / "felt.vtk", "--record", folder / "run.ticks",
+                           "--black-box", folder / "."});
+  const Outcome felt = run(feel("molecule", more));
+  ASSERT_EQ(felt.exit_code, 0) << felt.out << felt.err;
+  EXPECT_THAT(felt.out, HasSubstr("Tubes     1 stream tube, 0 of them kept"));
+  const Outcome again = run(
+      {"feel", "molecule", "--replay", folder / "run.ticks", "--tubes", folder / "replayed.vtk"});
+  ASSERT_EQ(again.exit_code, 0) << again.out << again.err;
+  EXPECT_THAT(again.out, HasSubstr("Tubes     1 stream tube"));
+  const auto bytes = [](const std::string& file) {
+    std::ifstream stream(file);
+    return std::string((std::istreambuf_iterator<char>(stream)), {});
+  };
+  const std::string text = bytes(folder / "felt.vtk");
+  EXPECT_EQ(bytes(folder / "replayed.vtk"), text);
+  EXPECT_THAT(text, HasSubstr("SPACE=LPS"));
+  EXPECT_THAT(text, HasSubstr("LINES 1 "));
+  // With a dead-man the buttons hold the force, and lay nothing.
+  more = how;
+  more.insert(more.end(), {"--dead-man", "--tubes", folder / "none.vtk"});
+  const Outcome dead_man = run(feel("molecule", more));
+  EXPECT_EQ(dead_man.exit_code, 0) << dead_man.err;
+  EXPECT_THAT(bytes(folder / "none.vtk"), HasSubstr("LINES 0 0"));
+  const Outcome wrong = run(feel("molecule", {"--tubes", folder / "tubes.stl"}));
+  EXPECT_EQ(wrong.exit_code, 2);
+  EXPECT_THAT(wrong.err, HasSubstr("let it end in .vtk"));
+}
+
+TEST(Feel, StreamTubesOfABeatingHeartAreItsVelocity) {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "path.csv") << "0,0.02,0.015,0.02,0\n2.3,0.02,0.015,0.02,1\n"
+                                        "2.4,0.02,0.015,0.02,0\n";
+  const Outcome felt = run(feel(
+      "shell", {"--path", folder / "path.csv", "--seconds", "3", "--tubes", folder / "felt.vtk"}));
+  ASSERT_EQ(felt.exit_code, 0) << felt.out << felt.err;
+  EXPECT_THAT(felt.out, HasSubstr("Tubes     1 stream tube"));
+  std::ifstream stream(folder / "felt.vtk");
+  const std::string text((std::istreambuf_iterator<char>(stream)), {});
+  EXPECT_THAT(text, HasSubstr("field 1 1 double\n3\n"));
+}
+
 TEST(Feel, EstimatesTheMotionOfASequenceWhileTheStillFrameIsFelt) {
   NEEDS_DEVICE();
   const TemporaryFolder folder;

@@ -1,15 +1,20 @@
 // palpate feel and view of a live source: the program, and a server with bytes written apart.
 #include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <mutex>
 #include <thread>
 
 #include "integration/openigtlink/client.h"
 #include "tests/app/program.h"
+#include "tests/app/ticks.h"
 #include "tests/openigtlink/wire.h"
 
 namespace palpate::app {
@@ -187,17 +192,173 @@ TEST(Live, TheMovedVolumeIsServedWithoutAHand) {
   EXPECT_GT(changed, 50.0) << "it beats, so what is sent must change";
 }
 
+TEST(Live, WhatIsServedIsSaidInJson) {
+  const uint16_t port = test::WireServer().port();
+  Program program({"serve", "heart", "--seconds", "3", "--port", std::to_string(port), "--json"});
+  // As soon as it stands there, a client may connect.
+  ASSERT_TRUE(program.wait_for("\n"));
+  const auto serving = nlohmann::json::parse(program.said());
+  EXPECT_EQ(serving["event"], "serving");
+  EXPECT_EQ(serving["port"], port);
+  EXPECT_EQ(serving["frames"], 8);
+  EXPECT_EQ(serving["length_s"], 2.0);
+  EXPECT_EQ(serving["live"], false);
+  std::atomic<int> proxies{0};
+  openigtlink::ClientOptions options;
+  options.transform = "palpate_proxy";
+  options.on_transform = [&](const openigtlink::Rigid&) { ++proxies; };
+  const auto client = openigtlink::Client::start({"127.0.0.1", port}, std::move(options));
+  ASSERT_TRUE(client);
+  const Outcome outcome = program.wait();
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_GT(proxies, 3);
+  const std::string second = outcome.out.substr(outcome.out.find('\n') + 1);
+  const auto ended = nlohmann::json::parse(second);
+  EXPECT_EQ(ended["event"], "ended");
+  EXPECT_GE(ended["messages_sent"].get<int>(), proxies.load());
+  EXPECT_EQ(ended["messages_missed"], 0);
+  EXPECT_FALSE(ended.contains("live"));
+  EXPECT_NE(outcome.err.find("Volume    heart"), std::string::npos) << "lines are on stderr";
+}
+
+/// A TRANSFORM with its place on the wire: RAS, mm.
+test::Raw tool_at(const std::string& device, glm::dvec3 ras_mm) {
+  test::Raw body;
+  for (const float f : {1.F, 0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 1.F, float(ras_mm.x),
+                        float(ras_mm.y), float(ras_mm.z)})
+    test::put_float(body, f);
+  test::WireHeader header;
+  header.type = "TRANSFORM";
+  header.device = device;
+  return test::wire_message(header, body);
+}
+
+/// The beating shell held still, in its own patient space.
+std::string still_shell(const files::TemporaryFolder& folder) {
+  const std::string file = folder / "still.json";
+  std::ofstream(file) << R"({"volumes": [{"name": "heart", "source": "shell", "rate": 0}],
+    "modes": [{"name": "wall", "kind": "surface", "volume": "heart",
+               "strength": {"window": {"level": 625, "width": 150, "full": 5}}}]})";
+  return file;
+}
+
+glm::dvec3 probe_of(const Table& ticks, size_t row) {
+  return {ticks.number(row, "probe_x_m"), ticks.number(row, "probe_y_m"),
+          ticks.number(row, "probe_z_m")};
+}
+
+std::vector<std::string> felt_with_tool(const files::TemporaryFolder& folder, uint16_t port,
+                                        double seconds) {
+  return {"feel",        still_shell(folder),
+          "--tool",      "igtl://127.0.0.1:" + std::to_string(port),
+          "--headset",   "off",
+          "--watchdog",  "1000",
+          "--seconds",   std::to_string(seconds),
+          "--csv",       folder / "ticks.csv",
+          "--black-box", folder / "."};
+}
+
+TEST(Live, ATrackedToolIsTheHandWhereItIsInThePatient) {
+  const files::TemporaryFolder folder;
+  test::WireServer server;
+  // To the right, in front and above, then silent, then elsewhere; another tool is not listened to.
+  std::jthread tracker([&](std::stop_token stop) {
+    if (!server.accept_one(60000)) return;
+    const auto send = [&](const char* name, glm::dvec3 ras_mm, int times) {
+      for (int k = 0; k < times && !stop.stop_requested(); ++k) {
+        server.send(tool_at(name, ras_mm));
+        std::this_thread::sleep_for(20ms);
+      }
+    };
+    // Once it is felt with: a busy machine reads for long.
+    while (!std::filesystem::exists(folder / "ticks.csv") && !stop.stop_requested())
+      std::this_thread::sleep_for(20ms);
+    std::this_thread::sleep_for(500ms);
+    send("Pen", {60.0, 30.0, 20.0}, 1);
+    send("Drill", {0.0, 0.0, 0.0}, 20);
+    send("Pen", {60.0, 30.0, 20.0}, 60);
+    for (int k = 0; k < 10 && !stop.stop_requested(); ++k) std::this_thread::sleep_for(100ms);
+    send("Pen", {-60.0, -30.0, 20.0}, 5000);
+  });
+  const Outcome outcome = run(felt_with_tool(folder, server.port(), 8.0));
+  tracker.request_stop();
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("tracked tool, as asked"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("transform of another name"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("Tool      "), std::string::npos);
+  EXPECT_EQ(outcome.out.find("the ticks around a fault"), std::string::npos) << outcome.out;
+  const Table ticks(folder / "ticks.csv");
+  // RAS to x = L, y = S, z = -P = A.
+  const glm::dvec3 first(-0.060, 0.020, 0.030), second(0.060, 0.020, -0.030);
+  size_t at_first = 0, gone = 0, at_second = 0;
+  double between_m = 1.0;
+  for (size_t row = 0; row < ticks.size(); ++row) {
+    const glm::dvec3 probe = probe_of(ticks, row);
+    const bool here = ticks.text(row, "cause") != "device";
+    if (here && glm::distance(probe, first) < 1e-6) ++at_first;
+    if (here && glm::distance(probe, second) < 1e-6) ++at_second;
+    if (!here && at_first > 0 && at_second == 0) ++gone;
+    // Never drawn through the heart on its way.
+    if (here && at_first > 0) between_m = std::min(between_m, glm::length(probe));
+  }
+  EXPECT_GT(at_first, 500u);
+  EXPECT_GT(gone, 300u) << "a tool that is not heard of is gone";
+  EXPECT_GT(at_second, 500u);
+  EXPECT_GT(between_m, 0.06);
+}
+
+TEST(Live, TheirTrackerMovesTheHand) {
+#ifndef TRACKER_SERVER
+  GTEST_SKIP() << "openigtlink-examples or libopenigtlink-dev is missing.";
+#else
+  const files::TemporaryFolder folder;
+  const uint16_t port = test::WireServer().port();
+  const pid_t tracker = fork();
+  if (tracker == 0) {
+    const std::string number = std::to_string(port);
+    if (!freopen("/dev/null", "w", stdout)) _exit(126);
+    execl(TRACKER_SERVER, TRACKER_SERVER, number.c_str(), "50", nullptr);
+    _exit(127);
+  }
+  const Outcome outcome = run(felt_with_tool(folder, port, 3.0));
+  kill(tracker, SIGKILL);
+  waitpid(tracker, nullptr, 0);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  // It goes round (50 cos phi, 50 sin phi, 50 cos phi) mm RAS, ten radians a second; the hand
+  // follows a little inside.
+  const Table ticks(folder / "ticks.csv");
+  size_t on_the_way = 0;
+  glm::dvec3 low(1.0), high(-1.0);
+  for (size_t row = 0; row < ticks.size(); ++row) {
+    if (ticks.text(row, "cause") == "device") continue;
+    const glm::dvec3 x = probe_of(ticks, row);
+    EXPECT_NEAR(x.x, -x.y, 1e-3) << row;
+    low = glm::min(low, x);
+    high = glm::max(high, x);
+    ++on_the_way;
+  }
+  EXPECT_GT(on_the_way, 500u) << outcome.out;
+  for (int a = 0; a < 3; ++a) {
+    EXPECT_NEAR(low[a], -0.050, 0.006) << a;
+    EXPECT_NEAR(high[a], 0.050, 0.006) << a;
+  }
+#endif
+}
+
 TEST(Live, WhatCanNotBeIsSaidInASentence) {
   const struct {
     std::vector<std::string> arguments;
     const char* word;
-  } rows[] = {{{"feel", "igtl://a:b", "--device", "simulated", "--headset", "off"}, "igtl://HOST"},
-              {{"feel", "igtl://127.0.0.1", "igtl://127.0.0.1", "--device", "simulated",
-                "--headset", "off"},
-               "alone"},
-              {{"feel", "igtl://127.0.0.1", "--record", "/nonexistent/r", "--device", "simulated",
-                "--headset", "off"},
-               "--record"}};
+  } rows[] = {
+      {{"feel", "igtl://a:b", "--device", "simulated", "--headset", "off"}, "igtl://HOST"},
+      {{"feel", "igtl://127.0.0.1", "igtl://127.0.0.1", "--device", "simulated", "--headset",
+        "off"},
+       "alone"},
+      {{"feel", "igtl://127.0.0.1", "--record", "/nonexistent/r", "--device", "simulated",
+        "--headset", "off"},
+       "--record"},
+      {{"feel", "heart", "--tool", "nowhere", "--headset", "off"}, "igtl://HOST"},
+      {{"feel", "heart", "--tool", "igtl://127.0.0.1", "--device", "simulated"}, "--device"}};
   for (const auto& row : rows) {
     const Outcome outcome = run(row.arguments);
     EXPECT_EQ(outcome.exit_code, 2) << row.word;

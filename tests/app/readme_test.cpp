@@ -39,6 +39,11 @@ const std::vector<std::pair<std::string, Way>> kWays = {
     {"./run tests", {"", "is what runs this test"}},
     {"build/palpate feel heart --device simulated --picture heart.png",
      {"palpate feel heart --device simulated --picture heart.png --watchdog 1000", ""}},
+    {"build/palpate feel heart --device simulated --path docs/examples/tubes.csv --headless felt "
+     "--tubes tubes.vtk",
+     {"palpate feel heart --device simulated --path " PALPATE_SOURCE
+      "/docs/examples/tubes.csv --headless felt --tubes tubes.vtk --watchdog 1000",
+      ""}},
     {"build/palpate feel shell --device force-dimension",
      {"", "needs a device: app_devices_test has one made"}},
     {"build/palpate plan heart", {"palpate plan heart", ""}},

@@ -114,6 +114,31 @@ TEST(MouseProbe, DoesNotMakeUpForASleepInOneJump) {
   EXPECT_LE(glm::length(reading.position_m), 0.010 * options.speed_m_per_s);
 }
 
+TEST(MouseProbe, IsGoneWhenNobodyHoldsItAndBeginsWhereItIsTakenAgain) {
+  MouseProbeOptions options;
+  options.waits = true;
+  MouseProbe probe(options);
+  int64_t now = 1'000'000'000;
+  const auto after = [&](int ms) {
+    DeviceReading reading;
+    for (int k = 0; k < ms; ++k, now += 1'000'000) reading = probe.exchange_at(now);
+    return reading;
+  };
+  EXPECT_EQ(after(1).fault, DeviceFault::kNoHand);
+  probe.hold({0.02, 0.0, 0.0}, 1);
+  EXPECT_EQ(after(1).fault, DeviceFault::kNone);
+  EXPECT_EQ(after(1).position_m, glm::dvec3(0.02, 0.0, 0.0)) << "there, not on its way there";
+  probe.hold({0.03, 0.0, 0.0}, 1);
+  const glm::dvec3 last = after(10).position_m;
+  probe.let_go();
+  const DeviceReading gone = after(500);
+  EXPECT_EQ(gone.fault, DeviceFault::kNoHand);
+  EXPECT_EQ(gone.position_m, last) << "the last good one";
+  EXPECT_EQ(gone.buttons, 0u);
+  probe.hold({-0.04, 0.01, 0.0}, 0);
+  EXPECT_EQ(after(1).position_m, glm::dvec3(-0.04, 0.01, 0.0));
+}
+
 TEST(MouseProbe, IsMovedByOneThreadAndReadByAnother) {
   MouseProbe probe;
   std::jthread window([&](std::stop_token stop) {

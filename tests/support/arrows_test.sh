@@ -24,6 +24,7 @@ only 'itk|gdcm' 'integration/files/|integration/toolkit/itk/|tests/files/|tests/
 only 'opencv2' 'integration/opencv/|tests/opencv/' compute module integration tests
 only 'GLFW|GL/' 'integration/desktop/' compute module integration tests
 only 'cairo' 'integration/charts/|tests/charts/|tests/lab/tests/report/browser_test' compute module integration tests
+only 'alsa/' 'integration/sound/' compute module integration tests
 only 'expat' 'integration/x3d/' compute module integration tests
 only 'CLI/' 'integration/app/|tests/lab/' compute module integration tests
 only 'integration/' 'integration/|tests/' compute module integration tests

@@ -115,6 +115,13 @@ std::vector<Row> table() {
       {"xrGetActionStatePose", kOfSession + action},
       {"xrApplyHapticFeedback", kOfSession + action},
       {"xrStopHapticFeedback", kOfSession + action},
+      {"xrCreateHandTrackerEXT",
+       kOfSession + kMaking + Errors{XR_ERROR_FUNCTION_UNSUPPORTED, XR_ERROR_FEATURE_UNSUPPORTED}},
+      {"xrLocateHandJointsEXT",
+       kOfSession + Errors{XR_ERROR_TIME_INVALID, XR_ERROR_FUNCTION_UNSUPPORTED}},
+      {"xrDestroyHandTrackerEXT",
+       {XR_ERROR_HANDLE_INVALID, XR_ERROR_INSTANCE_LOST, XR_ERROR_SESSION_LOST,
+        XR_ERROR_FUNCTION_UNSUPPORTED}},
       {"xrEndFrame", kOfSession + Errors{XR_ERROR_CALL_ORDER_INVALID, XR_ERROR_LAYER_INVALID,
                                          XR_ERROR_POSE_INVALID, XR_ERROR_LAYER_LIMIT_EXCEEDED,
                                          XR_ERROR_SWAPCHAIN_RECT_INVALID,
@@ -218,9 +225,9 @@ TEST_F(XrFault, TableHasEveryCallThatTheModuleMakes) {
 TEST_F(XrFault, ComesBackAfterAnExtensionsFunctionWasNotThere) {
   live("a life without errors");
   const int all = runtime().calls("xrGetInstanceProcAddr");
-  // The last is the loader's, for xrDestroyInstance; the six before it are the module's own: four
-  // of Vulkan, the clock, the mask.
-  for (int nth = all - 6; nth < all; ++nth) {
+  // The last is the loader's, for xrDestroyInstance; the nine before it are the module's own: four
+  // of Vulkan, the clock, the mask, three of hands.
+  for (int nth = all - 9; nth < all; ++nth) {
     runtime().reset();
     runtime().inject("xrGetInstanceProcAddr", nth, XR_ERROR_FUNCTION_UNSUPPORTED);
     live("address " + std::to_string(nth));

@@ -14,6 +14,9 @@ class GatedDevice final : public ForceDevice {
   static constexpr uint32_t kSeen = 1u << 30;     ///< there is a picture in the headset
   static constexpr uint32_t kDeadMan = 1u << 31;  ///< a controller's dead-man is held
 
+  /// All others: the device's own.
+  static constexpr uint32_t kOwn = ~(kSeen | kDeadMan);
+
   /// `device` is borrowed.
   explicit GatedDevice(ForceDevice& device) : device_(device) {}
 

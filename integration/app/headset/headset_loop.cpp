@@ -8,6 +8,8 @@
 
 #include "integration/app/headset/place_check.h"
 #include "integration/app/headset/problem_text.h"
+#include "integration/app/progress.h"
+#include "integration/sound/contact_sound.h"
 #include "module/haptics/moment_ahead.h"
 #include "module/haptics/monotonic.h"
 #include "module/haptics/real_time.h"
@@ -24,7 +26,9 @@ constexpr auto kPause = 10ms;                   // where no display makes it wai
 constexpr double kNear_m = 0.45, kFar_m = 0.9;  // the scene's centre from the eyes
 constexpr double kBelow_m = 0.15;               // and below them
 constexpr double kRoom = 1.5;                   // of the scene's radius, at least
-constexpr double kLongest_s = 0.1;              // a frame that took longer counts as this
+constexpr double kFinger_m = 0.004;             // of the ball at a fingertip that does not pinch
+constexpr glm::dvec3 kFinger{0.45, 0.48, 0.54};
+constexpr double kLongest_s = 0.1;  // a frame that took longer counts as this
 
 bool is_seen(xr::State state) {
   return state == xr::State::kVisible || state == xr::State::kFocused;
@@ -92,11 +96,28 @@ class HeadsetLoop::Run {
                                      : "The program below is not seen now: palpate alone is.");
     main_visible_ = report.main_visible;
     tell_found(report);
+    tell_tracking(report);
     if (!scene_) begin();
     if (scene_) gate(report, now_ns);
     if (scene_ && report.frames != frames_) act(report, now_ns);
     frames_ = report.frames;
     if (report.state == xr::State::kEnded) loop_.ended_ = true;
+  }
+
+  /// Bare hands: what the person can do with them, once, and when it is over.
+  void tell_tracking(const xr::Report& report) {
+    if (!scene_ || !scene_->controller) return;
+    if (report.hand_tracking && !tracking_told_)
+      loop_.tell(
+          "Without a controller a pinch is the hand: thumb and forefinger together touch, a short "
+          "pinch lays a stream tube.");
+    tracking_told_ |= report.hand_tracking;
+    if (report.no_hand_tracking != no_tracking_ && !report.no_hand_tracking.empty())
+      loop_.tell(fmt::format("The runtime does not show bare hands in this session{}.",
+                             Console::verbose() ? ": " + report.no_hand_tracking : ""));
+    no_tracking_ = report.no_hand_tracking;
+    if (sound_)
+      if (const std::string trouble = sound_->take_trouble(); !trouble.empty()) loop_.tell(trouble);
   }
 
   void tell_found(const xr::Report& report) {
@@ -158,7 +179,7 @@ class HeadsetLoop::Run {
     }
     hands_->step(hands, moment_, dt_s);
     if (report.hands.recentre) bring_here();
-    if (scene_->controller) feel_with_controller(report.hands);
+    if (scene_->controller) feel(report.hands, dt_s);
   }
 
   /// The world of the scene into the room.
@@ -215,12 +236,41 @@ class HeadsetLoop::Run {
     hands_->bring(centre, scene_->controller ? before : scene_->device_centre_m, head_->position_m);
   }
 
-  void feel_with_controller(const xr::Hands& hands) {
-    const auto side = feeling_hand(hands);
-    if (!side) return;
+  /// With a controller or a bare finger. Nobody's hand is gone: the force ends by the ramp.
+  void feel(const xr::Hands& hands, double dt_s) {
+    hold_ = probe_hand_.step(hands, dt_s);
+    if (hold_.asks_for_tube) scene_->session->release_tube();
+    if (hold_.by == ProbeHold::By::kNobody) {
+      scene_->controller->let_go();
+      was_touching_ = false;
+      return;
+    }
     const Transform& device = scene_->session->scene()->world_from_device;
-    scene_->controller->hold(device.volume_from_world(tip_of(hands.hand[size_t(*side)])), 0);
-    headset_.vibrate(*side, xr::vibration(glm::length(moment_.force_n), scene_->max_force_n));
+    scene_->controller->hold(device.volume_from_world(hold_.tip_m), hold_.buttons);
+    if (hold_.by == ProbeHold::By::kController) {
+      headset_.vibrate(hold_.side,
+                       xr::vibration(glm::length(moment_.force_n), scene_->max_force_n));
+      return;
+    }
+    if (!sound_ && scene_->sound) sound_ = std::make_unique<sound::ContactSound>();
+    if (sound_ && moment_.in_contact && !was_touching_) sound_->play();
+    was_touching_ = moment_.in_contact;
+  }
+
+  /// Who holds the probe is drawn: a pen, the fingertip, or nothing but fingers that do not pinch.
+  void show_probe(ViewChoices& view) const {
+    if (!scene_->controller) return;
+    view.full_force_n = scene_->max_force_n;
+    view.fingertip = hold_.by == ProbeHold::By::kFinger;
+    view.hand = view.hand && hold_.by != ProbeHold::By::kNobody;
+  }
+
+  void add_fingers(Things& things) const {
+    if (!scene_->controller) return;
+    for (const size_t side : {size_t(0), size_t(1)}) {
+      const bool feels = hold_.by == ProbeHold::By::kFinger && size_t(hold_.side) == side;
+      if (hold_.shown[side] && !feels) add_sphere(things, hold_.tips[side], kFinger_m, kFinger);
+    }
   }
 
   std::optional<xr::Scenery> show(const xr::Frame& frame) {
@@ -230,13 +280,17 @@ class HeadsetLoop::Run {
     Pose head = frame.eyes[0].world_from_eye;
     head.position_m = 0.5 * (head.position_m + frame.eyes[1].world_from_eye.position_m);
     head_ = head;
-    picture_->choose(hands_->view());
+    ViewChoices view = hands_->view();
+    show_probe(view);
+    picture_->choose(view);
     picture_->update(scene_->session->scene());
+    picture_->show(scene_->session->tubes());
     // Before it is known where the world stands there is nothing to see.
     if (!placed_) return std::nullopt;
     xr::Scenery scenery;
     const SceneMoment ahead = ahead_.at(moment_, frame.display_time_ns);
     scenery.scene = picture_->at(ahead, frame.display_time_ns, xr::eye_of(frame.eyes[0]));
+    add_fingers(scenery.scene.things);
     if (const auto clip = hands_->clip(ahead)) scenery.scene.clips.push_back(*clip);
     // Where the room is seen, what covers nothing must add nothing.
     if (headset_.report().see_through)
@@ -256,6 +310,12 @@ class HeadsetLoop::Run {
   xr::Headset headset_;
   std::optional<HeadsetScene> scene_;
   std::unique_ptr<SceneHands> hands_;
+  ProbeHand probe_hand_;
+  ProbeHold hold_;                              ///< as of the last frame
+  std::unique_ptr<sound::ContactSound> sound_;  ///< made when a finger first feels
+  bool was_touching_ = false;
+  bool tracking_told_ = false;
+  std::string no_tracking_;
   std::optional<PlaceCheck> check_;  ///< where there is a calibration
   std::unique_ptr<ScenePicture> picture_;
   SceneMoment moment_;

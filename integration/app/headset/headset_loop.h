@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "integration/app/headset/gated_device.h"
+#include "integration/app/headset/probe_hand.h"
 #include "integration/app/headset/scene_hands.h"
 #include "integration/desktop/mouse_probe.h"
 #include "integration/files/calibration_file.h"
@@ -26,10 +27,12 @@ enum class OnHeadsetLoss { kRamp, kGoOn };
 struct HeadsetScene {
   Session* session = nullptr;
   GatedDevice* gate = nullptr;
-  /// The hand that feels, if it is a controller: moved by it, and answered by vibration.
+  /// The hand that feels, if it is a controller, moved by it and answered by vibration; or, where
+  /// there is none, a bare finger that pinches, answered by colour and sound.
   desktop::MouseProbe* controller = nullptr;
   double max_force_n = 4.0;
   ViewChoices view;
+  bool sound = true;  ///< where a bare finger touches
   OnHeadsetLoss on_loss = OnHeadsetLoss::kRamp;
   /// Where the force device stands in the room; none: the world is put before the person.
   std::optional<files::StoredCalibration> calibration;

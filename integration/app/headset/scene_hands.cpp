@@ -86,14 +86,4 @@ void SceneHands::next_look(int steps) {
   view_.look = names[size_t(((now + steps) % count + count) % count)];
 }
 
-std::optional<int> feeling_hand(const xr::Hands& hands) {
-  for (const int side : {1, 0})
-    if (hands.hand[size_t(side)].active) return side;
-  return std::nullopt;
-}
-
-glm::dvec3 tip_of(const xr::Hand& hand) {
-  return hand.world_from_aim.value_or(hand.world_from_grip).position_m;
-}
-
 }  // namespace palpate::app

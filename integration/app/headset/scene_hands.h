@@ -43,10 +43,4 @@ class SceneHands {
   double cut_held_s_ = 0.0;
 };
 
-/// The controller that feels where no force device does: the right one, or the left one alone.
-/// Nothing while there is none.
-std::optional<int> feeling_hand(const xr::Hands& hands);
-/// Its tip, world: where it points from.
-glm::dvec3 tip_of(const xr::Hand& hand);
-
 }  // namespace palpate::app

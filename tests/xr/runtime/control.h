@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,7 @@ struct Setup {
   std::vector<XrVector2f> hidden = {{-1, 1}, {-0.6F, 1}, {-1, 0.6F},
                                     {1, -1}, {0.6F, -1}, {1, -0.6F}};
   bool keep_pictures = false;     ///< read the projection layer back at xrEndFrame
+  bool sees_hands = true;         ///< the headset has hand tracking
   bool tracked = true;            ///< false: poses are not valid
   uint32_t vulkan_minor = 0;      ///< least Vulkan 1.x
   uint64_t end_after_frames = 0;  ///< asks the session to stop after so many; 0: never
@@ -68,6 +70,15 @@ struct Ended {
   XrReferenceSpaceType space{};
   XrPosef eyes[2]{};
 };
+
+/// What a headset sees of a hand without a controller.
+struct SeenFingers {
+  XrVector3f thumb_tip{}, index_tip{};  ///< room, m
+  XrSpaceLocationFlags flags = 0xF;     ///< of both: valid and tracked
+  float radius = 0.008F;                ///< of a fingertip, m
+};
+/// None: no hand is seen.
+using FingerScript = std::function<std::optional<SeenFingers>(XrTime)>;
 
 using PoseScript = std::function<XrPosef(XrTime)>;
 
@@ -108,6 +119,8 @@ class Control {
   /// Where things are in the room, which never moves.
   virtual void script_head(PoseScript room_from_head) = 0;
   virtual void script_hand(int hand, PoseScript room_from_hand) = 0;
+  /// Null: never seen, as at first.
+  virtual void script_fingers(int hand, FingerScript fingers) = 0;
   virtual void set_input(const std::string& path, float value) = 0;  ///< full path of the part
   /// room_from_space now, of reference spaces.
   virtual XrPosef room_from(XrReferenceSpaceType space, XrTime time) const = 0;

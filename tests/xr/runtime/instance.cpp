@@ -126,6 +126,12 @@ XrResult xr_GetSystemProperties(XrInstance handle, XrSystemId id, XrSystemProper
   std::strcpy(properties->systemName, "made headset");
   properties->graphicsProperties = {8192, 8192, 16};
   properties->trackingProperties = {XR_TRUE, XR_TRUE};
+  if (auto* hands = static_cast<XrSystemHandTrackingPropertiesEXT*>(properties->next)) {
+    if (hands->type != XR_TYPE_SYSTEM_HAND_TRACKING_PROPERTIES_EXT ||
+        !call.instance->extensions.count(XR_EXT_HAND_TRACKING_EXTENSION_NAME))
+      return world().violation("xrGetSystemProperties: chain");
+    hands->supportsHandTracking = world().setup().sees_hands;
+  }
   return XR_SUCCESS;
 }
 

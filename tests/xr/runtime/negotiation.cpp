@@ -103,6 +103,11 @@ XrResult xr_GetInputSourceLocalizedName(XrSession handle,
 XrResult xr_ApplyHapticFeedback(XrSession handle, const XrHapticActionInfo* info,
                                 const XrHapticBaseHeader* haptic);
 XrResult xr_StopHapticFeedback(XrSession handle, const XrHapticActionInfo* info);
+XrResult xr_CreateHandTrackerEXT(XrSession handle, const XrHandTrackerCreateInfoEXT* create,
+                                 XrHandTrackerEXT* made);
+XrResult xr_DestroyHandTrackerEXT(XrHandTrackerEXT handle);
+XrResult xr_LocateHandJointsEXT(XrHandTrackerEXT handle, const XrHandJointsLocateInfoEXT* locate,
+                                XrHandJointLocationsEXT* locations);
 XrResult xr_GetInstanceProcAddr(XrInstance instance, const char* name,
                                 PFN_xrVoidFunction* function);
 
@@ -175,6 +180,9 @@ const Entry kEntries[] = {
     PALPATE_ENTRY(GetInputSourceLocalizedName),
     PALPATE_ENTRY(ApplyHapticFeedback),
     PALPATE_ENTRY(StopHapticFeedback),
+    PALPATE_ENTRY(CreateHandTrackerEXT),
+    PALPATE_ENTRY(DestroyHandTrackerEXT),
+    PALPATE_ENTRY(LocateHandJointsEXT),
 };
 #undef PALPATE_ENTRY
 

@@ -139,6 +139,25 @@ void obey(const std::string& line, World& world) {
     words >> side;
     const XrPosef pose = read_pose(words);
     world.script_hand(side, [pose](XrTime) { return pose; });
+  } else if (command == "no-hand") {
+    words >> side;
+    world.script_hand(side, nullptr);
+  } else if (command == "fingers") {
+    XrPosef from = identity();
+    XrVector3f by{};
+    float gap = 0;
+    double seconds = 1.0;
+    words >> side >> from.position.x >> from.position.y >> from.position.z >> gap;
+    if (words >> by.x >> by.y >> by.z) words >> seconds;
+    world.script_fingers(side, [way = glide(from, by, world.time, seconds), gap](XrTime time) {
+      SeenFingers seen;
+      seen.index_tip = seen.thumb_tip = way(time).position;
+      seen.thumb_tip.y -= gap + 2.0F * seen.radius;
+      return seen;
+    });
+  } else if (command == "no-fingers") {
+    words >> side;
+    world.script_fingers(side, nullptr);
   } else if (command == "glide") {
     XrVector3f by{};
     double seconds = 1.0;

@@ -12,6 +12,10 @@ class World;
 ///   input PATH VALUE                 a part of a controller, by its full path
 ///   tap PATH                         a button, pressed as the program sees it next, then let go
 ///   hand SIDE X Y Z [QX QY QZ QW]    0 left, 1 right: at rest there (room, m)
+///   no-hand SIDE                     no controller is in it
+///   fingers SIDE X Y Z GAP [DX DY DZ SECONDS]   a bare hand: its forefinger's tip, the air to the
+///                                    thumb's; it goes on from there evenly
+///   no-fingers SIDE                  the headset does not see it
 ///   glide SIDE DX DY DZ SECONDS      from where it is, evenly
 ///   path SIDE FILE                   rows of t_s x y z qx qy qz qw, t of the monotonic clock
 ///   head X Y Z

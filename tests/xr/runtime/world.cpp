@@ -21,10 +21,10 @@ XrPosef standing_head(XrTime time) {
 
 Setup defaults() {
   Setup setup;
-  setup.extensions = {XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME,
-                      XR_KHR_COMPOSITION_LAYER_DEPTH_EXTENSION_NAME,
-                      XR_KHR_VISIBILITY_MASK_EXTENSION_NAME,
-                      XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME, XR_EXTX_OVERLAY_EXTENSION_NAME};
+  setup.extensions = {
+      XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME,  XR_KHR_COMPOSITION_LAYER_DEPTH_EXTENSION_NAME,
+      XR_KHR_VISIBILITY_MASK_EXTENSION_NAME, XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME,
+      XR_EXTX_OVERLAY_EXTENSION_NAME,        XR_EXT_HAND_TRACKING_EXTENSION_NAME};
   setup.formats = {VK_FORMAT_B8G8R8A8_SRGB, VK_FORMAT_R8G8B8A8_SRGB, VK_FORMAT_R8G8B8A8_UNORM,
                    VK_FORMAT_D32_SFLOAT};
   setup.spaces = {XR_REFERENCE_SPACE_TYPE_VIEW, XR_REFERENCE_SPACE_TYPE_LOCAL,
@@ -68,8 +68,8 @@ Control& control() {
 }
 
 const char* name(Kind kind) {
-  constexpr const char* kNames[] = {"instance",  "session",    "space",
-                                    "swapchain", "action set", "action"};
+  constexpr const char* kNames[] = {"instance",   "session", "space",       "swapchain",
+                                    "action set", "action",  "hand tracker"};
   return kNames[size_t(kind)];
 }
 
@@ -103,6 +103,7 @@ void World::reset() {
   head = standing_head;
   hands[0] = [](XrTime) { return XrPosef{{0, 0, 0, 1}, {-0.2F, 1.1F, -0.4F}}; };
   hands[1] = [](XrTime) { return XrPosef{{0, 0, 0, 1}, {0.2F, 1.1F, -0.4F}}; };
+  fingers[0] = fingers[1] = nullptr;
 }
 
 void World::inject(const std::string& function, int nth, XrResult result) {

@@ -19,7 +19,7 @@
 /// What the runtime knows. One lock over everything: calls may come from several threads.
 namespace palpate::test::fake {
 
-enum class Kind { kInstance, kSession, kSpace, kSwapchain, kActionSet, kAction };
+enum class Kind { kInstance, kSession, kSpace, kSwapchain, kActionSet, kAction, kHandTracker };
 const char* name(Kind kind);
 
 /// Handles are numbers that are never used twice, so that a stale one is recognised.
@@ -85,6 +85,10 @@ struct ActionSet : Object {
   bool attached = false;
 };
 
+struct HandTracker : Object {
+  int hand = 0;
+};
+
 struct Action : Object {
   std::string name;
   XrActionType type{};
@@ -128,6 +132,7 @@ class World : public Control {
                 bool say_pose) override;
   void script_head(PoseScript room_from_head) override { head = std::move(room_from_head); }
   void script_hand(int hand, PoseScript script) override { hands[hand] = std::move(script); }
+  void script_fingers(int hand, FingerScript script) override { fingers[hand] = std::move(script); }
   void set_input(const std::string& path, float value) override { inputs[path] = value; }
   XrPosef room_from(XrReferenceSpaceType space, XrTime time) const override;
   XrTime now() const override { return time; }
@@ -191,6 +196,7 @@ class World : public Control {
   std::vector<SpaceChange> changes;
   PoseScript head;
   PoseScript hands[2];
+  FingerScript fingers[2];
   std::map<std::string, float> inputs;
   std::set<std::string> taps;  ///< pressed for the next sync only
   uint64_t ended_frames = 0;

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <optional>
+
+#include "module/xr/hands.h"
+
+namespace palpate::app {
+
+/// Who holds the probe where no force device does.
+struct ProbeHold {
+  enum class By : uint8_t { kNobody, kController, kFinger } by = By::kNobody;
+  int side = 1;                      ///< 0 left, 1 right
+  glm::dvec3 tip_m{0.0};             ///< world
+  uint32_t buttons = 0;              ///< of a controller: bit 0 is its trigger
+  bool asks_for_tube = false;        ///< a finger's: it tapped
+  std::array<bool, 2> shown{};       ///< fingertips that are seen while no controller is there ...
+  std::array<glm::dvec3, 2> tips{};  ///< ... and where, world
+};
+
+/// Picks the hand that feels. A controller does where one is there: the right one, or the left one
+/// alone. Else the forefinger of a hand that pinches, for as long as it pinches; of two the first,
+/// of two at once the right one. A pinch shorter than kTap_s, of either hand, asks for a stream
+/// tube. A value; one thread.
+class ProbeHand {
+ public:
+  static constexpr double kTap_s = 0.3;
+
+  /// Once per frame, dt_s after the one before.
+  ProbeHold step(const xr::Hands& hands, double dt_s);
+
+ private:
+  std::array<double, 2> pinched_s_{};  ///< for so long by now; 0: not
+  std::optional<int> finger_;          ///< whose finger feels
+};
+
+}  // namespace palpate::app

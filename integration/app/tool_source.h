@@ -1,0 +1,56 @@
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "integration/desktop/mouse_probe.h"
+#include "integration/openigtlink/client.h"
+#include "module/haptics/background.h"
+#include "module/scene/transform.h"
+
+namespace palpate::app {
+
+/// A tracked tool as the hand: the TRANSFORMs of an OpenIGTLink server say where its tip is, in the
+/// patient space of the first volume as that stands at the start. It gives no force.
+class ToolSource {
+ public:
+  /// tool: device name of its transforms; empty: of the first that come. on_note: a sentence, any
+  /// thread. kBadInput: no place, or no such host.
+  static Result<std::unique_ptr<ToolSource>> open(const std::string& place, const std::string& tool,
+                                                  std::function<void(const std::string&)> on_note);
+  ~ToolSource();
+  ToolSource(const ToolSource&) = delete;
+  ToolSource& operator=(const ToolSource&) = delete;
+
+  /// From now on it moves `probe` (borrowed until end()). A tool that is not heard of for
+  /// kSilence_ns, or jumps faster than kFastest_m_per_s, lets go of it: it is taken again where it
+  /// is then.
+  void begin(desktop::MouseProbe& probe, const Transform& world_from_volume,
+             const Transform& world_from_device);
+  void end();
+  static constexpr int64_t kSilence_ns = 300'000'000;
+  static constexpr double kFastest_m_per_s = 3.0;
+
+  /// For the summary; after end().
+  std::string summary() const;
+
+ private:
+  ToolSource() = default;
+  void take(const openigtlink::Rigid& rigid);
+  void move(desktop::MouseProbe& probe);
+
+  std::string place_;
+  mutable std::mutex mutex_;
+  glm::dvec3 tip_lps_mm_{0.0};  ///< the last one
+  int64_t heard_ns_ = 0;        ///< 0: nothing yet
+  bool jumped_ = false;         ///< since it was last looked at
+  uint64_t jumps_ = 0;
+  openigtlink::ClientNumbers numbers_;
+  Transform world_from_volume_, world_from_device_;
+  std::unique_ptr<Background> moves_;
+  std::unique_ptr<openigtlink::Client> client_;
+};
+
+}  // namespace palpate::app

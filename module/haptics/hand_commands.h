@@ -1,0 +1,75 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "module/haptics/device.h"
+#include "module/haptics/scene_moment.h"
+#include "module/haptics/tick.h"
+
+namespace palpate {
+
+/// What a hand asks for besides moving: by a button of its device, or by a ControlEvent. The loop
+/// only passes it on, with the tick in which it was asked; no force depends on it.
+struct HandCommand {
+  enum class Kind : uint8_t {
+    kReleaseTube,  ///< a stream tube at the proxy
+    kKeepTubes,    ///< those that are there stay until all are cleared
+    kClearTubes,   ///< those that are not kept; all of them if there are only kept ones
+  } kind = Kind::kReleaseTube;
+  SceneMoment moment;
+};
+
+/// The command of an event, if it is one. Real-time safe.
+constexpr std::optional<HandCommand::Kind> command_of(const ControlEvent& event) noexcept {
+  switch (event.kind) {
+    case ControlEvent::Kind::kReleaseTube:
+      return HandCommand::Kind::kReleaseTube;
+    case ControlEvent::Kind::kKeepTubes:
+      return HandCommand::Kind::kKeepTubes;
+    case ControlEvent::Kind::kClearTubes:
+      return HandCommand::Kind::kClearTubes;
+    default:
+      return std::nullopt;
+  }
+}
+
+/// What the buttons of a device ask for: pressed, a tube; held for a second, that tubes are
+/// cleared. A button that was down before the device could be read says nothing. A value; real-time
+/// safe, and the same readings give the same commands.
+class CommandButton {
+ public:
+  static constexpr int64_t kHold_ns = 1'000'000'000;
+
+  /// mask: which buttons count; 0: none.
+  explicit CommandButton(uint32_t mask = 0) : mask_(mask) {}
+
+  std::optional<HandCommand::Kind> step(const DeviceReading& reading, int64_t now_ns) noexcept {
+    if (reading.fault != DeviceFault::kNone) {
+      known_ = false;
+      return std::nullopt;
+    }
+    const bool down = (reading.buttons & mask_) != 0;
+    const bool pressed = known_ && down && !down_;
+    // What was down already can not be held either: it waits until it is let go.
+    if (!known_ || !down) held_ = true;
+    known_ = true;
+    down_ = down;
+    if (pressed) {
+      pressed_ns_ = now_ns;
+      held_ = false;
+      return HandCommand::Kind::kReleaseTube;
+    }
+    if (held_ || now_ns - pressed_ns_ < kHold_ns) return std::nullopt;
+    held_ = true;
+    return HandCommand::Kind::kClearTubes;
+  }
+
+ private:
+  uint32_t mask_;
+  bool known_ = false, down_ = false;
+  bool held_ = true;  ///< the hold was told, or there is none
+  int64_t pressed_ns_ = 0;
+};
+
+}  // namespace palpate

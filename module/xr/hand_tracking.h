@@ -1,0 +1,77 @@
+#pragma once
+
+#include <array>
+#include <string>
+
+#include "module/xr/hands.h"
+#include "module/xr/session.h"
+
+namespace palpate::xr {
+
+/// Whether thumb and forefinger pinch, from the air between them, m: it begins when they touch, and
+/// ends only when they are well apart, so that a noisy tracker does not make two of one. A value.
+class Pinch {
+ public:
+  static constexpr double kBegins_m = 0.004, kEnds_m = 0.014;
+  /// NaN: the fingers are not seen, and it ends.
+  bool step(double gap_m) noexcept {
+    pinches_ = gap_m < (pinches_ ? kEnds_m : kBegins_m);
+    return pinches_;
+  }
+
+ private:
+  bool pinches_ = false;
+};
+
+/// Eighth in the life cycle: hands without controllers (XR_EXT_hand_tracking), where runtime and
+/// headset have them. Without them nothing is asked and no hand is ever seen. Move-only.
+class HandTracking {
+ public:
+  /// Fails only where the session is lost: a runtime that can not track after all is done without.
+  static Outcome<HandTracking> make(const Instance& instance, const System& system,
+                                    const Session& session);
+
+  /// Where the fingers are at `time`. A runtime that refuses is not asked again in this session.
+  Done read(XrSpace base, XrTime time, const Pose& world_from_base,
+            std::array<Fingers, 2>& fingers);
+
+  /// Whether there are hands to be asked for.
+  bool works() const { return trackers_[0] && trackers_[1]; }
+  /// The call that was refused, "xrLocateHandJointsEXT returned -2"; empty: none.
+  const std::string& refused() const { return refused_; }
+
+ private:
+  /// Like Handle, but the function that destroys it is the runtime's own.
+  class Tracker {
+   public:
+    Tracker() = default;
+    Tracker(XrHandTrackerEXT handle, PFN_xrDestroyHandTrackerEXT destroy)
+        : handle_(handle), destroy_(destroy) {}
+    Tracker(Tracker&& other) noexcept
+        : handle_(std::exchange(other.handle_, XR_NULL_HANDLE)), destroy_(other.destroy_) {}
+    Tracker& operator=(Tracker&& other) noexcept {
+      std::swap(handle_, other.handle_);
+      std::swap(destroy_, other.destroy_);
+      return *this;
+    }
+    ~Tracker() {
+      if (handle_ != XR_NULL_HANDLE) destroy_(handle_);
+    }
+    XrHandTrackerEXT get() const { return handle_; }
+    explicit operator bool() const { return handle_ != XR_NULL_HANDLE; }
+
+   private:
+    XrHandTrackerEXT handle_ = XR_NULL_HANDLE;
+    PFN_xrDestroyHandTrackerEXT destroy_ = nullptr;
+  };
+  Done refuse(const Problem& problem);
+  void see(const XrHandJointLocationEXT* joints, const Pose& world_from_base, size_t side,
+           Fingers& fingers);
+
+  PFN_xrLocateHandJointsEXT locate_ = nullptr;
+  std::array<Tracker, 2> trackers_;  ///< left, right
+  std::array<Pinch, 2> pinches_;
+  std::string refused_;
+};
+
+}  // namespace palpate::xr

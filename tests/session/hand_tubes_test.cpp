@@ -1,0 +1,255 @@
+// The stream tubes of a hand: which field they follow, how many there are, and how they are drawn.
+#include "module/session/hand_tubes.h"
+
+#include <gtest/gtest.h>
+
+#include "integration/scenes/load_scene.h"
+#include "module/session/scene_picture.h"
+#include "module/session/session.h"
+
+namespace palpate {
+namespace {
+
+using Kind = HandCommand::Kind;
+
+Grid cube() {
+  Grid grid;
+  grid.size = glm::ivec3(20);
+  grid.spacing_mm = glm::dvec3(2.0);
+  grid.origin_mm = glm::dvec3(-19.0);
+  return grid;
+}
+
+std::shared_ptr<const FrameData> ramp() {
+  Volume volume{cube(), {}};
+  for (size_t v = 0; v < cube().count(); ++v)
+    volume.values.push_back(float(v / 400));  // rises along S
+  return sampled_scalar(std::move(volume));
+}
+
+std::shared_ptr<const FrameData> streams() {
+  return sampled_vector(cube(),
+                        std::vector<glm::vec3>(cube().count(), glm::vec3(3.0F, 0.0F, 0.0F)));
+}
+
+/// Two frames of it, whose material rises by 4 mm.
+std::shared_ptr<const MovingVolume> rising(std::shared_ptr<const FrameData> frame) {
+  MovingVolume volume;
+  volume.times = {{0.0, 1.0}, 0.0};
+  volume.frames = {frame, frame};
+  const Field up{cube(), std::vector<glm::vec3>(cube().count(), glm::vec3(0.0F, 0.0F, 4.0F))};
+  volume.motions = {{"data", {MotionMap::of(up)}}};
+  return std::make_shared<const MovingVolume>(std::move(volume));
+}
+
+std::shared_ptr<const MovingVolume> still(std::shared_ptr<const FrameData> frame) {
+  MovingVolume volume;
+  volume.times = {{0.0}, 0.0};
+  volume.frames = {std::move(frame)};
+  return std::make_shared<const MovingVolume>(std::move(volume));
+}
+
+/// A scene of one volume and one mode.
+std::shared_ptr<const HapticScene> scene_of(std::shared_ptr<const MovingVolume> data,
+                                            const std::string& kind = "surface",
+                                            VectorProperty vector = VectorProperty::kVector,
+                                            std::optional<bool> tubes = std::nullopt) {
+  SceneSpec spec;
+  VolumeSpec volume;
+  volume.name = "data";
+  volume.seen.tubes = tubes;
+  spec.volumes = {volume};
+  ModeSpec mode;
+  mode.name = kind;
+  mode.kind = kind;
+  mode.volume = "data";
+  mode.vector = vector;
+  mode.strength = TransferFunction::constant(1.0);
+  spec.modes = {mode};
+  const auto scene = assemble(spec, {std::move(data)});
+  EXPECT_TRUE(scene) << (scene ? "" : scene.error().message);
+  return scene ? *scene : nullptr;
+}
+
+/// A hand at a place, in a volume that stands 1 m to the right.
+SceneMoment moment_at(glm::dvec3 place_m, double time_s = 0.0) {
+  SceneMoment moment;
+  moment.volume_count = 1;
+  moment.volumes[0].world_from_volume.translation_m = {1.0, 0.0, 0.0};
+  moment.volumes[0].time_s = time_s;
+  moment.proxy_m = place_m + glm::dvec3(1.0, 0.0, 0.0);
+  return moment;
+}
+
+TEST(TubeField, IsWhatIsFeltElseTheVectorsElseTheVelocity) {
+  EXPECT_EQ(tube_field(*scene_of(still(streams()), "follow"), 0), TubeField::kVectors);
+  EXPECT_EQ(tube_field(*scene_of(still(streams()), "follow", VectorProperty::kCurl), 0),
+            TubeField::kCurl);
+  EXPECT_EQ(tube_field(*scene_of(still(streams()), "vortex"), 0), TubeField::kVectors)
+      << "a core is not what a flow runs along";
+  EXPECT_EQ(tube_field(*scene_of(still(ramp()), "follow"), 0), TubeField::kGradient)
+      << "as in the paper's molecule";
+  EXPECT_EQ(tube_field(*scene_of(rising(ramp()), "follow"), 0), TubeField::kGradient);
+  EXPECT_EQ(tube_field(*scene_of(rising(ramp())), 0), TubeField::kVelocity);
+  EXPECT_EQ(tube_field(*scene_of(rising(ramp()), "surface", VectorProperty::kVector, true), 0),
+            TubeField::kGradient);
+  EXPECT_EQ(tube_field(*scene_of(still(ramp())), 0), std::nullopt);
+}
+
+TEST(HandTubes, ReleasesAtTheProxyKeepsAndClears) {
+  const auto scene = scene_of(still(streams()), "follow");
+  HandTubes hand;
+  const auto command = [&](Kind kind, glm::dvec3 place_m = glm::dvec3(0.0)) {
+    return hand.take({kind, moment_at(place_m)}, *scene);
+  };
+  EXPECT_EQ(command(Kind::kReleaseTube, {0.0, 0.005, 0.002}), "");
+  ASSERT_EQ(hand.tubes()->size(), 1U);
+  const StreamTube& tube = *hand.tubes()->front().tube;
+  EXPECT_LT(glm::distance(tube.released_m()[tube.seed()], glm::dvec3(0.0, 0.005, 0.002)), 1e-12)
+      << "in the volume's space, wherever that stands";
+  const auto before = hand.tubes();
+  EXPECT_EQ(command(Kind::kKeepTubes), "");
+  EXPECT_TRUE(hand.tubes()->front().kept);
+  EXPECT_FALSE(before->front().kept) << "what was handed out does not change";
+  EXPECT_EQ(command(Kind::kReleaseTube, {0.0, -0.005, 0.0}), "");
+  EXPECT_EQ(hand.tubes()->size(), 2U);
+  EXPECT_EQ(command(Kind::kClearTubes), "");
+  ASSERT_EQ(hand.tubes()->size(), 1U);
+  EXPECT_TRUE(hand.tubes()->front().kept);
+  EXPECT_EQ(command(Kind::kClearTubes), "");
+  EXPECT_TRUE(hand.tubes()->empty()) << "only kept ones were left";
+}
+
+TEST(HandTubes, SaysWhyThereIsNone) {
+  HandTubes hand;
+  EXPECT_EQ(hand.take({Kind::kReleaseTube, moment_at({0.0, 0.5, 0.0})},
+                      *scene_of(still(streams()), "follow")),
+            "No stream tube: the hand is outside of the data.");
+  EXPECT_EQ(hand.take({Kind::kReleaseTube, moment_at(glm::dvec3(0.0))}, *scene_of(still(ramp()))),
+            "No stream tube: nothing here has a direction: neither vectors nor motion.");
+  EXPECT_TRUE(hand.tubes()->empty());
+}
+
+TEST(HandTubes, TheOldestThatIsNotKeptMakesRoom) {
+  const auto scene = scene_of(still(streams()), "follow");
+  HandTubes hand;
+  const auto release = [&](double y_m) {
+    return hand.take({Kind::kReleaseTube, moment_at({0.0, y_m, 0.0})}, *scene);
+  };
+  const auto y_of = [&](size_t n) { return (*hand.tubes())[n].tube->released_m()[0].y; };
+  release(-0.010);
+  hand.take({Kind::kKeepTubes, {}}, *scene);
+  for (size_t n = 1; n <= HandTubes::kMost; ++n) EXPECT_EQ(release(1e-4 * double(n)), "");
+  ASSERT_EQ(hand.tubes()->size(), HandTubes::kMost);
+  EXPECT_NEAR(y_of(0), -0.010, 1e-12) << "the kept one is the oldest, and stays";
+  EXPECT_NEAR(y_of(1), 2e-4, 1e-12);
+  hand.take({Kind::kKeepTubes, {}}, *scene);
+  EXPECT_EQ(release(0.0), "No stream tube: 64 are kept already. Clear them first.");
+}
+
+TEST(HandTubes, GoOverToDataThatCameLater) {
+  MovingVolume unknown = *rising(streams());
+  unknown.motions = {{"data", {nullptr}}};
+  const auto before = scene_of(std::make_shared<const MovingVolume>(unknown), "follow");
+  const auto after = scene_of(rising(streams()), "follow");
+  HandTubes hand;
+  ASSERT_EQ(hand.take({Kind::kReleaseTube, moment_at({0.0, 0.002, 0.0})}, *before), "");
+  EXPECT_EQ(hand.follow(*before, moment_at({})), "");
+  const auto same = hand.tubes();
+  EXPECT_EQ(hand.follow(*after, moment_at({})), "");
+  ASSERT_EQ(hand.tubes()->size(), 1U);
+  const StreamTube& tube = *hand.tubes()->front().tube;
+  EXPECT_EQ(tube.data(), after->volumes[0].data);
+  EXPECT_NEAR(tube.places({0, 0.5})[tube.seed()].y, 0.004, 1e-8);
+  EXPECT_NE(hand.tubes(), same);
+  HandTubes none = hand;
+  HapticScene empty;
+  EXPECT_EQ(none.follow(empty, {}), "1 stream tube could not be taken along to the new motion.");
+  EXPECT_TRUE(none.tubes()->empty());
+}
+
+TEST(ScenePicture, DrawsTubesWhereTheMotionHasBroughtThemAndKeptOnesThicker) {
+  const auto scene = scene_of(rising(streams()), "follow", VectorProperty::kVector, false);
+  HandTubes hand;
+  ASSERT_EQ(hand.take({Kind::kReleaseTube, moment_at({0.0, 0.002, 0.0})}, *scene), "");
+  ViewChoices choices;
+  choices.box = choices.hand = false;
+  ScenePicture picture(choices);
+  picture.update(scene);
+  const Eye eye = eye_at({1.0, 0.0, 0.3}, {1.0, 0.0, 0.0}, 0.5, {64, 64});
+  const SceneMoment later = moment_at({}, 0.75);
+  EXPECT_TRUE(picture.at(later, 0, eye).things.empty());
+  picture.show(hand.tubes());
+  const Things loose = picture.at(later, 0, eye).things;
+  const StreamTube& tube = *hand.tubes()->front().tube;
+  ASSERT_EQ(loose.size(), tube.released_m().size() - 1);
+  for (size_t k = 0; k < loose.size(); ++k) {
+    // 0.75 of 4 mm up, and the volume 1 m to the right.
+    const glm::dvec3 wanted = tube.released_m()[k] + glm::dvec3(1.0, 0.003, 0.0);
+    EXPECT_LT(glm::distance(loose[k].from, wanted), 1e-8);
+    EXPECT_EQ(loose[k].to, k + 1 < loose.size() ? loose[k + 1].from : loose[k].to);
+  }
+  hand.take({Kind::kKeepTubes, {}}, *scene);
+  picture.show(hand.tubes());
+  const Things kept = picture.at(later, 0, eye).things;
+  ASSERT_EQ(kept.size(), loose.size());
+  EXPECT_GT(kept[0].from_radius_m, 1.2 * loose[0].from_radius_m);
+}
+
+TEST(ScenePicture, ABareFingertipShowsContactByItsColour) {
+  const auto scene = scene_of(still(streams()), "follow", VectorProperty::kVector, false);
+  ViewChoices choices;
+  choices.box = false;
+  choices.fingertip = true;
+  choices.full_force_n = 2.0;
+  ScenePicture picture(choices);
+  picture.update(scene);
+  const Eye eye = eye_at({1.0, 0.0, 0.3}, {1.0, 0.0, 0.0}, 0.5, {64, 64});
+  const auto ball = [&](bool contact, double force_n) {
+    SceneMoment moment = moment_at(glm::dvec3(0.0));
+    moment.probe_m = {1.01, 0.0, 0.0};  // deeper than where it is held
+    moment.in_contact = contact;
+    moment.force_n = {force_n, 0.0, 0.0};
+    const Things things = picture.at(moment, 0, eye).things;
+    EXPECT_EQ(things.size(), 1U) << "no pen, no arrow";
+    EXPECT_EQ(things.at(0).from, contact ? moment.proxy_m : moment.probe_m);
+    return things.at(0).colour;
+  };
+  const glm::dvec3 free = ball(false, 0.0), light = ball(true, 0.1), hard = ball(true, 2.0);
+  EXPECT_GT(glm::distance(free, light), 0.3) << "a touch is seen before it is a force";
+  EXPECT_GT(glm::distance(light, hard), 0.3);
+  EXPECT_EQ(ball(true, 9.0), hard);
+}
+
+/// A host's device with a button, in the molecule.
+TEST(Session, ReleasesTubesByTheDevicesButtonAndByCommand) {
+  auto loaded = scenes::load_scene({"molecule"}, {});
+  ASSERT_TRUE(loaded) << loaded.error().message;
+  DeviceInfo info;
+  info.kind = "test";
+  info.max_force_n = 10.0;
+  info.workspace_radius_m = 1.0;
+  for (const bool buttons : {true, false}) {
+    SessionOptions options;
+    options.tube_buttons = buttons ? 1 : 0;
+    auto session = Session::start_in_host(*loaded, info, options);
+    ASSERT_TRUE(session) << session.error().message;
+    int64_t now_ns = 1'000'000'000;
+    const auto ticks = [&](int count, uint32_t down) {
+      for (int k = 0; k < count; ++k)
+        (*session)->tick({{0.005, 0.01, 0.02}, now_ns += 1'000'000, down});
+    };
+    ticks(50, 0);
+    ticks(50, 1);
+    ticks(50, 0);
+    EXPECT_TRUE((*session)->release_tube());
+    ticks(50, 0);
+    (*session)->stop();
+    const auto tubes = (*session)->tubes();
+    ASSERT_EQ(tubes->size(), buttons ? 2U : 1U);
+    EXPECT_EQ(tubes->front().tube->field(), TubeField::kGradient);
+  }
+}
+
+}  // namespace
+}  // namespace palpate

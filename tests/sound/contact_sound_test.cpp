@@ -1,0 +1,123 @@
+// The tone, and how it reaches ALSA: its own file device stands for the loudspeaker.
+#include "integration/sound/contact_sound.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <numbers>
+
+#include "tests/files/temporary_folder.h"
+
+namespace palpate::sound {
+namespace {
+
+using namespace std::chrono_literals;
+
+TEST(ContactTone, IsShortQuietAndDoesNotClick) {
+  const std::vector<int16_t> tone = contact_tone();
+  ASSERT_EQ(tone.size(), size_t(0.040 * kRate_hz));
+  EXPECT_EQ(tone.front(), 0);
+  EXPECT_EQ(tone.back(), 0);
+  int loudest = 0, steepest = 0;
+  for (size_t k = 1; k < tone.size(); ++k) {
+    loudest = std::max(loudest, std::abs(int(tone[k])));
+    steepest = std::max(steepest, std::abs(int(tone[k]) - int(tone[k - 1])));
+  }
+  EXPECT_GT(loudest, 32767 / 8);
+  EXPECT_LE(loudest, 32767 / 4);
+  // No faster than its own sine: an edge would.
+  EXPECT_LE(steepest, 2.0 * std::numbers::pi * 660.0 / kRate_hz * 32767 / 4 + 1.0);
+}
+
+TEST(ContactTone, IsAt660Hz) {
+  const std::vector<int16_t> tone = contact_tone();
+  const auto power = [&](double hz) {
+    double re = 0.0, im = 0.0;
+    for (size_t k = 0; k < tone.size(); ++k) {
+      const double angle = 2.0 * std::numbers::pi * hz * double(k) / kRate_hz;
+      re += tone[k] * std::cos(angle);
+      im += tone[k] * std::sin(angle);
+    }
+    return re * re + im * im;
+  };
+  for (const double other : {330.0, 500.0, 880.0, 1320.0})
+    EXPECT_GT(power(660.0), 4.0 * power(other)) << other;
+}
+
+/// ALSA as this file says, for what is opened while it lives.
+class AlsaWith {
+ public:
+  explicit AlsaWith(const std::string& config) {
+    const std::string file = folder / "asound.conf";
+    std::ofstream(file) << config;
+    setenv("ALSA_CONFIG_PATH", file.c_str(), 1);
+  }
+  ~AlsaWith() { unsetenv("ALSA_CONFIG_PATH"); }
+  files::TemporaryFolder folder;
+};
+
+template <class Done>
+bool wait_until(Done done) {
+  for (int k = 0; k < 3000; ++k) {
+    if (done()) return true;
+    std::this_thread::sleep_for(10ms);
+  }
+  return false;
+}
+
+std::vector<int16_t> samples_in(const std::string& file) {
+  std::ifstream stream(file, std::ios::binary);
+  const std::string bytes((std::istreambuf_iterator<char>(stream)), {});
+  std::vector<int16_t> samples(bytes.size() / 2);
+  std::memcpy(samples.data(), bytes.data(), 2 * samples.size());
+  return samples;
+}
+
+TEST(ContactSound, PlaysTheToneEachTimeItIsAskedTo) {
+  files::TemporaryFolder out;
+  const std::string file = out / "played.raw";
+  const AlsaWith alsa("pcm.!default { type file slave.pcm { type null } file \"" + file +
+                      "\" format raw }\n");
+  const std::vector<int16_t> tone = contact_tone();
+  ContactSound sound;
+  for (size_t times = 1; times <= 3; ++times) {
+    sound.play();
+    ASSERT_TRUE(wait_until([&] { return samples_in(file).size() >= times * tone.size(); }))
+        << sound.take_trouble();
+    const std::vector<int16_t> played = samples_in(file);
+    ASSERT_GE(played.size(), times * tone.size());
+    // The device takes whole periods: zeros may lie between one tone and the next.
+    EXPECT_NE(std::search(played.end() - ptrdiff_t(played.size() / times), played.end(),
+                          tone.begin() + 1, tone.end() - 1),
+              played.end())
+        << times;
+  }
+  EXPECT_EQ(sound.take_trouble(), "");
+}
+
+TEST(ContactSound, IsSilentWithoutASoundDeviceAndSaysSoOnce) {
+  const AlsaWith alsa("");
+  ContactSound sound;
+  sound.play();
+  std::string said;
+  ASSERT_TRUE(wait_until([&] {
+    said = sound.take_trouble();
+    return !said.empty();
+  }));
+  EXPECT_EQ(said.rfind("There is no sound where something is touched", 0), 0u) << said;
+  sound.play();
+  EXPECT_EQ(sound.take_trouble(), "");
+}
+
+TEST(ContactSound, EndsWhileNobodyAsksForIt) {
+  const AlsaWith alsa("pcm.!default { type null }\n");
+  for (int k = 0; k < 20; ++k) ContactSound sound;
+}
+
+}  // namespace
+}  // namespace palpate::sound
