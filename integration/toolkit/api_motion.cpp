@@ -79,8 +79,12 @@ class EstimatorContent {
       if (finished_) return Error{ErrorKind::kBadInput, "The estimator was finished already"};
       finished_ = true;
     }
-    if (times_s_.size() < 2)
+    if (times_s_.size() < 2) {
+      // A frame that was not taken since the device failed is no mistake of the program's.
+      const Status ended = pairwise_ ? pairwise_->finish() : Status(Nothing{});
+      if (!ended) return ended.error();
       return Error{ErrorKind::kBadInput, "Motion is between frames: push at least two"};
+    }
     auto motion = std::make_shared<MotionContent>();
     motion->grid = grid_;
     motion->frames = times_s_.size();
