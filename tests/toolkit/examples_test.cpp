@@ -86,8 +86,9 @@ double mean_difference(const Volume& a, const Volume& b) {
 }
 
 TEST_F(InstalledPackage, BuildsAndRunsTheExamples) {
-  const Ran configured = run("cmake -S " PALPATE_SOURCE_DIR "/docs/examples -B " + at("build") +
-                             " -DCMAKE_BUILD_TYPE=Release -DCMAKE_PREFIX_PATH=" + prefix());
+  const Ran configured =
+      run("cmake -S " + prefix() + "/share/doc/libpalpate-dev/examples -B " + at("build") +
+          " -DCMAKE_BUILD_TYPE=Release -DCMAKE_PREFIX_PATH=" + prefix());
   ASSERT_EQ(configured.exit_code, 0) << configured.text;
   const Ran built = run("cmake --build " + at("build"));
   ASSERT_EQ(built.exit_code, 0) << built.text;

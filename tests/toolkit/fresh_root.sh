@@ -1,0 +1,87 @@
+#!/usr/bin/env bash
+# Builds and runs the six examples in a fresh Debian 12 that has nothing of palpate but its packages, then takes these away.
+# usage: fresh_root.sh ROOT DATA [PACKAGES]
+#   ROOT      a folder that debootstrap fills (about 4 GB); if it is a Debian already, it is used as it is
+#   DATA      a folder with heart_cine/frame_*.mha, a beating heart, and lung/pair_*.mha, a pair in known motion
+#   PACKAGES  the folder of palpate's packages: build, by default
+# Before it: cmake --build build && (cd build && cpack). As root, with the network; what it mounts goes when it ends.
+set -euo pipefail
+[[ $# -ge 2 ]] || { sed -n 2,7p "$0"; exit 2; }
+# Mounts of its own.
+[[ ${PALPATE_UNSHARED:-} ]] || PALPATE_UNSHARED=1 exec unshare --mount --pid --fork "$0" "$@"
+root=$1 data=$2 packages=${3:-build}
+
+step() { echo "== $*"; }
+inside() { chroot "$root" env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin DEBIAN_FRONTEND=noninteractive "$@"; }
+# As somebody without rights, in a home of their own.
+person() { chroot "$root" su -l person -c "$1"; }
+palpate_files() { find "$root" -xdev -iname '*palpate*' -not -path "$root/packages*" -not -path "$root/home/*" -not -path "$root/tmp/*" -not -name palpate.log | sort; }
+
+if [[ ! -e $root/etc/debian_version ]]; then
+  step "A fresh Debian 12 in $root"
+  debootstrap --variant=minbase --include=ca-certificates bookworm "$root" http://deb.debian.org/debian >"$root.log"
+  printf 'deb http://deb.debian.org/debian%s\n' ' bookworm main' ' bookworm-updates main' '-security bookworm-security main' \
+    >"$root/etc/apt/sources.list"
+  cp /etc/resolv.conf "$root/etc/resolv.conf"
+fi
+mount -t proc proc "$root/proc"
+mount --rbind /dev "$root/dev"
+mount --make-rslave "$root/dev"
+
+step "Compilers, and the hosts' own libraries"
+inside apt-get update -qq
+# ITK's CMake files ask for FFTW, which its package only recommends; VTK's ask for MPI, and its examples' display needs xvfb.
+inside apt-get install -y -qq --no-install-recommends \
+  g++ cmake make pkg-config libinsighttoolkit5-dev libfftw3-dev libvtk9-dev \
+  libglfw3-dev libglm-dev libvulkan-dev glslang-tools python3-numpy xvfb xauth mesa-vulkan-drivers >"$root/hosts.log" 2>&1 ||
+  { tail -20 "$root/hosts.log"; exit 1; }
+# What a run that failed has left.
+inside apt-get purge -y -qq '?name(palpate)' >>"$root/hosts.log" 2>&1
+[[ -z $(palpate_files) ]] || { echo "palpate is there already:"; palpate_files; exit 1; }
+inside id person >/dev/null 2>&1 || inside useradd --create-home person
+
+step "palpate's packages"
+rm -rf "$root/packages" "$root/home/person/"*
+mkdir "$root/packages"
+for name in palpate libpalpate0 libpalpate-dev python3-palpate; do cp "$packages/${name}_"*.deb "$root/packages"; done
+inside sh -c 'apt-get install -y -qq --no-install-recommends /packages/*.deb' >"$root/palpate.log" 2>&1 ||
+  { cat "$root/palpate.log"; exit 1; }
+inside dpkg-query -W -f '${Package} ${Version}: ${Depends}\n' palpate libpalpate0 libpalpate-dev python3-palpate
+mkdir "$root/home/person/data"
+cp "$data"/heart_cine/frame_*.mha "$data"/lung/pair_*.mha "$root/home/person/data"
+inside chown -R person: /home/person
+
+step "The examples are built"
+# (ITK asks for all of GDCM, whose CMake files list programs of a package that is not needed: they say so at length.)
+person 'cmake -S /usr/share/doc/libpalpate-dev/examples -B examples -DCMAKE_BUILD_TYPE=Release' >"$root/configured.log" 2>&1 ||
+  { cat "$root/configured.log"; exit 1; }
+grep 'left out' "$root/configured.log" || true
+person 'cmake --build examples -j 2' | grep -E 'Built|warning|error'
+for example in host_loop host_vulkan itk_demons vtk_volume libmy_mode.so; do
+  [[ -e $root/home/person/examples/$example ]] || { echo "$example was not built"; exit 1; }
+done
+
+step "host_loop.c"
+person 'cc -std=c99 -pedantic -Wall -Werror /usr/share/doc/libpalpate-dev/examples/host_loop.c $(pkg-config --cflags --libs palpate) -lm -o by_hand'
+person './by_hand --seconds 4'
+person 'examples/host_loop data/frame_*.mha --seconds 30'
+step "host_vulkan.cpp"
+person 'xvfb-run -a -s "-screen 0 1280x800x24" examples/host_vulkan --frames 3 --screenshot heart.ppm'
+person 'xvfb-run -a -s "-screen 0 1280x800x24" examples/host_vulkan data/frame_00.mha --frames 3 --screenshot cine.ppm'
+person 'ls -l heart.ppm cine.ppm'
+step "itk_demons.cxx"
+person 'examples/itk_demons data/pair_fixed.mha data/pair_moving.mha warped.mha field.mha'
+person 'palpate check field.mha --truth data/pair_truth.mha --mask data/pair_body.mha' | grep -E 'Endpoint|Folds'
+step "vtk_volume.cxx"
+person 'examples/vtk_volume --cycle 0.6 moved.vti data/frame_*.mha'
+step "cine.py"
+person 'python3 /usr/share/doc/libpalpate-dev/examples/cine.py data/frame_*.mha --frames-per-second 33.3 --save motion.nrrd' 2>&1 |
+  tr '\r' '\n' | tail -24
+step "my_mode.c"
+person 'palpate feel /usr/share/doc/libpalpate-dev/examples/my_mode.json --modes examples/libmy_mode.so --device simulated --headless pictures --seconds 4'
+
+step "palpate's packages go"
+inside apt-get purge -y -qq palpate libpalpate0 libpalpate-dev python3-palpate >>"$root/palpate.log" 2>&1
+left=$(palpate_files)
+[[ -z $left ]] || { echo "Files of palpate are left:"; echo "$left"; exit 1; }
+echo "No file of palpate is left."
