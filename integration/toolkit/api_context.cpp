@@ -214,9 +214,7 @@ PalResult pal_context_open(const PalContextInfo* info, PalContext** context) {
 
 PalResult pal_context_close(PalContext** context) {
   return guarded([&] {
-    if (!context || !*context) return PAL_OK;
-    PalContext* const closed = std::exchange(*context, nullptr);
-    of(closed)->close();
+    closed(of(taken_out_of(context)));
     return PAL_OK;
   });
 }

@@ -455,25 +455,22 @@ PalResult pal_estimator_cancel(PalEstimator* estimator) {
 
 PalResult pal_estimator_close(PalEstimator** estimator) {
   return guarded([&] {
-    if (!estimator || !*estimator) return PAL_OK;
+    if (!estimator) return PAL_OK;
     {
-      const Use use(of(*estimator));
+      const Use use(of(seen_in(estimator)));
       if (use && calling_back == &*use)
         return failed(PAL_BAD_INPUT,
                       {"An estimator can not be closed from its own callback: cancel it there"});
       if (use) use->cancel();
     }
-    PalEstimator* const closed = std::exchange(*estimator, nullptr);
-    of(closed)->close();
+    closed(of(taken_out_of(estimator)));
     return PAL_OK;
   });
 }
 
 PalResult pal_motion_close(PalMotion** motion) {
   return guarded([&] {
-    if (!motion || !*motion) return PAL_OK;
-    PalMotion* const closed = std::exchange(*motion, nullptr);
-    of(closed)->close();
+    closed(of(taken_out_of(motion)));
     return PAL_OK;
   });
 }

@@ -140,9 +140,7 @@ PalResult pal_scene_open(PalContext* context, const PalSceneInfo* info, PalScene
 
 PalResult pal_scene_close(PalScene** scene) {
   return guarded([&] {
-    if (!scene || !*scene) return PAL_OK;
-    PalScene* const closed = std::exchange(*scene, nullptr);
-    of(closed)->close();
+    closed(of(taken_out_of(scene)));
     return PAL_OK;
   });
 }

@@ -274,17 +274,16 @@ PalResult pal_session_open(PalScene* scene, const PalSessionInfo* info, PalSessi
 
 PalResult pal_session_close(PalSession** session) {
   return guarded([&] {
-    if (!session || !*session) return PAL_OK;
+    if (!session) return PAL_OK;
     {
-      const Use use(of(*session));
+      const Use use(of(seen_in(session)));
       if (use && calling_back == &*use)
         return failed(
             PAL_BAD_INPUT,
             {"A session can not be closed from its own callback: close it from another thread"});
     }
-    PalSession* const closed = std::exchange(*session, nullptr);
     // A view may keep the rest of it; what runs ends here.
-    const auto content = of(closed)->close();
+    const auto content = closed(of(taken_out_of(session)));
     if (!content) return PAL_OK;
     content->session->stop();
     if (!content->recorder) return PAL_OK;

@@ -144,9 +144,7 @@ PalResult pal_view_open(PalSession* session, const PalViewInfo* info, PalView** 
 
 PalResult pal_view_close(PalView** view) {
   return guarded([&] {
-    if (!view || !*view) return PAL_OK;
-    PalView* const closed = std::exchange(*view, nullptr);
-    of(closed)->close();
+    closed(of(taken_out_of(view)));
     return PAL_OK;
   });
 }

@@ -29,11 +29,11 @@ PalResult failed(const Error& error) noexcept;
 /// What a handle stands for, with who uses it just now. Never freed, so that a call with a handle
 /// that was closed finds a closed one instead of freed memory. A free handle waits in a list for at
 /// least kRest others before it is used again: a handle that a host has kept by mistake does not
-/// soon stand for something else.
-template <class Content>
+/// soon stand for something else. (Tests have an Atomic that lets other threads in between.)
+template <class Content, template <class> class Atomic = std::atomic>
 struct Handle {
-  std::atomic<int> users{0};
-  std::atomic<bool> open{false};
+  Atomic<int> users{0};
+  Atomic<bool> open{false};
   std::shared_ptr<Content> content;
   Handle* next = nullptr;  ///< of the free ones
 
@@ -90,10 +90,10 @@ struct Handle {
 };
 
 /// A call that uses a handle, which can not be closed meanwhile. Wait-free.
-template <class Content>
+template <class Content, template <class> class Atomic>
 class Use {
  public:
-  explicit Use(Handle<Content>* handle) noexcept : handle_(handle) {
+  explicit Use(Handle<Content, Atomic>* handle) noexcept : handle_(handle) {
     if (!handle_) return;
     handle_->users.fetch_add(1);
     open_ = handle_->open.load();
@@ -110,9 +110,28 @@ class Use {
   std::shared_ptr<Content> shared() const { return handle_->content; }
 
  private:
-  Handle<Content>* handle_;
+  Handle<Content, Atomic>* handle_;
   bool open_ = false;
 };
+
+/// The handle in a host's variable. Any thread.
+template <class Named>
+Named* seen_in(Named** variable) noexcept {
+  return std::atomic_ref<Named*>(*variable).load();
+}
+
+/// Takes the handle out of a host's variable: of several threads one gets it, the others NULL.
+template <class Named>
+Named* taken_out_of(Named** variable) noexcept {
+  return variable ? std::atomic_ref<Named*>(*variable).exchange(nullptr) : nullptr;
+}
+
+/// What the handle stood for, which is closed from now on, after the calls under way; null if there
+/// was none, or if another thread was first.
+template <class Content>
+std::shared_ptr<Content> closed(Handle<Content>* handle) {
+  return handle ? handle->close() : nullptr;
+}
 
 /// The result of a call with a handle that is null or closed.
 PalResult refused_handle(const char* what) noexcept;

@@ -546,6 +546,33 @@ TEST(CLibrary, OutlivesTheClosingOfWhatOtherThreadsUse) {
   }
 }
 
+TEST(CLibrary, IsClosedByOneOfTwoThreads) {
+  // Through one variable of the host's, and through a copy for each.
+  const BallFrames ball;
+  for (int round = 0; round < 200; ++round) {
+    Opened opened;
+    open_ball(opened, ball);
+    PalSession *const handle = opened.session, *copy = handle;
+    std::atomic<int> ready{0};
+    const auto close = [&](PalSession** session) {
+      ++ready;
+      while (ready < 2) std::this_thread::yield();
+      PAL_EXPECT_OK(pal_session_close(session));
+      PAL_EXPECT_OK(pal_context_close(&opened.context));
+      PAL_EXPECT_OK(pal_scene_close(&opened.scene));
+    };
+    std::thread other(close, round % 2 ? &copy : &opened.session);
+    close(&opened.session);
+    other.join();
+    EXPECT_EQ(opened.session, nullptr);
+    EXPECT_EQ(opened.context, nullptr);
+    EXPECT_EQ(opened.scene, nullptr);
+    PalState state{};
+    state.size = sizeof state;
+    EXPECT_EQ(pal_session_state(handle, &state), PAL_BAD_INPUT);
+  }
+}
+
 TEST(CLibrary, FeelsTwoContextsAtOnce) {
   Opened first, second;
   open_ball(first, BallFrames());
