@@ -96,7 +96,8 @@ typedef enum PalSampleType {
   PAL_INT16 = 4,
   PAL_UINT16 = 5,
   PAL_INT32 = 6,
-  PAL_UINT32 = 7
+  PAL_UINT32 = 7,
+  PAL_SAMPLE_TYPE_MAX = 0x7fffffff /* no type: any number may be given, wrong ones are refused */
 } PalSampleType;
 
 /* ---- contexts ---- */
@@ -352,9 +353,10 @@ PAL_API PalResult pal_scene_open(PalContext* context, const PalSceneInfo* info, 
 PAL_API PalResult pal_scene_close(PalScene** scene);
 
 typedef enum PalSceneText {
-  PAL_SCENE_TEXT_NOTES = 0, /* what was chosen, and what was left out, a sentence per line */
-  PAL_SCENE_TEXT_PLAN = 1,  /* what each haptic frame does, and what it leaves out and why */
-  PAL_SCENE_TEXT_JSON = 2   /* the scene in the format of docs/scene-file.md */
+  PAL_SCENE_TEXT_NOTES = 0,       /* what was chosen, and what was left out, a sentence per line */
+  PAL_SCENE_TEXT_PLAN = 1,        /* what each haptic frame does, and what it leaves out and why */
+  PAL_SCENE_TEXT_JSON = 2,        /* the scene in the format of docs/scene-file.md */
+  PAL_SCENE_TEXT_MAX = 0x7fffffff /* no text: any number may be given, wrong ones are refused */
 } PalSceneText;
 
 /* Writes up to `capacity` bytes of a text, with its end, to `text` (NULL if capacity is 0) and the

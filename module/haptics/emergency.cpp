@@ -79,6 +79,9 @@ void on_request(int number, siginfo_t*, void*) {
 }
 
 void give_signal_stack() {
+  // One that is there already, a sanitizer's or a host's, stays: who gave it takes it away.
+  stack_t before{};
+  if (sigaltstack(nullptr, &before) == 0 && !(before.ss_flags & SS_DISABLE)) return;
   // Kept for the life of the thread: a handler may need it until the very end.
   thread_local std::array<char, 64 * 1024> memory;
   stack_t stack{};
