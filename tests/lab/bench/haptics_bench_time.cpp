@@ -204,7 +204,7 @@ Table thread_table(double seconds) {
   add("from one waking to the next", s.period);
   add("the haptic frame", s.tick);
   add("an exchange with the simulated device", s.device);
-  add("all the work of a period", s.turn);
+  add("all the work of a period", s.work);
   return table;
 }
 
