@@ -33,7 +33,7 @@ only 'compute/motion' 'compute/motion/|module/session/|integration/|tests/' comp
 only 'libusb' 'integration/devices/|tests/devices/' compute module integration tests
 only 'boost' 'integration/devices/|tests/devices/' compute module integration tests
 only 'shaders/interface' 'compute/motion/|module/view/|tests/' compute module integration tests
-only 'vtk' 'integration/toolkit/vtk/|tests/toolkit/vtk/|tests/lab/bench/' compute module integration tests
+only 'vtk' 'integration/toolkit/vtk/|tests/toolkit/vtk/|tests/lab/bench/|tests/files/vtk_lines_test' compute module integration tests
 only 'pybind11|Python' 'integration/toolkit/python/' compute module integration tests
 only 'integration/(app|toolkit)' 'integration/app/|integration/toolkit/|tests/' compute module integration tests
 only 'module/session' 'module/session/|integration/|tests/' compute module integration tests
