@@ -105,10 +105,11 @@ TEST(Desktop, KeysGoThroughTimeAndBringViewAndProbeBack) {
       {"feel", "shell", "--headset", "none", "--device", "mouse", "--csv", csv.string()});
   ASSERT_TRUE(wait_until([&] { return share_of_flesh(display->screenshot()) > 0.1; }))
       << "no heart is to be seen";
-  // Space holds it; four steps of a fortieth forward, two back.
-  ASSERT_TRUE(display->act("key space sleep 1"));
-  ASSERT_TRUE(display->act("key --delay 100 Right Right Right Right sleep 1"));
-  ASSERT_TRUE(display->act("key --delay 100 Left Left sleep 1"));
+  // Space holds it; four steps of a fortieth forward, two back. The pauses are long, so that each is
+  // seen on a busy machine too.
+  ASSERT_TRUE(display->act("key space sleep 3"));
+  ASSERT_TRUE(display->act("key --delay 100 Right Right Right Right sleep 3"));
+  ASSERT_TRUE(display->act("key --delay 100 Left Left sleep 3"));
   // The view turned with the right button, and brought back by O. The probe is put aside first.
   ASSERT_TRUE(display->act("mousemove 250 700 sleep 1"));
   Screenshot before = display->screenshot();
