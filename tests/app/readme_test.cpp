@@ -78,6 +78,19 @@ const std::vector<std::pair<std::string, Way>> kWays = {
     {"build/palpate-lab maps [motion|back-tracking|loop] [--quick] [--out FILE.html] [--csv "
      "FOLDER]",
      {"", "takes minutes: chart_test"}},
+    {"./host_loop frame_*.mha --seconds 30",
+     {"", "needs the packages: examples_test, fresh_root.sh"}},
+    {"cc -std=c99 -O2 -shared -fPIC my_mode.c $(pkg-config --cflags palpate) -lm -o libmy_mode.so",
+     {"", "needs the packages: examples_test, fresh_root.sh"}},
+    {"examples/itk_demons pair_fixed.mha pair_moving.mha warped.mha field.mha",
+     {"", "needs the packages: examples_test, fresh_root.sh"}},
+    {"examples/vtk_volume --cycle 0.6 moved.vti frame_*.mha",
+     {"", "needs the packages: examples_test, fresh_root.sh"}},
+    {"palpate feel my_mode.json --modes ./libmy_mode.so --device simulated --headless pictures "
+     "--seconds 4",
+     {"", "needs the packages: examples_test, fresh_root.sh"}},
+    {"python3 cine.py frame_*.mha --frames-per-second 33.3 --save motion.nrrd",
+     {"", "needs the packages: examples_test, fresh_root.sh"}},
 };
 
 std::string trimmed(std::string text) {
