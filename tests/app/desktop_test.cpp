@@ -105,8 +105,8 @@ TEST(Desktop, KeysGoThroughTimeAndBringViewAndProbeBack) {
       {"feel", "shell", "--headset", "none", "--device", "mouse", "--csv", csv.string()});
   ASSERT_TRUE(wait_until([&] { return share_of_flesh(display->screenshot()) > 0.1; }))
       << "no heart is to be seen";
-  // Space holds it; four steps of a fortieth forward, two back. The pauses are long, so that each is
-  // seen on a busy machine too.
+  // Space holds it; four steps of a fortieth forward, two back. The pauses are long, so that each
+  // is seen on a busy machine too.
   ASSERT_TRUE(display->act("key space sleep 3"));
   ASSERT_TRUE(display->act("key --delay 100 Right Right Right Right sleep 3"));
   ASSERT_TRUE(display->act("key --delay 100 Left Left sleep 3"));
