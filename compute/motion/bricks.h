@@ -12,6 +12,11 @@ namespace palpate {
 /// Bricks of 8^3 cells, packed as the kernels read them (x | y << 10 | z << 20).
 using BrickList = std::vector<uint32_t>;
 
+/// Sizes and places as push constants hold them.
+inline glm::ivec4 wide(glm::ivec3 v, int w = 0) {
+  return {v, w};
+}
+
 inline glm::ivec3 brick_count(glm::ivec3 cells) {
   return (cells + shaders::kBrick - 1) / shaders::kBrick;
 }

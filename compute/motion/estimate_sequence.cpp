@@ -438,7 +438,7 @@ Result<SequenceMotion> estimate_sequence_motion(const std::shared_ptr<vulkan::Co
     return Error{ErrorKind::kBadInput, "The reference is no frame of the sequence"};
   bool cyclic = options.estimator.cyclic;
   EstimatorOptions of_steps = options.estimator;
-  of_steps.motion.border.cell = 0;  // what is kept of every frame stays on the solved cells
+  of_steps.motion = on_solved_cells(of_steps.motion);
   const size_t steps = frames - (cyclic ? 0 : 1), pairs = steps + frames - 1;
   SequenceReport met;
   size_t done = 0;

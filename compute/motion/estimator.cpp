@@ -35,13 +35,12 @@ std::string text(glm::ivec3 size) {
 /// The way back: the least effort, on the same pyramid but for its finest level, where most of the
 /// time goes.
 MotionPlan plan_backward(const MotionPlan& plan) {
-  MotionOptions options = *motion_preset("fast");
+  MotionOptions options = on_solved_cells(*motion_preset("fast"));
   options.normalise = plan.options.normalise;
   options.coarse_levels = plan.options.coarse_levels;
   const int coarsest = int(plan.levels.size()) - 1;
   options.finest_level = std::min(coarsest, std::max(1, plan.options.finest_level));
   options.search_work = kBackwardSearchWork;
-  options.border.cell = 0;
   for (LevelOptions& level : options.levels) level.iterations = kBackwardCoarseIterations;
   options.levels[std::min(size_t(options.finest_level), options.levels.size() - 1)].iterations =
       kBackwardIterations;

@@ -21,7 +21,7 @@ namespace palpate {
 struct PairMotion {
   size_t fixed_frame = 0;  ///< index of the fixed frame as pushed
   size_t moving_frame = 0;
-  Field field;            ///< on the grid it was solved on; mm, LPS; fixed x -> x + u(x) in moving
+  Field field;            ///< on MotionPlan::field; mm, LPS; fixed x -> x + u(x) in moving
   Confidence confidence;  ///< on the same grid
   SolveReport report;
   /// Moving to fixed, if EstimatorOptions::backward: estimated on its own from the second finest

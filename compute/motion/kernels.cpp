@@ -4,18 +4,6 @@
 #include "spirv/motion/blend.h"
 #include "spirv/motion/blend_along.h"
 #include "spirv/motion/blend_along_loads.h"
-#include "spirv/motion/border_choose.h"
-#include "spirv/motion/border_choose_loads.h"
-#include "spirv/motion/border_cost.h"
-#include "spirv/motion/border_cost_loads.h"
-#include "spirv/motion/border_find.h"
-#include "spirv/motion/border_find_loads.h"
-#include "spirv/motion/border_look.h"
-#include "spirv/motion/border_look_loads.h"
-#include "spirv/motion/border_moments.h"
-#include "spirv/motion/border_moments_loads.h"
-#include "spirv/motion/border_take.h"
-#include "spirv/motion/border_take_loads.h"
 #include "spirv/motion/choose.h"
 #include "spirv/motion/classic_force.h"
 #include "spirv/motion/classic_force_loads.h"
@@ -38,6 +26,18 @@
 #include "spirv/motion/normalise_loads.h"
 #include "spirv/motion/pack.h"
 #include "spirv/motion/pack_loads.h"
+#include "spirv/motion/sliding_choose.h"
+#include "spirv/motion/sliding_choose_loads.h"
+#include "spirv/motion/sliding_cost.h"
+#include "spirv/motion/sliding_cost_loads.h"
+#include "spirv/motion/sliding_find.h"
+#include "spirv/motion/sliding_find_loads.h"
+#include "spirv/motion/sliding_look.h"
+#include "spirv/motion/sliding_look_loads.h"
+#include "spirv/motion/sliding_moments.h"
+#include "spirv/motion/sliding_moments_loads.h"
+#include "spirv/motion/sliding_take.h"
+#include "spirv/motion/sliding_take_loads.h"
 #include "spirv/motion/smooth_cost.h"
 #include "spirv/motion/tv_dual.h"
 #include "spirv/motion/tv_dual_loads.h"
@@ -153,26 +153,27 @@ const vulkan::Kernel& MotionKernels::coupled_choice() {
 const vulkan::Kernel& MotionKernels::choose() {
   return get(k_motion_choose, "bssssii", sizeof(ChoosePush));
 }
-const vulkan::Kernel& MotionKernels::border_moments() {
-  return get({k_motion_border_moments, k_motion_border_moments_loads}, "brssri",
-             sizeof(BorderMomentsPush));
+const vulkan::Kernel& MotionKernels::sliding_moments() {
+  return get({k_motion_sliding_moments, k_motion_sliding_moments_loads}, "brssri",
+             sizeof(SlidingMomentsPush));
 }
-const vulkan::Kernel& MotionKernels::border_cost(bool own) {
-  return get({k_motion_border_cost, k_motion_border_cost_loads}, "brsrsri", sizeof(BorderCostPush),
-             {own ? 1U : 0U});
+const vulkan::Kernel& MotionKernels::sliding_cost(bool own) {
+  return get({k_motion_sliding_cost, k_motion_sliding_cost_loads}, "brsrsri",
+             sizeof(SlidingCostPush), {own ? 1U : 0U});
 }
-const vulkan::Kernel& MotionKernels::border_find() {
-  return get({k_motion_border_find, k_motion_border_find_loads}, "brb", sizeof(BorderFindPush));
+const vulkan::Kernel& MotionKernels::sliding_find() {
+  return get({k_motion_sliding_find, k_motion_sliding_find_loads}, "brb", sizeof(SlidingFindPush));
 }
-const vulkan::Kernel& MotionKernels::border_look() {
-  return get({k_motion_border_look, k_motion_border_look_loads}, "brrib", sizeof(BorderLookPush));
+const vulkan::Kernel& MotionKernels::sliding_look() {
+  return get({k_motion_sliding_look, k_motion_sliding_look_loads}, "brrib",
+             sizeof(SlidingLookPush));
 }
-const vulkan::Kernel& MotionKernels::border_choose() {
-  return get({k_motion_border_choose, k_motion_border_choose_loads}, "brrir",
-             sizeof(BorderChoosePush));
+const vulkan::Kernel& MotionKernels::sliding_choose() {
+  return get({k_motion_sliding_choose, k_motion_sliding_choose_loads}, "brrir",
+             sizeof(SlidingChoosePush));
 }
-const vulkan::Kernel& MotionKernels::border_take() {
-  return get({k_motion_border_take, k_motion_border_take_loads}, "brri", sizeof(BorderTakePush));
+const vulkan::Kernel& MotionKernels::sliding_take() {
+  return get({k_motion_sliding_take, k_motion_sliding_take_loads}, "brri", sizeof(SlidingTakePush));
 }
 const vulkan::Kernel& MotionKernels::blend_along() {
   return get({k_motion_blend_along, k_motion_blend_along_loads}, "bssir", sizeof(BlendAlongPush));

@@ -42,12 +42,12 @@ class MotionKernels {
   const vulkan::Kernel& smooth_cost();
   const vulkan::Kernel& coupled_choice();
   const vulkan::Kernel& choose();
-  const vulkan::Kernel& border_moments();
-  const vulkan::Kernel& border_cost(bool own);
-  const vulkan::Kernel& border_look();
-  const vulkan::Kernel& border_find();
-  const vulkan::Kernel& border_choose();
-  const vulkan::Kernel& border_take();
+  const vulkan::Kernel& sliding_moments();
+  const vulkan::Kernel& sliding_cost(bool own);
+  const vulkan::Kernel& sliding_look();
+  const vulkan::Kernel& sliding_find();
+  const vulkan::Kernel& sliding_choose();
+  const vulkan::Kernel& sliding_take();
   const vulkan::Kernel& blend_along();
   const vulkan::Kernel& classic_force();
 

@@ -19,14 +19,14 @@ std::optional<MotionOptions> motion_preset(std::string_view name) {
     options.filter_steps = 4;
     options.search_work = 1e7;
     options.yield.window = 2.5;
-    options.border.cell = 2;
+    options.sliding.cell = 2;
   } else if (name == "best") {
     options.levels = {{12, 4, 7.0, 0.06}, {25, 4, 2.0, 0.2}, {40, 4, 2.0, 0.15}};
     options.filter_steps = 4;
     options.checkerboard = false;
     options.search_work = 6e7;
     options.yield.window = 2.5;
-    options.border.cell = 2;
+    options.sliding.cell = 2;
   } else if (name == "classic") {
     options.method = MotionMethod::kClassic;
     options.levels = {{50, 1}, {50, 1}, {50, 1}, {50, 1}};
@@ -37,6 +37,11 @@ std::optional<MotionOptions> motion_preset(std::string_view name) {
   } else {
     return std::nullopt;
   }
+  return options;
+}
+
+MotionOptions on_solved_cells(MotionOptions options) {
+  options.sliding.cell = 0;
   return options;
 }
 

@@ -37,10 +37,10 @@ struct YieldOptions {
   double flat = 0.3;   ///< what keeps rho small where the frames show little
 };
 
-/// The last step (compute/motion/border.h): the result on finer cells, and there borders at which
-/// material slides. Intensities are scaled so that the range from the 1st to the 99th percentile
-/// is 1.
-struct BorderOptions {
+/// The last step (compute/motion/sliding_borders.h): the result on finer cells, and there the
+/// borders at which material slides. Intensities are scaled so that the range from the 1st to the
+/// 99th percentile is 1.
+struct SlidingOptions {
   int cell = 0;         ///< voxels per cell of the result along each axis finer than 1.5 h; 0: off
   double cubic = 0.85;  ///< share of a cubic between the solved cells, else linear
   double limit = 0.12;  ///< larger differences of intensity say no more than "does not match"
@@ -48,8 +48,8 @@ struct BorderOptions {
   /// share, and by so many times what noise makes of it.
   double share = 0.2;
   double noise = 0.25;
-  /// Only from across a border: where the motion differs by this, in h, and over the distance by
-  /// this.
+  /// Only from across a sliding border: where the motion differs by `apart`, in h, and by `slope`
+  /// of the distance.
   double apart = 1.0, slope = 0.25;
 };
 
@@ -67,9 +67,9 @@ struct MotionOptions {
   int finest_level = 0;   ///< 1 stops at twice the voxel edge, 2 at four times
   int coarse_levels = 0;  ///< number of levels; 0: until the coarsest image is about 24 voxels wide
   YieldOptions yield;     ///< of the finest level, if there are others
-  BorderOptions border;   ///< where the finest level is the image's own
-  double damping = 0.1;   ///< alpha of the normal equations, per h; dimensionless
-  double momentum = 0.7;  ///< share of the last change that is added before the next
+  SlidingOptions sliding;     ///< where the finest level is the image's own
+  double damping = 0.1;       ///< alpha of the normal equations, per h; dimensionless
+  double momentum = 0.7;      ///< share of the last change that is added before the next
   double largest_step = 1.0;  ///< of one update, in h
   double huber_mm =
       0.03;              ///< differences of neighbours below this are smoothed, above kept as edges
@@ -98,6 +98,10 @@ struct MotionOptions {
 
 /// "fast", "balanced", "best" or "classic"; nothing for another name.
 std::optional<MotionOptions> motion_preset(std::string_view name);
+
+/// The same without the step for sliding borders: fields on the solved cells, for sequences, of
+/// which every field is kept, and for live frames, which are felt sooner so.
+MotionOptions on_solved_cells(MotionOptions options);
 
 /// Names of the presets, for messages.
 inline constexpr std::array<std::string_view, 4> kMotionPresets = {"fast", "balanced", "best",

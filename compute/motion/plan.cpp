@@ -87,16 +87,16 @@ bool yields(const MotionPlan& plan, size_t l) {
          window < plan.levels[0].options.window;
 }
 
-bool has_border_step(const MotionPlan& plan) {
+bool has_sliding_step(const MotionPlan& plan) {
   return plan.options.method == MotionMethod::kPalpate && plan.options.finest_level == 0 &&
-         plan.slabs == 1 && plan.options.border.cell > 0;
+         plan.slabs == 1 && plan.options.sliding.cell > 0;
 }
 
 LevelPlan result_level(const MotionPlan& plan) {
   LevelPlan level = plan.levels[size_t(plan.options.finest_level)];
-  if (!has_border_step(plan)) return level;
+  if (!has_sliding_step(plan)) return level;
   level.cell = glm::min(level.cell, cell_along(level.spacing_mm, level.h_mm,
-                                               plan.options.border.cell, level.image_size));
+                                               plan.options.sliding.cell, level.image_size));
   level.cells = cells_of(level.image_size, level.cell);
   level.cell_mm = level.spacing_mm * glm::dvec3(level.cell);
   return level;
@@ -120,8 +120,8 @@ uint64_t solver_bytes(const MotionPlan& plan) {
       bricks = std::max(bricks, count(brick_count(level.cells)));
     bytes += bricks * sizeof(BrickLook);
   }
-  // BorderStep.
-  if (has_border_step(plan)) {
+  // SlidingBorders.
+  if (has_sliding_step(plan)) {
     const LevelPlan fine = result_level(plan);
     bytes += 2 * image_bytes(fine.cells, 16) + 3 * image_bytes(fine.cells, 8) +
              2 * image_bytes(plan.levels[0].cells, 16);
@@ -155,7 +155,7 @@ uint64_t bytes_needed(const MotionPlan& plan) {
       bytes += workspace_bytes(slab, level.moment_cell) + image_bytes(slab, 8);
     } else {
       bytes += workspace_bytes(level.image_size, level.moment_cell);
-      if (l == 0 && has_border_step(plan))
+      if (l == 0 && has_sliding_step(plan))
         bytes += (kPyramids - 1) * image_bytes(level.image_size, 2);
       if (solved) bytes += kPyramids * image_bytes(level.image_size, 8);
     }
@@ -163,7 +163,7 @@ uint64_t bytes_needed(const MotionPlan& plan) {
   return bytes + bytes / 50;  // small change: alignment of single allocations
 }
 
-/// What follows from the number of slabs: the border step needs whole images.
+/// What follows from the number of slabs: the step for sliding borders needs whole images.
 void lay_out(MotionPlan& plan, int slabs) {
   plan.slabs = slabs;
   plan.field =

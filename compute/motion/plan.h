@@ -37,11 +37,11 @@ struct MotionPlan {
 /// window is narrow enough.
 bool yields(const MotionPlan& plan, size_t l);
 
-/// Whether pairs end with the border step (MotionOptions::border): not where the finest images are
-/// cut into slabs.
-bool has_border_step(const MotionPlan& plan);
+/// Whether pairs end with the step for sliding borders (MotionOptions::sliding): not where the
+/// finest images are cut into slabs.
+bool has_sliding_step(const MotionPlan& plan);
 
-/// The finest level with the cells of the result: its own, or the border step's.
+/// The finest level with the cells of the result: its own, or the finer ones of that step.
 LevelPlan result_level(const MotionPlan& plan);
 
 /// Lays out the levels for frames on `image`. Pure arithmetic, any thread.

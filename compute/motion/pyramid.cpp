@@ -16,10 +16,6 @@ namespace {
 constexpr float kInfinite = std::numeric_limits<float>::infinity();
 const glm::vec4 kOutside(kInfinite, kInfinite, kInfinite, 0.0F);
 
-glm::ivec4 wide(glm::ivec3 v) {
-  return {v, 0};
-}
-
 glm::ivec3 groups_of(glm::ivec3 size, int local_x = 64) {
   return {(size.x + local_x - 1) / local_x, size.y, size.z};
 }
@@ -43,7 +39,7 @@ FramePyramid::FramePyramid(const std::shared_ptr<vulkan::Context>& context,
                          VK_FORMAT_R16G16B16A16_SFLOAT);
     recorder.prepare(levels_.back());
   }
-  if (has_border_step(plan)) {
+  if (has_sliding_step(plan)) {
     raw_ = vulkan::Image(context, plan.image.size, VK_FORMAT_R16_SFLOAT);
     recorder.prepare(raw_);
   }
@@ -87,7 +83,7 @@ PyramidBuilder::PyramidBuilder(std::shared_ptr<vulkan::Context> context,
   for (size_t l = 0; l < plan_.levels.size(); ++l) {
     const bool on_host = l == 0 && plan_.slabs > 1;
     levels_.emplace_back(context_, on_host ? glm::ivec3(1) : plan_.levels[l].image_size,
-                         plan_.levels[l].moment_cell, l > 0 || !has_border_step(plan_));
+                         plan_.levels[l].moment_cell, l > 0 || !has_sliding_step(plan_));
   }
   set_region(region);
 }

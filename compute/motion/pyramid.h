@@ -18,8 +18,8 @@ class FramePyramid {
  public:
   FramePyramid(const std::shared_ptr<vulkan::Context>& context, const MotionPlan& plan);
   const vulkan::Image& level(size_t l) const { return levels_[l]; }
-  /// The finest level's scaled intensities, which the border step compares; none if the plan has
-  /// no such step.
+  /// The finest level's scaled intensities, which the step for sliding borders compares; none if
+  /// the plan has no such step.
   const vulkan::Image& raw() const { return raw_; }
   /// The floor of local normalisation that the frame was prepared with, in scaled units.
   double noise() const { return noise_; }

@@ -19,7 +19,7 @@ struct LevelReport {
 
 struct SolveReport {
   std::vector<LevelReport> levels;  ///< coarsest first
-  double border_bricks = 0.0;       ///< share of bricks in which sliding borders were looked for
+  double sliding_bricks = 0.0;      ///< share of bricks in which sliding borders were looked for
   int repaired = 0;                 ///< rounds of fold repair
   size_t folded_cells = 0;          ///< left after repair: 0 unless the repair failed
   /// Ended without a field, because something moved further than the moving frame was prepared.

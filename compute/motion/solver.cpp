@@ -26,10 +26,6 @@ constexpr float kChoiceWidth = 0.02F;  // rho: between the one field and the oth
 constexpr double kCoarserSigma = 1.0;  // cells: over what the coarser level leaves, against noise
 constexpr int kDispatchesPerIteration = 24;  // without the filter's steps, two each
 
-glm::ivec4 wide(glm::ivec3 v, int w = 0) {
-  return {v, w};
-}
-
 /// What noise leaves on a level, see noise_left(); `unknown` if its cells are too few to say.
 double noise_of(const std::vector<glm::vec4>& left, double unknown) {
   std::vector<CellLeft> cells;
@@ -93,7 +89,8 @@ PairSolver::PairSolver(std::shared_ptr<vulkan::Context> context,
                                 2)) {
   for (const SearchPlan& search : plan_searches(plan_))
     starts_.push_back(std::make_unique<DiscreteStart>(context_, kernels_, plan_, search));
-  if (has_border_step(plan_)) border_ = std::make_unique<BorderStep>(context_, kernels_, plan_);
+  if (has_sliding_step(plan_))
+    sliding_ = std::make_unique<SlidingBorders>(context_, kernels_, plan_);
   for (const LevelRegion& level : region.levels) bricks_.push_back(level.bricks);
   size_t most_bricks = 1;
   for (const LevelPlan& level : plan_.levels)
@@ -411,9 +408,9 @@ std::optional<SolveReport> PairSolver::solve(const FramePyramid& fixed, const Fr
   repair(finest, report);
   judge(finest);
   const vulkan::Image* result = &levels_[finest].primal;
-  if (border_) {
-    border_->solve(fixed, moving, *result, report);
-    result = &border_->field();
+  if (sliding_) {
+    if (!sliding_->solve(fixed, moving, *result, stop, report)) return std::nullopt;
+    result = &sliding_->field();
   }
   recorder_.restart();
   recorder_.copy(*result, download_);

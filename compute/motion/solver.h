@@ -6,12 +6,12 @@
 #include <stop_token>
 #include <vector>
 
-#include "compute/motion/border.h"
 #include "compute/motion/bricks.h"
 #include "compute/motion/discrete_start.h"
 #include "compute/motion/pyramid.h"
 #include "compute/motion/region.h"
 #include "compute/motion/report.h"
+#include "compute/motion/sliding_borders.h"
 
 namespace palpate {
 
@@ -94,13 +94,13 @@ class PairSolver : public FieldSolver {
   std::vector<LevelImages> levels_;
   std::vector<std::unique_ptr<DiscreteStart>> starts_;
   DiscreteStart::Costs costs_;
-  std::unique_ptr<BorderStep> border_;      // only if the plan has one
-  BrickList active_;                        // the bricks in work
-  vulkan::Buffer active_list_;              // the same on the device
-  vulkan::Buffer looks_, read_looks_;       // BrickLook of each, on the device and here
-  vulkan::Image fixed_slab_, moving_slab_;  // where slabs of the finest images visit the device
-  double noise_ = 0.0;                      // what it leaves on the level above one that yields
-  vulkan::Buffer counts_;                   // cells that fold, of each brick
+  std::unique_ptr<SlidingBorders> sliding_;  // only if the plan has one
+  BrickList active_;                         // the bricks in work
+  vulkan::Buffer active_list_;               // the same on the device
+  vulkan::Buffer looks_, read_looks_;        // BrickLook of each, on the device and here
+  vulkan::Image fixed_slab_, moving_slab_;   // where slabs of the finest images visit the device
+  double noise_ = 0.0;                       // what it leaves on the level above one that yields
+  vulkan::Buffer counts_;                    // cells that fold, of each brick
   vulkan::Buffer download_;
   // Kept, since making and freeing what lists of commands need takes longer than running them on a
   // GPU: one for what runs once, one for iterations.

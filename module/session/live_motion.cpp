@@ -115,7 +115,7 @@ Status LiveMotion::step_by_step(const Job& job, Frames& frames,
                                 const EstimatorOptions& options, std::stop_token stop) {
   Status taken = Nothing{};
   EstimatorOptions of_steps = options;
-  of_steps.motion.border.cell = 0;  // all fields are held in memory
+  of_steps.motion = on_solved_cells(of_steps.motion);
   auto estimator = SequenceEstimator::open(
       context, frames.grid, of_steps,
       [&](PairMotion pair) {

@@ -32,7 +32,7 @@ constexpr float kLeft = 0.01F;
 constexpr float kNoiseOfGradient = 0.15625F;
 constexpr float kLeastResidual = 1e-6F;
 // Candidates of the border step along each axis to each side.
-constexpr int kBorderSteps = 4;
+constexpr int kSlidingBorderss = 4;
 #else
 #define PALPATE_SIZE(type, bytes)
 const int kBrick = 8;
@@ -46,7 +46,7 @@ const float kSteep = 0.3;
 const float kLeft = 0.01;
 const float kNoiseOfGradient = 0.15625;
 const float kLeastResidual = 1e-6;
-const int kBorderSteps = 4;
+const int kSlidingBorderss = 4;
 #endif
 
 struct DownsamplePush {
@@ -197,7 +197,7 @@ struct BlendPush {
 };
 PALPATE_SIZE(BlendPush, 16);
 
-struct BorderFindPush {
+struct SlidingFindPush {
   ivec4 cells;
   ivec4 ratio;   // finer cells per cell
   ivec4 bricks;  // of the finer cells
@@ -205,17 +205,17 @@ struct BorderFindPush {
   vec4 cell_mm;
   vec4 different;  // across a border: x: by mm at least, y: over distance
 };
-PALPATE_SIZE(BorderFindPush, 96);
+PALPATE_SIZE(SlidingFindPush, 96);
 
-struct BorderMomentsPush {
+struct SlidingMomentsPush {
   ivec4 cells;
   ivec4 cell;       // voxels per cell
   ivec4 size;       // of the images
   vec4 spacing_mm;  // of the images
 };
-PALPATE_SIZE(BorderMomentsPush, 64);
+PALPATE_SIZE(SlidingMomentsPush, 64);
 
-struct BorderCostPush {
+struct SlidingCostPush {
   ivec4 cells;
   ivec4 cell;       // voxels per cell
   ivec4 size;       // of the images
@@ -224,9 +224,9 @@ struct BorderCostPush {
   ivec4 step;    // cells from candidate to candidate along each axis; w: the first candidate
   vec4 noise;    // x: f^2, the noise variance
 };
-PALPATE_SIZE(BorderCostPush, 112);
+PALPATE_SIZE(SlidingCostPush, 112);
 
-struct BorderLookPush {
+struct SlidingLookPush {
   ivec4 cells;
   ivec4 step;  // cells from candidate to candidate along each axis
   vec4 cost;   // x: share of the own cost, and y: cost, by which a candidate has to be better;
@@ -234,21 +234,21 @@ struct BorderLookPush {
   vec4 cell_mm;
   vec4 different;  // across a border: x: by mm at least, y: over distance
 };
-PALPATE_SIZE(BorderLookPush, 80);
+PALPATE_SIZE(SlidingLookPush, 80);
 
-struct BorderChoosePush {
+struct SlidingChoosePush {
   ivec4 cells;  // w: the first candidate
   ivec4 step;   // cells from candidate to candidate along each axis
   vec4 cell_mm;
   vec4 different;  // across a border: x: by mm at least, y: over distance
 };
-PALPATE_SIZE(BorderChoosePush, 64);
+PALPATE_SIZE(SlidingChoosePush, 64);
 
-struct BorderTakePush {
+struct SlidingTakePush {
   ivec4 cells;
   ivec4 step;  // cells from candidate to candidate along each axis
 };
-PALPATE_SIZE(BorderTakePush, 32);
+PALPATE_SIZE(SlidingTakePush, 32);
 
 struct BlendAlongPush {
   ivec4 cells;  // w: cells that d is long

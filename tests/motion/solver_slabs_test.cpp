@@ -60,7 +60,7 @@ TEST_F(SolverSlabs, GiveTheSameFieldWhereTheWindowYields) {
   const MadePair pair = wave_pair(plain_grid({40, 44, 150}), 0.8, 18.0);
   EstimatorOptions options = preset("balanced");
   options.motion.yield.window = 2.5;
-  options.motion.border.cell = 0;  // what follows on whole images only
+  options.motion.sliding.cell = 0;  // what follows on whole images only
   const PairMotion whole = motion_of(pair.fixed, pair.moving, options);
   const uint64_t needed = plan_motion(pair.fixed.grid, options.motion).device_bytes;
   const auto device = small_device(needed * 8 / 10);

@@ -41,7 +41,7 @@ TEST_F(Solver, FindsATranslationByMoreThanTheStructuresAreWide) {
 /// leave unexplained is searched. Where they explain all, the search must not change anything.
 TEST_F(Solver, SearchesForMotionThatCoarseLevelsLeaveUnexplained) {
   EstimatorOptions searching = preset("balanced");
-  searching.motion.border.cell = 0;
+  searching.motion.sliding.cell = 0;
   EstimatorOptions not_searching = searching;
   not_searching.motion.search_mm = 0.0;
   const SlidingPhantom slide = sliding_phantom();
@@ -89,7 +89,7 @@ TEST_F(Solver, PutsTheBorderOfASlidingOrganInItsPlace) {
   SlidingPhantom slide = sliding_phantom();
   const EstimatorOptions with = preset("balanced");
   EstimatorOptions without = with;
-  without.motion.border.cell = 0;
+  without.motion.sliding.cell = 0;
   const auto errors = [&](const EstimatorOptions& options) {
     const PairMotion motion = motion_of(slide.fixed, slide.moving, options);
     EXPECT_EQ(folds(resampled(motion.field, slide.fixed.grid)).folded, 0U);
@@ -123,10 +123,10 @@ TEST_F(Solver, TakesNothingOverWhereTheMotionIsSmooth) {
   map.centre_mm = middle_of(grid);
   const MadePair pair = made_pair(grid, map);
   EstimatorOptions options = preset("balanced");
-  options.motion.border.apart = 1e6;
+  options.motion.sliding.apart = 1e6;
   const PairMotion never = motion_of(pair.fixed, pair.moving, options);
   const PairMotion usual = motion_of(pair.fixed, pair.moving, preset("balanced"));
-  EXPECT_EQ(usual.report.border_bricks, 0.0);
+  EXPECT_EQ(usual.report.sliding_bricks, 0.0);
   EXPECT_EQ(usual.field.u_mm, never.field.u_mm);
   EXPECT_EQ(usual.field.grid.size, (grid.size + 1) / 2);
 }

@@ -34,31 +34,24 @@ std::map<std::string, Set> all_names() {
       {"search_mm", number(&MotionOptions::search_mm)},
       {"search_work", number(&MotionOptions::search_work)},
   };
-  const auto yield = [&](const char* name, double YieldOptions::*member) {
-    names[std::string("yield_") + name] = [member](MotionOptions& o, double value) {
-      o.yield.*member = value;
+  const auto part = [&](const std::string& prefix, auto of, auto... members) {
+    const auto add = [&](const char* name, auto member) {
+      names[prefix + name] = [of, member](MotionOptions& o, double value) {
+        auto& to = o.*of.*member;
+        to = std::remove_reference_t<decltype(to)>(value);
+      };
     };
+    (add(members.first, members.second), ...);
   };
-  yield("window", &YieldOptions::window);
-  yield("low", &YieldOptions::low);
-  yield("high", &YieldOptions::high);
-  yield("damping", &YieldOptions::damping);
-  yield("smoothness", &YieldOptions::smoothness);
-  yield("evidence", &YieldOptions::evidence);
-  yield("noise", &YieldOptions::noise);
-  yield("flat", &YieldOptions::flat);
-  names["border_cell"] = [](MotionOptions& o, double value) { o.border.cell = int(value); };
-  const auto border = [&](const char* name, double BorderOptions::*member) {
-    names[std::string("border_") + name] = [member](MotionOptions& o, double value) {
-      o.border.*member = value;
-    };
-  };
-  border("limit", &BorderOptions::limit);
-  border("share", &BorderOptions::share);
-  border("noise", &BorderOptions::noise);
-  border("cubic", &BorderOptions::cubic);
-  border("apart", &BorderOptions::apart);
-  border("slope", &BorderOptions::slope);
+  using Y = YieldOptions;
+  part("yield_", &MotionOptions::yield, std::pair("window", &Y::window), std::pair("low", &Y::low),
+       std::pair("high", &Y::high), std::pair("damping", &Y::damping),
+       std::pair("smoothness", &Y::smoothness), std::pair("evidence", &Y::evidence),
+       std::pair("noise", &Y::noise), std::pair("flat", &Y::flat));
+  using S = SlidingOptions;
+  part("sliding_", &MotionOptions::sliding, std::pair("cell", &S::cell),
+       std::pair("cubic", &S::cubic), std::pair("limit", &S::limit), std::pair("share", &S::share),
+       std::pair("noise", &S::noise), std::pair("apart", &S::apart), std::pair("slope", &S::slope));
   for (size_t l = 0; l < 3; ++l) {
     const auto level = [&](const char* name, auto member) {
       names[name + std::to_string(l)] = [l, member](MotionOptions& o, double value) {

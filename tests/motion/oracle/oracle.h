@@ -221,7 +221,7 @@ Vectors blend_along(const Scalars& flags, const Vectors& field, glm::dvec3 cell_
 Vectors upsample_cubic(const Vectors& from, glm::ivec3 to_cells, glm::dvec3 scale,
                        glm::dvec3 offset, double cubic);
 
-// The border step.
+// The step for sliding borders.
 
 /// Cells from a cell to candidate number `candidate`: the distance changes fastest, then the axis,
 /// then the side (positive first).
@@ -230,11 +230,11 @@ glm::ivec3 candidate_offset(int candidate, glm::ivec3 step);
 /// Per cell the means of F, M(x + u), F^2 and F M(x + u) over every second voxel along each axis,
 /// beginning with the cell's second one (its only one, where it has one); M = F where the partner
 /// lies more than half a voxel outside or the packed texel is marked as outside the mask.
-Texels border_moments(const Scalars& fixed, const Scalars& moving, const Texels& packed,
-                      const Vectors& field, glm::ivec3 cell, glm::dvec3 spacing_mm);
+Texels sliding_moments(const Scalars& fixed, const Scalars& moving, const Texels& packed,
+                       const Vectors& field, glm::ivec3 cell, glm::dvec3 spacing_mm);
 
 /// What intensities are compared by.
-struct BorderCost {
+struct SlidingCost {
   glm::ivec3 cell{1};         ///< voxels per cell
   glm::ivec3 coarse_cell{1};  ///< voxels per cell of the moments
   glm::dvec3 spacing_mm{1.0};
@@ -244,9 +244,9 @@ struct BorderCost {
 /// is tried; 0 for voxels outside the mask or whose partner by `own` lies outside, 1 for those
 /// whose partner by v does. a = (E[FM] - E[F]E[M] + noise^2) / (E[F^2] - E[F]^2 + noise^2), b =
 /// E[M] - a E[F], from moments read trilinearly at the cell's middle.
-Scalars border_cost(const Scalars& fixed, const Scalars& moving, const Texels& packed,
-                    const Texels& moments, const Vectors& own, const Vectors& v,
-                    const BorderCost& with);
+Scalars sliding_cost(const Scalars& fixed, const Scalars& moving, const Texels& packed,
+                     const Texels& moments, const Vectors& own, const Vectors& v,
+                     const SlidingCost& with);
 
 /// What tells a border: motions that differ by `apart_mm` and by `slope` over their distance.
 struct AcrossBorder {

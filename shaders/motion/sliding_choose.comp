@@ -3,8 +3,8 @@
 #include "include/read.glsl"
 #include "interface/motion.h"
 #include "include/bricks.glsl"
-#include "include/border.glsl"
-// Of four candidates of the border step that lie across a border (border.glsl), and what was best so far, the one that
+#include "include/sliding.glsl"
+// Of four candidates of the border step that lie across a border (sliding.glsl), and what was best so far, the one that
 // costs least.
 //
 // binding  direction  format                    shape            unit
@@ -15,12 +15,12 @@
 // 4        in         rgba32f: u                cells            mm
 //
 // One invocation: one cell. Border: a candidate outside the field is none. Precision: fp32, which candidate as a small whole number in fp16.
-// Race: 2 is read only at the own cell, so 2 and 3 may be the same image. CPU oracle: oracle::border_choose.
+// Race: 2 is read only at the own cell, so 2 and 3 may be the same image. CPU oracle: oracle::sliding_choose.
 TEXELS(1, costs, rgba16f);
 TEXELS(2, so_far, rgba16f);
 layout(set = 0, binding = 3) uniform writeonly image3D chosen;
 TEXELS(4, field, rgba32f);
-layout(push_constant) uniform Push { BorderChoosePush push; };
+layout(push_constant) uniform Push { SlidingChoosePush push; };
 
 void main() {
   const ivec3 cell = brick_cell();

@@ -3,11 +3,11 @@
 #include "include/read.glsl"
 #include "interface/motion.h"
 #include "include/bricks.glsl"
-#include "include/border.glsl"
+#include "include/sliding.glsl"
 // Where the border step has work to do: cells whose intensities fit worse than noise explains, and around which
 // something moves otherwise.
 //   to beat = cost - max(share cost, noise)                                  (what a candidate has to stay below)
-//   work for the candidates that lie across a border (border.glsl), where to beat > noise_cost
+//   work for the candidates that lie across a border (sliding.glsl), where to beat > noise_cost
 //
 // binding  direction  format                  shape            unit
 // 0        in         uint                    bricks listed    packed brick coordinates
@@ -17,12 +17,12 @@
 // 4        in/out     uint                    bricks listed    bit n: there is work for candidate n
 //
 // One invocation: one cell. Border: a candidate outside the field is none. Precision: fp32. Race: atomic or.
-// CPU oracle: oracle::border_look.
+// CPU oracle: oracle::sliding_look.
 TEXELS(1, costs, rgba16f);
 TEXELS(2, field, rgba32f);
 layout(set = 0, binding = 3) uniform writeonly image3D chosen;
 layout(set = 0, binding = 4) buffer Work { uint work[]; };
-layout(push_constant) uniform Push { BorderLookPush push; };
+layout(push_constant) uniform Push { SlidingLookPush push; };
 
 void main() {
   const ivec3 cell = brick_cell();
@@ -33,7 +33,7 @@ void main() {
   if (to_beat <= push.cost.z) return;
   const vec3 u = READ(field, cell).xyz;
   uint wanted = 0u;
-  for (int c = 0; c < 6 * kBorderSteps; ++c) {
+  for (int c = 0; c < 6 * kSlidingBorderss; ++c) {
     const ivec3 offset = candidate_offset(c, push.step.xyz);
     const ivec3 from = cell + offset;
     if (from != clamp(from, ivec3(0), push.cells.xyz - 1)) continue;

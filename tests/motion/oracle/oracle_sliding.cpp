@@ -71,15 +71,15 @@ Vectors upsample_cubic(const Vectors& from, glm::ivec3 to_cells, glm::dvec3 scal
 
 glm::ivec3 candidate_offset(int candidate, glm::ivec3 step) {
   glm::ivec3 offset(0);
-  const int axis = candidate / shaders::kBorderSteps % 3;
-  const int side = candidate < 3 * shaders::kBorderSteps ? 1 : -1;
-  const int distance = candidate % shaders::kBorderSteps + 1;
+  const int axis = candidate / shaders::kSlidingBorderss % 3;
+  const int side = candidate < 3 * shaders::kSlidingBorderss ? 1 : -1;
+  const int distance = candidate % shaders::kSlidingBorderss + 1;
   offset[axis] = side * distance * step[axis];
   return offset;
 }
 
-Texels border_moments(const Scalars& fixed, const Scalars& moving, const Texels& packed,
-                      const Vectors& field, glm::ivec3 cell, glm::dvec3 spacing_mm) {
+Texels sliding_moments(const Scalars& fixed, const Scalars& moving, const Texels& packed,
+                       const Vectors& field, glm::ivec3 cell, glm::dvec3 spacing_mm) {
   Texels result(field.size);
   for_each(field.size, [&](glm::ivec3 c) {
     glm::dvec4 sum(0.0);
@@ -104,9 +104,9 @@ Texels border_moments(const Scalars& fixed, const Scalars& moving, const Texels&
   return result;
 }
 
-Scalars border_cost(const Scalars& fixed, const Scalars& moving, const Texels& packed,
-                    const Texels& moments, const Vectors& own, const Vectors& v,
-                    const BorderCost& with) {
+Scalars sliding_cost(const Scalars& fixed, const Scalars& moving, const Texels& packed,
+                     const Texels& moments, const Vectors& own, const Vectors& v,
+                     const SlidingCost& with) {
   Scalars result(own.size);
   const double f2 = with.noise * with.noise;
   for_each(own.size, [&](glm::ivec3 c) {

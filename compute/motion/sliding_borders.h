@@ -2,6 +2,7 @@
 
 #include <map>
 #include <memory>
+#include <stop_token>
 
 #include "compute/motion/pyramid.h"
 #include "compute/motion/report.h"
@@ -14,15 +15,15 @@ namespace palpate {
 /// field may take over the motion of a cell further along an axis, if the intensities themselves
 /// then fit better by more than noise explains; only bricks in which they do not fit yet and
 /// something moves otherwise nearby are worked on. One thread at a time. Throws vulkan::Failure.
-class BorderStep {
+class SlidingBorders {
  public:
-  BorderStep(std::shared_ptr<vulkan::Context> context, std::shared_ptr<MotionKernels> kernels,
-             const MotionPlan& plan);
+  SlidingBorders(std::shared_ptr<vulkan::Context> context, std::shared_ptr<MotionKernels> kernels,
+                 const MotionPlan& plan);
 
   /// `solved`: u (mm along the image axes) and confidence on the finest level's cells, without
-  /// folds. Waits. The result, without folds as well, is field().
-  void solve(const FramePyramid& fixed, const FramePyramid& moving, const vulkan::Image& solved,
-             SolveReport& report);
+  /// folds. Waits. The result, without folds as well, is field(). False, and no result, if stopped.
+  bool solve(const FramePyramid& fixed, const FramePyramid& moving, const vulkan::Image& solved,
+             const std::stop_token& stop, SolveReport& report);
 
   /// u and confidence on plan.field.
   const vulkan::Image& field() const { return field_; }
@@ -36,14 +37,14 @@ class BorderStep {
   const vulkan::Image& record_means(const FramePyramid& fixed, const FramePyramid& moving,
                                     const vulkan::Image& solved);
   void record_cost(int first, const FramePyramid& fixed, const FramePyramid& moving,
-                   const vulkan::Image& means, const BrickList& bricks, const vulkan::Image& costs);
+                   const vulkan::Image& means, const BrickList& near);
   const vulkan::Image& record_smooth(const BrickList& bricks);
   Found begin(const vulkan::Image& solved);
   Candidates look(const BrickList& bricks, const FramePyramid& fixed, const vulkan::Image& costs);
 
   std::shared_ptr<vulkan::Context> context_;
   std::shared_ptr<MotionKernels> kernels_;
-  const BorderOptions options_;
+  const SlidingOptions options_;
   const double min_determinant_;
   const LevelPlan level_, fine_;
   const glm::ivec3 step_;      // cells from candidate to candidate

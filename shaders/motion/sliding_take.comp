@@ -3,7 +3,7 @@
 #include "include/read.glsl"
 #include "interface/motion.h"
 #include "include/bricks.glsl"
-#include "include/border.glsl"
+#include "include/sliding.glsl"
 // The field after the border step: each cell moves as the candidate that was chosen for it, or as before.
 //
 // binding  direction  format                      shape            unit
@@ -13,11 +13,11 @@
 // 3        out        rgba32f: u, confidence      cells            mm, 1 (the cell's own)
 //
 // One invocation: one cell. Border: none. Precision: fp32. Race: each output written once, not in place.
-// CPU oracle: oracle::border_take.
+// CPU oracle: oracle::sliding_take.
 TEXELS(1, chosen, rgba16f);
 TEXELS(2, field, rgba32f);
 layout(set = 0, binding = 3) uniform writeonly image3D taken;
-layout(push_constant) uniform Push { BorderTakePush push; };
+layout(push_constant) uniform Push { SlidingTakePush push; };
 
 void main() {
   const ivec3 cell = brick_cell();

@@ -3,7 +3,7 @@
 #include "include/read.glsl"
 #include "interface/motion.h"
 #include "include/bricks.glsl"
-#include "include/border.glsl"
+#include "include/sliding.glsl"
 // How badly the frames' intensities fit where a cell moves as it does, or as one of the cells around it does:
 //   cost = mean over the cell's voxels of min(1, (a F(x) + b - M(x + v))^2 / limit^2)
 //   a = (E[F M] - E[F] E[M] + f^2) / (E[F^2] - E[F]^2 + f^2),  b = E[M] - a E[F]             (the gain nearby)
@@ -15,21 +15,21 @@
 // 1        in         any, one channel: F             image (z, y, x)  scaled intensity
 // 2        in         any, one channel: M             image            scaled intensity
 // 3        in         rgba32f: u                      cells (z, y, x)  mm along the image axes
-// 4        in         rgba32f: E[F] E[M] E[F^2] E[FM] coarser cells    see border_moments.comp, smoothed
+// 4        in         rgba32f: E[F] E[M] E[F^2] E[FM] coarser cells    see sliding_moments.comp, smoothed
 // 5        in         rgba: gx . . .                  image            gx: infinite outside the mask
 // 6        out        rgba: cost                      cells            1; of candidates first .. first + 3, or of the
 //                                                                      cell's own motion in all four where first < 0
 //
 // One invocation: one cell, which moves as a whole. Border: a voxel outside the mask or whose own partner lies more than
 // half a voxel outside costs nothing, whatever the candidate; a candidate's partner outside costs 1.
-// Cells outside the field: held. Precision: fp32. Race: each output written once. CPU oracle: oracle::border_cost.
+// Cells outside the field: held. Precision: fp32. Race: each output written once. CPU oracle: oracle::sliding_cost.
 TEXELS(1, fixed_image, r16f);
 layout(set = 0, binding = 2) uniform sampler3D moving_image;
 TEXELS(3, field, rgba32f);
 layout(set = 0, binding = 4) uniform sampler3D means;
 TEXELS(5, packed_image, rgba16f);
 layout(set = 0, binding = 6) uniform writeonly image3D costs;
-layout(push_constant) uniform Push { BorderCostPush push; };
+layout(push_constant) uniform Push { SlidingCostPush push; };
 layout(constant_id = 0) const int kOwn = 0;
 
 bool inside(vec3 partner) {

@@ -16,13 +16,13 @@
 // 5        out        rgba32f: means           cells            scaled intensity, and its square
 //
 // One invocation: one cell. Border: held. Precision: fp32. Race: each output written once.
-// CPU oracle: oracle::border_moments.
+// CPU oracle: oracle::sliding_moments.
 TEXELS(1, fixed_image, r16f);
 layout(set = 0, binding = 2) uniform sampler3D moving_image;
 layout(set = 0, binding = 3) uniform sampler3D field;
 TEXELS(4, packed_image, rgba16f);
 layout(set = 0, binding = 5) uniform writeonly image3D means;
-layout(push_constant) uniform Push { BorderMomentsPush push; };
+layout(push_constant) uniform Push { SlidingMomentsPush push; };
 
 void main() {
   const ivec3 cell = brick_cell();

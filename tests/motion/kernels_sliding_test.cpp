@@ -3,7 +3,7 @@
 
 #include "tests/motion/kernel_test.h"
 
-/// The border step's kernels, against their oracles.
+/// The kernels of the step for sliding borders, against their oracles.
 namespace palpate::test {
 namespace {
 
@@ -11,7 +11,7 @@ using oracle::Scalars;
 using oracle::Texels;
 using oracle::Vectors;
 
-constexpr int kCandidates = 6 * shaders::kBorderSteps;
+constexpr int kCandidates = 6 * shaders::kSlidingBorderss;
 
 Vectors stored_vectors(glm::ivec3 cells, uint32_t seed, double reach) {
   return vectors_of(as_stored(texels_of(random_vectors(cells, seed, reach)), Format::kRgba32));
@@ -36,15 +36,15 @@ struct Frames {
   Texels packed;
 };
 
-class BorderKernelTest : public KernelTest {};
-class BorderMomentsKernel : public BorderKernelTest {};
-class BorderCostKernel : public BorderKernelTest {};
-class BorderFindKernel : public BorderKernelTest {};
-class BorderChoiceKernels : public BorderKernelTest {};
-class BlendAlongKernel : public BorderKernelTest {};
-class UpsampleCubicKernel : public BorderKernelTest {};
+class SlidingKernelTest : public KernelTest {};
+class SlidingMomentsKernel : public SlidingKernelTest {};
+class SlidingCostKernel : public SlidingKernelTest {};
+class SlidingFindKernel : public SlidingKernelTest {};
+class SlidingChoiceKernels : public SlidingKernelTest {};
+class BlendAlongKernel : public SlidingKernelTest {};
+class UpsampleCubicKernel : public SlidingKernelTest {};
 
-TEST_F(BorderMomentsKernel, AreTheMeansOfWhatTheFieldBringsTogether) {
+TEST_F(SlidingMomentsKernel, AreTheMeansOfWhatTheFieldBringsTogether) {
   uint32_t seed = 2000;
   const glm::dvec3 spacing_mm(0.8, 1.0, 1.6);
   for (const glm::ivec3 size : kSizes) {
@@ -54,8 +54,8 @@ TEST_F(BorderMomentsKernel, AreTheMeansOfWhatTheFieldBringsTogether) {
         const Frames frames(size, seed += 10, masked);
         const glm::ivec3 cells = oracle::cells_of(size, cell);
         const Vectors field = stored_vectors(cells, seed + 5, 2.0);
-        const Texels expected = oracle::border_moments(frames.fixed, frames.moving, frames.packed,
-                                                       field, cell, spacing_mm);
+        const Texels expected = oracle::sliding_moments(frames.fixed, frames.moving, frames.packed,
+                                                        field, cell, spacing_mm);
         const BrickList bricks = all_bricks(cells);
         const vulkan::Buffer list = upload_bricks(context(), bricks);
         const DeviceImage f = put(texels_of(frames.fixed), Format::kR16);
@@ -63,10 +63,10 @@ TEST_F(BorderMomentsKernel, AreTheMeansOfWhatTheFieldBringsTogether) {
         const DeviceImage u = put(texels_of(field), Format::kRgba32);
         const DeviceImage packed = put(frames.packed, Format::kRgba16);
         const DeviceImage to = output(cells, Format::kRgba32);
-        dispatch(kernels()->border_moments(),
+        dispatch(kernels()->sliding_moments(),
                  {list, nearest(f), linear(m), linear(u), nearest(packed), to.image},
-                 shaders::BorderMomentsPush{glm::ivec4(cells, 0), glm::ivec4(cell, 0),
-                                            glm::ivec4(size, 0), glm::vec4(spacing_mm, 0)},
+                 shaders::SlidingMomentsPush{glm::ivec4(cells, 0), glm::ivec4(cell, 0),
+                                             glm::ivec4(size, 0), glm::vec4(spacing_mm, 0)},
                  slice_groups(bricks));
         // A partner's place has the rounding of the field's own reading.
         expect_all(to, expected, 4, 4.0, 10.0 * sampling_tolerance());
@@ -75,10 +75,10 @@ TEST_F(BorderMomentsKernel, AreTheMeansOfWhatTheFieldBringsTogether) {
   }
 }
 
-TEST_F(BorderCostKernel, IsTheCutSquaredDifferenceByTheMotionOfEachCandidate) {
+TEST_F(SlidingCostKernel, IsTheCutSquaredDifferenceByTheMotionOfEachCandidate) {
   uint32_t seed = 2500;
   const glm::ivec3 cell(2, 2, 1), coarse_cell(4, 4, 2), step(2, 1, 2);
-  oracle::BorderCost with{cell, coarse_cell, {0.8, 1.0, 1.6}, 0.4, 0.1};
+  oracle::SlidingCost with{cell, coarse_cell, {0.8, 1.0, 1.6}, 0.4, 0.1};
   for (const glm::ivec3 size : kSizes) {
     for (const bool masked : {false, true}) {
       SCOPED_TRACE(text(size) + (masked ? " with a mask" : ""));
@@ -87,9 +87,9 @@ TEST_F(BorderCostKernel, IsTheCutSquaredDifferenceByTheMotionOfEachCandidate) {
       const glm::ivec3 coarse = oracle::cells_of(size, coarse_cell);
       const Vectors field = stored_vectors(cells, seed + 5, 3.0);
       const Texels moments =
-          as_stored(oracle::border_moments(frames.fixed, frames.moving, frames.packed,
-                                           stored_vectors(coarse, seed + 6, 2.0), coarse_cell,
-                                           with.spacing_mm),
+          as_stored(oracle::sliding_moments(frames.fixed, frames.moving, frames.packed,
+                                            stored_vectors(coarse, seed + 6, 2.0), coarse_cell,
+                                            with.spacing_mm),
                     Format::kRgba32);
       const BrickList bricks = every_second_brick(cells);
       const vulkan::Buffer list = upload_bricks(context(), bricks);
@@ -108,21 +108,21 @@ TEST_F(BorderCostKernel, IsTheCutSquaredDifferenceByTheMotionOfEachCandidate) {
               v.at(i) = field.held(i + oracle::candidate_offset(first + c, step));
             });
           }
-          const Scalars cost = oracle::border_cost(frames.fixed, frames.moving, frames.packed,
-                                                   moments, field, v, with);
+          const Scalars cost = oracle::sliding_cost(frames.fixed, frames.moving, frames.packed,
+                                                    moments, field, v, with);
           for (size_t i = 0; i < cost.values.size(); ++i) expected.values[i][c] = cost.values[i];
         }
         const DeviceImage to = output(cells, Format::kRgba16);
         dispatch(
-            kernels()->border_cost(first < 0),
+            kernels()->sliding_cost(first < 0),
             {list, nearest(f), linear(m), nearest(u), linear(means), nearest(packed), to.image},
-            shaders::BorderCostPush{glm::ivec4(cells, 0),
-                                    glm::ivec4(cell, 0),
-                                    glm::ivec4(size, 0),
-                                    glm::vec4(with.spacing_mm, 1.0 / (with.limit * with.limit)),
-                                    glm::ivec4(coarse * coarse_cell, 0),
-                                    glm::ivec4(step, first),
-                                    {float(with.noise * with.noise), 0, 0, 0}},
+            shaders::SlidingCostPush{glm::ivec4(cells, 0),
+                                     glm::ivec4(cell, 0),
+                                     glm::ivec4(size, 0),
+                                     glm::vec4(with.spacing_mm, 1.0 / (with.limit * with.limit)),
+                                     glm::ivec4(coarse * coarse_cell, 0),
+                                     glm::ivec4(step, first),
+                                     {float(with.noise * with.noise), 0, 0, 0}},
             slice_groups(bricks));
         // Squared and divided by limit^2, a difference has ten times the sample's error and more.
         expect_cells(to, expected, bricks, 4, 1.0, 100.0 * sampling_tolerance());
@@ -133,7 +133,7 @@ TEST_F(BorderCostKernel, IsTheCutSquaredDifferenceByTheMotionOfEachCandidate) {
 
 /// Candidates that fit better are taken, the best one of all; those on the same side of the border
 /// or outside the field are not.
-TEST_F(BorderChoiceKernels, TakeTheBestCandidateFromAcrossABorder) {
+TEST_F(SlidingChoiceKernels, TakeTheBestCandidateFromAcrossABorder) {
   uint32_t seed = 3000;
   const float share = 0.2F, least = 0.02F, noise = 0.3F;
   size_t taken = 0, kept = 0;
@@ -192,26 +192,26 @@ TEST_F(BorderChoiceKernels, TakeTheBestCandidateFromAcrossABorder) {
                          vulkan::Buffer::Kind::kHostVisible);
     std::fill(found.as<uint32_t>().begin(), found.as<uint32_t>().end(), 0U);
     const glm::vec4 different(float(with.apart_mm), float(with.slope), 0, 0);
-    dispatch(kernels()->border_look(), {list, nearest(cost), nearest(u), chosen.image, found},
-             shaders::BorderLookPush{glm::ivec4(cells, 0),
-                                     glm::ivec4(with.step, 0),
-                                     {share, least, noise, 0},
-                                     glm::vec4(with.cell_mm, 0),
-                                     different},
+    dispatch(kernels()->sliding_look(), {list, nearest(cost), nearest(u), chosen.image, found},
+             shaders::SlidingLookPush{glm::ivec4(cells, 0),
+                                      glm::ivec4(with.step, 0),
+                                      {share, least, noise, 0},
+                                      glm::vec4(with.cell_mm, 0),
+                                      different},
              slice_groups(bricks));
     for (size_t k = 0; k < bricks.size(); ++k)
       EXPECT_EQ(found.as<uint32_t>()[k], work[k]) << "brick " << k;
     for (int first = 0; first < kCandidates; first += 4) {
       const DeviceImage four = put(costs[size_t(first / 4)], Format::kRgba16);
-      dispatch(kernels()->border_choose(),
+      dispatch(kernels()->sliding_choose(),
                {list, nearest(four), nearest(chosen), chosen.image, nearest(u)},
-               shaders::BorderChoosePush{glm::ivec4(cells, first), glm::ivec4(with.step, 0),
-                                         glm::vec4(with.cell_mm, 0), different},
+               shaders::SlidingChoosePush{glm::ivec4(cells, first), glm::ivec4(with.step, 0),
+                                          glm::vec4(with.cell_mm, 0), different},
                slice_groups(bricks));
     }
     const DeviceImage to = output(cells, Format::kRgba32);
-    dispatch(kernels()->border_take(), {list, nearest(chosen), nearest(u), to.image},
-             shaders::BorderTakePush{glm::ivec4(cells, 0), glm::ivec4(with.step, 0)},
+    dispatch(kernels()->sliding_take(), {list, nearest(chosen), nearest(u), to.image},
+             shaders::SlidingTakePush{glm::ivec4(cells, 0), glm::ivec4(with.step, 0)},
              slice_groups(bricks));
     expect_all(to, texels_of(expected), 3, 3.0);
   }
@@ -219,7 +219,7 @@ TEST_F(BorderChoiceKernels, TakeTheBestCandidateFromAcrossABorder) {
   EXPECT_GT(kept, 100U);
 }
 
-TEST_F(BorderFindKernel, TellsCandidatesAndSlopesOfEachBrickOfTheFinerCells) {
+TEST_F(SlidingFindKernel, TellsCandidatesAndSlopesOfEachBrickOfTheFinerCells) {
   uint32_t seed = 3300;
   for (const glm::ivec3 cells : kSizes) {
     for (const glm::ivec3 ratio : {glm::ivec3(2), glm::ivec3(2, 2, 1)}) {
@@ -248,13 +248,13 @@ TEST_F(BorderFindKernel, TellsCandidatesAndSlopesOfEachBrickOfTheFinerCells) {
       vulkan::Buffer found(context(), 2 * count * sizeof(uint32_t),
                            vulkan::Buffer::Kind::kHostVisible);
       std::fill(found.as<uint32_t>().begin(), found.as<uint32_t>().end(), 0U);
-      dispatch(kernels()->border_find(), {list, nearest(u), found},
-               shaders::BorderFindPush{glm::ivec4(cells, 0),
-                                       glm::ivec4(ratio, 0),
-                                       glm::ivec4(bricks, 0),
-                                       glm::ivec4(with.step, 0),
-                                       glm::vec4(with.cell_mm, 0),
-                                       {float(with.apart_mm), float(with.slope), 0, 0}},
+      dispatch(kernels()->sliding_find(), {list, nearest(u), found},
+               shaders::SlidingFindPush{glm::ivec4(cells, 0),
+                                        glm::ivec4(ratio, 0),
+                                        glm::ivec4(bricks, 0),
+                                        glm::ivec4(with.step, 0),
+                                        glm::vec4(with.cell_mm, 0),
+                                        {float(with.apart_mm), float(with.slope), 0, 0}},
                slice_groups(listed));
       for (size_t n = 0; n < count; ++n) {
         EXPECT_EQ(found.as<uint32_t>()[2 * n], candidates[n]) << "brick " << n;

@@ -1,4 +1,4 @@
-#include "compute/motion/border.h"
+#include "compute/motion/sliding_borders.h"
 
 #include <algorithm>
 #include <bit>
@@ -14,16 +14,15 @@ namespace {
 constexpr double kGainSigma = 12.0;  // h: over what the gain between the frames is taken
 constexpr double kCostSigma = 1.4;   // h: over what costs are summed, beside the cell itself
 constexpr double kStep = 4.0;        // h: from candidate to candidate
-constexpr int kRoundsAlong = 40;     // of repair that keep the border
-// |slope|^2 along an axis: below, no cell of the cubic can fold. With slopes a, b, c along the axes
-// |a|^2 + |b|^2 + |c|^2 < 1 keeps the determinant positive, and the cubic is steeper than the
-// straight lines between cells by 1.25 at most.
-constexpr float kSteep = 0.9F / (3.0F * 1.25F * 1.25F);
-constexpr int kCandidates = 6 * shaders::kBorderSteps;
-
-glm::ivec4 wide(glm::ivec3 v, int w = 0) {
-  return {v, w};
-}
+constexpr int kRoundsAlong = 40;     // of repair that keep sliding borders
+// |slope|^2 of the solved field along an axis, below which the finer one can not fold: slopes a, b,
+// c along the axes with |a|^2 + |b|^2 + |c|^2 < 1 keep the determinant positive. Between samples a
+// quarter before and after the coarse ones the cubic is at most 1.375 times as steep as the
+// steepest difference of the coarse ones that it reads, and along each of the other two axes its
+// weights sum to at most 1.1875 without their signs.
+constexpr float kCubicSteeper = 1.375F * 1.1875F * 1.1875F;
+constexpr float kMayFold = 0.9F / (3.0F * kCubicSteeper * kCubicSteeper);
+constexpr int kCandidates = 6 * shaders::kSlidingBorderss;
 
 void list(const BrickList& bricks, vulkan::Buffer& buffer) {
   std::copy(bricks.begin(), bricks.end(), buffer.as<uint32_t>().begin());
@@ -31,11 +30,11 @@ void list(const BrickList& bricks, vulkan::Buffer& buffer) {
 
 }  // namespace
 
-BorderStep::BorderStep(std::shared_ptr<vulkan::Context> context,
-                       std::shared_ptr<MotionKernels> kernels, const MotionPlan& plan)
+SlidingBorders::SlidingBorders(std::shared_ptr<vulkan::Context> context,
+                               std::shared_ptr<MotionKernels> kernels, const MotionPlan& plan)
     : context_(std::move(context)),
       kernels_(std::move(kernels)),
-      options_(plan.options.border),
+      options_(plan.options.sliding),
       min_determinant_(plan.options.min_determinant),
       level_(plan.levels[0]),
       fine_(result_level(plan)),
@@ -64,20 +63,21 @@ BorderStep::BorderStep(std::shared_ptr<vulkan::Context> context,
 }
 
 /// What the frames have in common nearby, on the solved cells.
-const vulkan::Image& BorderStep::record_means(const FramePyramid& fixed, const FramePyramid& moving,
-                                              const vulkan::Image& solved) {
+const vulkan::Image& SlidingBorders::record_means(const FramePyramid& fixed,
+                                                  const FramePyramid& moving,
+                                                  const vulkan::Image& solved) {
   const vulkan::Sampler& linear = kernels_->linear();
   const vulkan::Sampler& nearest = kernels_->nearest();
   recorder_.dispatch(
-      kernels_->border_moments(),
+      kernels_->sliding_moments(),
       {coarse_list_,
        {fixed.raw(), nearest},
        {moving.raw(), linear},
        {solved, linear},
        {fixed.level(0), nearest},
        means_[0]},
-      shaders::BorderMomentsPush{wide(level_.cells), wide(level_.cell), wide(level_.image_size),
-                                 glm::vec4(level_.spacing_mm, 0)},
+      shaders::SlidingMomentsPush{wide(level_.cells), wide(level_.cell), wide(level_.image_size),
+                                  glm::vec4(level_.spacing_mm, 0)},
       slice_groups(coarse_bricks_));
   const glm::dvec3 sigma = kGainSigma * level_.h_mm / level_.cell_mm;
   const bool swapped =
@@ -86,33 +86,32 @@ const vulkan::Image& BorderStep::record_means(const FramePyramid& fixed, const F
   return means_[swapped ? 1 : 0];
 }
 
-void BorderStep::record_cost(int first, const FramePyramid& fixed, const FramePyramid& moving,
-                             const vulkan::Image& means, const BrickList& bricks,
-                             const vulkan::Image& costs) {
+void SlidingBorders::record_cost(int first, const FramePyramid& fixed, const FramePyramid& moving,
+                                 const vulkan::Image& means, const BrickList& near) {
   const vulkan::Sampler& linear = kernels_->linear();
   const vulkan::Sampler& nearest = kernels_->nearest();
   const double floor = fixed.noise();
   const double limit = options_.limit;
-  recorder_.dispatch(kernels_->border_cost(first < 0),
+  recorder_.dispatch(kernels_->sliding_cost(first < 0),
                      {near_list_,
                       {fixed.raw(), nearest},
                       {moving.raw(), linear},
                       {field_, nearest},
                       {means, linear},
                       {fixed.level(0), nearest},
-                      costs},
-                     shaders::BorderCostPush{wide(fine_.cells),
-                                             wide(fine_.cell),
-                                             wide(fine_.image_size),
-                                             glm::vec4(fine_.spacing_mm, 1.0 / (limit * limit)),
-                                             wide(level_.cells * level_.cell),
-                                             wide(step_, first),
-                                             {float(floor * floor), 0, 0, 0}},
-                     slice_groups(bricks));
+                      costs_},
+                     shaders::SlidingCostPush{wide(fine_.cells),
+                                              wide(fine_.cell),
+                                              wide(fine_.image_size),
+                                              glm::vec4(fine_.spacing_mm, 1.0 / (limit * limit)),
+                                              wide(level_.cells * level_.cell),
+                                              wide(step_, first),
+                                              {float(floor * floor), 0, 0, 0}},
+                     slice_groups(near));
 }
 
 /// Sums costs_ over what lies around each cell of near_list_; the image that holds the result.
-const vulkan::Image& BorderStep::record_smooth(const BrickList& bricks) {
+const vulkan::Image& SlidingBorders::record_smooth(const BrickList& bricks) {
   const glm::dvec3 sigma = kCostSigma * fine_.h_mm / fine_.cell_mm;
   const bool swapped = record_gauss(recorder_, *kernels_, near_list_, brick_groups(bricks), sigma,
                                     {&costs_}, {&smoothed_});
@@ -121,7 +120,7 @@ const vulkan::Image& BorderStep::record_smooth(const BrickList& bricks) {
 
 /// Reads the field on the finer cells; the candidates (bits) of each brick that lie across a border
 /// in the solved one, and the bricks in which it is steep enough to fold.
-BorderStep::Found BorderStep::begin(const vulkan::Image& solved) {
+SlidingBorders::Found SlidingBorders::begin(const vulkan::Image& solved) {
   const vulkan::Sampler& nearest = kernels_->nearest();
   const glm::ivec3 ratio = level_.cell / fine_.cell;
   const glm::dvec3 scale = 1.0 / glm::dvec3(ratio);
@@ -133,10 +132,10 @@ BorderStep::Found BorderStep::begin(const vulkan::Image& solved) {
                             glm::vec4(0.5 * scale - 0.5, 0)},
       {(fine_.cells.x + 63) / 64, fine_.cells.y, fine_.cells.z});
   recorder_.fill(work_, 0);
-  recorder_.dispatch(kernels_->border_find(), {coarse_list_, {solved, nearest}, work_},
-                     shaders::BorderFindPush{wide(level_.cells), wide(ratio), wide(bricks),
-                                             wide(glm::max(step_ / ratio, glm::ivec3(1))),
-                                             glm::vec4(level_.cell_mm, 0), different_},
+  recorder_.dispatch(kernels_->sliding_find(), {coarse_list_, {solved, nearest}, work_},
+                     shaders::SlidingFindPush{wide(level_.cells), wide(ratio), wide(bricks),
+                                              wide(glm::max(step_ / ratio, glm::ivec3(1))),
+                                              glm::vec4(level_.cell_mm, 0), different_},
                      slice_groups(coarse_bricks_));
   recorder_.run();
   Found found;
@@ -144,22 +143,22 @@ BorderStep::Found BorderStep::begin(const vulkan::Image& solved) {
   const auto work = work_.as<uint32_t>();
   for (size_t i = 0; i < all.size(); ++i) {
     if (work[2 * i]) found.candidates[all[i]] = work[2 * i];
-    if (std::bit_cast<float>(work[2 * i + 1]) > kSteep) found.steep.push_back(all[i]);
+    if (std::bit_cast<float>(work[2 * i + 1]) > kMayFold) found.steep.push_back(all[i]);
   }
   return found;
 }
 
 /// Of these bricks, those in which the intensities do not fit, with the candidates that might.
-BorderStep::Candidates BorderStep::look(const BrickList& bricks, const FramePyramid& fixed,
-                                        const vulkan::Image& costs) {
+SlidingBorders::Candidates SlidingBorders::look(const BrickList& bricks, const FramePyramid& fixed,
+                                                const vulkan::Image& costs) {
   const double sd = fixed.noise() / kNoiseFloor / options_.limit;
   const double noise = 2.0 * sd * sd;  // cost of a difference of two frames' noise
   list(bricks, list_);
   recorder_.fill(work_, 0);
   recorder_.dispatch(
-      kernels_->border_look(),
+      kernels_->sliding_look(),
       {list_, {costs, kernels_->nearest()}, {field_, kernels_->nearest()}, chosen_, work_},
-      shaders::BorderLookPush{
+      shaders::SlidingLookPush{
           wide(fine_.cells),
           wide(step_),
           {float(options_.share), float(options_.noise * noise), float(noise), 0},
@@ -174,8 +173,9 @@ BorderStep::Candidates BorderStep::look(const BrickList& bricks, const FramePyra
   return wanted;
 }
 
-void BorderStep::solve(const FramePyramid& fixed, const FramePyramid& moving,
-                       const vulkan::Image& solved, SolveReport& report) {
+bool SlidingBorders::solve(const FramePyramid& fixed, const FramePyramid& moving,
+                           const vulkan::Image& solved, const std::stop_token& stop,
+                           SolveReport& report) {
   const vulkan::Sampler& nearest = kernels_->nearest();
   const auto with = [](const Candidates& all, uint32_t candidates) {
     BrickList result;
@@ -195,26 +195,27 @@ void BorderStep::solve(const FramePyramid& fixed, const FramePyramid& moving,
     list(near, near_list_);
     recorder_.restart();
     means = &record_means(fixed, moving, solved);
-    record_cost(-1, fixed, moving, *means, near, costs_);
+    record_cost(-1, fixed, moving, *means, near);
     wanted = look(bordering, fixed, record_smooth(near));
   }
-  report.border_bricks = double(wanted.size()) / double(all_bricks(fine_.cells).size());
+  report.sliding_bricks = double(wanted.size()) / double(all_bricks(fine_.cells).size());
 
   // 3. The best candidate of each cell there, side by side. Costs are smoothed, so those around
   // count as well.
   for (int first = 0; first < kCandidates; first += 4) {
     const BrickList bricks = with(wanted, 0xFU << first);
     if (bricks.empty()) continue;
+    if (stop.stop_requested()) return false;
     const BrickList near = with_neighbours(bricks, fine_.cells);
     list(near, near_list_);
     list(bricks, list_);
     recorder_.restart();
-    record_cost(first, fixed, moving, *means, near, costs_);
+    record_cost(first, fixed, moving, *means, near);
     const vulkan::Image& costs = record_smooth(near);
-    recorder_.dispatch(kernels_->border_choose(),
+    recorder_.dispatch(kernels_->sliding_choose(),
                        {list_, {costs, nearest}, {chosen_, nearest}, chosen_, {field_, nearest}},
-                       shaders::BorderChoosePush{wide(fine_.cells, first), wide(step_),
-                                                 glm::vec4(fine_.cell_mm, 0), different_},
+                       shaders::SlidingChoosePush{wide(fine_.cells, first), wide(step_),
+                                                  glm::vec4(fine_.cell_mm, 0), different_},
                        slice_groups(bricks));
     recorder_.run();
   }
@@ -223,8 +224,8 @@ void BorderStep::solve(const FramePyramid& fixed, const FramePyramid& moving,
   if (!changed.empty()) {
     list(changed, list_);
     recorder_.dispatch(
-        kernels_->border_take(), {list_, {chosen_, nearest}, {field_, nearest}, other_},
-        shaders::BorderTakePush{wide(fine_.cells), wide(step_)}, slice_groups(changed));
+        kernels_->sliding_take(), {list_, {chosen_, nearest}, {field_, nearest}, other_},
+        shaders::SlidingTakePush{wide(fine_.cells), wide(step_)}, slice_groups(changed));
     std::swap(field_, other_);
   }
   recorder_.clear(costs_);  // flags of what folds
@@ -236,6 +237,7 @@ void BorderStep::solve(const FramePyramid& fixed, const FramePyramid& moving,
   repair_folds(recorder_, *kernels_, fine_, min_determinant_, kRoundsAlong,
                {field_, other_, costs_, list_, work_}, with_neighbours(may_fold, fine_.cells),
                report);
+  return true;
 }
 
 }  // namespace palpate

@@ -3,9 +3,9 @@
 #include "include/read.glsl"
 #include "interface/motion.h"
 #include "include/bricks.glsl"
-#include "include/border.glsl"
+#include "include/sliding.glsl"
 // Where the border step may have work to do, from the solved field alone: for each brick of the result's finer cells the
-// candidates that lie across a border (border.glsl), and the steepest slope.
+// candidates that lie across a border (sliding.glsl), and the steepest slope.
 //
 // binding  direction  format        shape                      unit
 // 0        in         uint          bricks listed              packed brick coordinates, of the solved cells
@@ -14,10 +14,10 @@
 //                                   (z, y, x)                  |u(next) - u|^2 / distance^2 along an axis
 //
 // One invocation: one solved cell. Border: a candidate outside the field is none. Precision: fp32. Race: atomic or and
-// maximum; the bits of floats that are not negative order like these. CPU oracle: oracle::border_find.
+// maximum; the bits of floats that are not negative order like these. CPU oracle: oracle::sliding_find.
 TEXELS(1, field, rgba32f);
 layout(set = 0, binding = 2) buffer Found { uint found[]; };
-layout(push_constant) uniform Push { BorderFindPush push; };
+layout(push_constant) uniform Push { SlidingFindPush push; };
 
 void main() {
   const ivec3 cell = brick_cell();
@@ -31,7 +31,7 @@ void main() {
     steepest = max(steepest, dot(slope, slope));
   }
   uint candidates = 0u;
-  for (int c = 0; c < 6 * kBorderSteps; ++c) {
+  for (int c = 0; c < 6 * kSlidingBorderss; ++c) {
     const ivec3 offset = candidate_offset(c, push.step.xyz);
     const ivec3 from = cell + offset;
     if (from != clamp(from, ivec3(0), push.cells.xyz - 1)) continue;
