@@ -106,6 +106,7 @@ std::map<std::string, std::vector<std::vector<std::string>>> rows(const InputFol
   all["feel --csv"] = feel("--csv", false);
   all["feel --record"] = feel("--record", false);
   all["feel --picture"] = feel("--picture", false);
+  all["feel --tubes"] = feel("--tubes", false);
   all["feel --headless"] = feel("--headless", true);
   all["feel --black-box"] = feel("--black-box", true);
   all["view --picture"] = {{"view", seq, "--picture", seq},
