@@ -22,7 +22,7 @@ constexpr int kRoundsAlong = 40;     // of repair that keep sliding borders
 // weights sum to at most 1.1875 without their signs.
 constexpr float kCubicSteeper = 1.375F * 1.1875F * 1.1875F;
 constexpr float kMayFold = 0.9F / (3.0F * kCubicSteeper * kCubicSteeper);
-constexpr int kCandidates = 6 * shaders::kSlidingBorderss;
+constexpr int kCandidates = 6 * shaders::kSlidingSteps;
 
 void list(const BrickList& bricks, vulkan::Buffer& buffer) {
   std::copy(bricks.begin(), bricks.end(), buffer.as<uint32_t>().begin());

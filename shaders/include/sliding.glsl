@@ -1,10 +1,10 @@
-// Candidates of the border step: the motion of cells 1 to kSlidingBorderss steps away along each axis, to both sides. Four in
+// Candidates of the step for sliding borders: the motion of cells 1 to kSlidingSteps steps away along each axis, to both sides. Four in
 // turn lie on the same side along the same axis.
 ivec3 candidate_offset(int candidate, ivec3 step) {
   ivec3 offset = ivec3(0);
-  const int axis = candidate / kSlidingBorderss % 3;
-  const int side = candidate / (3 * kSlidingBorderss);
-  offset[axis] = (side == 0 ? 1 : -1) * (candidate % kSlidingBorderss + 1) * step[axis];
+  const int axis = candidate / kSlidingSteps % 3;
+  const int side = candidate / (3 * kSlidingSteps);
+  offset[axis] = (side == 0 ? 1 : -1) * (candidate % kSlidingSteps + 1) * step[axis];
   return offset;
 }
 

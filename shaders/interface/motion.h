@@ -32,7 +32,7 @@ constexpr float kLeft = 0.01F;
 constexpr float kNoiseOfGradient = 0.15625F;
 constexpr float kLeastResidual = 1e-6F;
 // Candidates of the border step along each axis to each side.
-constexpr int kSlidingBorderss = 4;
+constexpr int kSlidingSteps = 4;
 #else
 #define PALPATE_SIZE(type, bytes)
 const int kBrick = 8;
@@ -46,7 +46,7 @@ const float kSteep = 0.3;
 const float kLeft = 0.01;
 const float kNoiseOfGradient = 0.15625;
 const float kLeastResidual = 1e-6;
-const int kSlidingBorderss = 4;
+const int kSlidingSteps = 4;
 #endif
 
 struct DownsamplePush {

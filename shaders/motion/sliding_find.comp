@@ -31,7 +31,7 @@ void main() {
     steepest = max(steepest, dot(slope, slope));
   }
   uint candidates = 0u;
-  for (int c = 0; c < 6 * kSlidingBorderss; ++c) {
+  for (int c = 0; c < 6 * kSlidingSteps; ++c) {
     const ivec3 offset = candidate_offset(c, push.step.xyz);
     const ivec3 from = cell + offset;
     if (from != clamp(from, ivec3(0), push.cells.xyz - 1)) continue;

@@ -11,7 +11,7 @@ using oracle::Scalars;
 using oracle::Texels;
 using oracle::Vectors;
 
-constexpr int kCandidates = 6 * shaders::kSlidingBorderss;
+constexpr int kCandidates = 6 * shaders::kSlidingSteps;
 
 Vectors stored_vectors(glm::ivec3 cells, uint32_t seed, double reach) {
   return vectors_of(as_stored(texels_of(random_vectors(cells, seed, reach)), Format::kRgba32));

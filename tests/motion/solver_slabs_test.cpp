@@ -55,6 +55,42 @@ TEST_F(SolverSlabs, GiveTheSameFieldAsWholeImages) {
   }
 }
 
+/// Slabs do without the step for sliding borders, which needs whole images, and without its memory;
+/// what the plan says of that is what the device gives.
+TEST_F(SolverSlabs, DoWithoutTheStepForSlidingBordersAndItsMemory) {
+  const MadePair pair = tall_pair();
+  EstimatorOptions options = preset("balanced");
+  options.cyclic = true;  // keeps three frames, which is what is planned for
+  const auto peak = [&](const MotionPlan& plan) {
+    const auto device = small_device(plan.device_bytes);
+    const auto estimator =
+        SequenceEstimator::open(device, pair.fixed.grid, options, [&](const PairMotion& motion) {
+          EXPECT_EQ(motion.field.grid.size, plan.field.size);
+        });
+    EXPECT_TRUE(estimator);
+    if (!estimator) return 0.0;
+    for (size_t k = 0; k < 3; ++k)
+      EXPECT_TRUE((*estimator)->push(k, k % 2 == 0 ? pair.fixed : pair.moving));
+    EXPECT_TRUE((*estimator)->finish());
+    EXPECT_LE(device->memory_peak_bytes(), plan.device_bytes);
+    return double(device->memory_peak_bytes());
+  };
+  MotionPlan with = plan_motion(pair.fixed.grid, options.motion);
+  ASSERT_TRUE(has_sliding_step(with));
+  const double peak_with = peak(with);
+  options.motion.sliding.cell = 0;
+  MotionPlan without = plan_motion(pair.fixed.grid, options.motion);
+  const double peak_without = peak(without);
+  EXPECT_LT(without.field.count(), with.field.count());
+  // A fiftieth of the plan is for the alignment of allocations.
+  EXPECT_NEAR(peak_with - peak_without, double(with.device_bytes - without.device_bytes) / 1.02,
+              0.01 * peak_with);
+
+  ASSERT_TRUE(fit_into(with, with.device_bytes * 8 / 10));
+  EXPECT_FALSE(has_sliding_step(with));
+  EXPECT_EQ(with.field.size, without.field.size);
+}
+
 /// Where the finest level yields, the second window sees the same sums too.
 TEST_F(SolverSlabs, GiveTheSameFieldWhereTheWindowYields) {
   const MadePair pair = wave_pair(plain_grid({40, 44, 150}), 0.8, 18.0);

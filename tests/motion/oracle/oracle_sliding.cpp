@@ -71,9 +71,9 @@ Vectors upsample_cubic(const Vectors& from, glm::ivec3 to_cells, glm::dvec3 scal
 
 glm::ivec3 candidate_offset(int candidate, glm::ivec3 step) {
   glm::ivec3 offset(0);
-  const int axis = candidate / shaders::kSlidingBorderss % 3;
-  const int side = candidate < 3 * shaders::kSlidingBorderss ? 1 : -1;
-  const int distance = candidate % shaders::kSlidingBorderss + 1;
+  const int axis = candidate / shaders::kSlidingSteps % 3;
+  const int side = candidate < 3 * shaders::kSlidingSteps ? 1 : -1;
+  const int distance = candidate % shaders::kSlidingSteps + 1;
   offset[axis] = side * distance * step[axis];
   return offset;
 }
