@@ -63,10 +63,9 @@ TEST_F(SolverSlabs, DoWithoutTheStepForSlidingBordersAndItsMemory) {
   options.cyclic = true;  // keeps three frames, which is what is planned for
   const auto peak = [&](const MotionPlan& plan) {
     const auto device = small_device(plan.device_bytes);
-    const auto estimator =
-        SequenceEstimator::open(device, pair.fixed.grid, options, [&](const PairMotion& motion) {
-          EXPECT_EQ(motion.field.grid.size, plan.field.size);
-        });
+    const auto estimator = SequenceEstimator::open(
+        device, pair.fixed.grid, options,
+        [&](const PairMotion& motion) { EXPECT_EQ(motion.field.grid.size, plan.field.size); });
     EXPECT_TRUE(estimator);
     if (!estimator) return 0.0;
     for (size_t k = 0; k < 3; ++k)
