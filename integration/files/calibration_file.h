@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "module/scene/calibrate.h"
+#include "module/calibrate/calibrate.h"
 
 namespace palpate::files {
 

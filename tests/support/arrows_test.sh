@@ -26,6 +26,7 @@ only 'GLFW|GL/' 'integration/desktop/' compute module integration tests
 only 'cairo' 'integration/charts/|tests/charts/|tests/lab/tests/report/browser_test' compute module integration tests
 only 'alsa/' 'integration/sound/' compute module integration tests
 only 'expat' 'integration/x3d/' compute module integration tests
+only 'Eigen/' 'module/calibrate/' compute module integration
 only 'CLI/' 'integration/app/|tests/lab/' compute module integration tests
 only 'integration/' 'integration/|tests/' compute module integration tests
 only 'compute/(motion|vulkan)' 'compute/motion/|compute/vulkan/|module/view/|module/xr/|module/session/|integration/|tests/' compute module integration tests
@@ -37,6 +38,7 @@ only 'vtk' 'integration/toolkit/vtk/|tests/toolkit/vtk/|tests/lab/bench/|tests/f
 only 'pybind11|Python' 'integration/toolkit/python/' compute module integration tests
 only 'integration/(app|toolkit)' 'integration/app/|integration/toolkit/|tests/' compute module integration tests
 only 'module/session' 'module/session/|integration/|tests/' compute module integration tests
+only 'module/calibrate' 'module/calibrate/|integration/|tests/' compute module integration tests
 only 'module/xr' 'module/xr/|module/session/|integration/|tests/' compute module integration tests
 only 'module/view' 'module/view/|module/xr/|module/session/|integration/|tests/' compute module integration tests
 only 'module/haptics' 'module/haptics/|module/session/|integration/|tests/' compute module integration tests

@@ -5,7 +5,7 @@
 
 #include "module/haptics/mailbox.h"
 #include "module/haptics/ticker.h"
-#include "module/scene/calibrate.h"
+#include "module/calibrate/calibrate.h"
 
 namespace palpate::app {
 

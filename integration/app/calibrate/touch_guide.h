@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "module/scene/calibrate.h"
+#include "module/calibrate/calibrate.h"
 #include "module/xr/hands.h"
 
 namespace palpate::app {

@@ -5,10 +5,11 @@
 #include <optional>
 #include <random>
 
-#include "module/scene/calibrate.h"
-#include "module/scene/rotation_spread.h"
-#include "module/scene/small_linear.h"
-#include "module/scene/tukey.h"
+#include "module/calibrate/calibrate.h"
+#include "module/calibrate/least_squares.h"
+#include "module/calibrate/principal_axes.h"
+#include "module/calibrate/rotation_spread.h"
+#include "module/calibrate/tukey.h"
 
 namespace palpate {
 namespace {
@@ -81,25 +82,25 @@ glm::dquat nearest_rotation(const glm::dmat3& m) {
 /// Least squares with the rotation's nine elements as unknowns: R_B x - M p - t = -p_B.
 std::optional<Model> linear_model(const std::vector<Pair>& pairs,
                                   const std::vector<size_t>& which) {
-  linear::Normal<15> normal;
+  LeastSquares<15> fit;
   for (const size_t i : which) {
     const Pair& pair = pairs[i];
     const glm::dmat3 b = glm::mat3_cast(pair.controller.rotation);
     for (int c = 0; c < 3; ++c) {
-      linear::Vector<15> row{};
+      LeastSquares<15>::Vector row = LeastSquares<15>::Vector::Zero();
       for (int k = 0; k < 3; ++k) {
-        row[size_t(3 * c + k)] = -pair.tip[k];
-        row[size_t(12 + k)] = b[k][c];
+        row[3 * c + k] = -pair.tip[k];
+        row[12 + k] = b[k][c];
       }
-      row[size_t(9 + c)] = -1.0;
-      normal.add(row, -pair.controller.position_m[c]);
+      row[9 + c] = -1.0;
+      fit.add(row, -pair.controller.position_m[c]);
     }
   }
-  const auto x = linear::solve(normal);
+  const auto x = fit.solve();
   if (!x) return std::nullopt;
   glm::dmat3 m;
   for (int c = 0; c < 3; ++c)
-    for (int k = 0; k < 3; ++k) m[k][c] = (*x)[size_t(3 * c + k)];
+    for (int k = 0; k < 3; ++k) m[k][c] = (*x)[3 * c + k];
   Model model;
   model.stage_from_device = {glm::dvec3((*x)[9], (*x)[10], (*x)[11]), nearest_rotation(m)};
   model.tip = glm::dvec3((*x)[12], (*x)[13], (*x)[14]);
@@ -143,7 +144,7 @@ std::optional<Model> start(std::span<const TipSample> tip,
 
 /// One step of Gauss-Newton with weights; false if the data do not tell all unknowns.
 bool improve(Model& model, const std::vector<Pair>& pairs, const std::vector<double>& weights) {
-  linear::Normal<10> normal;
+  LeastSquares<10> fit;
   const glm::dquat& r = model.stage_from_device.rotation;
   for (size_t i = 0; i < pairs.size(); ++i) {
     if (weights[i] <= 0.0) continue;
@@ -153,17 +154,17 @@ bool improve(Model& model, const std::vector<Pair>& pairs, const std::vector<dou
     // A turn w after the rotation moves the residual by -w x p; a later tip by -R v.
     const glm::dvec3 by_turn[3] = {{0.0, -p.z, p.y}, {p.z, 0.0, -p.x}, {-p.y, p.x, 0.0}};
     for (int c = 0; c < 3; ++c) {
-      linear::Vector<10> row{};
+      LeastSquares<10>::Vector row = LeastSquares<10>::Vector::Zero();
       for (int k = 0; k < 3; ++k) {
-        row[size_t(k)] = -by_turn[k][c];
-        row[size_t(6 + k)] = b[k][c];
+        row[k] = -by_turn[k][c];
+        row[6 + k] = b[k][c];
       }
-      row[size_t(3 + c)] = -1.0;
+      row[3 + c] = -1.0;
       row[9] = v[c];
-      normal.add(row, -off[c], weights[i]);
+      fit.add(row, -off[c], weights[i]);
     }
   }
-  const auto x = linear::solve(normal);
+  const auto x = fit.solve();
   if (!x) return false;
   const glm::dvec3 turn((*x)[0], (*x)[1], (*x)[2]);
   const double angle = glm::length(turn);
@@ -179,15 +180,10 @@ bool improve(Model& model, const std::vector<Pair>& pairs, const std::vector<dou
 
 /// RMS movement of the tip along the direction in which it moved least, m.
 double least_reach(std::span<const TipSample> tip) {
-  glm::dvec3 mean(0.0);
-  for (const TipSample& sample : tip) mean += sample.device_m / double(tip.size());
-  linear::Matrix<3> spread{};
-  for (const TipSample& sample : tip)
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j)
-        spread[size_t(i)][size_t(j)] +=
-            (sample.device_m[i] - mean[i]) * (sample.device_m[j] - mean[j]) / double(tip.size());
-  return std::sqrt(std::max(0.0, linear::eigen(spread).values[0]));
+  std::vector<glm::dvec3> places;
+  places.reserve(tip.size());
+  for (const TipSample& sample : tip) places.push_back(sample.device_m);
+  return std::sqrt(principal_axes(places).variance[0]);
 }
 
 }  // namespace

@@ -3,10 +3,10 @@
 #include <optional>
 #include <random>
 
-#include "module/scene/calibrate.h"
-#include "module/scene/rotation_spread.h"
-#include "module/scene/small_linear.h"
-#include "module/scene/tukey.h"
+#include "module/calibrate/calibrate.h"
+#include "module/calibrate/least_squares.h"
+#include "module/calibrate/rotation_spread.h"
+#include "module/calibrate/tukey.h"
 
 namespace palpate {
 namespace {
@@ -27,19 +27,19 @@ struct Model {
 /// Least squares of R x - p = -t over the poses with their weights.
 std::optional<Model> least_squares(std::span<const ControllerSample> controller,
                                    std::span<const double> weights) {
-  linear::Normal<6> normal;
+  LeastSquares<6> fit;
   for (size_t i = 0; i < controller.size(); ++i) {
     if (weights[i] <= 0.0) continue;
     const Pose& pose = controller[i].stage_from_controller;
     const glm::dmat3 turn = glm::mat3_cast(pose.rotation);
     for (int c = 0; c < 3; ++c) {
-      linear::Vector<6> row{};
-      for (int k = 0; k < 3; ++k) row[size_t(k)] = turn[k][c];
-      row[size_t(3 + c)] = -1.0;
-      normal.add(row, -pose.position_m[c], weights[i]);
+      LeastSquares<6>::Vector row = LeastSquares<6>::Vector::Zero();
+      for (int k = 0; k < 3; ++k) row[k] = turn[k][c];
+      row[3 + c] = -1.0;
+      fit.add(row, -pose.position_m[c], weights[i]);
     }
   }
-  const auto x = linear::solve(normal);
+  const auto x = fit.solve();
   if (!x) return std::nullopt;
   return Model{{(*x)[0], (*x)[1], (*x)[2]}, {(*x)[3], (*x)[4], (*x)[5]}};
 }

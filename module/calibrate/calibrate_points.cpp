@@ -1,12 +1,13 @@
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <random>
 
-#include "module/scene/calibrate.h"
-#include "module/scene/small_linear.h"
-#include "module/scene/tukey.h"
+#include "module/calibrate/calibrate.h"
+#include "module/calibrate/principal_axes.h"
+#include "module/calibrate/tukey.h"
 
 namespace palpate {
 namespace {
@@ -22,19 +23,11 @@ double distance(const Pose& pose, const TouchedPoint& point) {
   return glm::distance(pose(point.device_m), point.stage_m);
 }
 
-/// Spread of the points along their principal axes, m^2, rising: the mean square distances from the
-/// plane across each.
-linear::Eigen<3> principal(std::span<const TouchedPoint> points, glm::dvec3& centre) {
-  centre = glm::dvec3(0.0);
-  for (const TouchedPoint& point : points) centre += point.device_m / double(points.size());
-  linear::Matrix<3> spread{};
-  for (const TouchedPoint& point : points) {
-    const glm::dvec3 d = point.device_m - centre;
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j)
-        spread[size_t(i)][size_t(j)] += d[i] * d[j] / double(points.size());
-  }
-  return linear::eigen(spread);
+PrincipalAxes axes_of(std::span<const TouchedPoint> points) {
+  std::vector<glm::dvec3> places;
+  places.reserve(points.size());
+  for (const TouchedPoint& point : points) places.push_back(point.device_m);
+  return principal_axes(places);
 }
 
 /// Points of a triple that span less than this can not be turned about reliably, m.
@@ -92,11 +85,12 @@ Pose fit_rigid(std::span<const TouchedPoint> points, std::span<const double> wei
   const auto at = [&](int a, int b) { return s[b][a]; };
   const double xx = at(0, 0), yy = at(1, 1), zz = at(2, 2);
   const double yz = at(1, 2) - at(2, 1), zx = at(2, 0) - at(0, 2), xy = at(0, 1) - at(1, 0);
-  const linear::Matrix<4> n{{{xx + yy + zz, yz, zx, xy},
-                             {yz, xx - yy - zz, at(0, 1) + at(1, 0), at(2, 0) + at(0, 2)},
-                             {zx, at(0, 1) + at(1, 0), yy - xx - zz, at(1, 2) + at(2, 1)},
-                             {xy, at(2, 0) + at(0, 2), at(1, 2) + at(2, 1), zz - xx - yy}}};
-  const linear::Vector<4> q = linear::eigen(n).vectors[3];
+  const Eigen::Matrix4d n{{xx + yy + zz, yz, zx, xy},
+                          {yz, xx - yy - zz, at(0, 1) + at(1, 0), at(2, 0) + at(0, 2)},
+                          {zx, at(0, 1) + at(1, 0), yy - xx - zz, at(1, 2) + at(2, 1)},
+                          {xy, at(2, 0) + at(0, 2), at(1, 2) + at(2, 1), zz - xx - yy}};
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> rotations(n);
+  const Eigen::Vector4d q = rotations.eigenvectors().col(3);
   const glm::dquat rotation = glm::normalize(glm::dquat(q[0], q[1], q[2], q[3]));
   return {to - rotation * from, rotation};
 }
@@ -109,9 +103,7 @@ Result<Calibration> calibrate_by_points(std::span<const TouchedPoint> points,
     if (!std::isfinite(glm::dot(point.device_m, glm::dvec3(1)) +
                        glm::dot(point.stage_m, glm::dvec3(1))))
       return bad("A touched point is not a number: touch it again.");
-  glm::dvec3 centre;
-  const auto spread = principal(points, centre);
-  if (std::sqrt(spread.values[1]) < 3.0 * options.agree_m)
+  if (std::sqrt(axes_of(points).variance[1]) < 3.0 * options.agree_m)
     return bad(
         "The touched points lie on a line or too close together: spread them over the "
         "whole workspace.");
@@ -155,18 +147,16 @@ double expected_error_m(std::span<const TouchedPoint> points, const Calibration&
       used.push_back(point);
   const double n = double(used.size());
   if (n < 3.0) return std::numeric_limits<double>::infinity();
-  glm::dvec3 centre;
-  const auto axes = principal(used, centre);
+  const PrincipalAxes axes = axes_of(used);
   // FRE^2 = (1 - 2 / N) FLE^2.
   const double fle_2 = calibration.rms_m * calibration.rms_m / std::max(1.0 - 2.0 / n, 1e-3);
-  const glm::dvec3 d = device_m - centre;
+  const glm::dvec3 d = device_m - axes.centre;
   double sum = 0.0;
-  for (size_t k = 0; k < 3; ++k) {
-    const glm::dvec3 axis(axes.vectors[k][0], axes.vectors[k][1], axes.vectors[k][2]);
-    const double along = glm::dot(d, axis);
+  for (int k = 0; k < 3; ++k) {
+    const double along = glm::dot(d, axes.axes[k]);
     // Squared distances from axis k: of the place, and of the points on average.
     const double d_2 = glm::dot(d, d) - along * along;
-    const double f_2 = axes.values[0] + axes.values[1] + axes.values[2] - axes.values[k];
+    const double f_2 = axes.variance.x + axes.variance.y + axes.variance.z - axes.variance[k];
     sum += d_2 / std::max(f_2, 1e-12);
   }
   return std::sqrt(fle_2 / n * (1.0 + sum / 3.0));

@@ -1,12 +1,13 @@
 // Calibration against a simulated room: known places, noise of 1 mm, a fifth of the samples wrong.
 
-#include "module/scene/calibrate.h"
+#include "module/calibrate/calibrate.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "module/scene/small_linear.h"
+#include "module/calibrate/least_squares.h"
+#include "module/calibrate/principal_axes.h"
 #include "tests/scene/dice.h"
 
 namespace palpate::test {
@@ -55,44 +56,37 @@ std::vector<TouchedPoint> touched(Dice& dice, const Pose& truth, int count, doub
   return points;
 }
 
-TEST(Eigen, FindsTheValuesAndVectorsOfSymmetricMatrices) {
-  for (uint32_t seed = 1; seed <= 200; ++seed) {
-    Dice dice(seed);
-    linear::Matrix<9> a{};
-    for (size_t i = 0; i < 9; ++i)
-      for (size_t j = 0; j <= i; ++j) a[i][j] = a[j][i] = dice.draw(-1, 1);
-    const auto found = linear::eigen(a);
-    for (size_t e = 0; e < 9; ++e) {
-      if (e) {
-        EXPECT_LE(found.values[e - 1], found.values[e]);
-      }
-      for (size_t i = 0; i < 9; ++i) {
-        double sum = 0.0;
-        for (size_t j = 0; j < 9; ++j) sum += a[i][j] * found.vectors[e][j];
-        // Rounding of a few hundred operations on numbers of size 1.
-        EXPECT_NEAR(sum, found.values[e] * found.vectors[e][i], 1e-12) << "seed " << seed;
-      }
-    }
+TEST(LeastSquaresFit, FindsWhatWasPutInAndRefusesWhatIsNotTold) {
+  Dice dice(1);
+  LeastSquares<10> fit;
+  LeastSquares<10>::Vector truth;
+  for (double& x : truth) x = dice.draw(-1, 1);
+  for (int i = 0; i < 30; ++i) {
+    LeastSquares<10>::Vector row;
+    for (double& x : row) x = dice.draw(-1, 1);
+    fit.add(row, row.dot(truth), dice.draw(0.5, 2.0));
   }
+  const auto found = fit.solve();
+  ASSERT_TRUE(found);
+  EXPECT_LT((*found - truth).cwiseAbs().maxCoeff(), 1e-12);
+  LeastSquares<2> same;
+  for (int i = 0; i < 5; ++i) same.add({1.0, 2.0}, 3.0);
+  EXPECT_FALSE(same.solve()) << "only the sum is known";
 }
 
-TEST(Solve, FindsWhatWasPutInAndRefusesWhatIsNotTold) {
-  Dice dice(1);
-  linear::Normal<10> normal;
-  linear::Vector<10> truth{};
-  for (double& x : truth) x = dice.draw(-1, 1);
-  for (int row = 0; row < 30; ++row) {
-    linear::Vector<10> r{};
-    double value = 0.0;
-    for (size_t i = 0; i < 10; ++i) value += truth[i] * (r[i] = dice.draw(-1, 1));
-    normal.add(r, value, dice.draw(0.5, 2.0));
-  }
-  const auto found = linear::solve(normal);
-  ASSERT_TRUE(found);
-  for (size_t i = 0; i < 10; ++i) EXPECT_NEAR((*found)[i], truth[i], 1e-12);
-  linear::Normal<2> same;
-  for (int i = 0; i < 5; ++i) same.add({1.0, 2.0}, 3.0);
-  EXPECT_FALSE(linear::solve(same)) << "only the sum is known";
+TEST(ThePrincipalAxes, OfATurnedBoxAreItsEdges) {
+  const glm::dquat turn = glm::angleAxis(0.7, glm::normalize(glm::dvec3(1.0, -2.0, 0.5)));
+  const glm::dvec3 centre(0.1, -0.2, 0.3), half(3.0, 1.0, 2.0);
+  std::vector<glm::dvec3> corners;
+  for (int c = 0; c < 8; ++c)
+    corners.push_back(centre +
+                      turn * (half * glm::dvec3(c & 1 ? 1 : -1, c & 2 ? 1 : -1, c & 4 ? 1 : -1)));
+  const PrincipalAxes found = principal_axes(corners);
+  EXPECT_LT(glm::distance(found.centre, centre), 1e-12);
+  EXPECT_LT(glm::distance(found.variance, glm::dvec3(1.0, 4.0, 9.0)), 1e-12);
+  const glm::dvec3 edges[3] = {turn * glm::dvec3(0, 1, 0), turn * glm::dvec3(0, 0, 1),
+                               turn * glm::dvec3(1, 0, 0)};
+  for (int k = 0; k < 3; ++k) EXPECT_NEAR(std::abs(glm::dot(found.axes[k], edges[k])), 1.0, 1e-12);
 }
 
 TEST(FitRigid, IsExactForExactPoints) {
