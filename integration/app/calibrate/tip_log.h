@@ -3,9 +3,9 @@
 #include <atomic>
 #include <vector>
 
+#include "module/calibrate/calibrate.h"
 #include "module/haptics/mailbox.h"
 #include "module/haptics/ticker.h"
-#include "module/calibrate/calibrate.h"
 
 namespace palpate::app {
 
