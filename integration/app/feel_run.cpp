@@ -25,11 +25,11 @@
 #include "integration/app/state_folder.h"
 #include "integration/app/tick_log.h"
 #include "integration/app/tool_source.h"
-#include "integration/app/tubes_file.h"
 #include "integration/devices/spacemouse.h"
 #include "integration/files/atomic_file.h"
 #include "integration/files/vtk_lines.h"
 #include "integration/scenes/replay_key.h"
+#include "integration/scenes/tubes_file.h"
 #include "module/haptics/black_box.h"
 #include "module/haptics/emergency.h"
 #include "module/haptics/recording.h"
@@ -599,7 +599,7 @@ class FeelRun {
       if (done) done = recorded;
     }
     const std::shared_ptr<const ReleasedTubes> tubes = session_->tubes();
-    if (!command_.tubes.empty() && done) done = write_tubes(command_.tubes, *tubes);
+    if (!command_.tubes.empty() && done) done = scenes::write_tubes(command_.tubes, *tubes);
     const auto& rows = log_->rows();
     const FeelNumbers numbers = log_->numbers();
     if (!command_.picture.empty() && done)
@@ -731,7 +731,7 @@ int replay_run(const FeelCommand& command, Console& console) {
   if (!replayed) return fail(console, replayed.error());
   console.say(fmt::format("Replayed  {} ticks: {}", replayed->ticks, replay_text(*replayed)));
   if (!command.tubes.empty()) {
-    if (const Status written = write_tubes(command.tubes, *tubes.tubes()); !written)
+    if (const Status written = scenes::write_tubes(command.tubes, *tubes.tubes()); !written)
       return fail(console, written.error());
     console.say(tubes_text(*tubes.tubes()));
     console.say(fmt::format("Wrote     {}", command.tubes.string()));

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "integration/app/tubes_file.h"
+#include "integration/app/headset/gated_device.h"
 #include "integration/files/sentences.h"
 #include "integration/scenes/mode_library.h"
 #include "integration/scenes/replay_key.h"

@@ -34,12 +34,14 @@ constexpr std::optional<HandCommand::Kind> command_of(const ControlEvent& event)
   }
 }
 
-/// What the buttons of a device ask for: pressed, a tube; held for a second, that tubes are
-/// cleared. A button that was down before the device could be read says nothing. A value; real-time
-/// safe, and the same readings give the same commands.
+/// What the buttons of a device ask for: pressed, a tube; pressed again soon after, that those that
+/// are there are kept; held for a second, that tubes are cleared. A button that was down before the
+/// device could be read says nothing. A value; real-time safe, and the same readings give the same
+/// commands.
 class CommandButton {
  public:
   static constexpr int64_t kHold_ns = 1'000'000'000;
+  static constexpr int64_t kTwice_ns = 500'000'000;  ///< from a press to the next one
 
   /// mask: which buttons count; 0: none.
   explicit CommandButton(uint32_t mask = 0) : mask_(mask) {}
@@ -47,6 +49,7 @@ class CommandButton {
   std::optional<HandCommand::Kind> step(const DeviceReading& reading, int64_t now_ns) noexcept {
     if (reading.fault != DeviceFault::kNone) {
       known_ = false;
+      may_keep_ = false;
       return std::nullopt;
     }
     const bool down = (reading.buttons & mask_) != 0;
@@ -55,12 +58,18 @@ class CommandButton {
     if (!known_ || !down) held_ = true;
     known_ = true;
     down_ = down;
+    if (pressed && may_keep_ && now_ns - pressed_ns_ < kTwice_ns) {
+      may_keep_ = false;
+      return HandCommand::Kind::kKeepTubes;  // held on, it clears nothing
+    }
     if (pressed) {
+      may_keep_ = true;
       pressed_ns_ = now_ns;
       held_ = false;
       return HandCommand::Kind::kReleaseTube;
     }
     if (held_ || now_ns - pressed_ns_ < kHold_ns) return std::nullopt;
+    may_keep_ = false;
     held_ = true;
     return HandCommand::Kind::kClearTubes;
   }
@@ -68,7 +77,8 @@ class CommandButton {
  private:
   uint32_t mask_;
   bool known_ = false, down_ = false;
-  bool held_ = true;  ///< the hold was told, or there is none
+  bool held_ = true;       ///< the hold was told, or there is none
+  bool may_keep_ = false;  ///< the last press laid a tube
   int64_t pressed_ns_ = 0;
 };
 

@@ -180,7 +180,7 @@ void ScenePicture::add_tubes(const ViewVolume& of, size_t v, double radius_m,
     const double radius = one.kept ? kKeptTube * radius_m : radius_m;
     for (size_t k = 1; k < places.size(); ++k)
       things.push_back({places[k - 1], places[k], radius, radius,
-                        tube_colour(one.tube->lengths()[k], least, most)});
+                        released_tube_colour(one.tube->lengths()[k], least, most)});
   }
 }
 

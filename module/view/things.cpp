@@ -114,9 +114,25 @@ void add_letters(Things& things, const Transform& world_from_volume, glm::dvec3 
     }
 }
 
+namespace {
+
+/// Where a length is between the least and the most, logarithmically, 0 to 1.
+double share_of(double length, double least, double most) {
+  if (!(length > 0.0) || !(least < most)) return 0.0;
+  return std::clamp(std::log(length / least) / std::log(most / least), 0.0, 1.0);
+}
+
+}  // namespace
+
 glm::dvec3 tube_colour(double length, double least, double most) {
-  if (!(length > 0.0) || !(least < most)) return heat(0.0);
-  return heat(std::clamp(std::log(length / least) / std::log(most / least), 0.0, 1.0));
+  return heat(share_of(length, least, most));
+}
+
+glm::dvec3 released_tube_colour(double length, double least, double most) {
+  constexpr glm::dvec3 kBlue(0.16, 0.38, 1.0), kGreen(0.10, 0.85, 0.40), kYellow(1.0, 0.92, 0.10);
+  const double share = share_of(length, least, most);
+  return share < 0.5 ? glm::mix(kBlue, kGreen, 2.0 * share)
+                     : glm::mix(kGreen, kYellow, 2.0 * share - 1.0);
 }
 
 void add_stream_tubes(Things& things, const Transform& world_from_volume, const FrameData& data,

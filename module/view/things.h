@@ -45,6 +45,10 @@ void add_letters(Things& things, const Transform& world_from_volume, glm::dvec3 
 /// to red (`most`), logarithmically.
 glm::dvec3 tube_colour(double length, double least, double most);
 
+/// Of one that a hand has laid, which lies on organs: from blue over green to yellow, none of which
+/// is the colour of flesh or bone.
+glm::dvec3 released_tube_colour(double length, double least, double most);
+
 /// How stream tubes are laid.
 struct TubeOptions {
   int seeds_per_axis = 6;  ///< of a lattice over the data's box

@@ -210,18 +210,20 @@ TEST(Feel, RecordsARunAndReplaysItBitByBit) {
 
 TEST(Feel, LaysStreamTubesByTheDevicesButtonAndAgainWhenReplayed) {
   const TemporaryFolder folder;
-  // Two presses, and one that is held for longer than a second: that clears. Then a last one.
+  // A press, one that is held for longer than a second, which clears, and two soon after each
+  // other, of which the second keeps what the first laid.
   std::ofstream(folder / "path.csv") << "0,0.01,0.02,0.015,0\n1,0.01,0.02,0.015,1\n"
-                                        "1.1,-0.01,0.01,0.01,0\n1.4,-0.01,0.01,0.01,1\n"
+                                        "1.1,-0.01,0.01,0.01,0\n1.6,-0.01,0.01,0.01,1\n"
                                         "2.9,0.012,-0.02,0.01,0\n3.2,0.012,-0.02,0.01,1\n"
-                                        "3.4,0.012,-0.02,0.01,0\n";
+                                        "3.3,0.012,-0.02,0.01,0\n3.45,0.012,-0.02,0.01,1\n"
+                                        "3.55,0.012,-0.02,0.01,0\n";
   const std::vector<std::string> how = {"--path", folder / "path.csv", "--seconds", "4"};
   std::vector<std::string> more = how;
   more.insert(more.end(), {"--tubes", folder / "felt.vtk", "--record", folder / "run.ticks",
                            "--black-box", folder / "."});
   const Outcome felt = run(feel("molecule", more));
   ASSERT_EQ(felt.exit_code, 0) << felt.out << felt.err;
-  EXPECT_THAT(felt.out, HasSubstr("Tubes     1 stream tube, 0 of them kept"));
+  EXPECT_THAT(felt.out, HasSubstr("Tubes     1 stream tube, 1 of them kept"));
   const Outcome again = run(
       {"feel", "molecule", "--replay", folder / "run.ticks", "--tubes", folder / "replayed.vtk"});
   ASSERT_EQ(again.exit_code, 0) << again.out << again.err;

@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <thread>
 
 #include "tests/app/headset_play.h"
 
@@ -180,23 +182,74 @@ TEST_F(FingersInAHeadset, ATapLaysAStreamTubeWhereItTapped) {
   EXPECT_THAT(text, Not(HasSubstr("LINES 0 ")));
 }
 
+TEST_F(FingersInAHeadset, TwoTapsKeepTheStreamTubes) {
+  start("molecule", {"--tubes", folder / "tubes.vtk", "--no-sound"});
+  const glm::dvec3 place = kMiddle_m + glm::dvec3(0.012, 0.02, 0.015);
+  headset->say(fingers(place, kOpen_m));
+  frames_pass();
+  // As often as it takes to be quick enough on a busy machine.
+  for (int tries = 0; tries < 8; ++tries) {
+    for (const double gap_m : {kTouching_m, kOpen_m, kTouching_m, kOpen_m}) {
+      headset->say(fingers(place, gap_m));
+      frames_pass(0);
+    }
+    frames_pass(20);
+  }
+  const Outcome outcome = end();
+  EXPECT_THAT(outcome.out, HasSubstr("Tubes     "));
+  EXPECT_THAT(outcome.out, Not(HasSubstr(" 0 of them kept")));
+}
+
+TEST_F(FingersInAHeadset, AControllersTriggerPressedTwiceKeepsThem) {
+  MadeHeadset made;
+  made.say("rate 30");
+  made.say("view 160 120");
+  made.say("hand 1 " + text_of(kMiddle_m + glm::dvec3(0.012, 0.02, 0.015)));
+  Program felt(feel("molecule", {"--tubes", folder / "tubes.vtk"}));
+  ASSERT_TRUE(says(felt, "starting")) << felt.said();
+  const auto frames = [&] { return std::stoul("0" + made.ask()["frames"]); };
+  const auto pass = [&](size_t count) {
+    const size_t before = frames();
+    ASSERT_TRUE(wait_until([&] { return frames() > before + count; })) << felt.said();
+  };
+  pass(20);
+  for (int tries = 0; tries < 8; ++tries) {
+    for (const char* value : {"1", "0", "1", "0"}) {
+      made.say(std::string("input /user/hand/right/input/menu/click ") + value);
+      pass(0);
+    }
+    pass(20);
+  }
+  made.say("exit");
+  const Outcome outcome = felt.wait();
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("Tubes     "));
+  EXPECT_THAT(outcome.out, Not(HasSubstr(" 0 of them kept")));
+}
+
 TEST_F(FingersInAHeadset, AControllersTriggerLaysAStreamTube) {
   const std::string file = folder / "tubes.vtk";
   MadeHeadset made;
+  made.say("rate 30");
+  made.say("view 160 120");
   made.say("hand 1 " + text_of(kMiddle_m + glm::dvec3(0.012, 0.02, 0.015)));
   Program felt(feel("molecule", {"--tubes", file}));
   // The path that the molecule guides along is felt everywhere in it.
   ASSERT_TRUE(says(felt, "starting")) << felt.said();
   const auto frames = [&] { return std::stoul("0" + made.ask()["frames"]); };
-  const auto pass = [&] {
+  const auto pass = [&](size_t count) {
     const size_t before = frames();
-    ASSERT_TRUE(wait_until([&] { return frames() > before + 20; })) << felt.said();
+    ASSERT_TRUE(wait_until([&] { return frames() > before + count; })) << felt.said();
   };
-  pass();
-  // Simple controllers have it on the right one's menu.
-  for (const char* value : {"1", "0", "1", "0"}) {
-    made.say(std::string("input /user/hand/right/input/menu/click ") + value);
-    pass();
+  pass(20);
+  // Simple controllers have it on the right one's menu. Pressed shortly, as a hold clears, and again
+  // later than half a second, as sooner would keep.
+  for (int press = 0; press < 2; ++press) {
+    for (const char* value : {"1", "0"}) {
+      made.say(std::string("input /user/hand/right/input/menu/click ") + value);
+      pass(1);
+    }
+    std::this_thread::sleep_for(std::chrono::seconds(1));
   }
   made.say("exit");
   const Outcome outcome = felt.wait();

@@ -30,7 +30,7 @@ xr::Hands pinching(int side, bool pinches = true) {
 
 /// Frames of the same; whether any asked for a tube, and what the last one gave.
 struct Frames {
-  bool tube = false;
+  bool tube = false, keep = false;
   ProbeHold hold;
 };
 Frames frames(ProbeHand& probe, const xr::Hands& hands, double seconds) {
@@ -38,6 +38,7 @@ Frames frames(ProbeHand& probe, const xr::Hands& hands, double seconds) {
   for (double t = 0.0; t < seconds; t += kFrame_s) {
     all.hold = probe.step(hands, kFrame_s);
     all.tube |= all.hold.asks_for_tube;
+    all.keep |= all.hold.asks_to_keep;
   }
   return all;
 }
@@ -102,6 +103,33 @@ TEST(ProbeHand, AShortPinchAsksForATubeOnceAndALongOneDoesNot) {
   EXPECT_TRUE(hold.asks_for_tube);
   EXPECT_EQ(hold.by, By::kFinger);
   EXPECT_EQ(hold.side, 1);
+}
+
+TEST(ProbeHand, ASecondTapSoonAfterAsksToKeep) {
+  ProbeHand probe;
+  const auto tap = [&] {
+    Frames all = frames(probe, pinching(1), 0.1);
+    const Frames open = frames(probe, pinching(1, false), 0.1);
+    all.tube |= open.tube;
+    all.keep |= open.keep;
+    return all;
+  };
+  EXPECT_TRUE(tap().tube);
+  const Frames second = tap();
+  EXPECT_TRUE(second.keep);
+  EXPECT_FALSE(second.tube);
+  const Frames third = tap();
+  EXPECT_TRUE(third.tube) << "the third is the first of the next two";
+  EXPECT_FALSE(third.keep);
+  frames(probe, pinching(1, false), 0.6);
+  EXPECT_TRUE(tap().tube) << "too late";
+  // Lost in between, or tapped with the other hand.
+  frames(probe, {}, 0.05);
+  EXPECT_TRUE(tap().tube);
+  frames(probe, pinching(0), 0.1);
+  const Frames other = frames(probe, pinching(0, false), 0.1);
+  EXPECT_TRUE(other.tube);
+  EXPECT_FALSE(other.keep);
 }
 
 TEST(ProbeHand, AHandThatIsLostHasNotTapped) {

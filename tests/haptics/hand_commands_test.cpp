@@ -43,8 +43,36 @@ TEST(CommandButton, LaysATubeWhenPressedAndClearsWhenHeldForASecond) {
   EXPECT_EQ(said({{10, with(1)}, {200, with(0)}}, 3000), (All{{10, Kind::kReleaseTube}}));
   EXPECT_EQ(said({{10, with(1)}, {2500, with(0)}}, 3000),
             (All{{10, Kind::kReleaseTube}, {1010, Kind::kClearTubes}}));
-  EXPECT_EQ(said({{10, with(1)}, {20, with(0)}, {30, with(1)}, {40, with(0)}}, 3000),
-            (All{{10, Kind::kReleaseTube}, {30, Kind::kReleaseTube}}));
+  EXPECT_EQ(said({{10, with(1)}, {20, with(0)}, {510, with(1)}, {520, with(0)}}, 3000),
+            (All{{10, Kind::kReleaseTube}, {510, Kind::kReleaseTube}}));
+}
+
+TEST(CommandButton, KeepsWhenPressedTwiceWithinHalfASecond) {
+  const auto presses = [](std::vector<int> at) {
+    std::vector<std::pair<int, DeviceReading>> changes;
+    for (const int ms : at) {
+      changes.emplace_back(ms, with(1));
+      changes.emplace_back(ms + 20, with(0));
+    }
+    return said(changes, 4000);
+  };
+  EXPECT_EQ(presses({10, 509}), (All{{10, Kind::kReleaseTube}, {509, Kind::kKeepTubes}}));
+  EXPECT_EQ(presses({10, 100, 200, 300}), (All{{10, Kind::kReleaseTube},
+                                               {100, Kind::kKeepTubes},
+                                               {200, Kind::kReleaseTube},
+                                               {300, Kind::kKeepTubes}}));
+  EXPECT_EQ(said({{10, with(1)}, {20, with(0)}, {100, with(1)}}, 3000),
+            (All{{10, Kind::kReleaseTube}, {100, Kind::kKeepTubes}}))
+      << "what is kept is not cleared by the same press";
+  EXPECT_EQ(said({{10, with(1)},
+                  {20, with(0)},
+                  {30, with(0, DeviceFault::kTimeout)},
+                  {40, with(0)},
+                  {100, with(1)},
+                  {120, with(0)}},
+                 3000),
+            (All{{10, Kind::kReleaseTube}, {100, Kind::kReleaseTube}}))
+      << "a fault comes between";
 }
 
 TEST(CommandButton, HearsOnlyItsOwnButtonsAndThoseOnce) {

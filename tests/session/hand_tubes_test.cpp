@@ -196,6 +196,19 @@ TEST(ScenePicture, DrawsTubesWhereTheMotionHasBroughtThemAndKeptOnesThicker) {
   EXPECT_GT(kept[0].from_radius_m, 1.2 * loose[0].from_radius_m);
 }
 
+TEST(Things, AReleasedTubeHasNoColourOfFleshOrBone) {
+  // In all: more blue or green than red, or as much of both and no blue.
+  for (double length = 1.0; length <= 10.0; length *= 1.1) {
+    const glm::dvec3 colour = released_tube_colour(length, 1.0, 10.0);
+    EXPECT_GT(std::max(colour.g, colour.b), colour.r - 0.1) << length;
+    EXPECT_GT(glm::length(colour - glm::dvec3((colour.r + colour.g + colour.b) / 3.0)), 0.3)
+        << "grey at " << length;
+  }
+  EXPECT_EQ(released_tube_colour(0.0, 1.0, 10.0), released_tube_colour(1.0, 1.0, 10.0));
+  EXPECT_EQ(released_tube_colour(2.0, 2.0, 2.0), released_tube_colour(1.0, 1.0, 10.0));
+  EXPECT_GT(released_tube_colour(10.0, 1.0, 10.0).r, 0.9);
+}
+
 TEST(ScenePicture, ABareFingertipShowsContactByItsColour) {
   const auto scene = scene_of(still(streams()), "follow", VectorProperty::kVector, false);
   ViewChoices choices;

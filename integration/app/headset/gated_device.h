@@ -3,6 +3,7 @@
 #include <atomic>
 
 #include "module/haptics/device.h"
+#include "module/haptics/safety.h"
 
 namespace palpate::app {
 
@@ -35,5 +36,11 @@ class GatedDevice final : public ForceDevice {
   ForceDevice& device_;
   std::atomic<int64_t> seen_until_ns_{0}, dead_man_until_ns_{0};
 };
+
+/// The buttons with which a hand releases stream tubes: the device's own, but where one of these is
+/// the dead-man.
+inline uint32_t tube_buttons(const SafetyOptions& safety) {
+  return safety.dead_man ? 0 : GatedDevice::kOwn;
+}
 
 }  // namespace palpate::app

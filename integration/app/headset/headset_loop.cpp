@@ -110,7 +110,7 @@ class HeadsetLoop::Run {
     if (report.hand_tracking && !tracking_told_)
       loop_.tell(
           "Without a controller a pinch is the hand: thumb and forefinger together touch, a short "
-          "pinch lays a stream tube.");
+          "pinch lays a stream tube, two of them soon after each other keep those that are there.");
     tracking_told_ |= report.hand_tracking;
     if (report.no_hand_tracking != no_tracking_ && !report.no_hand_tracking.empty())
       loop_.tell(fmt::format("The runtime does not show bare hands in this session{}.",
@@ -240,6 +240,7 @@ class HeadsetLoop::Run {
   void feel(const xr::Hands& hands, double dt_s) {
     hold_ = probe_hand_.step(hands, dt_s);
     if (hold_.asks_for_tube) scene_->session->release_tube();
+    if (hold_.asks_to_keep) scene_->session->keep_tubes();
     if (hold_.by == ProbeHold::By::kNobody) {
       scene_->controller->let_go();
       was_touching_ = false;

@@ -15,6 +15,7 @@ ProbeHold ProbeHand::step(const xr::Hands& hands, double dt_s) {
     const xr::Hand& hand = hands.hand[size_t(side)];
     if (!hand.active) continue;
     pinched_s_ = {};
+    since_tap_s_ = {};
     finger_.reset();
     hold.by = ProbeHold::By::kController;
     hold.side = side;
@@ -26,9 +27,14 @@ ProbeHold ProbeHand::step(const xr::Hands& hands, double dt_s) {
     const xr::Fingers& fingers = hands.fingers[side];
     hold.shown[side] = fingers.seen;
     hold.tips[side] = fingers.fingertip_m;
+    std::optional<double>& since_s = since_tap_s_[side];
+    if (since_s) *since_s += dt_s;
     // A pinch that ends because the hand is lost is no tap.
-    if (!fingers.pinches && fingers.seen && pinched_s_[side] > 0.0)
-      hold.asks_for_tube |= pinched_s_[side] < kTap_s;
+    if (!fingers.seen || (since_s && *since_s >= kTwice_s)) since_s.reset();
+    if (!fingers.pinches && fingers.seen && pinched_s_[side] > 0.0 && pinched_s_[side] < kTap_s) {
+      (since_s ? hold.asks_to_keep : hold.asks_for_tube) = true;
+      since_s = since_s ? std::nullopt : std::optional(0.0);
+    }
     pinched_s_[side] = fingers.pinches ? pinched_s_[side] + std::max(dt_s, kShortest_s) : 0.0;
   }
   if (finger_ && !hands.fingers[size_t(*finger_)].pinches) finger_.reset();

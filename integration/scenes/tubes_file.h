@@ -3,10 +3,9 @@
 #include <filesystem>
 
 #include "compute/volume/result.h"
-#include "module/haptics/safety.h"
 #include "module/session/hand_tubes.h"
 
-namespace palpate::app {
+namespace palpate::scenes {
 
 /// Writes stream tubes as lines in the patient space of their volumes (LPS, mm), where they were
 /// when they were released: there they are the field lines. Of each point `length`, that of the
@@ -15,8 +14,4 @@ namespace palpate::app {
 /// (TubeField), `frame` (when it was released, with its phase) and `kept`. See write_vtk_lines().
 Status write_tubes(const std::filesystem::path& path, const ReleasedTubes& tubes);
 
-/// The buttons with which a hand releases them: the device's own, but where one of these is the
-/// dead-man.
-uint32_t tube_buttons(const SafetyOptions& safety);
-
-}  // namespace palpate::app
+}  // namespace palpate::scenes

@@ -1,13 +1,8 @@
-#include "integration/app/tubes_file.h"
+#include "integration/scenes/tubes_file.h"
 
-#include "integration/app/headset/gated_device.h"
 #include "integration/files/vtk_lines.h"
 
-namespace palpate::app {
-
-uint32_t tube_buttons(const SafetyOptions& safety) {
-  return safety.dead_man ? 0 : GatedDevice::kOwn;
-}
+namespace palpate::scenes {
 
 Status write_tubes(const std::filesystem::path& path, const ReleasedTubes& tubes) {
   files::VtkLines lines;
@@ -37,4 +32,4 @@ Status write_tubes(const std::filesystem::path& path, const ReleasedTubes& tubes
   return files::write_vtk_lines(path, lines);
 }
 
-}  // namespace palpate::app
+}  // namespace palpate::scenes
