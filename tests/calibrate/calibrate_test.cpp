@@ -72,6 +72,9 @@ TEST(LeastSquaresFit, FindsWhatWasPutInAndRefusesWhatIsNotTold) {
   LeastSquares<2> same;
   for (int i = 0; i < 5; ++i) same.add({1.0, 2.0}, 3.0);
   EXPECT_FALSE(same.solve()) << "only the sum is known";
+  LeastSquares<2> almost;
+  for (int i = 0; i < 5; ++i) almost.add({1.0, 1.0 + 1e-7 * i}, 3.0);
+  EXPECT_FALSE(almost.solve()) << "their difference is known to rounding only";
 }
 
 TEST(ThePrincipalAxes, OfATurnedBoxAreItsEdges) {

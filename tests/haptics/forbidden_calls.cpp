@@ -61,6 +61,7 @@ void ForbiddenCalls::forget() {
 #include <semaphore.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cstdarg>
 #include <cstdio>
 #include <cstdlib>
@@ -69,10 +70,16 @@ using palpate::test::note;
 
 namespace {
 
-/// The C library's own function of that name.
+/// The C library's own function of that name, kept in `known`. Two threads may look it up at once:
+/// a static initialised by the first would let the second wait by syscall(), which is one of these.
 template <class Function>
-Function real(const char* name) {
-  return reinterpret_cast<Function>(dlsym(RTLD_NEXT, name));
+Function real(std::atomic<Function>& known, const char* name) {
+  Function found = known.load(std::memory_order_relaxed);
+  if (!found) {
+    found = reinterpret_cast<Function>(dlsym(RTLD_NEXT, name));
+    known.store(found, std::memory_order_relaxed);
+  }
+  return found;
 }
 
 }  // namespace
@@ -113,42 +120,50 @@ int posix_memalign(void** memory, size_t alignment, size_t size) noexcept {
 
 int pthread_mutex_lock(pthread_mutex_t* mutex) noexcept {
   note("pthread_mutex_lock");
-  static const auto next = real<int (*)(pthread_mutex_t*)>("pthread_mutex_lock");
+  static constinit std::atomic<int (*)(pthread_mutex_t*)> known{nullptr};
+  const auto next = real(known, "pthread_mutex_lock");
   return next(mutex);
 }
 int pthread_mutex_trylock(pthread_mutex_t* mutex) noexcept {
   note("pthread_mutex_trylock");
-  static const auto next = real<int (*)(pthread_mutex_t*)>("pthread_mutex_trylock");
+  static constinit std::atomic<int (*)(pthread_mutex_t*)> known{nullptr};
+  const auto next = real(known, "pthread_mutex_trylock");
   return next(mutex);
 }
 int pthread_cond_wait(pthread_cond_t* condition, pthread_mutex_t* mutex) {
   note("pthread_cond_wait");
-  static const auto next = real<int (*)(pthread_cond_t*, pthread_mutex_t*)>("pthread_cond_wait");
+  static constinit std::atomic<int (*)(pthread_cond_t*, pthread_mutex_t*)> known{nullptr};
+  const auto next = real(known, "pthread_cond_wait");
   return next(condition, mutex);
 }
 int pthread_cond_signal(pthread_cond_t* condition) noexcept {
   note("pthread_cond_signal");
-  static const auto next = real<int (*)(pthread_cond_t*)>("pthread_cond_signal");
+  static constinit std::atomic<int (*)(pthread_cond_t*)> known{nullptr};
+  const auto next = real(known, "pthread_cond_signal");
   return next(condition);
 }
 int pthread_cond_broadcast(pthread_cond_t* condition) noexcept {
   note("pthread_cond_broadcast");
-  static const auto next = real<int (*)(pthread_cond_t*)>("pthread_cond_broadcast");
+  static constinit std::atomic<int (*)(pthread_cond_t*)> known{nullptr};
+  const auto next = real(known, "pthread_cond_broadcast");
   return next(condition);
 }
 int pthread_rwlock_rdlock(pthread_rwlock_t* lock) noexcept {
   note("pthread_rwlock_rdlock");
-  static const auto next = real<int (*)(pthread_rwlock_t*)>("pthread_rwlock_rdlock");
+  static constinit std::atomic<int (*)(pthread_rwlock_t*)> known{nullptr};
+  const auto next = real(known, "pthread_rwlock_rdlock");
   return next(lock);
 }
 int pthread_rwlock_wrlock(pthread_rwlock_t* lock) noexcept {
   note("pthread_rwlock_wrlock");
-  static const auto next = real<int (*)(pthread_rwlock_t*)>("pthread_rwlock_wrlock");
+  static constinit std::atomic<int (*)(pthread_rwlock_t*)> known{nullptr};
+  const auto next = real(known, "pthread_rwlock_wrlock");
   return next(lock);
 }
 int sem_wait(sem_t* semaphore) {
   note("sem_wait");
-  static const auto next = real<int (*)(sem_t*)>("sem_wait");
+  static constinit std::atomic<int (*)(sem_t*)> known{nullptr};
+  const auto next = real(known, "sem_wait");
   return next(semaphore);
 }
 
@@ -170,28 +185,33 @@ int fprintf(FILE* file, const char* format, ...) {
 }
 int puts(const char* text) {
   note("puts");
-  static const auto next = real<int (*)(const char*)>("puts");
+  static constinit std::atomic<int (*)(const char*)> known{nullptr};
+  const auto next = real(known, "puts");
   return next(text);
 }
 size_t fwrite(const void* data, size_t size, size_t count, FILE* file) {
   note("fwrite");
-  static const auto next = real<size_t (*)(const void*, size_t, size_t, FILE*)>("fwrite");
+  static constinit std::atomic<size_t (*)(const void*, size_t, size_t, FILE*)> known{nullptr};
+  const auto next = real(known, "fwrite");
   return next(data, size, count, file);
 }
 ssize_t write(int file, const void* data, size_t size) {
   note("write");
-  static const auto next = real<ssize_t (*)(int, const void*, size_t)>("write");
+  static constinit std::atomic<ssize_t (*)(int, const void*, size_t)> known{nullptr};
+  const auto next = real(known, "write");
   return next(file, data, size);
 }
 ssize_t read(int file, void* data, size_t size) {
   note("read");
-  static const auto next = real<ssize_t (*)(int, void*, size_t)>("read");
+  static constinit std::atomic<ssize_t (*)(int, void*, size_t)> known{nullptr};
+  const auto next = real(known, "read");
   return next(file, data, size);
 }
 /// What std::atomic::wait and notify sleep and wake by.
 long syscall(long number, ...) noexcept {
   note("syscall");
-  static const auto next = real<long (*)(long, ...)>("syscall");
+  static constinit std::atomic<long (*)(long, ...)> known{nullptr};
+  const auto next = real(known, "syscall");
   va_list list;
   va_start(list, number);
   long a[6];
