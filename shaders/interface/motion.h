@@ -31,7 +31,7 @@ constexpr float kSteep = 0.3F;
 constexpr float kLeft = 0.01F;
 constexpr float kNoiseOfGradient = 0.15625F;
 constexpr float kLeastResidual = 1e-6F;
-// Candidates of the border step along each axis to each side.
+// Candidates of the step for sliding borders along each axis to each side.
 constexpr int kSlidingSteps = 4;
 #else
 #define PALPATE_SIZE(type, bytes)

@@ -4,7 +4,7 @@
 #include "interface/motion.h"
 #include "include/bricks.glsl"
 #include "include/sliding.glsl"
-// Of four candidates of the border step that lie across a border (sliding.glsl), and what was best so far, the one that
+// Of four candidates of the step for sliding borders that lie across a border (sliding.glsl), and what was best so far, the one that
 // costs least.
 //
 // binding  direction  format                    shape            unit

@@ -4,7 +4,7 @@
 #include "interface/motion.h"
 #include "include/bricks.glsl"
 #include "include/sliding.glsl"
-// Where the border step may have work to do, from the solved field alone: for each brick of the result's finer cells the
+// Where the step for sliding borders may have work to do, from the solved field alone: for each brick of the result's finer cells the
 // candidates that lie across a border (sliding.glsl), and the steepest slope.
 //
 // binding  direction  format        shape                      unit

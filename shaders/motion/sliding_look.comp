@@ -4,7 +4,7 @@
 #include "interface/motion.h"
 #include "include/bricks.glsl"
 #include "include/sliding.glsl"
-// Where the border step has work to do: cells whose intensities fit worse than noise explains, and around which
+// Where the step for sliding borders has work to do: cells whose intensities fit worse than noise explains, and around which
 // something moves otherwise.
 //   to beat = cost - max(share cost, noise)                                  (what a candidate has to stay below)
 //   work for the candidates that lie across a border (sliding.glsl), where to beat > noise_cost
