@@ -10,6 +10,7 @@
 
 #include "compute/motion/classic.h"
 #include "compute/motion/solver.h"
+#include "compute/vulkan/caught.h"
 
 namespace palpate {
 namespace {
@@ -187,24 +188,16 @@ class Worker final : public SequenceEstimator {
   }
 
   void run(const std::stop_token&) {
-    try {
+    const Status worked = caught([&]() -> Status {
       work();
-    } catch (const vulkan::Failure& failure) {
-      fail(failure.error());
-    } catch (const std::bad_alloc&) {
-      fail({ErrorKind::kOutOfMemory,
-            "The host ran out of memory: crop the volume or close other programs."});
-    }
+      return Nothing{};
+    });
     const std::lock_guard lock(mutex_);
+    if (!worked) error_ = worked.error();
     done_ = true;
     ended_ = true;
     waiting_.clear();
     changed_.notify_all();
-  }
-
-  void fail(Error error) {
-    const std::lock_guard lock(mutex_);
-    error_ = std::move(error);
   }
 
   std::optional<WaitingFrame> next() {

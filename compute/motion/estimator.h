@@ -58,7 +58,7 @@ struct EstimatorOptions {
 ///   Status done = estimator->finish();
 ///
 /// push, finish and cancel may be called from any thread; the callbacks come from the worker, one
-/// at a time, and must not call finish().
+/// at a time, and must not call finish(). What they throw ends the work: finish() returns it.
 class SequenceEstimator {
  public:
   using OnMotion = std::function<void(PairMotion)>;

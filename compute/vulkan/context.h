@@ -76,7 +76,7 @@ struct SharedDevice {
   uint32_t queue_family = 0;  ///< with compute
   VkQueue queue = VK_NULL_HANDLE;
   /// Around every use of the queue, on whatever thread that is; both, or neither where nobody else
-  /// uses it meanwhile. Must not throw.
+  /// uses it meanwhile. lock_queue may throw Failure: then nothing is submitted.
   std::function<void()> lock_queue, unlock_queue;
   /// Whether it was made with the feature shaderStorageImageExtendedFormats, which saves memory.
   bool has_extended_formats = false;

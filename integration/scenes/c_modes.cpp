@@ -1,6 +1,10 @@
 #include "integration/scenes/c_modes.h"
 
+#include <fmt/format.h>
+
 #include <array>
+#include <atomic>
+#include <exception>
 
 namespace palpate::scenes {
 namespace {
@@ -46,7 +50,7 @@ constexpr PalModeSite functions() {
   return site;
 }
 
-class CMode final : public Mode {
+class CMode final : public ForeignMode {
  public:
   CMode(const PalModeKind& kind, const ModeSpec& spec) : kind_(kind), spec_(spec) {
     said_.name = spec_.name.c_str();
@@ -63,11 +67,13 @@ class CMode final : public Mode {
     said_.friction = [](const PalModeSpec* said, double value) {
       return static_cast<const ModeSpec*>(said->scene)->friction(value);
     };
-    mode_ = kind_.make(&said_, why_.data(), why_.size());
+    const std::string thrown = attempted([&] { mode_ = kind_.make(&said_, why_.data(), kMost); });
+    if (!thrown.empty()) fmt::format_to_n(why_.data(), kMost - 1, "its make() threw: {}", thrown);
     why_.back() = '\0';
   }
   ~CMode() override {
-    if (mode_ && kind_.destroy) kind_.destroy(mode_);
+    // There is nobody to tell that it could not be freed.
+    if (mode_ && kind_.destroy) attempted([&] { kind_.destroy(mode_); });
   }
   CMode(const CMode&) = delete;
   CMode& operator=(const CMode&) = delete;
@@ -83,16 +89,56 @@ class CMode final : public Mode {
     site.dt_s = at.dt_s;
     site.data = &at.data;
     site.sink = &out;
-    kind_.place(mode_, &site);
+    if (has_failed_.load(std::memory_order_relaxed)) return;
+    // Code in C++ may throw. What it has placed by then counts for this frame; in the next ones
+    // what held the hand is gone, and the force follows slowly, as at any surface that ends.
+    try {
+      kind_.place(mode_, &site);
+    } catch (const std::exception& error) {
+      fail(error.what());
+    } catch (...) {
+      fail("something that says nothing");
+    }
   }
   bool wants_probe() const override { return kind_.wants_hand != 0; }
+  const char* failure() const noexcept override {
+    return is_told_.load(std::memory_order_acquire) ? failure_.data() : "";
+  }
 
  private:
+  static constexpr size_t kMost = 512;
+
+  /// Runs a function of the library's: what it threw, or "".
+  template <class Call>
+  static std::string attempted(const Call& call) {
+    try {
+      call();
+      return {};
+    } catch (const std::exception& error) {
+      return error.what();
+    } catch (...) {
+      return "something that says nothing";
+    }
+  }
+
+  /// Of several threads that place, the first one's is kept.
+  void fail(const char* thrown) const noexcept {
+    if (has_failed_.exchange(true)) return;
+    constexpr std::string_view kBegin =
+        "A mode threw an exception, and is left out until the scene gets other data: ";
+    size_t length = kBegin.copy(failure_.data(), kMost - 1);
+    length += std::string_view(thrown).copy(failure_.data() + length, kMost - 1 - length);
+    failure_[length] = '\0';
+    is_told_.store(true, std::memory_order_release);
+  }
+
   const PalModeKind& kind_;
   ModeSpec spec_;
   PalModeSpec said_{};
   void* mode_ = nullptr;
-  std::array<char, 512> why_{};
+  std::array<char, kMost> why_{};
+  mutable std::atomic<bool> has_failed_{false}, is_told_{false};
+  mutable std::array<char, kMost> failure_{};
 };
 
 }  // namespace

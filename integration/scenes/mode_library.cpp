@@ -37,24 +37,26 @@ Status load(const fs::path& file, ModeKinds& kinds) {
   // as long as scenes do.
   void* library = dlopen(fs::absolute(file).c_str(), RTLD_NOW | RTLD_LOCAL);
   if (!library) return files::bad_input(file, "can not be loaded: {}", dlerror());
-  if (const auto in_c = reinterpret_cast<KindsInC>(dlsym(library, "pal_mode_kinds")))
-    return add_all(file, in_c, kinds);
-  const auto stamp = reinterpret_cast<Stamp>(dlsym(library, "palpate_modes_stamp"));
-  const auto add = reinterpret_cast<Add>(dlsym(library, "palpate_add_modes"));
-  if (!stamp || !add)
-    return files::bad_input(file,
-                            "is no library of haptic modes: it lacks PALPATE_MODES or "
-                            "pal_mode_kinds (docs/writing-a-mode.md)");
-  ModeLibraryStamp theirs;
-  stamp(&theirs);
-  if (theirs != ModeLibraryStamp{})
-    return files::bad_input(
-        file,
-        "was compiled for another version of palpate: compile it again with this one's headers");
   try {
+    if (const auto in_c = reinterpret_cast<KindsInC>(dlsym(library, "pal_mode_kinds")))
+      return add_all(file, in_c, kinds);
+    const auto stamp = reinterpret_cast<Stamp>(dlsym(library, "palpate_modes_stamp"));
+    const auto add = reinterpret_cast<Add>(dlsym(library, "palpate_add_modes"));
+    if (!stamp || !add)
+      return files::bad_input(file,
+                              "is no library of haptic modes: it lacks PALPATE_MODES or "
+                              "pal_mode_kinds (docs/writing-a-mode.md)");
+    ModeLibraryStamp theirs;
+    stamp(&theirs);
+    if (theirs != ModeLibraryStamp{})
+      return files::bad_input(
+          file,
+          "was compiled for another version of palpate: compile it again with this one's headers");
     add(&kinds);
   } catch (const std::exception& error) {
     return files::bad_input(file, "failed while it added its haptic modes: {}", error.what());
+  } catch (...) {
+    return files::bad_input(file, "failed while it added its haptic modes");
   }
   return Nothing{};
 }

@@ -63,7 +63,8 @@ typedef struct PalModeKind {
   /* Makes a mode of a scene. NULL: the scene's part can not be used, and `why` (a sentence, with
      its end at most `capacity` bytes) says why. */
   void* (*make)(const PalModeSpec* spec, char* why, size_t capacity);
-  /* In every haptic frame: no allocation, no lock, no output. Others may use the mode meanwhile. */
+  /* In every haptic frame: no allocation, no lock, no output. Others may use the mode meanwhile.
+     These functions should not throw; a mode in C++ that does is left out, and that is said. */
   void (*place)(const void* mode, const PalModeSite* site);
   void (*destroy)(void* mode); /* NULL: there is nothing to free */
 } PalModeKind;

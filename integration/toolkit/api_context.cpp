@@ -115,7 +115,9 @@ Result<Volume> volume_of(const Grid& grid, PalSampleType type, const void* sampl
 
 namespace {
 
-Result<std::shared_ptr<vulkan::Context>> opened(const PalContextInfo& info) {
+/// `log` of the context that is being opened.
+Result<std::shared_ptr<vulkan::Context>> opened(const PalContextInfo& info,
+                                                const ContextContent& log) {
   if (!info.vulkan) {
     vulkan::ContextOptions options;
     if (info.device) options.device = info.device;
@@ -130,8 +132,20 @@ Result<std::shared_ptr<vulkan::Context>> opened(const PalContextInfo& info) {
   shared.queue = static_cast<VkQueue>(host.queue);
   shared.queue_family = host.queue_family;
   shared.has_extended_formats = host.has_extended_formats != 0;
-  if (host.lock_queue) shared.lock_queue = [host] { host.lock_queue(host.user); };
-  if (host.unlock_queue) shared.unlock_queue = [host] { host.unlock_queue(host.user); };
+  if (host.lock_queue)
+    shared.lock_queue = [host] {
+      const Thrown thrown = call_host("lock_queue", [&] { host.lock_queue(host.user); });
+      // Without the lock nothing is submitted: the work fails as on a device that refuses it.
+      if (thrown)
+        throw vulkan::Failure(VK_ERROR_UNKNOWN,
+                              std::string("locking the host's queue (") + thrown.sentence() + ")");
+    };
+  if (host.unlock_queue)
+    shared.unlock_queue = [host, log] {
+      // The work is on its way, and goes on.
+      if (const Thrown thrown = call_host("unlock_queue", [&] { host.unlock_queue(host.user); }))
+        log.say(thrown.sentence());
+    };
   return vulkan::Context::share(shared, info.memory_cap_bytes);
 }
 
@@ -158,7 +172,7 @@ PalResult open_context(const PalContextInfo* given, PalContext** context) {
   content->log = info.log;
   content->user = info.user;
   if (!(info.flags & PAL_CONTEXT_NO_GPU)) {
-    auto device = opened(info);
+    auto device = opened(info, *content);
     if (!device) return failed(device.error());
     content->device = std::move(*device);
     content->device_name = content->device->info().name;

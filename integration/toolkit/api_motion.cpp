@@ -93,8 +93,8 @@ class EstimatorContent {
     motion->times = {times_s_, options_.cyclic ? cycle_of(times_s_) : 0.0, 0};
     const bool is_whole = !pairwise_ && times_s_.size() > 2;
     if (const Status found = is_whole ? find_whole(*motion) : find_pairs(*motion); !found)
-      return stop_.stop_requested() ? cancelled() : found.error();
-    if (stop_.stop_requested()) return cancelled();
+      return stop_.stop_requested() ? stopped() : found.error();
+    if (stop_.stop_requested()) return stopped();
     is_found_ = true;
     return motion;
   }
@@ -113,7 +113,11 @@ class EstimatorContent {
   }
 
  private:
-  static Error cancelled() {
+  Error stopped() const {
+    const std::lock_guard lock(telling_);
+    if (thrown_)
+      return {ErrorKind::kCancelled,
+              std::string("The estimation was stopped: ") + thrown_.sentence()};
     return {ErrorKind::kCancelled, "The estimation was stopped as asked"};
   }
   bool judges() const { return !(flags_ & PAL_ESTIMATOR_NO_VERDICT); }
@@ -123,8 +127,15 @@ class EstimatorContent {
     share_ = share;
     if (!on_progress_) return;
     const void* const before = std::exchange(calling_back, this);
-    on_progress_(user_, doing.c_str(), share);
+    const Thrown thrown =
+        call_host("on_progress", [&] { on_progress_(user_, doing.c_str(), share); });
     calling_back = before;
+    if (!thrown) return;
+    {
+      const std::lock_guard lock(telling_);
+      if (!thrown_) thrown_ = thrown;
+    }
+    cancel();
   }
 
   Result<std::unique_ptr<SequenceEstimator>> open_pairwise() {
@@ -153,7 +164,7 @@ class EstimatorContent {
         const std::lock_guard lock(opening_);
         pairwise_ = std::move(*opened);
       }
-      if (stop_.stop_requested()) return cancelled();
+      if (stop_.stop_requested()) return stopped();
       for (size_t k = 0; k < frames_.size(); ++k)
         if (const Status pushed = pairwise_->push(k, frames_[k]); !pushed) return pushed;
     }
@@ -256,6 +267,8 @@ class EstimatorContent {
   std::atomic<size_t> pushed_{0}, steps_found_{0};
   std::atomic<double> share_{0.0};
   std::atomic<bool> is_found_{false};
+  mutable std::mutex telling_;  ///< of what follows
+  Thrown thrown_;               ///< by on_progress, the first time
   std::vector<Volume> frames_;
   std::vector<double> times_s_;
   bool finished_ = false;

@@ -106,8 +106,7 @@ PalResult open_scene(PalContext* context, const PalSceneInfo* given, PalScene** 
   content->scene = std::move(*loaded);
   content->keeps_size = (info.flags & PAL_SCENE_TRUE_SIZE) != 0;
   if (info.flags & PAL_SCENE_MOVABLE) make_movable(content->scene);
-  if (const ContextContent& with = *content->context; with.log)
-    for (const std::string& note : content->scene.notes) with.log(with.user, note.c_str());
+  for (const std::string& note : content->scene.notes) content->context->say(note.c_str());
   *scene = reinterpret_cast<PalScene*>(Handle<SceneContent>::make(std::move(content)));
   return PAL_OK;
 }

@@ -7,6 +7,7 @@
 #include "compute/motion/options.h"
 #include "integration/devices/force_devices.h"
 #include "integration/scenes/replay_key.h"
+#include "integration/scenes/tubes_file.h"
 #include "integration/toolkit/session_content.h"
 #include "module/haptics/monotonic.h"
 
@@ -46,7 +47,17 @@ class HostDevice final : public ForceDevice {
   DeviceReading exchange(const DeviceCommand& command) noexcept override {
     PalReading given{};
     const double force_n[3] = {command.force_n.x, command.force_n.y, command.force_n.z};
-    device_.exchange(device_.user, force_n, &given);
+    const Thrown thrown =
+        call_host("exchange", [&] { device_.exchange(device_.user, force_n, &given); });
+    if (thrown) {
+      // No answer can be trusted: the force goes to zero by the ramp of any fault.
+      given = {};
+      given.fault = PAL_FAULT_GARBAGE;
+      if (!has_thrown_.exchange(true)) {
+        thrown_ = thrown;
+        is_told_.store(true, std::memory_order_release);
+      }
+    }
     DeviceReading reading;
     const glm::dvec3 x(given.position_m[0], given.position_m[1], given.position_m[2]);
     const bool finite = std::isfinite(x.x) && std::isfinite(x.y) && std::isfinite(x.z);
@@ -58,11 +69,17 @@ class HostDevice final : public ForceDevice {
     reading.fresh = reading.fault == DeviceFault::kNone && given.is_fresh;
     return reading;
   }
+  /// What exchange threw the first time; nothing before. Any thread.
+  Thrown thrown() const noexcept {
+    return is_told_.load(std::memory_order_acquire) ? thrown_ : Thrown();
+  }
 
  private:
   PalDevice device_;
   DeviceInfo info_;
   glm::dvec3 last_m_{0.0};
+  std::atomic<bool> has_thrown_{false}, is_told_{false};
+  Thrown thrown_;
 };
 
 Result<DeviceInfo> info_of(const PalDeviceInfo* given) {
@@ -153,12 +170,15 @@ Result<SessionOptions> options_of(const PalSessionInfo& info, const SceneContent
         [device = of_scene.context->device]() -> Result<std::shared_ptr<vulkan::Context>> {
       return device;
     };
+  options.tube_buttons = info.tube_buttons;
   if (info.on_event)
-    options.on_event = [on_event = info.on_event, user = info.user,
-                        session](const SessionEvent& event) {
+    options.on_event = [on_event = info.on_event, user = info.user, session,
+                        context = of_scene.context](const SessionEvent& event) {
       const void* const before = std::exchange(calling_back, session);
-      on_event(user, PalEventKind(event.kind), event.sentence.c_str());
+      const Thrown thrown = call_host(
+          "on_event", [&] { on_event(user, PalEventKind(event.kind), event.sentence.c_str()); });
       calling_back = before;
+      if (thrown) context->say(thrown.sentence());
     };
   return options;
 }
@@ -194,6 +214,13 @@ PalResult open_session(PalScene* scene, const PalSessionInfo* given, PalSession*
   content->host_ticks = host_ticks;
   auto options = options_of(info, *use, content.get());
   if (!options) return failed(options.error());
+  if (const auto* const of_host = dynamic_cast<const HostDevice*>(content->device()))
+    options->next_note = [of_host, told = false]() mutable -> std::string {
+      const Thrown thrown = of_host->thrown();
+      if (!thrown || std::exchange(told, true)) return {};
+      return fmt::format("The force goes to zero while the device gives no position: {}",
+                         thrown.sentence());
+    };
   LoadedScene felt = use->scene;
   if (info.stiffness_n_per_m > 0.0) felt.spec.stiffness_n_per_m = info.stiffness_n_per_m;
   if (felt.from_sequence && !use->keeps_size) fit_to_reach(felt, known);
@@ -261,6 +288,31 @@ void fill(PalState& state, SessionContent& of_session) {
   state.late_ticks = session.statistics().late.load();
 }
 static_assert(int(PAL_MOST_VOLUMES) == SceneMoment::kMostVolumes);
+
+void fill(PalTube& tube, const ReleasedTube& released, const SceneMoment& moment) {
+  const StreamTube& line = *released.tube;
+  tube.volume = uint32_t(released.volume);
+  tube.is_kept = released.kept;
+  tube.is_closed = line.closed();
+  tube.field = PalTubeField(line.field());
+  tube.point_count = uint32_t(line.lengths().size());
+  tube.seed_point = uint32_t(line.seed());
+  tube.length_unit = unit(line.field());
+  const size_t given = std::min<size_t>(tube.point_count, tube.capacity);
+  if (tube.points_m) {
+    const VolumeMoment& now = moment.volumes[released.volume];
+    const std::vector<glm::dvec3> places = line.places(pointer_at(line.data()->times, now.time_s));
+    for (size_t k = 0; k < given; ++k) {
+      const glm::dvec3 place_m = now.world_from_volume.world_from_volume(places[k]);
+      for (int a = 0; a < 3; ++a) tube.points_m[3 * k + size_t(a)] = place_m[a];
+    }
+  }
+  if (tube.lengths) std::copy_n(line.lengths().begin(), given, tube.lengths);
+}
+static_assert(int(TubeField::kVectors) == PAL_TUBE_VECTORS &&
+              int(TubeField::kGradient) == PAL_TUBE_GRADIENT &&
+              int(TubeField::kCurl) == PAL_TUBE_CURL &&
+              int(TubeField::kVelocity) == PAL_TUBE_VELOCITY);
 
 }  // namespace
 }  // namespace palpate::toolkit
@@ -393,5 +445,42 @@ PalResult pal_session_place(PalSession* session, uint32_t volume,
 PalResult pal_session_rearm(PalSession* session) {
   return with(session, [](SessionContent& of_session) {
     return sent(of_session, {ControlEvent::Kind::kRearm, 0, 0.0});
+  });
+}
+
+PalResult pal_session_ask_tubes(PalSession* session, PalTubesAction action) {
+  return with(session, [&](SessionContent& of_session) {
+    switch (action) {
+      case PAL_TUBES_RELEASE:
+        return sent(of_session, {ControlEvent::Kind::kReleaseTube});
+      case PAL_TUBES_KEEP:
+        return sent(of_session, {ControlEvent::Kind::kKeepTubes});
+      case PAL_TUBES_CLEAR:
+        return sent(of_session, {ControlEvent::Kind::kClearTubes});
+      default:
+        return failed(PAL_BAD_INPUT, {"There is no such action on stream tubes"});
+    }
+  });
+}
+
+PalResult pal_session_tube(PalSession* session, uint32_t index, PalTube* tube) {
+  return with(session, [&](SessionContent& of_session) {
+    PalTube known;
+    if (const PalResult read = taken(tube, sizeof(PalTube), "PalTube", known); read != PAL_OK)
+      return read;
+    const auto tubes = of_session.session->tubes();
+    if (index >= tubes->size()) return PAL_END;
+    fill(known, (*tubes)[index], of_session.moment());
+    std::memcpy(tube, &known, tube->size);
+    return PAL_OK;
+  });
+}
+
+PalResult pal_session_save_tubes(PalSession* session, const char* path) {
+  if (!path) return failed(PAL_BAD_INPUT, {"The path is missing"});
+  return with(session, [&](SessionContent& of_session) {
+    const palpate::Status written =
+        palpate::scenes::write_tubes(path, *of_session.session->tubes());
+    return written ? PAL_OK : failed(written.error());
   });
 }

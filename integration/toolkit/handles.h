@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstring>
@@ -170,6 +171,37 @@ PalResult guarded(const Work& work) noexcept {
   }
 }
 
+/// What a function of the host's threw, in a sentence; empty if it returned.
+class Thrown {
+ public:
+  Thrown() = default;
+  Thrown(std::string_view function, std::string_view what) noexcept {
+    size_t length = 0;
+    for (const std::string_view part : {function, std::string_view(" threw an exception: "), what})
+      length += part.copy(sentence_.data() + length, sentence_.size() - 1 - length);
+  }
+  explicit operator bool() const noexcept { return sentence_[0] != '\0'; }
+  const char* sentence() const noexcept { return sentence_.data(); }
+
+ private:
+  std::array<char, 384> sentence_{};
+};
+
+/// The one way in which functions of the host's are called: a host in C++ may throw, which must
+/// reach neither our threads nor C code between. `name` is the function's, for the sentence. Takes
+/// no lock and allocates nothing itself.
+template <class Call>
+Thrown call_host(std::string_view name, const Call& call) noexcept {
+  try {
+    call();
+    return {};
+  } catch (const std::exception& error) {
+    return {name, error.what()};
+  } catch (...) {
+    return {name, "it says nothing"};
+  }
+}
+
 /// kBadInput, in a sentence, for a grid that is none.
 Result<Grid> grid_of(const PalGrid& grid);
 
@@ -182,6 +214,11 @@ struct ContextContent {
   std::string device_name;
   void (*log)(void* user, const char* sentence) = nullptr;
   void* user = nullptr;
+
+  /// To the host's log. What that throws is dropped: it is the one who would be told.
+  void say(const char* sentence) const noexcept {
+    if (log) call_host("log", [&] { log(user, sentence); });
+  }
 };
 
 struct SceneContent {

@@ -22,6 +22,12 @@
      for calls that are running.
    - Callbacks get the `user` pointer that was given with them, and hold no lock of the library's.
      They may call every function except those that close what calls them.
+   - A callback should not throw, but a host in C++ may: what it throws ends there, and is told in a
+     sentence. on_progress: the estimation is cancelled, and pal_estimator_finish() says it.
+     exchange: a fault of the device, so the force goes to zero by a ramp, and an event of kind
+     PAL_EVENT_NOTE. on_event, unlock_queue: the context's log. lock_queue: nothing is submitted,
+     and the call that needed the queue fails with PAL_DEVICE_FAILED. A mode: it is left out, and an
+     event of kind PAL_EVENT_NOTE. log: dropped.
    - The library never exits, aborts, prints, sets the locale or a signal handler, or throws over
      the boundary.
    - Memory comes from the C++ runtime's allocator; there is no hook for it, since parts of that
@@ -465,6 +471,9 @@ typedef struct PalSessionInfo {
      scene's motion must be known: what is found meanwhile is no part of a recording. NULL: nothing
      is recorded. */
   const char* recording;
+  /* Bit k: button k of the device does what pal_session_ask_tubes() does: pressed, it lays a stream
+     tube; again within half a second, it keeps them; held for a second, it clears them. 0: none. */
+  uint32_t tube_buttons;
 } PalSessionInfo;
 
 /* Starts. The force begins at zero and comes in over two seconds. [ANY] */
@@ -534,6 +543,59 @@ PAL_API PalResult pal_session_place(PalSession* session, uint32_t volume,
                                     const double world_from_volume[12]);
 /* After a cause that stays ("the force is off until ...") : begin again. [ANY] */
 PAL_API PalResult pal_session_rearm(PalSession* session);
+
+/* ---- stream tubes ----
+
+   A stream tube is the field line through the place where the proxy was at one instant, of the
+   field that is felt: vectors, or the gradient that guides; where there is neither, the velocity of
+   the moving material. From then on it is material and goes with the motion. pal_view_render()
+   draws them. At most 64; then the oldest that is not kept goes. */
+
+typedef enum PalTubesAction {
+  PAL_TUBES_RELEASE = 0,     /* a tube through the proxy of the next tick */
+  PAL_TUBES_KEEP = 1,        /* those that are there stay when the others are cleared */
+  PAL_TUBES_CLEAR = 2,       /* those that are not kept go; all of them if all are kept */
+  PAL_TUBES_MAX = 0x7fffffff /* no action: any number may be given, wrong ones are refused */
+} PalTubesAction;
+
+/* Done with the next tick, and known some hundredths of a second later. Where there is no field at
+   the proxy, an event of kind PAL_EVENT_NOTE says why. PAL_NOT_YET: too much waits already. [ANY]
+ */
+PAL_API PalResult pal_session_ask_tubes(PalSession* session, PalTubesAction action);
+
+typedef enum PalTubeField {
+  PAL_TUBE_VECTORS = 0,
+  PAL_TUBE_GRADIENT = 1,
+  PAL_TUBE_CURL = 2,
+  PAL_TUBE_VELOCITY = 3
+} PalTubeField;
+
+/* A stream tube as it is at the newest tick. */
+typedef struct PalTube {
+  uint32_t size;   /* sizeof(PalTube), set before the call */
+  uint32_t volume; /* of the scene, through which it runs */
+  uint32_t is_kept;
+  uint32_t is_closed; /* its last point is its first */
+  PalTubeField field; /* that it followed */
+  uint32_t point_count;
+  uint32_t seed_point; /* which of them was at the proxy */
+  /* Room for so many points, set before the call; of more points the first ones are given. */
+  uint32_t capacity;
+  double* points_m; /* 3 * capacity numbers, world, in order along the tube; NULL: not wanted */
+  /* capacity numbers: the length of the field's vector at each point when the tube was laid; NULL:
+     not wanted. */
+  double* lengths;
+  const char* length_unit; /* "data", "data per m" or "m/s"; static */
+} PalTube;
+
+/* Tube `index`, the oldest first; PAL_END after the last one. They are others after each action: a
+   point_count from an earlier call is only a guess, which point_count of this one corrects. [ANY]
+ */
+PAL_API PalResult pal_session_tube(PalSession* session, uint32_t index, PalTube* tube);
+
+/* Writes all tubes as lines for ParaView and 3D Slicer (.vtk, mm, LPS), where they were laid, with
+   the way of each point to the first frame. All of the file or none; PAL_BAD_OUTPUT. [ANY] */
+PAL_API PalResult pal_session_save_tubes(PalSession* session, const char* path);
 
 /* ---- views ----
 

@@ -64,4 +64,11 @@ class Mode {
   virtual bool wants_probe() const { return false; }
 };
 
+/// A mode whose code is not palpate's and not C++'s as Mode wants it: it may fail while it is felt.
+class ForeignMode : public Mode {
+ public:
+  /// Why it places nothing any more: one sentence; "" as long as it works. Any thread.
+  virtual const char* failure() const noexcept = 0;
+};
+
 }  // namespace palpate

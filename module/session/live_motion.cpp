@@ -5,6 +5,7 @@
 
 #include "compute/motion/estimate_sequence.h"
 #include "compute/volume/memory.h"
+#include "compute/vulkan/caught.h"
 #include "module/haptics/monotonic.h"
 #include "module/haptics/real_time.h"
 #include "module/scene/make_volume.h"
@@ -64,18 +65,27 @@ std::string LiveMotion::trouble() const {
 void LiveMotion::run(std::stop_token stop) {
   give_way(BackgroundWork::kEstimation);
   const auto start = std::chrono::steady_clock::now();
-  Status status = Nothing{};
-  for (const Job& job : jobs_) {
-    if (status) status = estimate(job, stop);
-  }
-  if (!status) {
-    const std::lock_guard lock(mutex_);
-    trouble_ = status.error().message;
-  } else {
+  const Status status = caught([&]() -> Status {
+    for (const Job& job : jobs_)
+      if (const Status done = estimate(job, stop); !done) return done.error();
+    return Nothing{};
+  });
+  if (!status)
+    note_trouble(status);
+  else
     seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  }
   done_ = true;
-  if (!stop.stop_requested()) listener_.on_change(*this);
+  if (stop.stop_requested()) return;
+  note_trouble(caught([&]() -> Status {
+    listener_.on_change(*this);
+    return Nothing{};
+  }));
+}
+
+/// The first is kept.
+void LiveMotion::note_trouble(const Status& status) {
+  const std::lock_guard lock(mutex_);
+  if (!status && trouble_.empty()) trouble_ = status.error().message;
 }
 
 Status LiveMotion::estimate(const Job& job, std::stop_token stop) {

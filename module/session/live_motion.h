@@ -22,7 +22,8 @@ struct LiveMotionOptions {
   std::function<Result<std::shared_ptr<vulkan::Context>>()> open_context;
 };
 
-/// Takes what is found, on the estimation's thread.
+/// Takes what is found, on the estimation's thread. What these throw ends the estimation, as an
+/// error does: see LiveMotion::trouble().
 struct LiveMotionListener {
   /// One step of a volume's motion.
   std::function<Status(size_t volume, size_t step, std::shared_ptr<const MotionMap> map)> on_step;
@@ -79,6 +80,7 @@ class LiveMotion {
     std::shared_ptr<const MovingVolume> volume;        ///< with all its frames
   };
   void run(std::stop_token stop);
+  void note_trouble(const Status& status);
   Status estimate(const Job& job, std::stop_token stop);
   Status take_pair(const Job& job, const PairMotion& pair);
   Status step_by_step(const Job& job, Frames& frames,

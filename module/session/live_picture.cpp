@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "compute/vulkan/caught.h"
 #include "module/haptics/real_time.h"
 #include "module/view/resolution.h"
 
@@ -47,7 +48,7 @@ std::string LivePicture::trouble() const {
 
 void LivePicture::run(std::stop_token stop) {
   give_way(BackgroundWork::kPictures);
-  const Status drawn = draw(stop);
+  const Status drawn = caught([&] { return draw(stop); });
   if (drawn) return;
   const std::lock_guard lock(mutex_);
   trouble_ = drawn.error().message;

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "compute/vulkan/caught.h"
 #include "module/haptics/monotonic.h"
 #include "module/haptics/real_time.h"
 #include "module/scene/make_volume.h"
@@ -62,7 +63,13 @@ LiveSequence::LiveSequence(Session& session, size_t volume, const Volume& first,
       grid_(first.grid),
       options_(std::move(options)),
       ring_(*session.scene()->volumes[volume].data) {
-  watch_ = std::make_unique<Background>(5ms, [this] { watch(); });
+  watch_ = std::make_unique<Background>(5ms, [this] {
+    // A delay that finds no memory is not counted.
+    (void)caught([&]() -> Status {
+      watch();
+      return Nothing{};
+    });
+  });
   worker_ = std::jthread([this](std::stop_token stop) { run(stop); });
 }
 
@@ -73,8 +80,13 @@ LiveSequence::~LiveSequence() {
   watch_.reset();
 }
 
+/// Whoever listens and throws is told of nothing else: there is nobody to say it to.
 void LiveSequence::say(const std::string& sentence) const {
-  if (options_.on_note) options_.on_note(sentence);
+  if (!options_.on_note) return;
+  (void)caught([&]() -> Status {
+    options_.on_note(sentence);
+    return Nothing{};
+  });
 }
 
 LiveNumbers LiveSequence::numbers() const {
@@ -87,6 +99,14 @@ LiveNumbers LiveSequence::numbers() const {
 }
 
 void LiveSequence::push(const Volume& frame, int64_t arrived_ns) {
+  const Status taken = caught([&]() -> Status {
+    take(frame, arrived_ns);
+    return Nothing{};
+  });
+  if (!taken) say("A frame could not be taken: " + taken.error().message);
+}
+
+void LiveSequence::take(const Volume& frame, int64_t arrived_ns) {
   Frame taken{{}, arrived_ns};
   if (same_geometry(frame.grid, grid_)) {
     taken.volume = frame;
@@ -127,7 +147,7 @@ void LiveSequence::look_for_cycle(const Volume& frame, int64_t arrived_ns) {
   cycle_ = std::async(std::launch::async, [this, frames, means = repetition_.last(*period + 1),
                                            contrast = repetition_.contrast()] {
     give_way(BackgroundWork::kEstimation);
-    return find_cycle(frames, means, contrast);
+    return caught([&] { return find_cycle(frames, means, contrast); });
   });
   changed_.notify_all();
   history_.clear();
@@ -218,7 +238,7 @@ void LiveSequence::take_further(Cycle& cycle, Further& further, size_t frame, Vo
       std::async(std::launch::async, [this, options, &cycle, end = further.stop.get_token()] {
         // Nobody touches its times and frames until this is over.
         give_way(BackgroundWork::kEstimation);
-        return motion_of(cycle.times_s, cycle.frames, options, end);
+        return caught([&] { return motion_of(cycle.times_s, cycle.frames, options, end); });
       });
 }
 
@@ -245,8 +265,10 @@ void LiveSequence::watch() {
 void LiveSequence::run(std::stop_token stop) {
   give_way(BackgroundWork::kEstimation);
   while (!stop.stop_requested()) {
-    const auto context = options_.open_context();
-    Status done = context ? follow(*context, stop) : Status(context.error());
+    const Status done = caught([&]() -> Status {
+      const auto context = options_.open_context();
+      return context ? follow(*context, stop) : Status(context.error());
+    });
     if (done || stop.stop_requested()) continue;
     say("The motion of the live frames can not be estimated, so what is felt stands still; it is "
         "tried again: " +
@@ -336,7 +358,18 @@ Status LiveSequence::follow(const std::shared_ptr<vulkan::Context>& context, std
         cycle.error().message);
     return Nothing{};  // searching_ stays off: it would fail again
   }
-  keep(std::move(*cycle), stop);
+  const Status kept = caught([&]() -> Status {
+    keep(*cycle, stop);
+    return Nothing{};
+  });
+  if (!kept) {
+    // What follows begins from the ring, so that must be what is felt.
+    stand_at(cycle->frames[size_t(cycle->reference)], stop);
+    const std::lock_guard lock(mutex_);
+    numbers_.cycle_s = 0.0;
+    numbers_.cycles = 0;
+    return kept;
+  }
   searching_ = true;
   return Nothing{};
 }
@@ -384,7 +417,7 @@ void LiveSequence::stand_at(const Volume& frame, std::stop_token stop) {
 }
 
 /// The cycle plays by itself, at the pace of the frames that still come.
-void LiveSequence::keep(Cycle cycle, std::stop_token stop) {
+void LiveSequence::keep(Cycle& cycle, std::stop_token stop) {
   {
     // Whoever waits for the last frame would wait for ever.
     std::unique_lock lock(mutex_);

@@ -20,7 +20,8 @@ struct LiveSequenceOptions {
   /// Opens the device that computes, on a thread of low priority.
   std::function<Result<std::shared_ptr<vulkan::Context>>()> open_context;
   bool keep_cycles = true;  ///< false: every frame is followed, even where they repeat
-  std::function<void(const std::string&)> on_note;  ///< a sentence; any thread
+  /// A sentence; any thread. What it throws is dropped.
+  std::function<void(const std::string&)> on_note;
 };
 
 /// What became of the frames that came.
@@ -65,7 +66,8 @@ class LiveSequence {
   LiveSequence(const LiveSequence&) = delete;
   LiveSequence& operator=(const LiveSequence&) = delete;
 
-  /// The newest frame. One of another grid is resampled onto that of the first. One thread.
+  /// The newest frame. One of another grid is resampled onto that of the first. One that can not be
+  /// taken is left out, and that is said. One thread; does not throw.
   void push(const Volume& frame, int64_t arrived_ns);
   LiveNumbers numbers() const;
 
@@ -92,9 +94,10 @@ class LiveSequence {
     ~Further() { stop.request_stop(); }
   };
   void run(std::stop_token stop);
+  void take(const Volume& frame, int64_t arrived_ns);
   Status follow(const std::shared_ptr<vulkan::Context>& context, std::stop_token stop);
   void move_to(Volume frame, int64_t arrived_ns, const PairMotion& pair, std::stop_token stop);
-  void keep(Cycle cycle, std::stop_token stop);
+  void keep(Cycle& cycle, std::stop_token stop);
   void stand_at(const Volume& frame, std::stop_token stop);
   void look_for_cycle(const Volume& frame, int64_t arrived_ns);
   Result<SequenceMotion> motion_of(const std::vector<double>& times_s,

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "compute/vulkan/caught.h"
 #include "module/haptics/monotonic.h"
 #include "module/scene/drive.h"
 
@@ -81,13 +82,16 @@ void Session::begin_motion(const LoadedScene& at_start) {
   const auto& volumes = at_start.spec.volumes;
   const bool posed = std::any_of(volumes.begin(), volumes.end(), needs_poses);
   poses_ = std::make_unique<Background>(kPosePause, [this, posed] {
-    if (posed) send_poses();
-    const std::lock_guard lock(mutex_);
-    if (waiting_) waiting_ = !ticker_.offer(assembled_);
-    ticker_.collect();
+    attempt([&] {
+      if (posed) send_poses();
+      const std::lock_guard lock(mutex_);
+      if (waiting_) waiting_ = !ticker_.offer(assembled_);
+      ticker_.collect();
+    });
   });
   // Apart: following a line may take longer than poses can wait.
-  commands_ = std::make_unique<Background>(kPosePause, [this] { take_commands(); });
+  commands_ =
+      std::make_unique<Background>(kPosePause, [this] { attempt([this] { take_commands(); }); });
   can_play_ = at_start.missing.empty();
   LiveMotionListener listener;
   listener.on_step = [this](size_t volume, size_t step, std::shared_ptr<const MotionMap> map) {
@@ -118,8 +122,38 @@ bool Session::at_rest() const noexcept {
   return servo_ ? servo_->at_rest() : host_ && host_->at_rest();
 }
 
-void Session::tell(SessionEvent::Kind kind, std::string sentence) const {
-  if (options_.on_event) options_.on_event({kind, std::move(sentence)});
+void Session::tell(SessionEvent::Kind kind, const std::string& sentence) const {
+  if (!options_.on_event) return;
+  (void)caught([&]() -> Status {
+    options_.on_event({kind, sentence});
+    return Nothing{};
+  });
+}
+
+/// A thread's work, which goes on after an exception: the next time may succeed. Said once.
+void Session::attempt(const std::function<void()>& work) {
+  const Status done = caught([&]() -> Status {
+    work();
+    return Nothing{};
+  });
+  if (!done && !told_failure_.exchange(true))
+    tell(SessionEvent::Kind::kNote,
+         "Poses and stream tubes of the session may be late: " + done.error().message);
+}
+
+/// What the haptic loop itself has no way to say: a mode that threw, a device of the host's.
+void Session::say_what_failed(const HapticScene& felt) {
+  for (const HapticMode& mode : felt.modes) {
+    const auto* const foreign = dynamic_cast<const ForeignMode*>(mode.mode.get());
+    if (!foreign || !*foreign->failure()) continue;
+    if (std::find(failed_modes_.begin(), failed_modes_.end(), mode.mode) != failed_modes_.end())
+      continue;
+    failed_modes_.push_back(mode.mode);
+    tell(SessionEvent::Kind::kNote, foreign->failure());
+  }
+  if (!options_.next_note) return;
+  if (const std::string note = options_.next_note(); !note.empty())
+    tell(SessionEvent::Kind::kNote, note);
 }
 
 /// On the estimation's thread, after each step and at its end.
@@ -308,8 +342,11 @@ void Session::take_commands() {
   say(tubes.follow(*felt, now));
   HandCommand command;
   while (ticker_.next_command(command)) say(tubes.take(command, *felt));
-  const std::lock_guard lock(tubes_mutex_);
-  hand_tubes_ = std::move(tubes);
+  {
+    const std::lock_guard lock(tubes_mutex_);
+    hand_tubes_ = std::move(tubes);
+  }
+  say_what_failed(*felt);
 }
 
 void Session::send_poses() {

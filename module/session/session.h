@@ -39,8 +39,13 @@ struct SessionOptions {
   LiveMotionOptions motion;
   /// Buttons of the device with which the hand releases stream tubes; see CommandButton. 0: none.
   uint32_t tube_buttons = 0;
-  /// Hears what happens, on a thread of the session's; may be empty. Must not end the session.
+  /// Hears what happens, on a thread of the session's; may be empty. Must not end the session. What
+  /// it throws is dropped: it is the one who would be told.
   std::function<void(const SessionEvent&)> on_event;
+  /// Asked every some hundredths of a second, on a thread of the session's: a sentence becomes an
+  /// event of kind kNote. For what goes wrong where nothing may be said, in the haptic loop. May be
+  /// empty.
+  std::function<std::string()> next_note;
 };
 
 /// Who reads the newest moment, each on a thread of its own.
@@ -146,7 +151,9 @@ class Session {
   void take_commands();
   bool push(const PoseUpdate& pose);
   void on_motion(const LiveMotion& motion);
-  void tell(SessionEvent::Kind kind, std::string sentence) const;
+  void tell(SessionEvent::Kind kind, const std::string& sentence) const;
+  void attempt(const std::function<void()>& work);
+  void say_what_failed(const HapticScene& felt);
 
   SessionOptions options_;
   mutable std::mutex mutex_;  ///< of all that follows but poses_; never the servo thread's
@@ -166,6 +173,8 @@ class Session {
   HandTubes hand_tubes_;
   std::unique_ptr<Background> poses_, commands_;
   std::vector<size_t> missing_;  ///< volumes whose motion is awaited
+  std::atomic<bool> told_failure_{false};
+  std::vector<std::shared_ptr<const Mode>> failed_modes_;  ///< that were told of; commands_' alone
   std::unique_ptr<LiveMotion> motion_;
 };
 

@@ -61,6 +61,79 @@ TEST(CModes, ThatLackSomethingAreRefused) {
   }
 }
 
+/// A mode in C++ behind the C interface: a surface on a plane, which throws when it is told to.
+struct Throwing {
+  static inline bool makes = true, throws = false, destroys = true;
+  static inline int placed = 0;
+  static void* make(const PalModeSpec*, char*, size_t) {
+    if (!makes) throw std::runtime_error("no room for a mode");
+    static int any;
+    return &any;
+  }
+  static void place(const void*, const PalModeSite* site) {
+    ++placed;
+    if (throws) throw std::runtime_error("no such table");
+    const double position_m[3] = {0.0, 0.0, 0.0}, outward[3] = {0.0, 0.0, 1.0};
+    site->surface(site, position_m, outward, 3.0, 0.0);
+  }
+  static void destroy(void*) {
+    if (!destroys) throw 17;
+  }
+  static constexpr PalModeKind kKind{"throwing", 0, &make, &place, &destroy};
+};
+
+TEST(CModes, ThatThrowAreLeftOutAndTheForceFollowsSlowly) {
+  ModeKinds kinds;
+  ASSERT_TRUE(scenes::add_c_mode(Throwing::kKind, kinds));
+  SceneSpec spec = test::shell_spec(3.0, 0.0, 600.0);
+  spec.modes[0].kind = "throwing";
+  Throwing::makes = false;
+  const auto none = assemble(spec, {test::shell(4, 4.0)}, kinds);
+  ASSERT_FALSE(none);
+  EXPECT_NE(none.error().message.find("no room for a mode"), std::string::npos)
+      << none.error().message;
+  Throwing::makes = true;
+  Throwing::destroys = false;
+  {
+    auto scene = assemble(spec, {test::shell(4, 4.0)}, kinds);
+    ASSERT_TRUE(scene) << scene.error().message;
+    const auto* const mode = dynamic_cast<const ForeignMode*>((*scene)->modes[0].mode.get());
+    ASSERT_TRUE(mode);
+    EXPECT_STREQ(mode->failure(), "");
+    Haptics haptics(test::unmetered(), test::Hand::device());
+    haptics.adopt(Haptics::prepare(*scene));
+    TickInput input;
+    const auto tick = [&](double z_m) {
+      input.now_ns += 1'000'000;
+      input.reading.time_ns = input.now_ns;
+      input.reading.fresh = true;
+      input.reading.position_m = {0.0, 0.0, z_m};
+      return haptics.tick(input);
+    };
+    TickOutput output;
+    for (int k = 0; k < 4000; ++k) output = tick(std::max(-0.002, 0.002 - 2e-6 * k));
+    const double pressed_n = glm::length(output.command.force_n);
+    ASSERT_GT(pressed_n, 0.5);
+    Throwing::throws = true;
+    Throwing::placed = 0;
+    double worst_step_n = 0.0;
+    glm::dvec3 last_n = output.command.force_n;
+    for (int k = 0; k < 1000; ++k) {
+      output = tick(-0.002);
+      worst_step_n = std::max(worst_step_n, glm::length(output.command.force_n - last_n));
+      last_n = output.command.force_n;
+    }
+    EXPECT_EQ(Throwing::placed, 1) << "it is asked again";
+    EXPECT_LT(glm::length(last_n), 0.01);
+    EXPECT_LT(worst_step_n, 0.06);
+    EXPECT_STREQ(mode->failure(),
+                 "A mode threw an exception, and is left out until the scene gets other data: no "
+                 "such table");
+  }
+  Throwing::throws = false;
+  Throwing::destroys = true;
+}
+
 TEST(CModes, OfAnotherVersionAreNone) {
   const PalModeKind* in_c = nullptr;
   EXPECT_EQ(pal_mode_kinds(PAL_MODE_VERSION + 1, &in_c), 0U);

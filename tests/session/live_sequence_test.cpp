@@ -55,12 +55,14 @@ class LiveFrames : public test::DeviceTest {
     session_ = std::move(*session);
     LiveSequenceOptions options;
     options.open_context = [this]() -> Result<std::shared_ptr<vulkan::Context>> {
+      if (to_throw_.fetch_sub(1) > 0) throw std::runtime_error("the driver has fallen over");
       return context();
     };
     options.keep_cycles = keep_cycles;
     options.on_note = [this](const std::string& note) {
       const std::lock_guard lock(mutex_);
       notes_ += note + "\n";
+      if (notes_throw_) throw 17;
     };
     live_ = std::make_unique<LiveSequence>(*session_, 0, first, std::move(options));
   }
@@ -103,6 +105,8 @@ class LiveFrames : public test::DeviceTest {
   std::unique_ptr<Session> session_;
   std::unique_ptr<LiveSequence> live_;
   double worst_step_n_ = 0.0, least_n_ = 1e9, most_n_ = 0.0;
+  std::atomic<int> to_throw_{0};  // so often the device can not be opened
+  std::atomic<bool> notes_throw_{false};
 
  private:
   int64_t time_ns_ = 5'000'000'000;
@@ -133,6 +137,19 @@ TEST_F(LiveFrames, AreFollowedUnderTheHandWithoutAStepOfTheForce) {
   for (int k = 0; k < 500; ++k) at(r_m);
   const double resting_n = at(r_m);
   for (int k = 0; k < 500; ++k) EXPECT_NEAR(at(r_m), resting_n, 0.02);
+}
+
+TEST_F(LiveFrames, AreFollowedAfterAnException) {
+  const Sequence shell = shell_phantom(40, 8, 1, 0.0);
+  to_throw_ = 1;
+  notes_throw_ = true;
+  begin(shell.frames[0], false);
+  live_->push(shell.frames[1], monotonic_ns());
+  const double r_m = press(0.5);
+  ASSERT_GT(r_m, 0.01);
+  ASSERT_TRUE(tick_until(r_m, [&] { return live_->numbers().felt >= 1; }));
+  EXPECT_NE(notes().find("the driver has fallen over"), std::string::npos) << notes();
+  EXPECT_LE(to_throw_, -1) << "it was not tried again";
 }
 
 TEST_F(LiveFrames, ArriveWhereTheirOwnSurfaceIs) {

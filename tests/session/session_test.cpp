@@ -168,6 +168,66 @@ TEST_F(SessionWithMotion, SaysWhyThereIsNone) {
   EXPECT_NE(events_.all().back().sentence.find("There is no device today"), std::string::npos);
 }
 
+TEST_F(SessionWithMotion, SaysWhatWasThrownOnTheEstimationsThread) {
+  SessionOptions throwing = options();
+  throwing.motion.open_context = []() -> Result<std::shared_ptr<vulkan::Context>> {
+    throw std::runtime_error("the driver has fallen over");
+  };
+  auto session = in_host(shell_in_memory(), throwing);
+  ASSERT_TRUE(session);
+  for (int k = 0; k < 10000 && !events_.has(Kind::kMotionFailed); ++k)
+    std::this_thread::sleep_for(1ms);
+  ASSERT_TRUE(events_.has(Kind::kMotionFailed));
+  EXPECT_NE(events_.all().back().sentence.find("the driver has fallen over"), std::string::npos);
+  Hand hand(*session);
+  EXPECT_GT(hand.press(0.5), 0.01) << "what is known is not felt";
+}
+
+TEST_F(SessionWithMotion, GoesOnWhereItsListenersThrow) {
+  SessionOptions throwing = options();
+  std::atomic<int> told{0}, asked{0};
+  throwing.on_event = [&](const SessionEvent&) {
+    ++told;
+    throw std::runtime_error("nobody listens");
+  };
+  throwing.next_note = [&]() -> std::string {
+    ++asked;
+    throw 17;
+  };
+  auto session = in_host(shell_in_memory(), throwing);
+  ASSERT_TRUE(session);
+  session->release_tube();  // there is no motion yet, which is told
+  Hand hand(*session);
+  const double r_m = hand.press(0.5);
+  EXPECT_GT(r_m, 0.01);
+  session->motion();
+  for (int k = 0; k < 60000 && !session->motion().is_done(); ++k) {
+    hand.at(r_m);
+    std::this_thread::sleep_for(1ms);
+  }
+  EXPECT_TRUE(session->motion().is_done());
+  EXPECT_EQ(session->motion().trouble(), "");
+  EXPECT_TRUE(session->can_play());
+  EXPECT_GT(told, 1);
+  EXPECT_GT(asked, 1);
+}
+
+TEST_F(SessionWithMotion, AnEstimatorSaysWhatItsListenerThrew) {
+  const Sequence frames = shell_phantom(24, 3, 1, 0.0);
+  EstimatorOptions fast;
+  fast.motion = *motion_preset("fast");
+  auto estimator = SequenceEstimator::open(context(), frames.frames[0].grid, fast, [](PairMotion) {
+    throw std::runtime_error("the list is full");
+  });
+  ASSERT_TRUE(estimator) << estimator.error().message;
+  for (size_t k = 0; k < frames.frames.size(); ++k)
+    if (!(*estimator)->push(k, frames.frames[k])) break;
+  const Status done = (*estimator)->finish();
+  ASSERT_FALSE(done);
+  EXPECT_NE(done.error().message.find("the list is full"), std::string::npos)
+      << done.error().message;
+}
+
 TEST(Session, WithoutADeviceToComputeStandsStill) {
   auto session = in_host(shell_in_memory());
   ASSERT_TRUE(session);

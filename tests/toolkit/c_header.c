@@ -16,6 +16,8 @@ size_t size_in_c(int which) {
       return sizeof(PalState);
     case 4:
       return sizeof(PalImages);
+    case 6:
+      return sizeof(PalTube);
     default:
       return sizeof(PalFrames);
   }

@@ -157,6 +157,59 @@ TEST_F(HostDevice, FindsMotionAndDrawsWithItsQueueLocked) {
   EXPECT_EQ(pal_view_read(opened.view, 1, pixels.data(), nullptr), PAL_BAD_INPUT);
 }
 
+TEST_F(HostDevice, WhoseLockThrowsFailsInASentence) {
+  make_device();
+  static std::atomic<bool> lock_throws, unlock_throws;
+  static std::atomic<int> said, submitted;
+  lock_throws = unlock_throws = false;
+  said = submitted = 0;
+  Opened opened;
+  PalVulkan shared = vulkan();
+  shared.lock_queue = [](void*) {
+    if (lock_throws) throw std::runtime_error("the lock is gone");
+    ++submitted;
+  };
+  shared.unlock_queue = [](void*) {
+    if (unlock_throws) throw std::runtime_error("it was not locked");
+  };
+  PalContextInfo info = context_info(0);
+  info.vulkan = &shared;
+  info.log = [](void*, const char* sentence) {
+    if (std::string(sentence) == "unlock_queue threw an exception: it was not locked") ++said;
+  };
+  PAL_ASSERT_OK(pal_context_open(&info, &opened.context));
+  const BallFrames ball(2);
+  PalEstimatorInfo estimation{};
+  estimation.size = sizeof estimation;
+  estimation.grid = ball.info.grid;
+  estimation.preset = "fast";
+  estimation.flags = PAL_ESTIMATOR_NO_VERDICT;
+  const auto found = [&](std::string& why) {
+    PalEstimator* estimator = nullptr;
+    PalMotion* motion = nullptr;
+    PalResult result = pal_estimator_open(opened.context, &estimation, &estimator);
+    for (const void* frame : ball.pointers)
+      if (result == PAL_OK) result = pal_estimator_push(estimator, PAL_FLOAT32, frame, -1.0);
+    if (result == PAL_OK) result = pal_estimator_finish(estimator, &motion);
+    why = pal_last_error();
+    pal_motion_close(&motion);
+    pal_estimator_close(&estimator);
+    return result;
+  };
+  std::string why;
+  unlock_throws = true;
+  EXPECT_EQ(found(why), PAL_OK) << why;
+  EXPECT_GT(said, 0);
+  unlock_throws = false;
+  lock_throws = true;
+  submitted = 0;
+  EXPECT_EQ(found(why), PAL_DEVICE_FAILED);
+  EXPECT_NE(why.find("lock_queue threw an exception: the lock is gone"), std::string::npos) << why;
+  EXPECT_EQ(submitted, 0);
+  lock_throws = false;
+  EXPECT_EQ(found(why), PAL_OK) << why;
+}
+
 TEST_F(HostDevice, IsLeftAsItWas) {
   make_device();
   for (int round = 0; round < 3; ++round) {

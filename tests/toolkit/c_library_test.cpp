@@ -34,6 +34,7 @@ TEST(CHeader, HasTheSameStructuresInCAndCpp) {
   EXPECT_EQ(size_in_c(3), sizeof(PalState));
   EXPECT_EQ(size_in_c(4), sizeof(PalImages));
   EXPECT_EQ(size_in_c(5), sizeof(PalFrames));
+  EXPECT_EQ(size_in_c(6), sizeof(PalTube));
 }
 
 TEST(CLibrary, ExportsWhatItsHeaderNamesAndNothingElse) {
@@ -390,10 +391,16 @@ TEST(CLibrary, TakesGarbageOfItsHostForAFault) {
 struct Pressing {
   std::atomic<int> exchanges{0};
   std::atomic<double> z_m{0.03}, last_n{0.0};
+  std::atomic<bool> throws{false};
+  std::vector<double> while_throwing_n;  // read after the session was closed
   static void exchange(void* user, const double force_n[3], PalReading* reading) {
     auto* const self = static_cast<Pressing*>(user);
     ++self->exchanges;
     self->last_n = force_n[2];
+    if (self->throws) {
+      self->while_throwing_n.push_back(force_n[2]);
+      throw std::runtime_error("the arm is gone");
+    }
     reading->position_m[2] = self->z_m;
     reading->is_fresh = 1;
   }
@@ -430,6 +437,314 @@ TEST(CLibrary, DrivesADeviceOfTheHostsOnItsOwnThread) {
   const int after = pressing.exchanges;
   ::usleep(20'000);
   EXPECT_EQ(pressing.exchanges, after) << "the device is used after the session was closed";
+}
+
+/// The beating shell, ticked by the test, and its stream tubes.
+class ShellTubes {
+ public:
+  explicit ShellTubes(uint32_t context_flags = PAL_CONTEXT_NO_GPU) {
+    const PalContextInfo context = context_info(context_flags);
+    if (pal_context_open(&context, &opened.context) != PAL_OK) return;
+    PalSceneInfo scene{};
+    scene.size = sizeof scene;
+    const char* path = "shell";
+    scene.paths = &path;
+    scene.path_count = 1;
+    PAL_EXPECT_OK(pal_scene_open(opened.context, &scene, &opened.scene));
+    const PalDeviceInfo device = host_device();
+    PalSessionInfo info{};
+    info.size = sizeof info;
+    info.flags = PAL_SESSION_HOST_TICKS;
+    info.host = &device;
+    info.tube_buttons = 1U << 3;
+    PAL_EXPECT_OK(pal_session_open(opened.scene, &info, &opened.session));
+  }
+  void tick(double z_m = 0.03, uint32_t buttons = 0) {
+    const PalTick tick{{0.0, 0.0, z_m}, time_ns_ += 1'000'000, buttons};
+    double force_n[3];
+    PAL_EXPECT_OK(pal_haptics_tick(opened.session, &tick, force_n));
+  }
+  uint32_t count() {
+    PalTube tube{};
+    tube.size = sizeof tube;
+    uint32_t tubes = 0;
+    while (pal_session_tube(opened.session, tubes, &tube) == PAL_OK) ++tubes;
+    return tubes;
+  }
+  bool comes_to(uint32_t tubes, uint32_t buttons = 0) {
+    for (int k = 0; k < 10000 && count() != tubes; ++k) {
+      tick(0.03, buttons);
+      ::usleep(1000);
+    }
+    return count() == tubes;
+  }
+  PalTube tube(uint32_t index) {
+    PalTube known{};
+    known.size = sizeof known;
+    PAL_EXPECT_OK(pal_session_tube(opened.session, index, &known));
+    points_m.assign(size_t(3) * known.point_count, -77.0);
+    lengths.assign(known.point_count, -77.0);
+    known.capacity = known.point_count;
+    known.points_m = points_m.data();
+    known.lengths = lengths.data();
+    PAL_EXPECT_OK(pal_session_tube(opened.session, index, &known));
+    return known;
+  }
+
+  Opened opened;
+  std::vector<double> points_m, lengths;
+
+ private:
+  int64_t time_ns_ = 5'000'000'000;
+};
+
+TEST(CLibrary, LaysStreamTubesThatGoWithTheMotion) {
+  ShellTubes shell;
+  PAL_ASSERT_OK(pal_session_ask_tubes(shell.opened.session, PAL_TUBES_RELEASE));
+  ASSERT_TRUE(shell.comes_to(1));
+  const PalTube tube = shell.tube(0);
+  EXPECT_EQ(tube.field, PAL_TUBE_VELOCITY);
+  EXPECT_STREQ(tube.length_unit, "m/s");
+  EXPECT_EQ(tube.volume, 0U);
+  EXPECT_EQ(tube.is_kept, 0U);
+  ASSERT_GT(tube.point_count, 3U);
+  ASSERT_LT(tube.seed_point, tube.point_count);
+  // On the z axis, as the hand and the wall's motion are; where it is, that of another phase.
+  for (size_t k = 0; k < tube.point_count; ++k) {
+    EXPECT_NEAR(shell.points_m[3 * k], 0.0, 1e-4);
+    EXPECT_NEAR(shell.points_m[3 * k + 1], 0.0, 1e-4);
+    EXPECT_GE(shell.lengths[k], 0.0);
+  }
+  const double seed_m = shell.points_m[3 * tube.seed_point + 2];
+  EXPECT_NEAR(seed_m, 0.03, 0.005);
+  for (int k = 0; k < 500; ++k) shell.tick();
+  shell.tube(0);
+  EXPECT_GT(std::abs(shell.points_m[3 * tube.seed_point + 2] - seed_m), 1e-4) << "it stands still";
+  // Less room than points: the first ones.
+  std::vector<double> few(6, -77.0);
+  PalTube small{};
+  small.size = sizeof small;
+  small.capacity = 1;
+  small.points_m = few.data();
+  PAL_ASSERT_OK(pal_session_tube(shell.opened.session, 0, &small));
+  EXPECT_EQ(small.point_count, tube.point_count);
+  EXPECT_NE(few[0], -77.0);
+  EXPECT_EQ(few[3], -77.0);
+
+  PAL_ASSERT_OK(pal_session_ask_tubes(shell.opened.session, PAL_TUBES_KEEP));
+  shell.tick();
+  ASSERT_TRUE(shell.comes_to(2, 1U << 3)) << "the device's button lays none";
+  EXPECT_EQ(shell.tube(0).is_kept, 1U);
+  EXPECT_EQ(shell.tube(1).is_kept, 0U);
+  const files::TemporaryFolder folder;
+  const std::string path = (folder.path() / "tubes.vtk").string();
+  PAL_ASSERT_OK(pal_session_save_tubes(shell.opened.session, path.c_str()));
+  std::ifstream written(path);
+  const std::string all((std::istreambuf_iterator<char>(written)), {});
+  EXPECT_THAT(all, HasSubstr("LINES 2 "));
+  PAL_ASSERT_OK(pal_session_ask_tubes(shell.opened.session, PAL_TUBES_CLEAR));
+  ASSERT_TRUE(shell.comes_to(1));
+  EXPECT_EQ(shell.tube(0).is_kept, 1U);
+  PAL_ASSERT_OK(pal_session_ask_tubes(shell.opened.session, PAL_TUBES_CLEAR));
+  ASSERT_TRUE(shell.comes_to(0));
+
+  EXPECT_EQ(pal_session_save_tubes(shell.opened.session, "tubes.csv"), PAL_BAD_OUTPUT);
+  EXPECT_EQ(pal_session_save_tubes(shell.opened.session, nullptr), PAL_BAD_INPUT);
+  EXPECT_EQ(pal_session_ask_tubes(shell.opened.session, PalTubesAction(17)), PAL_BAD_INPUT);
+  EXPECT_EQ(pal_session_ask_tubes(nullptr, PAL_TUBES_KEEP), PAL_BAD_INPUT);
+  EXPECT_EQ(pal_session_tube(shell.opened.session, 0, nullptr), PAL_BAD_INPUT);
+  PalTube wrong{};
+  wrong.size = sizeof wrong + 8;
+  EXPECT_EQ(pal_session_tube(shell.opened.session, 0, &wrong), PAL_BAD_VERSION);
+}
+
+TEST(CLibrary, DrawsStreamTubes) {
+  ShellTubes shell(0);
+  if (!shell.opened.session) GTEST_SKIP() << pal_last_error();
+  PalViewInfo info{};
+  info.size = sizeof info;
+  info.flags = PAL_VIEW_NO_HAND | PAL_VIEW_NO_BOX;
+  info.width = 128;
+  info.height = 96;
+  info.eye_count = 1;
+  PAL_ASSERT_OK(pal_view_open(shell.opened.session, &info, &shell.opened.view));
+  const auto picture = [&] {
+    // The same phase each time: where the tube is laid and drawn, nothing moves in between.
+    const PalEye eye{
+        {0.12, 0.0, 0.0}, {0.0, std::sqrt(0.5), 0.0, std::sqrt(0.5)}, -0.4, 0.4, -0.3, 0.3};
+    std::vector<uint32_t> pixels(128 * 96);
+    PAL_EXPECT_OK(pal_view_render(shell.opened.view, &eye, 1, 128, 96, 0.0, nullptr));
+    PAL_EXPECT_OK(pal_view_read(shell.opened.view, 0, pixels.data(), nullptr));
+    return pixels;
+  };
+  // Outside the wall, where a tube is seen; the scene is paused, so that only the tube is new.
+  for (int k = 0; k < 1000; ++k) shell.tick(0.036);
+  PAL_ASSERT_OK(pal_session_play(shell.opened.session, 0));
+  for (int k = 0; k < 1000; ++k) shell.tick(0.036);
+  const std::vector<uint32_t> without = picture();
+  ASSERT_EQ(picture(), without) << "it does not stand still";
+  PAL_ASSERT_OK(pal_session_ask_tubes(shell.opened.session, PAL_TUBES_RELEASE));
+  shell.tick(0.036);
+  for (int k = 0; k < 10000 && shell.count() == 0; ++k) ::usleep(1000);
+  ASSERT_EQ(shell.count(), 1U);
+  const std::vector<uint32_t> with = picture();
+  int changed = 0;
+  for (size_t p = 0; p < with.size(); ++p) changed += with[p] != without[p];
+  EXPECT_GT(changed, 5);
+}
+
+/// What a host's functions say to the test, on any thread.
+struct Sentences {
+  std::mutex mutex;
+  std::vector<std::string> all;
+  void add(const char* sentence) {
+    const std::lock_guard lock(mutex);
+    all.emplace_back(sentence);
+  }
+  bool has(const std::string& part) {
+    const std::lock_guard lock(mutex);
+    return std::any_of(all.begin(), all.end(), [&](const std::string& sentence) {
+      return sentence.find(part) != std::string::npos;
+    });
+  }
+  bool comes_to_have(const std::string& part) {
+    for (int k = 0; k < 10000 && !has(part); ++k) ::usleep(1000);
+    return has(part);
+  }
+};
+
+TEST(CLibrary, EndsTheForceByARampWhereTheHostsDeviceThrows) {
+  Sentences told;  // outlives the session
+  Pressing pressing;
+  Opened opened;
+  const BallFrames ball;
+  open_ball(opened, ball);
+  PAL_ASSERT_OK(pal_session_close(&opened.session));
+  PalDevice device{};
+  device.size = sizeof device;
+  device.info = host_device();
+  device.exchange = &Pressing::exchange;
+  device.user = &pressing;
+  PalSessionInfo info{};
+  info.size = sizeof info;
+  info.flags = PAL_SESSION_NO_REAL_TIME;
+  info.device = &device;
+  info.watchdog_s = 0.2;  // of a test beside others
+  info.user = &told;
+  info.on_event = [](void* user, PalEventKind kind, const char* sentence) {
+    if (kind == PAL_EVENT_NOTE) static_cast<Sentences*>(user)->add(sentence);
+  };
+  PAL_ASSERT_OK(pal_session_open(opened.scene, &info, &opened.session));
+  for (int k = 0; k < 20000 && pressing.last_n < 0.5; ++k) {
+    pressing.z_m = std::max(0.017, 0.03 - 6e-6 * k);
+    ::usleep(1000);
+  }
+  ASSERT_GE(pressing.last_n, 0.5);
+  pressing.throws = true;
+  EXPECT_TRUE(told.comes_to_have("exchange threw an exception: the arm is gone"));
+  for (int k = 0; k < 5000 && pressing.last_n != 0.0; ++k) ::usleep(1000);
+  EXPECT_EQ(pressing.last_n, 0.0);
+  PalState state{};
+  state.size = sizeof state;
+  PAL_ASSERT_OK(pal_session_state(opened.session, &state));
+  EXPECT_STRNE(state.cause, "");
+  // It is over when the device works again, and the hand was free.
+  pressing.z_m = 0.04;
+  pressing.throws = false;
+  for (int k = 0; k < 10000 && *state.cause; ++k) {
+    ::usleep(1000);
+    PAL_ASSERT_OK(pal_session_state(opened.session, &state));
+  }
+  EXPECT_STREQ(state.cause, "");
+  PAL_ASSERT_OK(pal_session_close(&opened.session));
+  EXPECT_EQ(std::count_if(told.all.begin(), told.all.end(),
+                          [](const std::string& one) {
+                            return one.find("exchange threw") != std::string::npos;
+                          }),
+            1)
+      << "it is said once";
+  const auto& force_n = pressing.while_throwing_n;
+  ASSERT_GT(force_n.size(), 3U);
+  const double before_n = force_n.front();
+  EXPECT_GT(std::count_if(force_n.begin(), force_n.end(),
+                          [&](double n) { return n > 0.1 * before_n && n < 0.9 * before_n; }),
+            3)
+      << "no ramp";
+}
+
+TEST(CLibrary, GoesOnWhereTheHostsLogAndEventsThrow) {
+  struct Heard {
+    Sentences log;
+    std::atomic<int> events{0};
+  } heard;  // outlives the session
+  Opened opened;
+  PalContextInfo context = context_info(0);
+  context.user = &heard;
+  context.log = [](void* user, const char* sentence) {
+    static_cast<Heard*>(user)->log.add(sentence);
+    throw std::runtime_error("no room in the log");
+  };
+  if (pal_context_open(&context, &opened.context) == PAL_NO_DEVICE)
+    GTEST_SKIP() << pal_last_error();
+  const BallFrames ball(2);
+  PalSceneInfo scene{};
+  scene.size = sizeof scene;
+  const char* path = "ball";
+  scene.paths = &path;
+  scene.path_count = 1;
+  scene.frames = &ball.info;
+  scene.frame_sets = 1;
+  PAL_ASSERT_OK(pal_scene_open(opened.context, &scene, &opened.scene));
+  EXPECT_FALSE(heard.log.all.empty());
+  const PalDeviceInfo device = host_device();
+  PalSessionInfo info{};
+  info.size = sizeof info;
+  info.flags = PAL_SESSION_HOST_TICKS;
+  info.host = &device;
+  info.preset = "fast";
+  info.user = &heard;
+  info.on_event = [](void* user, PalEventKind, const char*) {
+    ++static_cast<Heard*>(user)->events;
+    throw 17;  // no std::exception either
+  };
+  PAL_ASSERT_OK(pal_session_open(opened.scene, &info, &opened.session));
+  EXPECT_TRUE(heard.log.comes_to_have("on_event threw an exception"));
+  EXPECT_GT(heard.events, 0);
+  PalState state{};
+  state.size = sizeof state;
+  for (int k = 0; k < 60000 && !state.can_play; ++k) {
+    ::usleep(1000);
+    PAL_ASSERT_OK(pal_session_state(opened.session, &state));
+  }
+  EXPECT_EQ(state.can_play, 1U) << "the estimation ended";
+  HostHand hand{opened.session};
+  EXPECT_GT(hand.press(0.5), 0.0);
+}
+
+TEST(CLibrary, TellsAHostThatNeverTicks) {
+  Opened opened;
+  const BallFrames ball;
+  open_ball(opened, ball);
+  PalState state{};
+  state.size = sizeof state;
+  PAL_ASSERT_OK(pal_session_state(opened.session, &state));
+  EXPECT_EQ(state.ticks, 0U);
+  EXPECT_EQ(state.time_ns, 0);
+  // What is asked waits for a tick; there is room for so much, and then it is said.
+  PalResult result = PAL_OK;
+  int asked = 0;
+  while (result == PAL_OK && asked < 100'000) {
+    result = pal_session_ask_tubes(opened.session, PAL_TUBES_RELEASE);
+    ++asked;
+  }
+  EXPECT_EQ(result, PAL_NOT_YET);
+  EXPECT_THAT(pal_last_error(), HasSubstr("the haptic loop does not run"));
+  PalTube tube{};
+  tube.size = sizeof tube;
+  EXPECT_EQ(pal_session_tube(opened.session, 0, &tube), PAL_END);
+  EXPECT_EQ(pal_session_at_rest(opened.session), 0);
+  PAL_EXPECT_OK(pal_session_stop(opened.session));
+  PAL_EXPECT_OK(pal_session_close(&opened.session));
 }
 
 TEST(CLibrary, RefusesDevicesAndNumbersThatCanNotBe) {

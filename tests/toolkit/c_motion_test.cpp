@@ -357,6 +357,26 @@ TEST_F(CMotion, IsCancelledFromItsCallback) {
   }
 }
 
+TEST_F(CMotion, IsCancelledByAnExceptionOfItsCallback) {
+  for (const uint32_t flags : {uint32_t(PAL_ESTIMATOR_PAIRWISE), 0U}) {
+    PalEstimatorInfo throwing = info(flags);
+    throwing.on_progress = [](void*, const char*, double) {
+      throw std::runtime_error("the window was closed");
+    };
+    PAL_ASSERT_OK(pal_estimator_open(opened_.context, &throwing, &estimator_));
+    PalResult pushed = PAL_OK;
+    for (const Volume& frame : sequence_.frames)
+      if (pushed == PAL_OK)
+        pushed = pal_estimator_push(estimator_, PAL_FLOAT32, frame.values.data(), -1.0);
+    EXPECT_TRUE(pushed == PAL_OK || pushed == PAL_CANCELLED) << pal_last_error();
+    EXPECT_EQ(pal_estimator_finish(estimator_, &motion_), PAL_CANCELLED);
+    EXPECT_THAT(pal_last_error(),
+                ::testing::HasSubstr("on_progress threw an exception: the window was closed"));
+    EXPECT_EQ(motion_, nullptr);
+    PAL_EXPECT_OK(pal_estimator_close(&estimator_));
+  }
+}
+
 TEST_F(CMotion, SaysHowFarItIsWithoutWaiting) {
   PalProgress progress{};
   progress.size = sizeof progress;

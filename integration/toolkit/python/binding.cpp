@@ -404,6 +404,41 @@ class Session {
         "can_play"_a = s.can_play != 0, "steps"_a = s.steps, "steps_known"_a = s.steps_known,
         "volumes"_a = volumes, "ticks"_a = s.ticks, "late_ticks"_a = s.late_ticks);
   }
+  void ask_tubes(int action) { check(pal_session_ask_tubes(session_, PalTubesAction(action))); }
+  void save_tubes(const std::string& path) {
+    without_lock([&] { return pal_session_save_tubes(session_, path.c_str()); });
+  }
+  py::list tubes() const {
+    using namespace py::literals;
+    static const char* const kFields[] = {"vectors", "gradient", "curl", "velocity"};
+    py::list all;
+    PalTube tube{};
+    tube.size = sizeof tube;
+    for (uint32_t index = 0;; ++index) {
+      tube.capacity = 0;
+      tube.points_m = tube.lengths = nullptr;
+      PalResult result = pal_session_tube(session_, index, &tube);
+      check(result);
+      if (result == PAL_END) return all;
+      py::array_t<double> points({py::ssize_t(tube.point_count), py::ssize_t(3)});
+      py::array_t<double> lengths(py::ssize_t(tube.point_count));
+      const uint32_t room = tube.capacity = tube.point_count;
+      tube.points_m = points.mutable_data();
+      tube.lengths = lengths.mutable_data();
+      result = pal_session_tube(session_, index, &tube);
+      check(result);
+      // An action came between: there may be fewer of them now, or another one here.
+      if (result == PAL_END) return all;
+      if (tube.point_count != room) {
+        --index;
+        continue;
+      }
+      all.append(py::dict("points_m"_a = points, "lengths"_a = lengths,
+                          "unit"_a = std::string(tube.length_unit), "volume"_a = tube.volume,
+                          "field"_a = kFields[tube.field], "seed"_a = tube.seed_point,
+                          "kept"_a = tube.is_kept != 0, "closed"_a = tube.is_closed != 0));
+    }
+  }
   /// RGBA, shape (height, width, 4).
   py::array_t<uint8_t> picture(const std::array<double, 3>& position_m,
                                const std::array<double, 4>& orientation, double tan_x, double tan_y,
@@ -488,5 +523,8 @@ PYBIND11_MODULE(_palpate, m) {
       .def("text", &Session::text, "which"_a)
       .def("events", &Session::events)
       .def("state", &Session::state)
+      .def("ask_tubes", &Session::ask_tubes, "action"_a)
+      .def("tubes", &Session::tubes)
+      .def("save_tubes", &Session::save_tubes, "path"_a)
       .def("picture", &Session::picture);
 }

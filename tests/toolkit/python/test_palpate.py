@@ -301,6 +301,42 @@ def test_a_scene_is_felt_and_seen():
         palpate.Session("/nowhere.mha")
 
 
+def test_a_session_lays_stream_tubes(tmp_path):
+    with palpate.Session("shell", estimate=False) as session:
+        assert session.tubes == []
+        at_ns = 5_000_000_000
+
+        def tick_until(condition):
+            nonlocal at_ns
+            for _ in range(10000):
+                at_ns += 1_000_000
+                session.tick((0.0, 0.0, 0.03), at_ns)
+                if condition():
+                    return True
+                time.sleep(0.001)
+            return False
+
+        assert tick_until(lambda: session.state["can_play"])
+        session.release_tube()
+        assert tick_until(lambda: len(session.tubes) == 1), session.events()
+        tube = session.tubes[0]
+        assert tube["field"] == "velocity" and tube["unit"] == "m/s" and not tube["kept"]
+        assert tube["points_m"].shape == (len(tube["lengths"]), 3) and len(tube["lengths"]) > 3
+        assert np.isfinite(tube["points_m"]).all() and tube["lengths"].min() >= 0.0
+        # The shell's wall moves along its radius, and so does the tube run.
+        ends = tube["points_m"][[0, -1]]
+        assert abs(np.linalg.norm(ends[0]) - np.linalg.norm(ends[1])) > 0.001
+        session.keep_tubes()
+        session.release_tube()
+        assert tick_until(lambda: [one["kept"] for one in session.tubes] == [True, False])
+        session.save_tubes(tmp_path / "tubes.vtk")
+        assert "LINES 2 " in (tmp_path / "tubes.vtk").read_text()
+        with pytest.raises(OSError, match="vtk"):
+            session.save_tubes(tmp_path / "tubes.csv")
+        session.clear_tubes()
+        assert tick_until(lambda: len(session.tubes) == 1)
+
+
 def test_the_cine_example_runs_on_a_real_heart(tmp_path):
     heart = os.path.join(SOURCE, "..", "shared", "data", "heart_cine")
     if not os.path.isdir(heart):

@@ -340,6 +340,30 @@ class Session:
         """Switches a mode of the scene, by a ramp."""
         self._session.set_mode(index, on, gain)
 
+    def release_tube(self):
+        """A stream tube through the proxy of the next tick: the field line there, of vectors, of the gradient that guides, or of the
+        material's velocity. From then on it goes with the motion, and picture() shows it."""
+        self._session.ask_tubes(0)
+
+    def keep_tubes(self):
+        """Those that are there stay when the others are cleared."""
+        self._session.ask_tubes(1)
+
+    def clear_tubes(self):
+        """Those that are not kept go; all of them if all are kept."""
+        self._session.ask_tubes(2)
+
+    @property
+    def tubes(self):
+        """The stream tubes as they are at the newest tick, the oldest first; one that was asked for comes some hundredths of a second after
+        its tick. A list of dicts: "points_m" (n, 3), world; "lengths" (n), of the field's vectors when it was laid, in "unit"; "field",
+        "volume", "seed" (the point that was at the proxy), "kept", "closed"."""
+        return self._session.tubes()
+
+    def save_tubes(self, path):
+        """Writes all tubes as lines for ParaView and 3D Slicer (.vtk, mm, LPS), where they were laid."""
+        self._session.save_tubes(os.fspath(path))
+
     def picture(self, position_m=(0.13, 0.09, 0.34), look_at_m=(0.0, 0.0, 0.0), *, width=640, height=480, height_angle=0.55):
         """What is felt, seen from a place in the world: RGBA, shape (height, width, 4), uint8. After the first tick."""
         eye, at = np.asarray(position_m, dtype=float), np.asarray(look_at_m, dtype=float)

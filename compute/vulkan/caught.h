@@ -1,0 +1,33 @@
+#pragma once
+
+#include <exception>
+#include <new>
+#include <string>
+
+#include "compute/volume/result.h"
+#include "compute/vulkan/context.h"
+
+namespace palpate {
+
+/// What `work` returns (a Status or a Result), or, where it throws, an error that says what. For
+/// the outermost function of a thread, which no exception may leave: that would end the process.
+/// Any thread.
+template <class Work>
+auto caught(const Work& work) -> decltype(work()) {
+  try {
+    return work();
+  } catch (const vulkan::Failure& failure) {
+    return failure.error();
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorKind::kOutOfMemory,
+                 "The host ran out of memory: crop the volume or close other programs."};
+  } catch (const std::exception& error) {
+    return Error{ErrorKind::kBadInput,
+                 std::string("A function that is called here threw an exception: ") + error.what()};
+  } catch (...) {
+    return Error{ErrorKind::kBadInput,
+                 "A function that is called here threw an exception that says nothing"};
+  }
+}
+
+}  // namespace palpate
