@@ -242,8 +242,8 @@ TEST_F(FingersInAHeadset, AControllersTriggerLaysAStreamTube) {
     ASSERT_TRUE(wait_until([&] { return frames() > before + count; })) << felt.said();
   };
   pass(20);
-  // Simple controllers have it on the right one's menu. Pressed shortly, as a hold clears, and again
-  // later than half a second, as sooner would keep.
+  // Simple controllers have it on the right one's menu. Pressed shortly, as a hold clears, and
+  // again later than half a second, as sooner would keep.
   for (int press = 0; press < 2; ++press) {
     for (const char* value : {"1", "0"}) {
       made.say(std::string("input /user/hand/right/input/menu/click ") + value);
