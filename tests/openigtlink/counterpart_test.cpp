@@ -53,11 +53,11 @@ class Other {
   pid_t pid_;
 };
 
-uint16_t free_port() {
+[[maybe_unused]] uint16_t free_port() {
   return test::WireServer().port();
 }
 
-std::string text_of(const std::string& file) {
+[[maybe_unused]] std::string text_of(const std::string& file) {
   std::ostringstream text;
   text << std::ifstream(file).rdbuf();
   return text.str();
