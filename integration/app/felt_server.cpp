@@ -1,5 +1,6 @@
 #include "integration/app/felt_server.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 
@@ -80,6 +81,8 @@ void FeltServer::send_images(std::stop_token stop, Session& session) {
       moment = moment_;
     }
     const size_t clients = server_->clients();
+    // Whoever has left and comes back is new.
+    last_clients = std::min(last_clients, clients);
     if (clients == 0 || moment.volume_count == 0) continue;
     const auto volume = session.scene()->volumes[0].data;
     const double time_s = moment.volumes[0].time_s;

@@ -53,6 +53,11 @@ Result<scenes::SequenceChoices> choices_of(const PalSceneInfo& info) {
   if (info.fields) choices.fields = info.fields;
   if (info.folder) choices.folder = info.folder;
   choices.cyclic = !(info.flags & PAL_SCENE_NOT_CYCLIC);
+  if (info.mode_library_count > 0 &&
+      (!info.mode_libraries ||
+       std::any_of(info.mode_libraries, info.mode_libraries + info.mode_library_count,
+                   [](const char* path) { return !path || !*path; })))
+    return Error{ErrorKind::kBadInput, "A path of the libraries of modes is missing"};
   for (uint32_t k = 0; k < info.mode_library_count; ++k)
     choices.mode_libraries.emplace_back(info.mode_libraries[k]);
   if (info.frame_sets > 0 && !info.frames)

@@ -47,8 +47,10 @@ class HostDevice final : public ForceDevice {
   DeviceReading exchange(const DeviceCommand& command) noexcept override {
     PalReading given{};
     const double force_n[3] = {command.force_n.x, command.force_n.y, command.force_n.z};
+    const void* const before = std::exchange(calling_back, session_);
     const Thrown thrown =
         call_host("exchange", [&] { device_.exchange(device_.user, force_n, &given); });
+    calling_back = before;
     if (thrown) {
       // No answer can be trusted: the force goes to zero by the ramp of any fault.
       given = {};
@@ -69,6 +71,8 @@ class HostDevice final : public ForceDevice {
     reading.fresh = reading.fault == DeviceFault::kNone && given.is_fresh;
     return reading;
   }
+  /// Whose loop calls exchange; before it runs.
+  void belongs_to(const void* session) { session_ = session; }
   /// What exchange threw the first time; nothing before. Any thread.
   Thrown thrown() const noexcept {
     return is_told_.load(std::memory_order_acquire) ? thrown_ : Thrown();
@@ -77,6 +81,7 @@ class HostDevice final : public ForceDevice {
  private:
   PalDevice device_;
   DeviceInfo info_;
+  const void* session_ = nullptr;
   glm::dvec3 last_m_{0.0};
   std::atomic<bool> has_thrown_{false}, is_told_{false};
   Thrown thrown_;
@@ -214,13 +219,15 @@ PalResult open_session(PalScene* scene, const PalSessionInfo* given, PalSession*
   content->host_ticks = host_ticks;
   auto options = options_of(info, *use, content.get());
   if (!options) return failed(options.error());
-  if (const auto* const of_host = dynamic_cast<const HostDevice*>(content->device()))
+  if (auto* const of_host = dynamic_cast<HostDevice*>(content->device())) {
+    of_host->belongs_to(content.get());
     options->next_note = [of_host, told = false]() mutable -> std::string {
       const Thrown thrown = of_host->thrown();
       if (!thrown || std::exchange(told, true)) return {};
       return fmt::format("The force goes to zero while the device gives no position: {}",
                          thrown.sentence());
     };
+  }
   LoadedScene felt = use->scene;
   if (info.stiffness_n_per_m > 0.0) felt.spec.stiffness_n_per_m = info.stiffness_n_per_m;
   if (felt.from_sequence && !use->keeps_size) fit_to_reach(felt, known);

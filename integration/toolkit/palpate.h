@@ -21,7 +21,7 @@
      NULL, or with a handle that another thread has closed, fails with PAL_BAD_INPUT; closing waits
      for calls that are running.
    - Callbacks get the `user` pointer that was given with them, and hold no lock of the library's.
-     They may call every function except those that close what calls them.
+     They may call every function except those that close, stop or finish what calls them.
    - A callback should not throw, but a host in C++ may: what it throws ends there, and is told in a
      sentence. on_progress: the estimation is cancelled, and pal_estimator_finish() says it.
      exchange: a fault of the device, so the force goes to zero by a ramp, and an event of kind

@@ -747,6 +747,59 @@ TEST(CLibrary, TellsAHostThatNeverTicks) {
   PAL_EXPECT_OK(pal_session_close(&opened.session));
 }
 
+TEST(CLibrary, RefusesToStopASessionFromItsDevicesExchange) {
+  struct Host {
+    std::atomic<PalSession*> session{nullptr};
+    std::atomic<PalResult> stopped{PAL_OK}, closed{PAL_OK};
+    std::atomic<bool> tried{false};
+  } host;  // outlives the session
+  Opened opened;
+  open_ball(opened, BallFrames());
+  PAL_ASSERT_OK(pal_session_close(&opened.session));
+  PalDevice device{};
+  device.size = sizeof device;
+  device.info = host_device();
+  device.user = &host;
+  device.exchange = [](void* user, const double*, PalReading* reading) {
+    Host& of = *static_cast<Host*>(user);
+    reading->is_fresh = 1;
+    if (PalSession* session = of.session; session && !of.tried) {
+      of.stopped = pal_session_stop(session);
+      of.closed = pal_session_close(&session);
+      of.tried = true;
+    }
+  };
+  PalSessionInfo info{};
+  info.size = sizeof info;
+  info.flags = PAL_SESSION_NO_REAL_TIME;
+  info.device = &device;
+  PAL_ASSERT_OK(pal_session_open(opened.scene, &info, &opened.session));
+  host.session = opened.session;
+  for (int k = 0; k < 10000 && !host.tried; ++k) ::usleep(1000);
+  ASSERT_TRUE(host.tried);
+  EXPECT_EQ(host.stopped, PAL_BAD_INPUT);
+  EXPECT_EQ(host.closed, PAL_BAD_INPUT);
+  PAL_EXPECT_OK(pal_session_stop(opened.session));
+  PAL_EXPECT_OK(pal_session_close(&opened.session));
+}
+
+TEST(CLibrary, RefusesASceneWhoseModeLibrariesAreMissing) {
+  Opened opened;
+  const PalContextInfo context = context_info(PAL_CONTEXT_NO_GPU);
+  PAL_ASSERT_OK(pal_context_open(&context, &opened.context));
+  const char* const shell = "shell";
+  const char* const none = nullptr;
+  PalSceneInfo scene{};
+  scene.size = sizeof scene;
+  scene.paths = &shell;
+  scene.path_count = 1;
+  scene.mode_library_count = 1;
+  EXPECT_EQ(pal_scene_open(opened.context, &scene, &opened.scene), PAL_BAD_INPUT);
+  scene.mode_libraries = &none;
+  EXPECT_EQ(pal_scene_open(opened.context, &scene, &opened.scene), PAL_BAD_INPUT);
+  EXPECT_THAT(pal_last_error(), HasSubstr("libraries of modes"));
+}
+
 TEST(CLibrary, RefusesDevicesAndNumbersThatCanNotBe) {
   Opened opened;
   open_ball(opened, BallFrames());

@@ -58,7 +58,8 @@ void without_lock(const Work& work) {
 
 PalSampleType type_of(const py::array& array) {
   const py::dtype type = array.dtype();
-  const auto is = [&](const char* name) { return type.is(py::dtype(name)); };
+  // By value: images that were read from files have type objects of their own.
+  const auto is = [&](const char* name) { return type.equal(py::dtype(name)); };
   if (is("float32")) return PAL_FLOAT32;
   if (is("float64")) return PAL_FLOAT64;
   if (is("int8")) return PAL_INT8;

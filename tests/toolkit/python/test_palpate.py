@@ -164,6 +164,18 @@ def test_nibabel_images_bring_their_geometry():
     assert palpate.register(sequence, pairwise=True, preset="fast").steps == 2
 
 
+def test_nibabel_images_are_read_from_files(tmp_path):
+    """Their samples have a type object of their own, equal to numpy's."""
+    nibabel = pytest.importorskip("nibabel")
+    affine = np.diag([2.0, 2.0, 2.0, 1.0])
+    paths = []
+    for name, x in (("fixed", 0.0), ("moving", 1.5)):
+        paths.append(tmp_path / f"{name}.nii.gz")
+        nibabel.save(nibabel.Nifti1Image(ball(11, centre=(x, 0.0, 0.0)).astype(np.int16).T, affine), paths[-1])
+    motion = palpate.register(*(nibabel.load(path) for path in paths), preset="fast", verdict=False)
+    assert motion.field[ball(11) > 500].mean(axis=0) == pytest.approx([-3.0, 0.0, 0.0], abs=0.3)
+
+
 def test_simple_itk_images_bring_their_geometry(monkeypatch):
     """Debian has no SimpleITK: a module with the four functions that are asked of it stands for it."""
     module = types.ModuleType("SimpleITK")
