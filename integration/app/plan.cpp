@@ -1,3 +1,5 @@
+#include "module/scene/plan.h"
+
 #include <fmt/format.h>
 
 #include "integration/app/commands.h"
@@ -6,7 +8,7 @@
 #include "integration/app/option_checks.h"
 #include "integration/app/progress.h"
 #include "integration/scenes/load_scene.h"
-#include "module/haptics/scene.h"
+#include "module/haptics/haptic_scene.h"
 
 namespace palpate::app {
 namespace {
@@ -15,9 +17,10 @@ int run(const std::vector<std::filesystem::path>& inputs, const scenes::Sequence
   Console console(false, false);
   const auto scene = scenes::load_scene(inputs, choices);
   if (!scene) return fail(console, scene.error());
-  const auto planned = plan(scene->spec, scene->data, scene->kinds);
-  if (!planned) return fail(console, planned.error());
-  console.say(text(**planned));
+  // What could not be felt is refused here too.
+  if (const auto assembled = assemble(scene->spec, scene->data, scene->kinds); !assembled)
+    return fail(console, assembled.error());
+  console.say(text(plan(scene->spec, scene->data)));
   for (const MissingMotion& missing : scene->missing)
     console.say(fmt::format(
         "The motion of {} is not known yet: 'palpate feel' estimates it while the still frame is "

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "module/scene/scene_spec.h"
+#include "module/scene/scene.h"
 
 namespace palpate {
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "module/scene/frame_data.h"
-#include "module/scene/scene_spec.h"
+#include "module/scene/scene.h"
 
 namespace palpate {
 
