@@ -200,7 +200,6 @@ TEST_F(SessionWithMotion, GoesOnWhereItsListenersThrow) {
   Hand hand(*session);
   const double r_m = hand.press(0.5);
   EXPECT_GT(r_m, 0.01);
-  session->motion();
   for (int k = 0; k < 60000 && !session->motion().is_done(); ++k) {
     hand.at(r_m);
     std::this_thread::sleep_for(1ms);
