@@ -125,13 +125,14 @@ double Playback::to_end(double direction) const {
 double Playback::advance_rate(double dt_s) {
   double wanted = wanted_rate_, change_per_s = ramp_per_s_;
   double limit = std::numeric_limits<double>::infinity();  // of the way, against overshoot
+  double to_target_s = limit;
   bool arrives = false;
   if (scrubbing_) {
     const double way = to_target();
     const double speed = std::max(scrub_speed_, std::abs(rate_));
     wanted = std::copysign(std::min(scrub_speed_, arriving_speed(std::abs(way), speed)), way);
     change_per_s = speed / kRampS;
-    if (rate_ * way >= 0.0) limit = std::abs(way);
+    if (rate_ * way >= 0.0) limit = to_target_s = std::abs(way);
     arrives = limit < kArrivedS;
   }
   if (!times_->cyclic()) {
@@ -150,7 +151,12 @@ double Playback::advance_rate(double dt_s) {
   const double ramp_s = change_per_s > 0.0 ? std::min(dt_s, std::abs(change) / change_per_s) : 0.0;
   rate_ = ramp_s < dt_s ? wanted : before + std::copysign(change_per_s * dt_s, change);
   double way = 0.5 * (before + rate_) * ramp_s + rate_ * (dt_s - ramp_s);
-  if (way != 0.0 && (limit < kArrivedS || std::abs(way) > limit)) way = std::copysign(limit, way);
+  if (way != 0.0 && (limit < kArrivedS || std::abs(way) > limit)) {
+    way = std::copysign(limit, way);
+    // A late step that would pass the target ends on it: with a velocity left, the next would go
+    // past, since rounding decides on which side of the target this one ended.
+    arrives |= scrubbing_ && limit == to_target_s;
+  }
   if (arrives) {
     scrubbing_ = false;
     rate_ = 0.0;

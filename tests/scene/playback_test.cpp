@@ -272,6 +272,26 @@ TEST(Playback, ScrubsTheShorterWayRoundACycle) {
   EXPECT_NEAR(p.time_s(), 0.2, 1e-9);
 }
 
+TEST(Playback, NeverPassesAScrubsTargetWhenStepsComeLate) {
+  for (uint32_t seed = 0; seed < 300; ++seed) {
+    test::Random random(seed);
+    Playback p(&kHeart);
+    p.set_rate(0.0);
+    for (int i = 0; i < 30; ++i) p.step(1e-3);
+    p.scrub_to(0.7);
+    while (!p.at_rest()) p.step(1e-3);
+    // Back, target after target, as a stick that is held asks for it.
+    double target = 0.7, before = p.time_s();
+    for (int i = 0; i < 200; ++i) {
+      if (i % 10 == 0) p.scrub_to(target -= random.draw(0.0, 0.03));
+      p.step(random.draw(0, 4) < 1 ? random.draw(2e-3, 30e-3) : 1e-3);
+      ASSERT_LE(p.time_s(), before + 1e-12) << "seed " << seed << " step " << i;
+      ASSERT_GE(p.time_s(), target - 1e-12) << "seed " << seed << " step " << i;
+      before = p.time_s();
+    }
+  }
+}
+
 TEST(Playback, PlaysOnAfterAScrub) {
   Playback p(&kHeart);
   p.step(1e-3);
