@@ -416,7 +416,7 @@ class FeelRun {
     options.motion.preset = command_.preset.empty() ? "balanced" : command_.preset;
     options.motion.open_context = [this] { return open_device(command_.gpu, console_); };
     options.on_event = [this](const SessionEvent& event) { tell(event); };
-    auto started = Session::start(std::move(scene), *device, options);
+    auto started = Session::start(scene, *device, options);
     if (!started) return started.error();
     session_ = std::move(*started);
     const double given =

@@ -1,5 +1,3 @@
-#include "module/scene/plan.h"
-
 #include <fmt/format.h>
 
 #include "integration/app/commands.h"
@@ -8,7 +6,7 @@
 #include "integration/app/option_checks.h"
 #include "integration/app/progress.h"
 #include "integration/scenes/load_scene.h"
-#include "module/haptics/haptic_scene.h"
+#include "module/haptics/scene.h"
 
 namespace palpate::app {
 namespace {
@@ -17,10 +15,9 @@ int run(const std::vector<std::filesystem::path>& inputs, const scenes::Sequence
   Console console(false, false);
   const auto scene = scenes::load_scene(inputs, choices);
   if (!scene) return fail(console, scene.error());
-  // What could not be felt is refused here too.
-  if (const auto assembled = assemble(scene->spec, scene->data, scene->kinds); !assembled)
-    return fail(console, assembled.error());
-  console.say(text(plan(scene->spec, scene->data)));
+  const auto planned = plan(scene->spec, scene->data, scene->kinds);
+  if (!planned) return fail(console, planned.error());
+  console.say(text(**planned));
   for (const MissingMotion& missing : scene->missing)
     console.say(fmt::format(
         "The motion of {} is not known yet: 'palpate feel' estimates it while the still frame is "

@@ -6,7 +6,7 @@
 #include "integration/files/sentences.h"
 #include "integration/scenes/mode_library.h"
 #include "integration/scenes/replay_key.h"
-#include "module/haptics/haptic_scene.h"
+#include "module/haptics/scene.h"
 #include "module/haptics/scene_ticker.h"
 
 namespace palpate::app {
@@ -15,7 +15,7 @@ namespace {
 /// Does what the hand asked for in each tick.
 class CommandTaker final : public TickListener {
  public:
-  CommandTaker(SceneTicker& ticker, const HapticScene& scene, HandTubes& tubes)
+  CommandTaker(SceneTicker& ticker, const Scene& scene, HandTubes& tubes)
       : ticker_(ticker), scene_(scene), tubes_(tubes) {}
   void hear(const TickInput&, const TickOutput&) noexcept override {
     HandCommand command;
@@ -25,7 +25,7 @@ class CommandTaker final : public TickListener {
 
  private:
   SceneTicker& ticker_;
-  const HapticScene& scene_;
+  const Scene& scene_;
   HandTubes& tubes_;
 };
 
@@ -45,7 +45,7 @@ Result<Replay> replay_felt(const LoadedScene& felt, const std::filesystem::path&
   if (!same)
     return files::bad_input(file, "was made with another scene: name the scene that was felt");
   // The recorded words, with their places and stiffness, on the data that were read now.
-  auto assembled = assemble(spec, felt.data, felt.kinds);
+  auto assembled = plan(spec, felt.data, felt.kinds);
   if (!assembled) return assembled.error();
   HapticsOptions options;
   options.safety = key->safety;

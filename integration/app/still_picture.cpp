@@ -26,7 +26,7 @@ Result<std::unique_ptr<StillPicture>> StillPicture::open(const DeviceOptions& gp
   return std::unique_ptr<StillPicture>(new StillPicture(std::move(*viewer), size, eyes));
 }
 
-Result<std::vector<charts::Raster>> StillPicture::take(std::shared_ptr<const HapticScene> scene,
+Result<std::vector<charts::Raster>> StillPicture::take(std::shared_ptr<const Scene> scene,
                                                        const SceneMoment& moment,
                                                        std::shared_ptr<const ReleasedTubes> tubes) {
   viewer_->show(std::move(tubes));

@@ -19,7 +19,7 @@ class StillPicture {
 
   /// Draws `scene` as it is in `moment` and waits for it. One raster per eye, left one first.
   /// tubes: that a hand has released, or null.
-  Result<std::vector<charts::Raster>> take(std::shared_ptr<const HapticScene> scene,
+  Result<std::vector<charts::Raster>> take(std::shared_ptr<const Scene> scene,
                                            const SceneMoment& moment,
                                            std::shared_ptr<const ReleasedTubes> tubes = nullptr);
   /// What the last picture shows.

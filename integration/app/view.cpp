@@ -72,7 +72,7 @@ Status draw(const FeelCommand& command, double frame, Console& console, std::sto
   if (frame >= double(frames_of(*scene)))
     return Error{ErrorKind::kBadInput, fmt::format("There is no frame {}: the frames are 0 to {}",
                                                    frame, frames_of(*scene) - 1)};
-  const auto assembled = assemble(scene->spec, scene->data, scene->kinds);
+  const auto assembled = plan(scene->spec, scene->data, scene->kinds);
   if (!assembled) return assembled.error();
   const PictureSize size{command.picture_size, command.picture_size};
   if (!command.picture.empty()) {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "compute/volume/result.h"
-#include "module/scene/scene.h"
+#include "module/scene/scene_spec.h"
 
 namespace palpate::files {
 

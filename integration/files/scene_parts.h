@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "integration/files/json_object.h"
-#include "module/scene/scene.h"
+#include "module/scene/scene_spec.h"
 #include "module/scene/transfer.h"
 #include "module/scene/transform.h"
 

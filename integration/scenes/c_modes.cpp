@@ -124,8 +124,7 @@ class CMode final : public ForeignMode {
   /// Of several threads that place, the first one's is kept.
   void fail(const char* thrown) const noexcept {
     if (has_failed_.exchange(true)) return;
-    constexpr std::string_view kBegin =
-        "A mode threw an exception, and is left out until the scene gets other data: ";
+    constexpr std::string_view kBegin = "A mode threw an exception, and is left out from now on: ";
     size_t length = kBegin.copy(failure_.data(), kMost - 1);
     length += std::string_view(thrown).copy(failure_.data() + length, kMost - 1 - length);
     failure_[length] = '\0';

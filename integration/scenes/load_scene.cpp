@@ -19,7 +19,7 @@
 #include "integration/files/sequence_motion_file.h"
 #include "integration/scenes/mode_library.h"
 #include "integration/x3d/x3d_file.h"
-#include "module/haptics/haptic_scene.h"
+#include "module/haptics/scene.h"
 #include "module/scene/built_in.h"
 #include "module/scene/derived_wall.h"
 #include "module/scene/make_volume.h"

@@ -8,7 +8,7 @@
 #include "compute/volume/result.h"
 #include "module/haptics/device.h"
 #include "module/haptics/safety.h"
-#include "module/scene/scene.h"
+#include "module/scene/scene_spec.h"
 
 namespace palpate::scenes {
 

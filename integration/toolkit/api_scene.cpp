@@ -6,7 +6,7 @@
 #include "integration/files/scene_file.h"
 #include "integration/scenes/load_scene.h"
 #include "integration/toolkit/motion_content.h"
-#include "module/scene/plan.h"
+#include "module/haptics/scene.h"
 
 namespace palpate::toolkit {
 namespace {
@@ -116,8 +116,12 @@ PalResult open_scene(PalContext* context, const PalSceneInfo* given, PalScene** 
   return PAL_OK;
 }
 
-std::string text_of(const LoadedScene& scene, PalSceneText which) {
-  if (which == PAL_SCENE_TEXT_PLAN) return text(plan(scene.spec, scene.data));
+Result<std::string> text_of(const LoadedScene& scene, PalSceneText which) {
+  if (which == PAL_SCENE_TEXT_PLAN) {
+    const auto planned = plan(scene.spec, scene.data, scene.kinds);
+    if (!planned) return planned.error();
+    return text(**planned);
+  }
   if (which == PAL_SCENE_TEXT_JSON) return files::scene_text(scene.spec);
   std::string notes;
   for (const std::string& note : scene.notes) notes += note + "\n";
@@ -156,11 +160,12 @@ PalResult pal_scene_text(const PalScene* scene, PalSceneText which, char* text, 
     if (!use) return refused_handle("scene");
     if (which < PAL_SCENE_TEXT_NOTES || which > PAL_SCENE_TEXT_JSON)
       return failed(PAL_BAD_INPUT, {"There is no such text of a scene"});
-    const std::string all = text_of(use->scene, which);
-    if (length) *length = all.size();
+    const auto all = text_of(use->scene, which);
+    if (!all) return failed(all.error());
+    if (length) *length = all->size();
     if (!text || capacity == 0) return PAL_OK;
-    const size_t written = std::min(all.size(), capacity - 1);
-    std::memcpy(text, all.data(), written);
+    const size_t written = std::min(all->size(), capacity - 1);
+    std::memcpy(text, all->data(), written);
     text[written] = '\0';
     return PAL_OK;
   });

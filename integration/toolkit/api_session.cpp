@@ -242,9 +242,8 @@ PalResult open_session(PalScene* scene, const PalSessionInfo* given, PalSession*
     content->recorder = std::move(*recorder);
     options->servo.listeners[0] = content->recorder.get();
   }
-  auto started = host_ticks
-                     ? Session::start_in_host(std::move(felt), known, std::move(*options))
-                     : Session::start(std::move(felt), *content->device(), std::move(*options));
+  auto started = host_ticks ? Session::start_in_host(felt, known, std::move(*options))
+                            : Session::start(felt, *content->device(), std::move(*options));
   if (!started) return failed(started.error());
   content->session = std::move(*started);
   *session = reinterpret_cast<PalSession*>(Handle<SessionContent>::make(std::move(content)));

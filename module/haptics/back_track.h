@@ -3,7 +3,7 @@
 #include <glm/glm.hpp>
 
 #include "module/scene/motion_map.h"
-#include "module/scene/scene.h"
+#include "module/scene/scene_spec.h"
 #include "module/scene/sequence_map.h"
 
 namespace palpate {

@@ -37,7 +37,7 @@ double worth(double confidence) {
 }
 
 /// What a mode reads of a frame: its values, or the distance to a segment.
-const FrameData& source_of(const HapticMode& mode, const MovingVolume& data, int frame) {
+const FrameData& source_of(const SceneMode& mode, const MovingVolume& data, int frame) {
   if (mode.segment < 0) return *data.frames[size_t(frame)];
   return *data.segments[size_t(mode.segment)].distance_mm[size_t(frame)];
 }
@@ -81,7 +81,7 @@ class StillCarrier final : public Carrier {
     material_ = volume_.volume(world);
     return true;
   }
-  void place(const HapticMode& mode, glm::dvec3 probe, double dt_s, double weight, double cap_n,
+  void place(const SceneMode& mode, glm::dvec3 probe, double dt_s, double weight, double cap_n,
              Placed& out) noexcept override {
     const StillReader data(source_of(mode, data_, 0), mode.spec, material_, read_);
     const auto forward = [this](glm::dvec3 x) { return volume_.world(x); };
@@ -109,7 +109,7 @@ class FlowingCarrier final : public Carrier {
         data_(*volume.plan->data),
         motion_of_(motion),
         method_(volume.plan->spec.back_tracking),
-        blend_(volume.plan->spec.blend_values) {}
+        blend_(volume.plan->blends) {}
 
   void carry() noexcept override {
     if (volume_.crossed > 0) enter_next();
@@ -145,7 +145,7 @@ class FlowingCarrier final : public Carrier {
     return closing_ == glm::dvec3(0.0) || go_to(world);
   }
 
-  void place(const HapticMode& mode, glm::dvec3 probe, double dt_s, double weight, double cap_n,
+  void place(const SceneMode& mode, glm::dvec3 probe, double dt_s, double weight, double cap_n,
              Placed& out) noexcept override {
     const double phase = volume_.pointer.phase;
     report_.confidence = motion_.confidence;
@@ -281,7 +281,7 @@ class MaterialCarrier final : public Carrier {
     return true;
   }
 
-  void place(const HapticMode& mode, glm::dvec3 probe, double dt_s, double weight, double cap_n,
+  void place(const SceneMode& mode, glm::dvec3 probe, double dt_s, double weight, double cap_n,
              Placed& out) noexcept override {
     report_.confidence = motion_.confidence;
     weight *= worth(motion_.confidence);
@@ -351,7 +351,7 @@ Transform first_of(const VolumeSpec& spec) {
 
 }  // namespace
 
-VolumeRun::VolumeRun(const HapticVolume& volume)
+VolumeRun::VolumeRun(const SceneVolume& volume)
     : plan(&volume), pose(volume.spec.path, first_of(volume.spec)), playback(&volume.data->times) {
   playback.set_rate(volume.spec.rate);
   set(first_of(volume.spec));
@@ -367,16 +367,16 @@ void VolumeRun::set(const Transform& to) noexcept {
   least_scale = std::min({transform.scale.x, transform.scale.y, transform.scale.z});
 }
 
-std::unique_ptr<Carrier> make_carrier(const CarrierPlan& plan, const VolumeRun& volume) {
-  const MovingVolume& data = *volume.plan->data;
-  std::unique_ptr<Carrier> carrier;
-  if (data.is_still())
-    carrier = std::make_unique<StillCarrier>(volume);
-  else if (data.whole)
-    carrier = std::make_unique<MaterialCarrier>(volume);
-  else
-    carrier = std::make_unique<FlowingCarrier>(volume, plan.motion);
-  return carrier;
+std::unique_ptr<Carrier> make_carrier(const SceneCarrier& plan, const VolumeRun& volume) {
+  switch (volume.plan->phase) {
+    case DataStage::kStill:
+      return std::make_unique<StillCarrier>(volume);
+    case DataStage::kMaterial:
+      return std::make_unique<MaterialCarrier>(volume);
+    case DataStage::kFrames:
+      break;
+  }
+  return std::make_unique<FlowingCarrier>(volume, plan.motion);
 }
 
 }  // namespace palpate

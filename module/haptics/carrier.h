@@ -3,9 +3,9 @@
 #include <glm/glm.hpp>
 #include <memory>
 
-#include "module/haptics/haptic_scene.h"
 #include "module/haptics/placed.h"
 #include "module/haptics/pose_path.h"
+#include "module/haptics/scene.h"
 #include "module/scene/playback.h"
 
 namespace palpate {
@@ -15,9 +15,9 @@ struct BackTrack;
 /// A volume as it runs: where it is and where its sequence stands. World from volume as one affine
 /// map, so that a volume that was never turned costs no more than one that was.
 struct VolumeRun {
-  explicit VolumeRun(const HapticVolume& volume);
+  explicit VolumeRun(const SceneVolume& volume);
 
-  const HapticVolume* plan;
+  const SceneVolume* plan;
   MovingPose pose;
   Playback playback;
   FramePointer pointer;
@@ -59,7 +59,7 @@ class Carrier {
   virtual bool put(glm::dvec3 world) noexcept { return go_to(world); }
   /// Places a mode's primitives, carried forward to the world, and the values of their surfaces.
   /// weight scales strengths, cap bounds them (N).
-  virtual void place(const HapticMode& mode, glm::dvec3 probe_world, double dt_s, double weight,
+  virtual void place(const SceneMode& mode, glm::dvec3 probe_world, double dt_s, double weight,
                      double cap_n, Placed& out) noexcept = 0;
 
   /// Where the material point is now.
@@ -95,6 +95,6 @@ class Carrier {
 };
 
 /// The carrier a volume and motion need: one that knows of no time where the data do not move.
-std::unique_ptr<Carrier> make_carrier(const CarrierPlan& plan, const VolumeRun& volume);
+std::unique_ptr<Carrier> make_carrier(const SceneCarrier& plan, const VolumeRun& volume);
 
 }  // namespace palpate

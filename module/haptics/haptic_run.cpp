@@ -30,21 +30,21 @@ bool unmoved(const VolumeRun& a, const VolumeRun& b) {
 
 }  // namespace
 
-HapticRun::HapticRun(std::shared_ptr<const HapticScene> of) : scene(std::move(of)) {
+HapticRun::HapticRun(std::shared_ptr<const Scene> of) : scene(std::move(of)) {
   stiffness_n_per_m = wanted_stiffness_n_per_m = scene->stiffness_n_per_m;
   volumes.reserve(scene->volumes.size());
-  for (const HapticVolume& volume : scene->volumes) {
-    if (volume.posed) posed.push_back(int(volumes.size()));
-    if (!volume.data->is_still()) playing.push_back(int(volumes.size()));
+  for (const SceneVolume& volume : scene->volumes) {
+    if (volume.is_posed()) posed.push_back(int(volumes.size()));
+    if (!volume.is_still()) playing.push_back(int(volumes.size()));
     volumes.emplace_back(volume);
   }
-  for (const CarrierPlan& plan : scene->carriers) {
+  for (const SceneCarrier& plan : scene->carriers) {
     CarrierRun run;
     run.carrier = make_carrier(plan, volumes[plan.volume]);
     run.carrier->carry();
     carriers.push_back(std::move(run));
   }
-  for (const HapticMode& mode : scene->modes) {
+  for (const SceneMode& mode : scene->modes) {
     ModeRun run;
     run.on = mode.spec.on;
     run.weight = run.on ? 1.0 : 0.0;
@@ -59,10 +59,11 @@ void HapticRun::take_over(const HapticRun& before) noexcept {
     for (const VolumeRun& old : before.volumes) {
       if (old.plan->spec.name != volume.plan->spec.name) continue;
       const VolumeSpec& spec = volume.plan->spec;
-      if (old.plan->posed || volume.plan->posed) volume.set(old.transform);
+      if (old.plan->is_posed() || volume.plan->is_posed()) volume.set(old.transform);
       volume.pose =
           old.plan->spec.path == spec.path ? old.pose : MovingPose(spec.path, volume.transform);
-      if (volume.plan->asks_drive()) volume.set(driven(spec.drive, spec.transform, time_s));
+      if (volume.plan->pose == PoseStage::kDrive)
+        volume.set(driven(spec.drive, spec.transform, time_s));
       volume.playback = old.playback;
       volume.playback.set_times(&volume.plan->data->times);
       volume.pointer = volume.playback.now();
@@ -70,7 +71,7 @@ void HapticRun::take_over(const HapticRun& before) noexcept {
   for (size_t m = 0; m < modes.size(); ++m) {
     modes[m].weight = 0.0;
     for (size_t o = 0; o < before.modes.size(); ++o) {
-      const HapticMode &mode = scene->modes[m], &old = before.scene->modes[o];
+      const SceneMode &mode = scene->modes[m], &old = before.scene->modes[o];
       if (old.spec.name != mode.spec.name) continue;
       modes[m] = before.modes[o];
       const VolumeRun& volume = volumes[scene->carriers[mode.carrier].volume];

@@ -7,8 +7,8 @@
 
 #include "module/haptics/balance.h"
 #include "module/haptics/carrier.h"
-#include "module/haptics/haptic_scene.h"
 #include "module/haptics/placed.h"
+#include "module/haptics/scene.h"
 
 namespace palpate {
 
@@ -42,7 +42,7 @@ constexpr double kRamp_n_per_s = 12.0;
 /// A scene as it runs: everything that changes from one haptic frame to the next. Made by prepare()
 /// off the servo thread with all its memory; the frames themselves allocate nothing.
 struct HapticRun {
-  std::shared_ptr<const HapticScene> scene;
+  std::shared_ptr<const Scene> scene;
   std::vector<VolumeRun> volumes;
   std::vector<CarrierRun> carriers;
   std::vector<ModeRun> modes;
@@ -57,7 +57,7 @@ struct HapticRun {
       scratch;  ///< of the sweep: kept here because to clear it would cost more than to use it
 
   /// Everything at its start, proxy to be set with place_proxy(). Allocates.
-  explicit HapticRun(std::shared_ptr<const HapticScene> scene);
+  explicit HapticRun(std::shared_ptr<const Scene> scene);
   HapticRun(const HapticRun&) = delete;
   HapticRun& operator=(const HapticRun&) = delete;
 

@@ -55,15 +55,14 @@ Haptics::Haptics(const HapticsOptions& options, const DeviceInfo& device)
       lead_(options.period_s, options.lead ? device.delay_s : 0.0,
             options.lead ? DelayLead::kShare : 0.0) {}
 
-double Haptics::stiffness_on_device(const HapticScene& scene,
-                                    double wanted_n_per_m) const noexcept {
+double Haptics::stiffness_on_device(const Scene& scene, double wanted_n_per_m) const noexcept {
   const glm::dvec3 scale = scene.world_from_device.scale;
   // A world that enlarges the hand's movements makes every spring stiffer at the hand by as much.
   const double enlarged = std::max({scale.x, scale.y, scale.z});
   return std::min(wanted_n_per_m, most_stiffness_n_per_m_ / enlarged);
 }
 
-std::unique_ptr<HapticRun> Haptics::prepare(std::shared_ptr<const HapticScene> scene) {
+std::unique_ptr<HapticRun> Haptics::prepare(std::shared_ptr<const Scene> scene) {
   return std::make_unique<HapticRun>(std::move(scene));
 }
 
@@ -144,8 +143,9 @@ void Haptics::move_on(const TickInput& input, double dt_s) noexcept {
   for (const int v : run_->posed) {
     VolumeRun& volume = run_->volumes[v];
     const VolumeSpec& spec = volume.plan->spec;
-    volume.set(volume.plan->asks_drive() ? driven(spec.drive, spec.transform, run_->time_s)
-                                         : volume.pose.at(input.now_ns));
+    volume.set(volume.plan->pose == PoseStage::kDrive
+                   ? driven(spec.drive, spec.transform, run_->time_s)
+                   : volume.pose.at(input.now_ns));
   }
   for (const int v : run_->playing) {
     VolumeRun& volume = run_->volumes[v];

@@ -33,7 +33,7 @@ class Haptics final : public Ticker {
   Haptics(const HapticsOptions& options, const DeviceInfo& device);
 
   /// Makes a scene ready to run. Allocates: any thread but the servo's.
-  static std::unique_ptr<HapticRun> prepare(std::shared_ptr<const HapticScene> scene);
+  static std::unique_ptr<HapticRun> prepare(std::shared_ptr<const Scene> scene);
 
   /// Runs another scene from the next tick on, without a step of the force: what differs fades
   /// over. Returns the one that ran before (null at first), to be deleted off the servo thread.
@@ -46,7 +46,7 @@ class Haptics final : public Ticker {
   const EnergyTank& tank() const { return tank_; }
   /// What a scene's stiffness becomes on this device: no more than it holds without humming, N/m in
   /// the world. Any thread.
-  double stiffness_on_device(const HapticScene& scene, double wanted_n_per_m) const noexcept;
+  double stiffness_on_device(const Scene& scene, double wanted_n_per_m) const noexcept;
 
  private:
   glm::dvec3 read(const DeviceReading& reading, double dt_s) noexcept;

@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "module/haptics/pose_curve.h"
-#include "module/scene/scene.h"
+#include "module/scene/scene_spec.h"
 #include "module/scene/transform.h"
 
 namespace palpate {

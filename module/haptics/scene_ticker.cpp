@@ -9,7 +9,7 @@ SceneTicker::~SceneTicker() {
   haptics_.adopt(nullptr).release();
 }
 
-bool SceneTicker::offer(std::shared_ptr<const HapticScene> scene) {
+bool SceneTicker::offer(std::shared_ptr<const Scene> scene) {
   auto run = Haptics::prepare(std::move(scene));
   return handover_.offer(run);
 }

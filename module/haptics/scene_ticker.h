@@ -23,7 +23,7 @@ class SceneTicker final : public Ticker {
 
   /// Owner: the next tick runs this scene, without a step of the force (see Haptics::adopt). False
   /// if too many wait to be taken back: try again a few ticks later. Allocates; one thread.
-  bool offer(std::shared_ptr<const HapticScene> scene);
+  bool offer(std::shared_ptr<const Scene> scene);
   /// Owner: deletes scenes that the loop no longer runs.
   void collect() { handover_.collect(); }
 

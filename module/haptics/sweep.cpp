@@ -122,7 +122,7 @@ class Way {
     placed.set.clear();
     for (size_t m = 0; m < run_.modes.size(); ++m) {
       ModeRun& mode = run_.modes[m];
-      const HapticMode& plan = run_.scene->modes[m];
+      const SceneMode& plan = run_.scene->modes[m];
       CarrierRun& carrier = run_.carriers[plan.carrier];
       const double weight = mode.weight * mode.gain * carrier.fade;
       if (!(weight > 0.0)) continue;

@@ -7,7 +7,7 @@
 #include "compute/volume/heart_phantom.h"
 #include "compute/volume/phantom.h"
 #include "module/scene/frame_data.h"
-#include "module/scene/scene.h"
+#include "module/scene/scene_spec.h"
 
 namespace palpate {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "module/scene/scene.h"
+#include "module/scene/scene_spec.h"
 
 namespace palpate {
 

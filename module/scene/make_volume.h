@@ -8,7 +8,7 @@
 #include "compute/volume/sequence.h"
 #include "compute/volume/vector_frame.h"
 #include "module/scene/moving_volume.h"
-#include "module/scene/scene.h"
+#include "module/scene/scene_spec.h"
 
 namespace palpate {
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "module/scene/frame_data.h"
-#include "module/scene/scene.h"
+#include "module/scene/scene_spec.h"
 
 namespace palpate {
 

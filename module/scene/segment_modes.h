@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "module/scene/scene.h"
+#include "module/scene/scene_spec.h"
 
 namespace palpate {
 

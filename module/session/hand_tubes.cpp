@@ -6,7 +6,7 @@
 
 namespace palpate {
 
-std::string HandTubes::take(const HandCommand& command, const HapticScene& scene) {
+std::string HandTubes::take(const HandCommand& command, const Scene& scene) {
   switch (command.kind) {
     case HandCommand::Kind::kReleaseTube:
       return release(scene, command.moment);
@@ -23,14 +23,14 @@ std::string HandTubes::take(const HandCommand& command, const HapticScene& scene
   return {};
 }
 
-std::string HandTubes::release(const HapticScene& scene, const SceneMoment& moment) {
+std::string HandTubes::release(const Scene& scene, const SceneMoment& moment) {
   std::string why = "nothing here has a direction: neither vectors nor motion";
   for (size_t v = 0; v < scene.volumes.size() && int(v) < moment.volume_count; ++v) {
-    const HapticVolume& volume = scene.volumes[v];
+    const SceneVolume& volume = scene.volumes[v];
     const auto field = tube_field(scene, v);
     if (!field) continue;
     const VolumeMoment& now = moment.volumes[v];
-    auto tube = StreamTube::release(volume.data, volume.spec.blend_values, *field,
+    auto tube = StreamTube::release(volume.data, volume.blends, *field,
                                     pointer_at(volume.data->times, now.time_s),
                                     now.world_from_volume.volume_from_world(moment.proxy_m));
     if (!tube) {
@@ -60,7 +60,7 @@ void HandTubes::clear() {
   tubes_ = std::move(left);
 }
 
-std::string HandTubes::follow(const HapticScene& scene, const SceneMoment& now) {
+std::string HandTubes::follow(const Scene& scene, const SceneMoment& now) {
   const auto is_at_home = [&](const ReleasedTube& tube) {
     return tube.volume < scene.volumes.size() &&
            scene.volumes[tube.volume].data == tube.tube->data();

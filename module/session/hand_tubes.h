@@ -25,16 +25,16 @@ class HandTubes {
 
   /// Does what was asked. A tube follows tube_field() of the first volume with one around the hand.
   /// A sentence for the person where that can not be; else empty.
-  std::string take(const HandCommand& command, const HapticScene& scene);
+  std::string take(const HandCommand& command, const Scene& scene);
   /// Takes the tubes over to the scene's data, which agree with those before at `now`. Those that
   /// can not be taken are gone, and that is said.
-  std::string follow(const HapticScene& scene, const SceneMoment& now);
+  std::string follow(const Scene& scene, const SceneMoment& now);
 
   /// Never null.
   std::shared_ptr<const ReleasedTubes> tubes() const { return tubes_; }
 
  private:
-  std::string release(const HapticScene& scene, const SceneMoment& moment);
+  std::string release(const Scene& scene, const SceneMoment& moment);
   void clear();
 
   std::shared_ptr<const ReleasedTubes> tubes_ = std::make_shared<const ReleasedTubes>();

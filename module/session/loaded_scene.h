@@ -9,7 +9,7 @@
 #include "module/haptics/device.h"
 #include "module/haptics/modes/modes.h"
 #include "module/scene/moving_volume.h"
-#include "module/scene/scene.h"
+#include "module/scene/scene_spec.h"
 
 namespace palpate {
 

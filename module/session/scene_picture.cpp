@@ -35,9 +35,9 @@ std::pair<double, double> range_of(const FrameData& frame) {
 }
 
 /// Whether a surface between air and tissue is felt in this CT: then lung and skin are to be seen.
-bool feels_air(const HapticScene& scene, const HapticVolume& volume) {
+bool feels_air(const Scene& scene, const SceneVolume& volume) {
   constexpr double kAir_hu = -900.0, kTissue_hu = -150.0;
-  for (const HapticMode& mode : scene.modes) {
+  for (const SceneMode& mode : scene.modes) {
     if (mode.spec.volume != volume.spec.name || mode.spec.kind != "surface") continue;
     const std::vector<double>& in = mode.spec.strength.in();
     if (in.size() < 2) continue;
@@ -47,7 +47,7 @@ bool feels_air(const HapticScene& scene, const HapticVolume& volume) {
   return false;
 }
 
-Look fitting(const HapticScene& scene, const HapticVolume& volume) {
+Look fitting(const Scene& scene, const SceneVolume& volume) {
   const auto [low, high] = range_of(*volume.data->frames.front());
   if (volume.data->frames.front()->is_vector())
     return windowed(*preset_look("flow"), 0.5 * high, std::max(high, 1e-9));
@@ -61,7 +61,7 @@ Look fitting(const HapticScene& scene, const HapticVolume& volume) {
 }
 
 /// What the command line asks for, else what the scene says, else what suits the data.
-Look look_for(const std::string& name, const HapticScene& scene, const HapticVolume& volume) {
+Look look_for(const std::string& name, const Scene& scene, const SceneVolume& volume) {
   if (name != "auto")
     if (auto preset = preset_look(name)) return *preset;
   const SeenSpec& seen = volume.spec.seen;
@@ -92,7 +92,7 @@ void ScenePicture::choose(const ViewChoices& choices) {
   choices_ = choices;
 }
 
-bool ScenePicture::update(std::shared_ptr<const HapticScene> felt) {
+bool ScenePicture::update(std::shared_ptr<const Scene> felt) {
   if (felt == felt_ && looks_.size() == volumes_.size()) return false;
   std::vector<std::shared_ptr<const MovingVolume>> volumes;
   shown_.clear();
@@ -213,7 +213,7 @@ ViewScene ScenePicture::at(const SceneMoment& moment, int64_t display_ns, const 
     volume.world_from_volume = of.world_from_volume;
     volume.pointer = pointer_at(volumes_[v]->times, of.time_s + of.rate * ahead_s);
     volume.look = looks_[v];
-    volume.blend_values = spec(v).blend_values;
+    volume.blend_values = felt_->volumes[shown_[v]].blends;
     volume.whole_frames = choices_.whole_frames;
     volume.segment_opacity = spec(v).seen.segments ? spec(v).seen.segment_opacity : 0.0;
     scene.volumes.push_back(volume);

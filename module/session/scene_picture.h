@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "compute/vulkan/context.h"
-#include "module/haptics/haptic_scene.h"
+#include "module/haptics/scene.h"
 #include "module/haptics/scene_moment.h"
 #include "module/session/hand_tubes.h"
 #include "module/view/stream_lines.h"
@@ -37,7 +37,7 @@ class ScenePicture {
   /// From the next update() on; another look comes with it.
   void choose(const ViewChoices& choices);
   /// Takes what is felt now. True if the renderer has to be given volumes() again.
-  bool update(std::shared_ptr<const HapticScene> felt);
+  bool update(std::shared_ptr<const Scene> felt);
   /// The stream tubes that the hand has released, from the next at() on; may be null.
   void show(std::shared_ptr<const ReleasedTubes> tubes) { tubes_ = std::move(tubes); }
   /// At most four: the first ones that the scene shows.
@@ -59,7 +59,7 @@ class ScenePicture {
   const VolumeSpec& spec(size_t v) const { return felt_->volumes[shown_[v]].spec; }
 
   ViewChoices choices_;
-  std::shared_ptr<const HapticScene> felt_;
+  std::shared_ptr<const Scene> felt_;
   std::vector<size_t> shown_;  ///< which of the felt volumes volumes_ are
   std::vector<std::shared_ptr<const MovingVolume>> volumes_;
   std::vector<Look> looks_;  ///< empty: to be found anew

@@ -17,59 +17,55 @@ constexpr std::chrono::milliseconds kPosePause{16};  // as often as a display as
 
 }  // namespace
 
-bool needs_poses(const VolumeSpec& spec) {
-  if (spec.drive.kind == DriveSpec::Kind::kSecondHand) return true;
-  return spec.drive.kind != DriveSpec::Kind::kStill && spec.path != PosePath::kExact;
-}
-
-Session::Session(LoadedScene scene, const SessionOptions& options, const DeviceInfo& device)
-    : options_(options), felt_(std::move(scene)), ticker_(options.haptics, device) {
+Session::Session(const SessionOptions& options, const DeviceInfo& device)
+    : options_(options), ticker_(options.haptics, device) {
   ticker_.take_buttons(options.tube_buttons);
 }
 
-Result<std::unique_ptr<Session>> Session::start(LoadedScene scene, ForceDevice& device,
+Result<std::unique_ptr<Session>> Session::start(const LoadedScene& scene, ForceDevice& device,
                                                 SessionOptions options) {
-  const LoadedScene at_start = scene;
-  auto session = std::unique_ptr<Session>(new Session(std::move(scene), options, device.info()));
-  if (const Status begun = session->begin(); !begun) return begun.error();
+  auto session = std::unique_ptr<Session>(new Session(options, device.info()));
+  if (const Status begun = session->begin(scene); !begun) return begun.error();
   auto servo = Servo::start(device, session->ticker_, options.servo);
   if (!servo) return servo.error();
   session->servo_ = std::move(*servo);
-  session->begin_motion(at_start);
+  session->begin_motion(scene);
   return session;
 }
 
-Result<std::unique_ptr<Session>> Session::start_in_host(LoadedScene scene, const DeviceInfo& device,
+Result<std::unique_ptr<Session>> Session::start_in_host(const LoadedScene& scene,
+                                                        const DeviceInfo& device,
                                                         SessionOptions options) {
-  const LoadedScene at_start = scene;
-  auto session = std::unique_ptr<Session>(new Session(std::move(scene), options, device));
-  if (const Status begun = session->begin(); !begun) return begun.error();
+  auto session = std::unique_ptr<Session>(new Session(options, device));
+  if (const Status begun = session->begin(scene); !begun) return begun.error();
   session->host_ = std::make_unique<HostLoop>(session->ticker_, device, options.servo.loop,
                                               options.servo.listeners);
-  session->begin_motion(at_start);
+  session->begin_motion(scene);
   return session;
 }
 
 /// The scene for the first tick.
-Status Session::begin() {
-  const std::lock_guard lock(mutex_);
-  for (const VolumeSpec& volume : felt_.spec.volumes) {
+Status Session::begin(const LoadedScene& at_start) {
+  SceneSpec spec = at_start.spec;
+  std::vector<std::shared_ptr<const MovingVolume>> data = at_start.data;
+  for (const VolumeSpec& volume : spec.volumes) {
     rates_.push_back(volume.rate);
     moved_.push_back(driven(volume.drive, volume.transform, 0.0));
   }
   // A motion that is to come has its steps from the start, all still.
-  for (const MissingMotion& missing : felt_.missing) {
+  for (const MissingMotion& missing : at_start.missing) {
     missing_.push_back(missing.volume);
-    felt_.spec.volumes[missing.volume].rate = 0.0;
+    spec.volumes[missing.volume].rate = 0.0;
     // What waits for one motion has no steps.
     if (missing.own) continue;
-    MovingVolume volume = *felt_.data[missing.volume];
+    MovingVolume volume = *data[missing.volume];
     const size_t steps = size_t(volume.times.steps());
     volume.motions = {{"data", std::vector<std::shared_ptr<const MotionMap>>(steps)}};
-    felt_.data[missing.volume] = std::make_shared<const MovingVolume>(volume);
+    data[missing.volume] = std::make_shared<const MovingVolume>(volume);
   }
   start_ns_ = last_ns_ = monotonic_ns();
-  return hand_over();
+  const std::lock_guard lock(mutex_);
+  return hand_over(plan(spec, std::move(data), at_start.kinds));
 }
 
 /// With the loop in place: poses that are sent, and motion that nothing gives.
@@ -79,13 +75,14 @@ void Session::begin_motion(const LoadedScene& at_start) {
     if (missing.own)
       send({ControlEvent::Kind::kScrub, int(missing.volume),
             missing.own->times.times_s[missing.own->segments_frame]});
-  const auto& volumes = at_start.spec.volumes;
-  const bool posed = std::any_of(volumes.begin(), volumes.end(), needs_poses);
+  const auto at_first = this->scene();
+  const bool posed = std::any_of(at_first->volumes.begin(), at_first->volumes.end(),
+                                 [](const SceneVolume& volume) { return volume.is_sent(); });
   poses_ = std::make_unique<Background>(kPosePause, [this, posed] {
     attempt([&] {
       if (posed) send_poses();
       const std::lock_guard lock(mutex_);
-      if (waiting_) waiting_ = !ticker_.offer(assembled_);
+      if (waiting_) waiting_ = !ticker_.offer(scene_);
       ticker_.collect();
     });
   });
@@ -142,8 +139,8 @@ void Session::attempt(const std::function<void()>& work) {
 }
 
 /// What the haptic loop itself has no way to say: a mode that threw, a device of the host's.
-void Session::say_what_failed(const HapticScene& felt) {
-  for (const HapticMode& mode : felt.modes) {
+void Session::say_what_failed(const Scene& felt) {
+  for (const SceneMode& mode : felt.modes) {
     const auto* const foreign = dynamic_cast<const ForeignMode*>(mode.mode.get());
     if (!foreign || !*foreign->failure()) continue;
     if (std::find(failed_modes_.begin(), failed_modes_.end(), mode.mode) != failed_modes_.end())
@@ -187,27 +184,25 @@ void Session::on_motion(const LiveMotion& motion) {
 }
 
 /// With mutex_ held.
-Status Session::hand_over() {
-  auto assembled = assemble(felt_.spec, felt_.data, felt_.kinds);
-  if (!assembled) return assembled.error();
-  assembled_ = *assembled;
-  waiting_ = !ticker_.offer(assembled_);
+Status Session::hand_over(Result<std::shared_ptr<const Scene>> scene) {
+  if (!scene) return scene.error();
+  scene_ = std::move(*scene);
+  waiting_ = !ticker_.offer(scene_);
   return Nothing{};
 }
 
 Status Session::take_motion(size_t volume, size_t step, std::shared_ptr<const MotionMap> map) {
   const std::lock_guard lock(mutex_);
-  MovingVolume known = *felt_.data[volume];
+  MovingVolume known = *scene_->volumes[volume].data;
   if (known.motions.empty() || step >= known.motions[0].steps.size()) return Nothing{};
   known.motions[0].steps[step] = std::move(map);
-  felt_.data[volume] = std::make_shared<const MovingVolume>(std::move(known));
-  return hand_over();
+  return hand_over(
+      with_data(*scene_, volume, std::make_shared<const MovingVolume>(std::move(known))));
 }
 
 Status Session::take_volume(size_t volume, std::shared_ptr<const MovingVolume> data) {
   const std::lock_guard lock(mutex_);
-  felt_.data[volume] = std::move(data);
-  return hand_over();
+  return hand_over(with_data(*scene_, volume, std::move(data)));
 }
 
 bool Session::has_handed_over() const {
@@ -251,7 +246,7 @@ void Session::play(bool on) {
   }
   const auto felt = scene();
   for (size_t v = 0; v < felt->volumes.size(); ++v)
-    if (!felt->volumes[v].data->is_still())
+    if (!felt->volumes[v].is_still())
       send({ControlEvent::Kind::kRate, int(v), on ? rates_[v] : 0.0});
 }
 
@@ -294,17 +289,16 @@ void Session::scrub_to(double share) {
   }
 }
 
-std::shared_ptr<const HapticScene> Session::scene() const {
+std::shared_ptr<const Scene> Session::scene() const {
   const std::lock_guard lock(mutex_);
-  return assembled_;
+  return scene_;
 }
 
 void Session::drag(const Transform& moved) {
   const std::lock_guard lock(mutex_);
   const int64_t now_ns = monotonic_ns();
-  const auto& volumes = felt_.spec.volumes;
-  for (size_t v = 0; v < volumes.size(); ++v) {
-    if (volumes[v].drive.kind != DriveSpec::Kind::kSecondHand) continue;
+  for (size_t v = 0; v < scene_->volumes.size(); ++v) {
+    if (scene_->volumes[v].spec.drive.kind != DriveSpec::Kind::kSecondHand) continue;
     Transform& place = moved_[v];
     place.translation_m = moved.world_from_volume(place.translation_m);
     place.rotation = glm::normalize(moved.rotation * place.rotation);
@@ -354,18 +348,19 @@ void Session::send_poses() {
   const int64_t now_ns = monotonic_ns();
   const double dt_s = double(now_ns - last_ns_) * 1e-9;
   last_ns_ = now_ns;
-  const auto& volumes = felt_.spec.volumes;
-  for (size_t v = 0; v < volumes.size(); ++v) {
-    if (!needs_poses(volumes[v])) continue;
-    if (volumes[v].drive.kind != DriveSpec::Kind::kSecondHand) {
-      moved_[v] = driven(volumes[v].drive, volumes[v].transform, double(now_ns - start_ns_) * 1e-9);
+  for (size_t v = 0; v < scene_->volumes.size(); ++v) {
+    const SceneVolume& volume = scene_->volumes[v];
+    if (!volume.is_sent()) continue;
+    const VolumeSpec& spec = volume.spec;
+    if (spec.drive.kind != DriveSpec::Kind::kSecondHand) {
+      moved_[v] = driven(spec.drive, spec.transform, double(now_ns - start_ns_) * 1e-9);
     } else if (!options_.second_hand) {
       continue;  // only dragged
     } else {
-      const FrameData& frame = *felt_.data[v]->frames.front();
+      const FrameData& frame = *volume.data->frames.front();
       const glm::dvec3 middle = 0.5 * (frame.low_m() + frame.high_m());
       MoveLimits limits;
-      limits.home_m = volumes[v].transform.world_from_volume(middle);
+      limits.home_m = spec.transform.world_from_volume(middle);
       moved_[v] = palpate::moved(moved_[v], options_.second_hand->read(), dt_s, middle, limits);
     }
     push(PoseUpdate{int(v), moved_[v], now_ns});

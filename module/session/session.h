@@ -60,11 +60,12 @@ class Session {
  public:
   /// Starts the servo thread. `device` is borrowed, and so are the listeners. kBadInput if the
   /// scene can not be put together.
-  static Result<std::unique_ptr<Session>> start(LoadedScene scene, ForceDevice& device,
+  static Result<std::unique_ptr<Session>> start(const LoadedScene& scene, ForceDevice& device,
                                                 SessionOptions options);
   /// The same without a servo thread: the host calls tick() in its own haptic loop. `device` says
   /// what the host's device can do.
-  static Result<std::unique_ptr<Session>> start_in_host(LoadedScene scene, const DeviceInfo& device,
+  static Result<std::unique_ptr<Session>> start_in_host(const LoadedScene& scene,
+                                                        const DeviceInfo& device,
                                                         SessionOptions options);
   /// As stop().
   ~Session();
@@ -113,7 +114,7 @@ class Session {
   void scrub_to(double share);
 
   /// The scene as it is felt now. Any thread.
-  std::shared_ptr<const HapticScene> scene() const;
+  std::shared_ptr<const Scene> scene() const;
   /// What is estimated meanwhile.
   const LiveMotion& motion() const { return *motion_; }
 
@@ -143,24 +144,23 @@ class Session {
   const Haptics& haptics() const { return ticker_.haptics(); }
 
  private:
-  Session(LoadedScene scene, const SessionOptions& options, const DeviceInfo& device);
-  Status begin();
+  Session(const SessionOptions& options, const DeviceInfo& device);
+  Status begin(const LoadedScene& at_start);
   void begin_motion(const LoadedScene& at_start);
-  Status hand_over();
+  Status hand_over(Result<std::shared_ptr<const Scene>> scene);
   void send_poses();
   void take_commands();
   bool push(const PoseUpdate& pose);
   void on_motion(const LiveMotion& motion);
   void tell(SessionEvent::Kind kind, const std::string& sentence) const;
   void attempt(const std::function<void()>& work);
-  void say_what_failed(const HapticScene& felt);
+  void say_what_failed(const Scene& felt);
 
   SessionOptions options_;
-  mutable std::mutex mutex_;  ///< of all that follows but poses_; never the servo thread's
-  LoadedScene felt_;
+  mutable std::mutex mutex_;   ///< of all that follows but poses_; never the servo thread's
   std::vector<double> rates_;  ///< per volume, as the scene wants them
-  std::shared_ptr<const HapticScene> assembled_;
-  bool waiting_ = false;  ///< a scene that could not be offered yet
+  std::shared_ptr<const Scene> scene_;  ///< the newest
+  bool waiting_ = false;                ///< a scene that could not be offered yet
   SceneTicker ticker_;
   std::unique_ptr<Servo> servo_;  ///< one of these two runs the ticker
   std::unique_ptr<HostLoop> host_;
@@ -177,9 +177,5 @@ class Session {
   std::vector<std::shared_ptr<const Mode>> failed_modes_;  ///< that were told of; commands_' alone
   std::unique_ptr<LiveMotion> motion_;
 };
-
-/// Whether the program has to send this volume's poses: a second hand moves it, or it moves by
-/// itself but the loop is not to ask for the exact pose.
-bool needs_poses(const VolumeSpec& spec);
 
 }  // namespace palpate

@@ -193,10 +193,10 @@ const char* unit(TubeField field) noexcept {
   return "";
 }
 
-std::optional<TubeField> tube_field(const HapticScene& scene, size_t volume) {
-  const HapticVolume& of = scene.volumes[volume];
+std::optional<TubeField> tube_field(const Scene& scene, size_t volume) {
+  const SceneVolume& of = scene.volumes[volume];
   const bool vectors = of.data->frames.front()->is_vector();
-  for (const HapticMode& mode : scene.modes) {
+  for (const SceneMode& mode : scene.modes) {
     const std::string& kind = mode.spec.kind;
     if (mode.spec.volume != of.spec.name || mode.segment >= 0) continue;
     if (kind != "follow" && kind != "front" && kind != "vector-force") continue;

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "module/haptics/haptic_scene.h"
+#include "module/haptics/scene.h"
 #include "module/scene/moving_volume.h"
 
 namespace palpate {
@@ -26,7 +26,7 @@ const char* unit(TubeField field) noexcept;
 /// guided or pushed along vectors (follow, front, vector-force) reads, as in the paper, where tubes
 /// show the field that is felt; the vectors of vector data; the gradient, where the scene wants
 /// stream tubes of scalar data drawn; the velocity of data that move. None: still scalar data.
-std::optional<TubeField> tube_field(const HapticScene& scene, size_t volume);
+std::optional<TubeField> tube_field(const Scene& scene, size_t volume);
 
 /// A stream tube as a line of material: the field line through a place at one instant, which moves
 /// with the data from then on. Immutable; any thread.

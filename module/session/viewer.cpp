@@ -16,7 +16,7 @@ Viewer::~Viewer() {
   if (renderer_) (void)renderer_->wait();
 }
 
-Status Viewer::update(std::shared_ptr<const HapticScene> scene) {
+Status Viewer::update(std::shared_ptr<const Scene> scene) {
   return picture_.update(std::move(scene)) ? renderer_->set_volumes(picture_.volumes()) : Nothing{};
 }
 

@@ -23,7 +23,7 @@ class Viewer {
   /// From the next picture on.
   void choose(const ViewChoices& choices) { picture_.choose(choices); }
   /// Takes the scene as it is felt now; uploads what is new of it. Before bounds and pictures.
-  Status update(std::shared_ptr<const HapticScene> scene);
+  Status update(std::shared_ptr<const Scene> scene);
   /// The stream tubes that the hand has released; from the next picture on.
   void show(std::shared_ptr<const ReleasedTubes> tubes) { picture_.show(std::move(tubes)); }
   /// Draws `moment` as it will be at display_ns (monotonic) for one eye or two; submits, and does

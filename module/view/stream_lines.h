@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "module/scene/moving_volume.h"
-#include "module/scene/scene.h"
+#include "module/scene/scene_spec.h"
 #include "module/scene/transform.h"
 #include "module/view/things.h"
 

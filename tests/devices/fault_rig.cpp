@@ -46,8 +46,8 @@ class FaultyFrame final : public FrameData {
 };
 
 /// A beating shell with its centre in the middle of the device's reach; 0 shells: no data's modes.
-std::shared_ptr<const HapticScene> scene(int shells, glm::dvec3 centre_m,
-                                         const std::shared_ptr<DataFaults>& faults) {
+std::shared_ptr<const Scene> scene(int shells, glm::dvec3 centre_m,
+                                   const std::shared_ptr<DataFaults>& faults) {
   SceneSpec spec = palpate::test::shell_spec(kStrength, 0.1, kStiffness);
   spec.world_from_device.translation_m = -centre_m;
   const auto made =
@@ -55,7 +55,7 @@ std::shared_ptr<const HapticScene> scene(int shells, glm::dvec3 centre_m,
   auto data = std::make_shared<MovingVolume>(*made);
   for (auto& frame : data->frames) frame = std::make_shared<FaultyFrame>(frame, faults);
   if (shells == 0) spec.modes.clear();
-  auto assembled = assemble(spec, {data});
+  auto assembled = plan(spec, {data});
   if (!assembled) throw std::runtime_error(assembled.error().message);
   return *assembled;
 }

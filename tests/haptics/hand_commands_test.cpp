@@ -97,7 +97,7 @@ TEST(CommandButton, AButtonThatWasDownBeforeAnybodyLookedSaysNothing) {
 TEST(SceneTicker, PassesCommandsOnInOrderWithTheirTick) {
   SceneTicker ticker({}, Hand::device());
   ticker.take_buttons(1);
-  const auto scene = assemble(shell_spec(6.0, 0.4, 700.0), {shell(2, 2.0)});
+  const auto scene = plan(shell_spec(6.0, 0.4, 700.0), {shell(2, 2.0)});
   ASSERT_TRUE(scene) << scene.error().message;
   ASSERT_TRUE(ticker.offer(*scene));
   for (int ms = 1; ms <= 20; ++ms) {
@@ -127,7 +127,7 @@ TEST(SceneTicker, PassesCommandsOnInOrderWithTheirTick) {
 }
 
 TEST(SceneTicker, CommandsChangeNoForce) {
-  const auto scene = assemble(shell_spec(6.0, 0.4, 700.0), {shell(4, 2.0)});
+  const auto scene = plan(shell_spec(6.0, 0.4, 700.0), {shell(4, 2.0)});
   ASSERT_TRUE(scene);
   const auto forces = [&](bool commands) {
     SceneTicker ticker({}, Hand::device());

@@ -42,7 +42,7 @@ std::unique_ptr<Haptics> fresh(const SceneSpec& spec) {
   options.safety.start_ramp_s = 0.1;
   options.tank.capacity_j = 0.01;
   auto haptics = std::make_unique<Haptics>(options, Hand::device());
-  const auto scene = assemble(spec, data);
+  const auto scene = plan(spec, data);
   if (!scene) throw std::runtime_error(scene.error().message);
   haptics->adopt(Haptics::prepare(*scene));
   return haptics;

@@ -28,7 +28,7 @@ glm::dvec3 hand_at(int64_t time_ns) {
 
 struct Bench {
   explicit Bench(int frames = 1) : ticker(HapticsOptions{}, Hand::device()) {
-    auto scene = assemble(shell_spec(4.0, 0.2, 600.0), {shell(frames, 4.0)});
+    auto scene = plan(shell_spec(4.0, 0.2, 600.0), {shell(frames, 4.0)});
     EXPECT_TRUE(scene);
     EXPECT_TRUE(ticker.offer(*scene));
   }

@@ -247,7 +247,7 @@ TEST(Assembling, RefusesTransformsAndNumbersThatCanNotBeFelt) {
   const auto refusal = [](auto change) {
     SceneSpec spec = shell_spec(5.0, 0.0, kStiffness);
     change(spec);
-    const auto scene = assemble(spec, {shell(1, 1.0, Made::kAnalytic, 4.0)});
+    const auto scene = plan(spec, {shell(1, 1.0, Made::kAnalytic, 4.0)});
     return scene ? std::string() : scene.error().message;
   };
   const double none = std::nan("");

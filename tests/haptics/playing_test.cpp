@@ -139,7 +139,7 @@ TEST(OneMotionForAllTimes, TakesTheHandOverFromStepsWithoutAJump) {
     glm::dvec3 last_n(0.0);
     for (int i = 0; i < 3000; ++i) {
       if (i == exchange) {
-        auto scene = assemble(spec, {carried_shell(1.0, 1)});
+        auto scene = plan(spec, {carried_shell(1.0, 1)});
         ASSERT_TRUE(scene);
         hand.haptics.adopt(Haptics::prepare(*scene));
       }

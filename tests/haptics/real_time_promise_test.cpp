@@ -193,7 +193,7 @@ TEST_F(RealTimePromise, IsKeptByTheLoopWithAWholeSceneRecorderBlackBoxAndNewScen
   options.safety.start_force_n = 2.0;
   SceneTicker ticker(options, device.info());
   const auto data = data_for_everything();
-  const auto scene = assemble(everything(), data);
+  const auto scene = plan(everything(), data);
   ASSERT_TRUE(scene) << scene.error().message;
   ASSERT_TRUE(ticker.offer(*scene));
   auto recorder = Recorder::start(folder_ / "run.ticks", "everything", 1'000'000);
@@ -243,7 +243,7 @@ TEST_F(RealTimePromise, IsKeptByTheThreadItself) {
   HapticsOptions options;
   options.safety.start_ramp_s = 0.1;
   SceneTicker ticker(options, device.info());
-  const auto scene = assemble(everything(), data_for_everything());
+  const auto scene = plan(everything(), data_for_everything());
   ASSERT_TRUE(scene);
   ASSERT_TRUE(ticker.offer(*scene));
   auto recorder = Recorder::start(folder_ / "thread.ticks", "everything", 1'000'000);

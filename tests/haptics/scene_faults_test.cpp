@@ -119,7 +119,7 @@ TEST(SceneFaults, FieldsAndDataSwappedForSomeThatAreNoNumbersFade) {
     ForceSteps steps;
     for (int i = 0; i < 5; ++i) steps.add(hand.to(at));
     EXPECT_GT(glm::length(steps.last_n()), 1.0);
-    const auto scene = assemble(shell_spec(6.0, 0.2, kStiffness), {half_ball(-1.0)});
+    const auto scene = plan(shell_spec(6.0, 0.2, kStiffness), {half_ball(-1.0)});
     ASSERT_TRUE(scene);
     hand.haptics.adopt(Haptics::prepare(*scene));
     for (int i = 0; i < 1000; ++i) {
@@ -143,7 +143,7 @@ TEST(SceneFaults, FieldsAndDataSwappedForSomeThatAreNoNumbersFade) {
     const Grid grid = shell_grid(4.0);
     const Field none{grid, std::vector<glm::vec3>(grid.count(), glm::vec3(kNone))};
     for (auto& step : bad->motions[0].steps) step = MotionMap::of(none);
-    const auto scene = assemble(shell_spec(20.0, 0.2, kStiffness), {bad});
+    const auto scene = plan(shell_spec(20.0, 0.2, kStiffness), {bad});
     ASSERT_TRUE(scene);
     hand.haptics.adopt(Haptics::prepare(*scene));
     for (int i = 0; i < 3000; ++i) {
@@ -158,7 +158,7 @@ TEST(SceneFaults, FieldsAndDataSwappedForSomeThatAreNoNumbersFade) {
 
 TEST(SceneFaults, AnEmptySceneGivesNoForceAndSaysThatItIsEmpty) {
   SceneSpec nothing;
-  const auto scene = assemble(nothing, {});
+  const auto scene = plan(nothing, {});
   ASSERT_TRUE(scene);
   Hand hand(nothing, {});
   Cause cause = Cause::kNone;

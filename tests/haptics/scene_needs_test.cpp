@@ -1,5 +1,6 @@
 // No more than the scene needs: what a tick calls, counted at the borders of the parts (the linker
 // passes every call through here: see CMakeLists.txt).
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "module/haptics/back_track.h"
@@ -130,12 +131,95 @@ TEST(SceneNeeds, OfModesOfOneMotionAreOneCarrier) {
     spec.modes.push_back(spec.modes[0]);
     spec.modes.back().name = name;
   }
-  const auto scene = assemble(spec, {kBeating()});
+  const auto scene = plan(spec, {kBeating()});
   ASSERT_TRUE(scene);
   EXPECT_EQ((*scene)->carriers.size(), 1u);
   const Calls four = called(spec, {kBeating()});
   EXPECT_EQ(four.phases, one.phases);
   EXPECT_LE(four.back_tracks, 2 * one.back_tracks) << "the point is followed once for all of them";
+}
+
+// What text() says of the scenes above is what was counted in them.
+
+std::string said_of(const SceneSpec& spec, std::vector<std::shared_ptr<const MovingVolume>> data) {
+  const auto scene = plan(spec, std::move(data));
+  EXPECT_TRUE(scene);
+  return scene ? text(**scene) : "";
+}
+
+TEST(SceneText, SaysTheStagesThatRun) {
+  using ::testing::HasSubstr;
+  using ::testing::Not;
+  SceneSpec spec = shell_spec(50.0, 0.3, 600.0);
+  const std::string still = said_of(spec, {kStill()});
+  EXPECT_THAT(still, HasSubstr("each tick  1 mode\n"));
+  EXPECT_THAT(still, HasSubstr("left out   pose: its transform does not change\n"));
+  EXPECT_THAT(still, HasSubstr("left out   phase, back-tracking, blending: it has one frame\n"));
+  const std::string beating = said_of(spec, {kBeating()});
+  EXPECT_THAT(beating, HasSubstr("each tick  phase, back-tracking by Newton, blending the values "
+                                 "of two frames, 1 mode\n"));
+  spec.volumes[0].blend_values = false;
+  EXPECT_THAT(said_of(spec, {kBeating()}),
+              HasSubstr("left out   blending: each frame's own values are carried\n"));
+  spec.volumes[0].drive.kind = DriveSpec::Kind::kTurn;
+  spec.volumes[0].path = PosePath::kExact;
+  EXPECT_THAT(said_of(spec, {kStill()}),
+              HasSubstr("each tick  pose, turning, at the tick's own time, 1 mode\n"));
+  spec.modes[0].on = false;
+  EXPECT_THAT(said_of(spec, {kStill()}), HasSubstr("Off at the start"));
+}
+
+TEST(SceneText, OfAVolumeThatIsOnlySeenSaysThatItsPhaseGoesOn) {
+  using ::testing::HasSubstr;
+  SceneSpec spec = shell_spec(50.0, 0.3, 600.0);
+  spec.volumes.push_back(spec.volumes[0]);
+  spec.volumes[1].name = "only to be seen";
+  EXPECT_EQ(called(spec, {kStill(), kBeating()}).phases, 1000);
+  const std::string said = said_of(spec, {kStill(), kBeating()});
+  EXPECT_THAT(said, HasSubstr("only to be seen\n  felt by    nothing\n"));
+  EXPECT_THAT(said, HasSubstr("not needed: no mode is carried by it\n  each tick  phase\n  left "
+                              "out   all that is felt: no mode reads it\n"));
+  EXPECT_THAT(said_of(spec, {kBeating(), kStill()}),
+              HasSubstr("left out   everything: no mode reads it\n"));
+}
+
+TEST(WithData, KeepsTheModesAndDecidesTheStagesOfThatVolumeAnew) {
+  SceneSpec spec = shell_spec(50.0, 0.3, 600.0);
+  spec.volumes.push_back(spec.volumes[0]);
+  spec.volumes[1].name = "second";
+  spec.modes.push_back(spec.modes[0]);
+  spec.modes[1].name = "second";
+  spec.modes[1].volume = "second";
+  const auto before = plan(spec, {kStill(), kBeating()});
+  ASSERT_TRUE(before);
+  const auto beating = kBeating();
+  const auto after = with_data(**before, 0, beating);
+  ASSERT_TRUE(after) << after.error().message;
+  EXPECT_EQ((*after)->modes[0].mode, (*before)->modes[0].mode);
+  EXPECT_EQ((*after)->volumes[1].data, (*before)->volumes[1].data);
+  EXPECT_EQ((*after)->volumes[0].data, beating);
+  const auto from_the_beginning = plan(spec, {beating, (*before)->volumes[1].data});
+  ASSERT_TRUE(from_the_beginning);
+  EXPECT_EQ(text(**after), text(**from_the_beginning));
+  ASSERT_EQ((*after)->carriers.size(), 2U);
+  for (size_t c = 0; c < 2; ++c) {
+    EXPECT_EQ((*after)->carriers[c].volume, (*from_the_beginning)->carriers[c].volume);
+    EXPECT_EQ((*after)->carriers[c].motion, (*from_the_beginning)->carriers[c].motion);
+  }
+  EXPECT_EQ((*before)->volumes[0].phase, DataStage::kStill) << "the scene before is as it was";
+}
+
+TEST(WithData, RefusesDataThatLackTheMotionThatAModeNames) {
+  SceneSpec spec = shell_spec(50.0, 0.3, 600.0);
+  const auto beating = kBeating();
+  spec.modes[0].motion = beating->motions[0].name;
+  const auto scene = plan(spec, {beating});
+  ASSERT_TRUE(scene);
+  MovingVolume other = *beating;
+  other.motions[0].name = "another";
+  const auto refused = with_data(**scene, 0, std::make_shared<const MovingVolume>(other));
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().kind, ErrorKind::kBadInput);
 }
 
 }  // namespace

@@ -148,8 +148,8 @@ TEST(SegmentWall, IsNotFeltInFramesWhereItIsNotKnown) {
   MovingVolume two = *slab(10.0);
   two.frames.push_back(two.frames[0]);
   two.times.times_s = {0.0, 1.0};
-  const auto assembled = assemble(slab_scene(a_wall(2.0, 500.0)),
-                                  {std::make_shared<const MovingVolume>(std::move(two))});
+  const auto assembled =
+      plan(slab_scene(a_wall(2.0, 500.0)), {std::make_shared<const MovingVolume>(std::move(two))});
   ASSERT_FALSE(assembled);
   EXPECT_THAT(assembled.error().message, HasSubstr("which is only known in frame 0"));
 }

@@ -15,7 +15,7 @@ TEST(SnapMode, HoldsTheHandOnTheIsoSurfaceFromBothSides) {
   spec.modes[0].kind = "snap";
   spec.modes[0].gain = 500.0;
   spec.modes[0].range_m = 0.004;
-  const auto scene = assemble(spec, {test::shell(1, 1.0)}, kinds);
+  const auto scene = plan(spec, {test::shell(1, 1.0)}, kinds);
   ASSERT_TRUE(scene) << scene.error().message;
   Haptics haptics(test::unmetered(), test::Hand::device());
   haptics.adopt(Haptics::prepare(*scene));
@@ -39,7 +39,7 @@ TEST(SnapMode, IsRefusedWithoutAReach) {
   add_snap(kinds);
   SceneSpec spec = test::shell_spec(3.0, 0.0, 600.0);
   spec.modes[0].kind = "snap";
-  const auto scene = assemble(spec, {test::shell(1, 1.0)}, kinds);
+  const auto scene = plan(spec, {test::shell(1, 1.0)}, kinds);
   ASSERT_FALSE(scene);
   EXPECT_NE(scene.error().message.find("range_m"), std::string::npos);
 }

@@ -115,7 +115,7 @@ Turned change(Hand& hand, const SceneSpec& spec,
   ForceSteps steps;
   for (int i = 0; i < 5; ++i) steps.add(hand.to(kHeld));
   Turned turned{glm::length(steps.last_n()), 0.0, 0.0};
-  auto scene = assemble(spec, std::move(data));
+  auto scene = plan(spec, std::move(data));
   if (!scene) throw std::runtime_error(scene.error().message);
   hand.haptics.adopt(Haptics::prepare(*scene));
   for (int i = 0; i < ticks; ++i) steps.add(hand.to(kHeld));
@@ -186,7 +186,7 @@ TEST(NewScene, ThatIsNoneLetsTheForceFadeAndTheNextOneStartsAtTheHand) {
   // Somewhere else by now: no force may be left of where the proxy was.
   const glm::dvec3 elsewhere(0.0, -0.04, 0.0);
   for (int i = 0; i < 100; ++i) steps.add(hand.to(elsewhere));
-  auto scene = assemble(shell_spec(6.0, 0.0, kStiffness), {shell(1, 1.0)});
+  auto scene = plan(shell_spec(6.0, 0.0, kStiffness), {shell(1, 1.0)});
   hand.haptics.adopt(Haptics::prepare(*scene));
   for (int i = 0; i < 100; ++i) {
     const TickOutput out = hand.to(elsewhere);
@@ -202,7 +202,7 @@ TEST(NewScene, InMidBeatMakesNoStepBeyondTheWallsOwn) {
   const auto data = shell(4, 2.0);
   const SceneSpec spec = shell_spec(20.0, 0.3, kStiffness);
   Hand calm(spec, {data}), changed(spec, {data});
-  const auto scene = assemble(spec, {data});
+  const auto scene = plan(spec, {data});
   ASSERT_TRUE(scene);
   double worst = 0.0;
   for (int i = 0; i < 3000; ++i) {
@@ -233,7 +233,7 @@ TEST(NewScene, KeepsPosesTimesAndSwitchesOfVolumesAndModesByName) {
   const FramePointer before = hand.to({0.04, 0.0, 0.0}).first;
   for (const PosePath path : {PosePath::kExact, PosePath::kSmooth, PosePath::kPaper}) {
     spec.volumes[0].path = path;
-    hand.haptics.adopt(Haptics::prepare(*assemble(spec, {data})));
+    hand.haptics.adopt(Haptics::prepare(*plan(spec, {data})));
     const TickOutput out = hand.to({0.04, 0.0, 0.0});
     EXPECT_EQ(hand.haptics.run()->volumes[0].offset, glm::dvec3(0.0, 0.002, 0.0)) << int(path);
     EXPECT_EQ(hand.haptics.run()->modes[0].gain, 0.5);

@@ -116,7 +116,7 @@ TEST(Tissue, GrowsWithTheDepthWithoutASurface) {
 TEST(Tissue, IsRefusedWithoutASlope) {
   SceneSpec spec = scene(false);
   spec.modes[0].gain = 0.0;
-  const auto refused = assemble(spec, {holed_wall()});
+  const auto refused = plan(spec, {holed_wall()});
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.error().message.find("gain"), std::string::npos);
 }

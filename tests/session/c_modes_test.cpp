@@ -25,7 +25,7 @@ TEST(CModes, GiveTheForcesOfTheSameModeInCppBitByBit) {
     spec.modes[0].kind = kind;
     spec.modes[0].gain = 500.0;
     spec.modes[0].range_m = 0.004;
-    auto scene = assemble(spec, {test::shell(4, 4.0)}, kinds);
+    auto scene = plan(spec, {test::shell(4, 4.0)}, kinds);
     EXPECT_TRUE(scene) << (scene ? "" : scene.error().message);
     auto haptics = std::make_unique<Haptics>(test::unmetered(), test::Hand::device());
     haptics->adopt(Haptics::prepare(*scene));
@@ -88,14 +88,14 @@ TEST(CModes, ThatThrowAreLeftOutAndTheForceFollowsSlowly) {
   SceneSpec spec = test::shell_spec(3.0, 0.0, 600.0);
   spec.modes[0].kind = "throwing";
   Throwing::makes = false;
-  const auto none = assemble(spec, {test::shell(4, 4.0)}, kinds);
+  const auto none = plan(spec, {test::shell(4, 4.0)}, kinds);
   ASSERT_FALSE(none);
   EXPECT_NE(none.error().message.find("no room for a mode"), std::string::npos)
       << none.error().message;
   Throwing::makes = true;
   Throwing::destroys = false;
   {
-    auto scene = assemble(spec, {test::shell(4, 4.0)}, kinds);
+    auto scene = plan(spec, {test::shell(4, 4.0)}, kinds);
     ASSERT_TRUE(scene) << scene.error().message;
     const auto* const mode = dynamic_cast<const ForeignMode*>((*scene)->modes[0].mode.get());
     ASSERT_TRUE(mode);
@@ -127,8 +127,7 @@ TEST(CModes, ThatThrowAreLeftOutAndTheForceFollowsSlowly) {
     EXPECT_LT(glm::length(last_n), 0.01);
     EXPECT_LT(worst_step_n, 0.06);
     EXPECT_STREQ(mode->failure(),
-                 "A mode threw an exception, and is left out until the scene gets other data: no "
-                 "such table");
+                 "A mode threw an exception, and is left out from now on: no such table");
   }
   Throwing::throws = false;
   Throwing::destroys = true;

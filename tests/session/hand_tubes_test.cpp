@@ -50,10 +50,10 @@ std::shared_ptr<const MovingVolume> still(std::shared_ptr<const FrameData> frame
 }
 
 /// A scene of one volume and one mode.
-std::shared_ptr<const HapticScene> scene_of(std::shared_ptr<const MovingVolume> data,
-                                            const std::string& kind = "surface",
-                                            VectorProperty vector = VectorProperty::kVector,
-                                            std::optional<bool> tubes = std::nullopt) {
+std::shared_ptr<const Scene> scene_of(std::shared_ptr<const MovingVolume> data,
+                                      const std::string& kind = "surface",
+                                      VectorProperty vector = VectorProperty::kVector,
+                                      std::optional<bool> tubes = std::nullopt) {
   SceneSpec spec;
   VolumeSpec volume;
   volume.name = "data";
@@ -66,7 +66,7 @@ std::shared_ptr<const HapticScene> scene_of(std::shared_ptr<const MovingVolume> 
   mode.vector = vector;
   mode.strength = TransferFunction::constant(1.0);
   spec.modes = {mode};
-  const auto scene = assemble(spec, {std::move(data)});
+  const auto scene = plan(spec, {std::move(data)});
   EXPECT_TRUE(scene) << (scene ? "" : scene.error().message);
   return scene ? *scene : nullptr;
 }
@@ -163,7 +163,7 @@ TEST(HandTubes, GoOverToDataThatCameLater) {
   EXPECT_NEAR(tube.places({0, 0.5})[tube.seed()].y, 0.004, 1e-8);
   EXPECT_NE(hand.tubes(), same);
   HandTubes none = hand;
-  HapticScene empty;
+  Scene empty;
   EXPECT_EQ(none.follow(empty, {}), "1 stream tube could not be taken along to the new motion.");
   EXPECT_TRUE(none.tubes()->empty());
 }

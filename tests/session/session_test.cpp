@@ -92,7 +92,7 @@ class Events {
 };
 
 std::unique_ptr<Session> in_host(LoadedScene scene, SessionOptions options = {}) {
-  auto session = Session::start_in_host(std::move(scene), host_device(), std::move(options));
+  auto session = Session::start_in_host(scene, host_device(), std::move(options));
   EXPECT_TRUE(session) << (session ? "" : session.error().message);
   return session ? std::move(*session) : nullptr;
 }
@@ -327,7 +327,7 @@ TEST(Session, RefusesASceneThatCanNotBePutTogether) {
   LoadedScene scene = shell_in_memory();
   ASSERT_FALSE(scene.spec.modes.empty());
   scene.spec.modes[0].volume = "nowhere";
-  const auto session = Session::start_in_host(std::move(scene), host_device(), {});
+  const auto session = Session::start_in_host(scene, host_device(), {});
   ASSERT_FALSE(session);
   EXPECT_EQ(session.error().kind, ErrorKind::kBadInput);
 }

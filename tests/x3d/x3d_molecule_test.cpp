@@ -50,7 +50,7 @@ TEST(X3dMolecule, HasTheModesStrengthsAndTransformsOfTheBuiltInOne) {
 std::vector<glm::dvec3> forces_on(const SceneSpec& spec) {
   const auto volume = build(spec.volumes[0]);
   EXPECT_TRUE(volume) << volume.error().message;
-  const auto scene = assemble(spec, {std::make_shared<const MovingVolume>(*volume)});
+  const auto scene = plan(spec, {std::make_shared<const MovingVolume>(*volume)});
   EXPECT_TRUE(scene) << scene.error().message;
   DeviceInfo device;
   device.max_force_n = 100.0;

@@ -9,7 +9,7 @@
 
 #include "compute/volume/result.h"
 #include "module/haptics/mode.h"
-#include "module/scene/scene.h"
+#include "module/scene/scene_spec.h"
 
 namespace palpate {
 

@@ -162,7 +162,7 @@ Table thread_table(double seconds) {
   device_options.path = devices::circle_path(place);
   devices::SimulatedDevice device(device_options);
   Haptics haptics({}, device.info());
-  auto scene = assemble(hearts_spec(1, 1, Moves::kBoth), data_for(1, Moves::kBoth));
+  auto scene = plan(hearts_spec(1, 1, Moves::kBoth), data_for(1, Moves::kBoth));
   if (!scene) throw Mismatch(scene.error().message);
   haptics.adopt(Haptics::prepare(*scene));
   auto servo = Servo::start(device, haptics);

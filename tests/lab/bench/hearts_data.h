@@ -7,7 +7,7 @@
 
 #include "compute/volume/sequence_motion.h"
 #include "module/scene/moving_volume.h"
-#include "module/scene/scene.h"
+#include "module/scene/scene_spec.h"
 
 namespace palpate::bench {
 

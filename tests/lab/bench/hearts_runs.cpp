@@ -104,7 +104,7 @@ RunResult lean_on(const Subject& subject, const Wall& wall, const Felt& felt, bo
   auto info = stability::Hand::device();
   info.workspace_radius_m = 10.0;
   const SceneSpec spec = scene_of(wall, felt);
-  auto scene = assemble(spec, {felt.volume});
+  auto scene = plan(spec, {felt.volume});
   if (!scene) throw std::runtime_error(scene.error().message);
   Haptics haptics(HapticsOptions{}, info);
   haptics.adopt(Haptics::prepare(*scene));

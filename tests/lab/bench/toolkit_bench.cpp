@@ -75,7 +75,7 @@ void bench_tick() {
   must(bool(data), "the heart can not be built");
   const auto start = start_transform(spec.volumes[0], *data);
   spec.volumes[0].transform = *start;
-  auto scene = assemble(spec, {std::make_shared<const MovingVolume>(std::move(*data))});
+  auto scene = plan(spec, {std::make_shared<const MovingVolume>(std::move(*data))});
   must(bool(scene), "the heart can not be assembled");
   FixedClock clock;
   FixedDevice device(clock);

@@ -370,7 +370,7 @@ class Owner {
       spec.modes.back().name = v ? "second wall" : "wall";
       spec.modes.back().volume = spec.volumes.back().name;
     }
-    auto scene = assemble(spec, data);
+    auto scene = plan(spec, data);
     if (!scene) return false;
     return ticker_.offer(*scene);
   }

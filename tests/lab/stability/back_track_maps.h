@@ -1,6 +1,6 @@
 #pragma once
 
-#include "module/scene/scene.h"
+#include "module/scene/scene_spec.h"
 #include "tests/lab/stability/map.h"
 
 /// Where inverting the motion fails (equations (26) to (29)), and what of that a hand feels.

@@ -34,7 +34,7 @@ class Block final : public FrameData {
   static constexpr double kSoft_m = 1.06e-3;
 };
 
-std::shared_ptr<const HapticScene> wall_scene(double stiffness_n_per_m) {
+std::shared_ptr<const Scene> wall_scene(double stiffness_n_per_m) {
   auto data = std::make_shared<MovingVolume>();
   data->name = "block";
   data->times.times_s = {0.0};
@@ -49,7 +49,7 @@ std::shared_ptr<const HapticScene> wall_scene(double stiffness_n_per_m) {
   mode.volume = "block";
   mode.strength = *TransferFunction::stepped({0.0, 500.0}, {0.0, kStrength_n});
   spec.modes = {mode};
-  auto scene = assemble(spec, {data});
+  auto scene = plan(spec, {data});
   if (!scene) throw std::runtime_error(scene.error().message);
   return *scene;
 }

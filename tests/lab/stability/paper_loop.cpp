@@ -8,9 +8,9 @@
 namespace palpate::stability {
 namespace {
 
-std::shared_ptr<const HapticScene> assembled(
-    const SceneSpec& spec, std::vector<std::shared_ptr<const MovingVolume>> data) {
-  auto scene = assemble(spec, std::move(data));
+std::shared_ptr<const Scene> assembled(const SceneSpec& spec,
+                                       std::vector<std::shared_ptr<const MovingVolume>> data) {
+  auto scene = plan(spec, std::move(data));
   if (!scene) throw std::runtime_error(scene.error().message);
   return *scene;
 }
@@ -40,7 +40,7 @@ TickOutput PaperLoop::tick(const TickInput& input) noexcept {
   }
   placed_.set.clear();
   for (CarrierRun& carrier : run_.carriers) carrier.carrier->carry();
-  for (const HapticMode& mode : run_.scene->modes)
+  for (const SceneMode& mode : run_.scene->modes)
     run_.carriers[size_t(mode.carrier)].carrier->place(mode, probe, input.dt_s, 1.0, 1e9, placed_);
   out.proxy_m = balance(placed_.set, probe, run_.stiffness_n_per_m).proxy;
   // Where the fixed point does not converge, the paper goes on with the better guess.

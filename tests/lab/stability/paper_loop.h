@@ -13,7 +13,7 @@ namespace palpate::stability {
 /// no sweep, no tank, no guards.
 class PaperLoop {
  public:
-  explicit PaperLoop(std::shared_ptr<const HapticScene> scene) : run_(std::move(scene)) {}
+  explicit PaperLoop(std::shared_ptr<const Scene> scene) : run_(std::move(scene)) {}
   /// Proxy and force; the command stays zero.
   TickOutput tick(const TickInput& input) noexcept;
   const HapticRun& run() const { return run_; }

@@ -131,7 +131,7 @@ class Hand {
   explicit Hand(const SceneSpec& spec, std::vector<std::shared_ptr<const MovingVolume>> data,
                 const HapticsOptions& options = unmetered())
       : haptics(options, device()) {
-    auto scene = assemble(spec, std::move(data));
+    auto scene = plan(spec, std::move(data));
     if (!scene) throw std::runtime_error(scene.error().message);
     haptics.adopt(Haptics::prepare(*scene));
   }

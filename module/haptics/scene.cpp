@@ -1,4 +1,4 @@
-#include "module/haptics/haptic_scene.h"
+#include "module/haptics/scene.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +14,7 @@ Error bad(std::string sentence) {
 }
 
 /// The carrier for a volume and motion, made when the first mode asks for it.
-int carrier_of(HapticScene& scene, int volume, const Motion* motion) {
+int carrier_of(Scene& scene, int volume, const Motion* motion) {
   for (size_t c = 0; c < scene.carriers.size(); ++c)
     if (scene.carriers[c].volume == volume && scene.carriers[c].motion == motion) return int(c);
   scene.carriers.push_back({volume, motion});
@@ -51,6 +51,41 @@ Result<int> segment_of(const ModeSpec& mode, const MovingVolume& data) {
              (known.empty() ? "none." : known + "."));
 }
 
+/// Which part of the volume's data a mode reads, and what carries it.
+Status read_data(Scene& scene, int volume, SceneMode& mode) {
+  const MovingVolume& data = *scene.volumes[size_t(volume)].data;
+  const auto motion = motion_of(mode.spec, data);
+  if (!motion) return motion.error();
+  const auto segment = segment_of(mode.spec, data);
+  if (!segment) return segment.error();
+  mode.carrier = carrier_of(scene, volume, *motion);
+  mode.segment = *segment;
+  return Nothing{};
+}
+
+PoseStage pose_stage(const VolumeSpec& spec) {
+  if (spec.drive.kind == DriveSpec::Kind::kStill) return PoseStage::kNone;
+  switch (spec.path) {
+    case PosePath::kExact:
+      return spec.drive.kind == DriveSpec::Kind::kSecondHand ? PoseStage::kNewest
+                                                             : PoseStage::kDrive;
+    case PosePath::kPaper:
+      return PoseStage::kPaper;
+    case PosePath::kSmooth:
+      break;
+  }
+  return PoseStage::kSmooth;
+}
+
+/// The stages of a volume.
+SceneVolume planned(const VolumeSpec& spec, std::shared_ptr<const MovingVolume> data) {
+  SceneVolume volume{spec, std::move(data), pose_stage(spec)};
+  if (!volume.data->is_still())
+    volume.phase = volume.data->whole ? DataStage::kMaterial : DataStage::kFrames;
+  volume.blends = volume.phase == DataStage::kFrames && spec.blend_values;
+  return volume;
+}
+
 /// What of a scene's numbers can not be felt, apart from its data.
 Status check_numbers(const SceneSpec& spec, const std::vector<ModeSpec>& modes) {
   if (!(spec.stiffness_n_per_m > 0.0) || !std::isfinite(spec.stiffness_n_per_m))
@@ -82,9 +117,9 @@ Status check_numbers(const SceneSpec& spec, const std::vector<ModeSpec>& modes) 
 
 }  // namespace
 
-Result<std::shared_ptr<const HapticScene>> assemble(
-    const SceneSpec& spec, std::vector<std::shared_ptr<const MovingVolume>> data,
-    const ModeKinds& kinds) {
+Result<std::shared_ptr<const Scene>> plan(const SceneSpec& spec,
+                                          std::vector<std::shared_ptr<const MovingVolume>> data,
+                                          const ModeKinds& kinds) {
   if (data.size() != spec.volumes.size())
     return bad("The scene has " + std::to_string(spec.volumes.size()) + " volumes, but data for " +
                std::to_string(data.size()) + ".");
@@ -94,15 +129,13 @@ Result<std::shared_ptr<const HapticScene>> assemble(
                " modes and felt segments; a hand can be given " + std::to_string(kMostModes) +
                " at once: leave some out.");
   if (const Status fine = check_numbers(spec, modes); !fine) return fine.error();
-  auto scene = std::make_shared<HapticScene>();
+  auto scene = std::make_shared<Scene>();
   scene->stiffness_n_per_m = spec.stiffness_n_per_m;
   scene->damping_n_s_per_m = spec.damping_n_s_per_m;
   scene->world_from_device = spec.world_from_device;
   for (size_t v = 0; v < data.size(); ++v) {
     if (const Status fits = check(*data[v]); !fits) return fits.error();
-    HapticVolume volume{spec.volumes[v], data[v], false};
-    volume.posed = volume.spec.drive.kind != DriveSpec::Kind::kStill;
-    scene->volumes.push_back(std::move(volume));
+    scene->volumes.push_back(planned(spec.volumes[v], std::move(data[v])));
   }
   for (const ModeSpec& mode : modes) {
     const auto named = std::find_if(spec.volumes.begin(), spec.volumes.end(),
@@ -110,17 +143,28 @@ Result<std::shared_ptr<const HapticScene>> assemble(
     if (named == spec.volumes.end())
       return bad("Mode \"" + mode.name + "\" reads volume \"" + mode.volume +
                  "\", which the scene does not have.");
-    const int v = int(named - spec.volumes.begin());
-    const auto motion = motion_of(mode, *scene->volumes[v].data);
-    if (!motion) return motion.error();
-    auto made = kinds.make(mode);
-    if (!made) return made.error();
-    const auto segment = segment_of(mode, *scene->volumes[v].data);
-    if (!segment) return segment.error();
-    scene->modes.push_back(
-        {ModeKinds::completed(mode), *made, carrier_of(*scene, v, *motion), *segment});
+    SceneMode made{ModeKinds::completed(mode), nullptr};
+    const Status read = read_data(*scene, int(named - spec.volumes.begin()), made);
+    if (!read) return read.error();
+    auto of_kind = kinds.make(mode);
+    if (!of_kind) return of_kind.error();
+    made.mode = std::move(*of_kind);
+    scene->modes.push_back(std::move(made));
   }
-  return std::shared_ptr<const HapticScene>(scene);
+  return std::shared_ptr<const Scene>(scene);
+}
+
+Result<std::shared_ptr<const Scene>> with_data(const Scene& scene, size_t volume,
+                                               std::shared_ptr<const MovingVolume> data) {
+  if (const Status fits = check(*data); !fits) return fits.error();
+  auto changed = std::make_shared<Scene>(scene);
+  changed->volumes[volume] = planned(scene.volumes[volume].spec, std::move(data));
+  changed->carriers.clear();
+  for (SceneMode& mode : changed->modes) {
+    const int of = scene.carriers[size_t(mode.carrier)].volume;
+    if (const Status read = read_data(*changed, of, mode); !read) return read.error();
+  }
+  return std::shared_ptr<const Scene>(changed);
 }
 
 }  // namespace palpate
