@@ -21,7 +21,8 @@ namespace {
 constexpr int kBackwardIterations = 3;
 constexpr int kBackwardCoarseIterations = 6;
 constexpr double kBackwardSearchWork = 2e6;
-constexpr size_t kWaiting = 2;  // frames that wait for the worker before push() blocks
+constexpr int kMostSearchReach = 19;  // (2 * 19 + 1)^3 labels are the most that one dispatch counts
+constexpr size_t kWaiting = 2;        // frames that wait for the worker before push() blocks
 
 using Clock = std::chrono::steady_clock;
 
@@ -98,7 +99,7 @@ class Worker final : public SequenceEstimator {
   const MotionPlan& plan() const override { return plan_; }
   MemoryEstimate memory() const override {
     return {plan_.device_bytes + backward_bytes(), context_->memory_budget_bytes(),
-            int(slabs_of(plan_).size()), backward_plan_.has_value()};
+            int(slabs_of(plan_).size()), backward_plan_.has_value(), has_sliding_step(plan_)};
   }
 
   Status push(size_t frame_index, const Volume& frame) override {
@@ -173,13 +174,16 @@ class Worker final : public SequenceEstimator {
  private:
   uint64_t backward_bytes() const { return backward_plan_ ? solver_bytes(*backward_plan_) : 0; }
 
-  /// The way back is left out where it does not fit, or would cut the rest into more slabs.
+  /// The way back is left out where it does not fit, or would take a step from the rest or cut it
+  /// into more slabs.
   bool fit() {
     const uint64_t budget = context_->memory_budget_bytes();
     const bool fits = fit_into(plan_, budget);
     MotionPlan less = plan_;
     const uint64_t rest = budget - std::min(budget, backward_bytes());
-    if (!fit_into(less, rest) || less.slabs > plan_.slabs) backward_plan_.reset();
+    if (!fit_into(less, rest) || less.slabs > plan_.slabs ||
+        has_sliding_step(less) != has_sliding_step(plan_))
+      backward_plan_.reset();
     return fits;
   }
 
@@ -341,19 +345,31 @@ std::string check_options(const EstimatorOptions& options, const Grid& grid) {
     return "The finest level asked for does not exist in a volume of " + text(grid.size) +
            " voxels: 0 is the image's own.";
   }
+  // What is not a number is out of every range here.
   for (const LevelOptions& level : o.levels) {
-    if (level.iterations < 0 || level.cell < 1 || level.cell > 8 || level.window < 0.0 ||
-        level.smoothness <= 0.0) {
+    if (!(level.iterations >= 0 && level.cell >= 1 && level.cell <= 8 && level.window >= 0.0 &&
+          level.smoothness > 0.0)) {
       return "A level of the motion options is out of range: iterations >= 0, cell 1 to 8, window "
              ">= 0, smoothness > 0.";
     }
   }
   const YieldOptions& y = o.yield;
-  if (y.window < 0.0 || y.low < 0.0 || y.high <= y.low || y.damping <= 0.0 || y.smoothness <= 0.0 ||
-      y.evidence <= 0.0 || y.noise < 0.0 || y.flat < 0.0) {
+  if (!(y.window >= 0.0 && y.low >= 0.0 && y.high > y.low && y.damping > 0.0 &&
+        y.smoothness > 0.0 && y.evidence > 0.0 && y.noise >= 0.0 && y.flat >= 0.0)) {
     return "The yield of the motion options is out of range: window, low, noise and flat >= 0, "
-           "high "
-           "above low, damping, smoothness and evidence > 0.";
+           "high above low, damping, smoothness and evidence > 0.";
+  }
+  const SlidingOptions& s = o.sliding;
+  if (!(s.cell >= 0 && s.cell <= 8 && s.cubic >= 0.0 && s.cubic <= 1.0 && s.limit > 0.0 &&
+        s.share >= 0.0 && s.noise >= 0.0 && s.apart >= 0.0 && s.slope >= 0.0)) {
+    return "The sliding borders of the motion options are out of range: cell 0 to 8, cubic 0 to 1, "
+           "share, noise, apart and slope >= 0, limit > 0.";
+  }
+  if (!(o.search_mm >= 0.0 && std::isfinite(o.search_mm) && o.search_above >= 0.0 &&
+        o.search_reach >= 0.0 && o.search_reach <= kMostSearchReach && o.search_work >= 0.0)) {
+    return "The search for large motion is out of range: search_mm, search_above and search_work "
+           ">= 0, search_reach 0 to " +
+           std::to_string(kMostSearchReach) + ".";
   }
   if (options.mask && !same_geometry(options.mask->grid, grid)) {
     return "The mask (" + text(options.mask->grid.size) +

@@ -35,6 +35,7 @@ struct MemoryEstimate {
   uint64_t budget_bytes = 0;  ///< what the device has for us
   int slabs = 1;              ///< pieces the finest images are cut into so that they fit
   bool backward = false;      ///< there is room for the way back that was asked for
+  bool sliding = false;  ///< there is room for the step for sliding borders, if it was asked for
 };
 
 struct EstimatorOptions {

@@ -230,6 +230,11 @@ int normalisation_halo(const MotionPlan& plan) {
 
 bool fit_into(MotionPlan& plan, uint64_t budget_bytes) {
   lay_out(plan, 1);
+  // Whole images without the step for sliding borders come before slabs, which can not have it.
+  if (plan.device_bytes > budget_bytes && has_sliding_step(plan)) {
+    plan.options.sliding.cell = 0;
+    lay_out(plan, 1);
+  }
   while (plan.device_bytes > budget_bytes) {
     const int before = slab_slices(plan);
     // The classic solver keeps whole images, and with a single level there is nothing to fall back

@@ -37,8 +37,8 @@ struct MotionPlan {
 /// window is narrow enough.
 bool yields(const MotionPlan& plan, size_t l);
 
-/// Whether pairs end with the step for sliding borders (MotionOptions::sliding): not where the
-/// finest images are cut into slabs.
+/// Whether pairs end with the step for sliding borders (MotionOptions::sliding): not where
+/// fit_into() had to leave it out, nor where the finest images are cut into slabs.
 bool has_sliding_step(const MotionPlan& plan);
 
 /// The finest level with the cells of the result: its own, or the finer ones of that step.
@@ -50,9 +50,9 @@ MotionPlan plan_motion(const Grid& image, const MotionOptions& options);
 /// What a solver of the plan allocates on the device beside the frames, bytes.
 uint64_t solver_bytes(const MotionPlan& plan);
 
-/// Cuts the finest images into as few slabs as make the work fit into `budget_bytes` of device
-/// memory; false if even the thinnest do not. The finest images then live on the host and visit the
-/// device slab by slab.
+/// Makes the work fit into `budget_bytes` of device memory: without the step for sliding borders if
+/// it must be, then by cutting the finest images into as few slabs as will do, which live on the
+/// host and visit the device one by one. False if even the thinnest do not fit.
 bool fit_into(MotionPlan& plan, uint64_t budget_bytes);
 
 /// One piece of the finest images: it answers for slices [begin, end) and holds [first, first +

@@ -266,6 +266,12 @@ double PairSolver::search(size_t l, DiscreteStart& start, const FramePyramid& fi
       shaders::ChoosePush{wide(level.cells),
                           {-kChoiceWidth, kChoiceWidth, float(plan_.options.yield.flat), 0}},
       slice_groups(active_));
+  // Outside the mask nothing was chosen: what bricks beside it read there is the other field still.
+  if (bricks_[l].size() < all_bricks(level.cells).size())
+    recorder_.dispatch(kernels_->upsample(), {{i.field, nearest}, i.ahead, i.primal},
+                       shaders::UpsamplePush{wide(level.cells), wide(level.cells),
+                                             glm::vec4(1, 1, 1, 0), glm::vec4(0)},
+                       {(level.cells.x + 63) / 64, level.cells.y, level.cells.z});
   for (const vulkan::Image& dual : i.dual) recorder_.clear(dual);
   for (const vulkan::Image& equations : i.equations) recorder_.clear(equations);
   for (const vulkan::Image& smoothed : i.smoothed) recorder_.clear(smoothed);

@@ -65,6 +65,10 @@ class Estimation {
                              memory.slabs > 1 ? fmt::format(", in {} slabs", memory.slabs) : ""));
     if (job_.options.backward && !memory.backward)
       console_.say("Too little of it to check each field by a second one from moving to fixed.");
+    if (has_sliding_step(plan_motion(job_.grid, job_.options.motion)) && !memory.sliding)
+      console_.say(
+          "Too little of it to sharpen the borders at which material slides: the field is smooth "
+          "across them.");
   }
 
   /// Reads and pushes every frame. A failed push is not the cause: finish() knows that.

@@ -231,6 +231,27 @@ TEST_F(Estimator, RefusesOptionsItCanNotUse) {
   EstimatorOptions too_fine = preset("fast");
   too_fine.motion.finest_level = 9;
   EXPECT_FALSE(SequenceEstimator::open(context(), beat().frames[0].grid, too_fine, {}));
+  const double no_number = std::numeric_limits<double>::quiet_NaN();
+  const std::pair<const char*, std::function<void(MotionOptions&)>> wrong[] = {
+      {"level", [](MotionOptions& o) { o.levels[0].cell = 9; }},
+      {"level", [&](MotionOptions& o) { o.levels.back().smoothness = no_number; }},
+      {"yield", [](MotionOptions& o) { o.yield.high = o.yield.low; }},
+      {"yield", [&](MotionOptions& o) { o.yield.flat = no_number; }},
+      {"sliding", [](MotionOptions& o) { o.sliding.cell = -1; }},
+      {"sliding", [](MotionOptions& o) { o.sliding.limit = 0.0; }},
+      {"sliding", [](MotionOptions& o) { o.sliding.cubic = 1.5; }},
+      {"sliding", [&](MotionOptions& o) { o.sliding.apart = no_number; }},
+      {"search", [](MotionOptions& o) { o.search_mm = -1.0; }},
+      {"search", [](MotionOptions& o) { o.search_reach = 20.0; }},
+      {"search", [&](MotionOptions& o) { o.search_work = no_number; }},
+  };
+  for (const auto& [named, spoil] : wrong) {
+    EstimatorOptions options = preset("balanced");
+    spoil(options.motion);
+    const auto refused = SequenceEstimator::open(context(), beat().frames[0].grid, options, {});
+    ASSERT_FALSE(refused) << named;
+    EXPECT_THAT(refused.error().message, testing::HasSubstr(named));
+  }
 }
 
 }  // namespace

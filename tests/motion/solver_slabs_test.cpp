@@ -85,6 +85,23 @@ TEST_F(SolverSlabs, DoWithoutTheStepForSlidingBordersAndItsMemory) {
   EXPECT_NEAR(peak_with - peak_without, double(with.device_bytes - without.device_bytes) / 1.02,
               0.01 * peak_with);
 
+  // Left out before anything is cut, and before the way back takes its place.
+  MotionPlan whole = with;
+  ASSERT_TRUE(fit_into(whole, without.device_bytes));
+  EXPECT_FALSE(has_sliding_step(whole));
+  EXPECT_EQ(whole.slabs, 1);
+  options = preset("balanced");
+  options.backward = true;
+  const auto memory = [&](uint64_t bytes) {
+    const auto opened = SequenceEstimator::open(small_device(bytes), pair.fixed.grid, options,
+                                                [](const PairMotion&) {});
+    EXPECT_TRUE(opened);
+    return opened ? (*opened)->memory() : MemoryEstimate{};
+  };
+  EXPECT_TRUE(memory(with.device_bytes).sliding);
+  EXPECT_FALSE(memory(with.device_bytes).backward);
+  EXPECT_FALSE(memory(without.device_bytes).sliding);
+
   ASSERT_TRUE(fit_into(with, with.device_bytes * 8 / 10));
   EXPECT_FALSE(has_sliding_step(with));
   EXPECT_EQ(with.field.size, without.field.size);
