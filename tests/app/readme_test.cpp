@@ -82,7 +82,8 @@ const std::vector<std::pair<std::string, Way>> kWays = {
      {"", "needs the packages: examples_test, fresh_root.sh"}},
     {"cc -std=c99 -O2 -shared -fPIC my_mode.c $(pkg-config --cflags palpate) -lm -o libmy_mode.so",
      {"", "needs the packages: examples_test, fresh_root.sh"}},
-    {"examples/itk_demons pair_fixed.mha pair_moving.mha warped.mha field.mha",
+    {"examples/itk_demons pair_fixed.mha pair_moving.mha pair_truth.mha pair_body.mha --field "
+     "field.mha",
      {"", "needs the packages: examples_test, fresh_root.sh"}},
     {"examples/vtk_volume --cycle 0.6 moved.vti frame_*.mha",
      {"", "needs the packages: examples_test, fresh_root.sh"}},

@@ -70,7 +70,7 @@ person 'xvfb-run -a -s "-screen 0 1280x800x24" examples/host_vulkan --frames 3 -
 person 'xvfb-run -a -s "-screen 0 1280x800x24" examples/host_vulkan data/frame_00.mha --frames 3 --screenshot cine.ppm'
 person 'ls -l heart.ppm cine.ppm'
 step "itk_demons.cxx"
-person 'examples/itk_demons data/pair_fixed.mha data/pair_moving.mha warped.mha field.mha'
+person 'examples/itk_demons data/pair_fixed.mha data/pair_moving.mha data/pair_truth.mha data/pair_body.mha --warped warped.mha --field field.mha'
 person 'palpate check field.mha --truth data/pair_truth.mha --mask data/pair_body.mha' | grep -E 'Endpoint|Folds'
 step "vtk_volume.cxx"
 person 'examples/vtk_volume --cycle 0.6 moved.vti data/frame_*.mha'
