@@ -538,11 +538,13 @@ struct Palpate {
     check(pal_scene_open(context, &of_scene, &scene), "reading the scene");
 
     // A hand that goes to and fro before the volume; a real device is read and written here.
+    PalDeviceInfo about{};
+    about.size = sizeof about;
+    about.max_force_n = 8.0;
+    about.workspace_radius_m = 0.1;
     PalDevice device{};
     device.size = sizeof device;
-    device.info.size = sizeof device.info;
-    device.info.max_force_n = 8.0;
-    device.info.workspace_radius_m = 0.1;
+    device.info = &about;
     device.exchange = [](void*, const double*, PalReading* reading) {
       using Clock = std::chrono::steady_clock;
       const double t_s = std::chrono::duration<double>(Clock::now().time_since_epoch()).count();

@@ -43,8 +43,24 @@ Result<std::shared_ptr<const scenes::GivenVolume>> given_of(const PalFrames& fra
   return std::shared_ptr<const scenes::GivenVolume>(std::move(given));
 }
 
+/// An array has the stride of the structure that the program knows.
+PalResult take_frames(const PalSceneInfo& info, std::vector<PalFrames>& all) {
+  if (info.frame_sets > 0 && !info.frames)
+    return failed(PAL_BAD_INPUT, {"PalSceneInfo.frames is missing"});
+  for (uint32_t k = 0; k < info.frame_sets; ++k) {
+    const auto* const at =
+        reinterpret_cast<const char*>(info.frames) + size_t(k) * info.frames->size;
+    if (const PalResult read = taken(reinterpret_cast<const PalFrames*>(at),
+                                     offsetof(PalFrames, times_s), "PalFrames", all.emplace_back());
+        read != PAL_OK)
+      return read;
+  }
+  return PAL_OK;
+}
+
 /// What the host says of the scene, checked and in our words.
-Result<scenes::SequenceChoices> choices_of(const PalSceneInfo& info) {
+Result<scenes::SequenceChoices> choices_of(const PalSceneInfo& info,
+                                           const std::vector<PalFrames>& all_frames) {
   scenes::SequenceChoices choices;
   if (info.iso_value) choices.iso_value = *info.iso_value;
   if (info.strength_n > 0.0) choices.strength_n = info.strength_n;
@@ -60,16 +76,7 @@ Result<scenes::SequenceChoices> choices_of(const PalSceneInfo& info) {
     return Error{ErrorKind::kBadInput, "A path of the libraries of modes is missing"};
   for (uint32_t k = 0; k < info.mode_library_count; ++k)
     choices.mode_libraries.emplace_back(info.mode_libraries[k]);
-  if (info.frame_sets > 0 && !info.frames)
-    return Error{ErrorKind::kBadInput, "PalSceneInfo.frames is missing"};
-  for (uint32_t k = 0; k < info.frame_sets; ++k) {
-    PalFrames frames;
-    // An array has the stride of the structure that the program knows.
-    const auto* const at =
-        reinterpret_cast<const char*>(info.frames) + size_t(k) * info.frames->size;
-    if (taken(reinterpret_cast<const PalFrames*>(at), offsetof(PalFrames, times_s), "PalFrames",
-              frames) != PAL_OK)
-      return Error{ErrorKind::kBadInput, pal_last_error()};
+  for (const PalFrames& frames : all_frames) {
     auto given = given_of(frames);
     if (!given) return given.error();
     choices.given[frames.name] = std::move(*given);
@@ -101,7 +108,9 @@ PalResult open_scene(PalContext* context, const PalSceneInfo* given, PalScene** 
   if (has_paths && std::any_of(info.paths, info.paths + info.path_count,
                                [](const char* path) { return !path || !*path; }))
     return failed(PAL_BAD_INPUT, {"A path of the scene is empty"});
-  auto choices = choices_of(info);
+  std::vector<PalFrames> frames;
+  if (const PalResult read = take_frames(info, frames); read != PAL_OK) return read;
+  auto choices = choices_of(info, frames);
   if (!choices) return failed(choices.error());
   auto loaded = has_paths ? scenes::load_scene({info.paths, info.paths + info.path_count}, *choices)
                           : scenes::load_scene_text(info.json, *choices);

@@ -42,14 +42,14 @@ DeviceFault fault_of(uint32_t fault) noexcept {
 /// A force device of the host's, as the servo loop takes one.
 class HostDevice final : public ForceDevice {
  public:
-  HostDevice(const PalDevice& device, DeviceInfo info) : device_(device), info_(std::move(info)) {}
+  HostDevice(const PalDevice& device, DeviceInfo info)
+      : exchange_(device.exchange), user_(device.user), info_(std::move(info)) {}
   DeviceInfo info() const override { return info_; }
   DeviceReading exchange(const DeviceCommand& command) noexcept override {
     PalReading given{};
     const double force_n[3] = {command.force_n.x, command.force_n.y, command.force_n.z};
     const void* const before = std::exchange(calling_back, session_);
-    const Thrown thrown =
-        call_host("exchange", [&] { device_.exchange(device_.user, force_n, &given); });
+    const Thrown thrown = call_host("exchange", [&] { exchange_(user_, force_n, &given); });
     calling_back = before;
     if (thrown) {
       // No answer can be trusted: the force goes to zero by the ramp of any fault.
@@ -79,7 +79,8 @@ class HostDevice final : public ForceDevice {
   }
 
  private:
-  PalDevice device_;
+  void (*exchange_)(void* user, const double force_n[3], PalReading* reading);
+  void* user_;
   DeviceInfo info_;
   const void* session_ = nullptr;
   glm::dvec3 last_m_{0.0};
@@ -87,11 +88,12 @@ class HostDevice final : public ForceDevice {
   Thrown thrown_;
 };
 
-Result<DeviceInfo> info_of(const PalDeviceInfo* given) {
+PalResult take_info(const PalDeviceInfo* given, DeviceInfo& info) {
   PalDeviceInfo host;
-  if (taken(given, offsetof(PalDeviceInfo, resolution_m), "PalDeviceInfo", host) != PAL_OK)
-    return Error{ErrorKind::kBadInput, pal_last_error()};
-  DeviceInfo info;
+  if (const PalResult read =
+          taken(given, offsetof(PalDeviceInfo, resolution_m), "PalDeviceInfo", host);
+      read != PAL_OK)
+    return read;
   info.kind = "host";
   info.name = host.name ? host.name : "host";
   info.max_force_n = host.max_force_n;
@@ -107,10 +109,10 @@ Result<DeviceInfo> info_of(const PalDeviceInfo* given) {
       !sound(info.workspace_radius_m) || !sound(info.max_stiffness_n_per_m) ||
       !sound(info.resolution_m) || !sound(info.delay_s) ||
       !std::isfinite(centre.x + centre.y + centre.z))
-    return Error{ErrorKind::kBadInput,
-                 "PalDeviceInfo: max_force_n and workspace_radius_m must be above 0, the other "
-                 "numbers finite and not below 0"};
-  return info;
+    return failed(PAL_BAD_INPUT,
+                  {"PalDeviceInfo: max_force_n and workspace_radius_m must be above 0, the other "
+                   "numbers finite and not below 0"});
+  return PAL_OK;
 }
 
 /// A device that palpate drives.
@@ -132,15 +134,22 @@ Result<std::unique_ptr<ForceDevice>> own_device(const char* name, bool real_time
       fmt::format("There is no kind of force device '{}': choose one of auto, {}", kind, known)};
 }
 
-Result<std::unique_ptr<ForceDevice>> device_of(const PalSessionInfo& info) {
-  if (!info.device) return own_device(info.device_name, !(info.flags & PAL_SESSION_NO_REAL_TIME));
+PalResult take_device(const PalSessionInfo& info, std::unique_ptr<ForceDevice>& device) {
+  if (!info.device) {
+    auto own = own_device(info.device_name, !(info.flags & PAL_SESSION_NO_REAL_TIME));
+    if (!own) return failed(own.error());
+    device = std::move(*own);
+    return PAL_OK;
+  }
   PalDevice host;
-  if (taken(info.device, sizeof(PalDevice), "PalDevice", host) != PAL_OK)
-    return Error{ErrorKind::kBadInput, pal_last_error()};
-  if (!host.exchange) return Error{ErrorKind::kBadInput, "A PalDevice needs exchange"};
-  auto known = info_of(&host.info);
-  if (!known) return known.error();
-  return std::unique_ptr<ForceDevice>(std::make_unique<HostDevice>(host, std::move(*known)));
+  if (const PalResult read = taken(info.device, offsetof(PalDevice, user), "PalDevice", host);
+      read != PAL_OK)
+    return read;
+  if (!host.exchange) return failed(PAL_BAD_INPUT, {"A PalDevice needs exchange"});
+  DeviceInfo known;
+  if (const PalResult read = take_info(host.info, known); read != PAL_OK) return read;
+  device = std::make_unique<HostDevice>(host, std::move(known));
+  return PAL_OK;
 }
 
 /// What the host wants, checked.
@@ -205,17 +214,14 @@ PalResult open_session(PalScene* scene, const PalSessionInfo* given, PalSession*
   if (host_ticks && (info.device || info.device_name))
     return failed(PAL_BAD_INPUT,
                   {"A host that ticks has the device itself: give PalSessionInfo.host alone"});
-  Result<DeviceInfo> host = DeviceInfo{};
-  Result<std::unique_ptr<ForceDevice>> device = std::unique_ptr<ForceDevice>();
-  if (host_ticks)
-    host = info_of(info.host);
-  else
-    device = device_of(info);
-  if (!host) return failed(host.error());
-  if (!device) return failed(device.error());
-  const DeviceInfo known = host_ticks ? *host : (*device)->info();
+  DeviceInfo known;
+  std::unique_ptr<ForceDevice> device;
+  if (const PalResult read = host_ticks ? take_info(info.host, known) : take_device(info, device);
+      read != PAL_OK)
+    return read;
+  if (device) known = device->info();
 
-  auto content = std::make_shared<SessionContent>(use->context, std::move(*device));
+  auto content = std::make_shared<SessionContent>(use->context, std::move(device));
   content->host_ticks = host_ticks;
   auto options = options_of(info, *use, content.get());
   if (!options) return failed(options.error());

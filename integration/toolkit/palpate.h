@@ -13,7 +13,8 @@
 
    - Every structure begins with its size: set it to sizeof, and all that is not needed to 0. A
      program that was compiled with an older header goes on to work: what its structures lack is 0.
-     A larger size than the library knows is PAL_BAD_VERSION. (PalGrid, PalReading, PalTick and
+     A larger size than the library knows is PAL_BAD_VERSION, in whatever structure it stands. What
+     can grow is pointed to by other structures, not part of them. (PalGrid, PalReading, PalTick and
      PalEye have no size: they never change.)
    - Functions return a PalResult: 0 is success, below 0 is a failure, above 0 is "not yet" or "no
      more". After a failure pal_last_error() has a sentence for people, for this thread.
@@ -419,11 +420,11 @@ typedef struct PalReading {
 /* A force device of the host, for sessions with a haptic thread of palpate's. `exchange` is called
    about 1,000 times a second on that thread: it sends a force to the hand (N) and returns the
    newest position, within about a millisecond, without a lock that another thread may hold long.
-   The table is copied; `exchange` and `user` must be valid until the session is closed. The last
-   force is zero. */
+   Both structures are copied; `exchange` and `user` must be valid until the session is closed. The
+   last force is zero. */
 typedef struct PalDevice {
   uint32_t size; /* sizeof(PalDevice) */
-  PalDeviceInfo info;
+  const PalDeviceInfo* info;
   void (*exchange)(void* user, const double force_n[3], PalReading* reading);
   void* user;
 } PalDevice;

@@ -437,9 +437,10 @@ TEST_P(DeviceLoss, LetsTheHapticThreadEndByARamp) {
   opened.context = new_context();
   open_scene(opened.context, &opened.scene);
   Gripped gripped;
+  const PalDeviceInfo about = host_device();
   PalDevice device{};
   device.size = sizeof device;
-  device.info = host_device();
+  device.info = &about;
   device.exchange = &Gripped::exchange;
   device.user = &gripped;
   Heard heard;

@@ -13,50 +13,67 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <map>
+#include <regex>
 #include <set>
+#include <sstream>
 #include <thread>
 
 #include "tests/files/temporary_folder.h"
 #include "tests/haptics/forbidden_calls.h"
+#include "tests/toolkit/c_header.h"
 #include "tests/toolkit/c_library.h"
-
-extern "C" size_t size_in_c(int which);
 
 namespace palpate::test {
 namespace {
 
 using ::testing::HasSubstr;
 
-TEST(CHeader, HasTheSameStructuresInCAndCpp) {
-  EXPECT_EQ(size_in_c(0), sizeof(PalContextInfo));
-  EXPECT_EQ(size_in_c(1), sizeof(PalSceneInfo));
-  EXPECT_EQ(size_in_c(2), sizeof(PalSessionInfo));
-  EXPECT_EQ(size_in_c(3), sizeof(PalState));
-  EXPECT_EQ(size_in_c(4), sizeof(PalImages));
-  EXPECT_EQ(size_in_c(5), sizeof(PalFrames));
-  EXPECT_EQ(size_in_c(6), sizeof(PalTube));
+std::string text_of(const std::string& file) {
+  std::ostringstream text;
+  text << std::ifstream(PALPATE_SOURCE_DIR "/" + file).rdbuf();
+  return text.str();
 }
 
-TEST(CLibrary, ExportsWhatItsHeaderNamesAndNothingElse) {
-  std::ifstream header(PALPATE_SOURCE_DIR "/integration/toolkit/palpate.h");
-  std::set<std::string> named, exported;
-  for (std::string line; std::getline(header, line);)
-    if (line.starts_with("PAL_API")) {
-      const size_t begin = line.find("pal_");
-      named.insert(line.substr(begin, line.find('(') - begin));
-    }
+/// What stands in the first brackets of each match.
+std::set<std::string> matches(const std::string& text, const char* expression) {
+  const std::regex searched(expression);
+  std::set<std::string> found;
+  for (std::sregex_iterator at(text.begin(), text.end(), searched), end; at != end; ++at)
+    found.insert((*at)[1]);
+  return found;
+}
+
+TEST(CHeader, HasTheSameStructuresInCAndCpp) {
+#define SIZE(name) {#name, sizeof(name)},
+  const std::map<std::string, size_t> in_cpp{C_STRUCTURES(SIZE)};
+#undef SIZE
+  std::map<std::string, size_t> in_c;
+  for (const CStructure* one = kCStructures; one->name; ++one) in_c[one->name] = one->size;
+  EXPECT_EQ(in_c, in_cpp);
+  // All that the headers define are listed.
+  std::set<std::string> listed;
+  for (const auto& [name, size] : in_c) listed.insert(name);
+  EXPECT_EQ(listed, matches(text_of("integration/toolkit/palpate.h") +
+                                text_of("integration/scenes/palpate_mode.h"),
+                            "struct (Pal\\w+) \\{"));
+}
+
+TEST(CLibrary, ExportsWhatItsHeaderAndItsListNameAndNothingElse) {
+  const auto named =
+      matches(text_of("integration/toolkit/palpate.h"), "PAL_API[^;(]*?(pal_\\w+)\\(");
+  const auto listed = matches(text_of("integration/toolkit/palpate.map"), "(\\w+);");
   std::FILE* const nm = ::popen("nm -D --defined-only " PALPATE_LIBRARY, "r");
   ASSERT_TRUE(nm);
+  std::string symbols;
   char line[512];
-  while (std::fgets(line, sizeof line, nm)) {
-    std::string name = line;
-    name = name.substr(name.rfind(' ') + 1);
-    name = name.substr(0, name.find_first_of("@\n"));
-    if (name != "PALPATE_0") exported.insert(name);
-  }
+  while (std::fgets(line, sizeof line, nm)) symbols += line;
   EXPECT_EQ(::pclose(nm), 0);
-  EXPECT_EQ(exported, named);
-  EXPECT_GT(named.size(), 20U);
+  auto exported = matches(symbols, " (\\w+)(?:@\\S*)?\n");
+  exported.erase("PALPATE_0");  // the list itself
+  EXPECT_EQ(named, listed);
+  EXPECT_EQ(exported, listed);
+  EXPECT_GT(listed.size(), 20U);
 }
 
 TEST(CLibrary, RefusesStructuresThatItDoesNotKnow) {
@@ -75,6 +92,58 @@ TEST(CLibrary, RefusesStructuresThatItDoesNotKnow) {
   EXPECT_EQ(pal_context_open(&info, &context), PAL_BAD_VERSION);
   info.version = 0xffffff;
   EXPECT_EQ(pal_context_open(&info, &context), PAL_BAD_VERSION);
+}
+
+TEST(CLibrary, RefusesNestedStructuresThatItDoesNotKnowInTheSameWay) {
+  const auto refused = [](PalResult result, const char* name, uint32_t size) {
+    EXPECT_EQ(result, PAL_BAD_VERSION) << name << " of " << size << " bytes: " << pal_last_error();
+    EXPECT_THAT(pal_last_error(), HasSubstr(std::string(name) + " "));
+  };
+  Opened opened;
+  open_ball(opened, BallFrames());
+  for (const uint32_t more : {0U, 8U}) {
+    const auto wrong = [&](size_t size) { return more ? uint32_t(size) + more : 4U; };
+
+    PalVulkan vulkan{};
+    vulkan.size = wrong(sizeof vulkan);
+    PalContextInfo of_context = context_info(0);
+    of_context.vulkan = &vulkan;
+    PalContext* context = nullptr;
+    refused(pal_context_open(&of_context, &context), "PalVulkan", vulkan.size);
+
+    BallFrames ball;
+    ball.info.size = wrong(sizeof ball.info);
+    const char* path = "ball";
+    PalSceneInfo of_scene{};
+    of_scene.size = sizeof of_scene;
+    of_scene.paths = &path;
+    of_scene.path_count = 1;
+    of_scene.frames = &ball.info;
+    of_scene.frame_sets = 1;
+    PalScene* scene = nullptr;
+    refused(pal_scene_open(opened.context, &of_scene, &scene), "PalFrames", ball.info.size);
+
+    PalDeviceInfo about = host_device();
+    about.size = wrong(sizeof about);
+    PalSessionInfo of_session{};
+    of_session.size = sizeof of_session;
+    of_session.flags = PAL_SESSION_HOST_TICKS;
+    of_session.host = &about;
+    PalSession* session = nullptr;
+    refused(pal_session_open(opened.scene, &of_session, &session), "PalDeviceInfo", about.size);
+
+    PalDevice device{};
+    device.size = sizeof device;
+    device.info = &about;
+    device.exchange = [](void*, const double*, PalReading*) {};
+    of_session.flags = PAL_SESSION_NO_REAL_TIME;
+    of_session.host = nullptr;
+    of_session.device = &device;
+    refused(pal_session_open(opened.scene, &of_session, &session), "PalDeviceInfo", about.size);
+    device.size = wrong(sizeof device);
+    refused(pal_session_open(opened.scene, &of_session, &session), "PalDevice", device.size);
+    EXPECT_EQ(session, nullptr);
+  }
 }
 
 TEST(CLibrary, TakesTheShorterStructuresOfOlderPrograms) {
@@ -96,6 +165,21 @@ TEST(CLibrary, TakesTheShorterStructuresOfOlderPrograms) {
   std::memcpy(state.data(), &short_size, 4);
   PAL_EXPECT_OK(pal_session_state(opened.session, reinterpret_cast<PalState*>(state.data())));
   for (size_t k = short_size; k < state.size(); ++k) EXPECT_EQ(state[k], 0xee) << "byte " << k;
+
+  // What a device says of itself may be shorter than the library's, wherever it stands.
+  PAL_ASSERT_OK(pal_session_close(&opened.session));
+  PalDeviceInfo about = host_device();
+  about.size = offsetof(PalDeviceInfo, resolution_m);
+  about.resolution_m = about.delay_s = std::nan("");  // not read
+  PalDevice device{};
+  device.size = sizeof device;
+  device.info = &about;
+  device.exchange = [](void*, const double*, PalReading*) {};
+  PalSessionInfo of_session{};
+  of_session.size = sizeof of_session;
+  of_session.flags = PAL_SESSION_NO_REAL_TIME;
+  of_session.device = &device;
+  PAL_EXPECT_OK(pal_session_open(opened.scene, &of_session, &opened.session));
 }
 
 TEST(CLibrary, RecordsWhatTheProgramReplaysBitByBit) {
@@ -412,9 +496,10 @@ TEST(CLibrary, DrivesADeviceOfTheHostsOnItsOwnThread) {
   open_ball(opened, ball);
   PAL_ASSERT_OK(pal_session_close(&opened.session));
   Pressing pressing;
+  const PalDeviceInfo about = host_device();
   PalDevice device{};
   device.size = sizeof device;
-  device.info = host_device();
+  device.info = &about;
   device.exchange = &Pressing::exchange;
   device.user = &pressing;
   PalSessionInfo info{};
@@ -620,9 +705,10 @@ TEST(CLibrary, EndsTheForceByARampWhereTheHostsDeviceThrows) {
   const BallFrames ball;
   open_ball(opened, ball);
   PAL_ASSERT_OK(pal_session_close(&opened.session));
+  const PalDeviceInfo about = host_device();
   PalDevice device{};
   device.size = sizeof device;
-  device.info = host_device();
+  device.info = &about;
   device.exchange = &Pressing::exchange;
   device.user = &pressing;
   PalSessionInfo info{};
@@ -756,9 +842,10 @@ TEST(CLibrary, RefusesToStopASessionFromItsDevicesExchange) {
   Opened opened;
   open_ball(opened, BallFrames());
   PAL_ASSERT_OK(pal_session_close(&opened.session));
+  const PalDeviceInfo about = host_device();
   PalDevice device{};
   device.size = sizeof device;
-  device.info = host_device();
+  device.info = &about;
   device.user = &host;
   device.exchange = [](void* user, const double*, PalReading* reading) {
     Host& of = *static_cast<Host*>(user);
