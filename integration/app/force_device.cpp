@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <thread>
-
 #include "integration/app/option_checks.h"
 #include "integration/app/touch.h"
 #include "integration/devices/force_devices.h"
@@ -13,8 +11,6 @@
 namespace palpate::app {
 namespace {
 
-constexpr int kTrials = 100;  // of 10 ms: an open device answers in far less
-
 constexpr int kTimesWhileWaiting = 100;
 
 constexpr double kArm_m = 1.0;  // a controller is felt so far around the scene
@@ -22,16 +18,6 @@ constexpr double kArm_m = 1.0;  // a controller is felt so far around the scene
 constexpr double kControllerSettle_per_s = 150.0, kControllerSpeed_m_per_s = 1.4;
 
 constexpr double kMouseStart = 0.9;  // of the reach, towards the person: before all there is
-
-/// Whether a device is there at all. Its firmware or homing may still be in the way.
-bool answers(ForceDevice& device) {
-  for (int k = 0; k < kTrials; ++k) {
-    const DeviceFault fault = device.exchange({}).fault;
-    if (fault != DeviceFault::kNotOpened && fault != DeviceFault::kUnplugged) return true;
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
-  return false;
-}
 
 Result<OpenedDevice> simulated(const ForceDeviceChoice& choice, const LoadedScene& scene,
                                std::string why) {
@@ -169,21 +155,8 @@ std::string devices_that_would_do() {
 }
 
 Result<std::unique_ptr<ForceDevice>> find_force_device(const ForceDeviceChoice& choice) {
-  const auto [word, place] = devices::force_device_name(choice.device);
-  const devices::ForceDeviceOptions options{place, choice.falcon_firmware.string(),
-                                            choice.real_time};
-  for (const auto& kind : devices::force_device_kinds()) {
-    if (word != "auto" && word != kind.kind) continue;
-    // What is not there is not waited for: it would be a second on the way to the first picture.
-    const bool there = kind.may_be_there(options);
-    if (word == "auto" && !there) continue;
-    auto device = kind.make(options);
-    if (!device) return device.error();
-    // One that was asked for is waited for too: only then does it say how far it reaches.
-    const bool answered = there && answers(**device);
-    if (word != "auto" || answered) return std::move(*device);
-  }
-  return std::unique_ptr<ForceDevice>();
+  return devices::find_force_device(choice.device,
+                                    {"", choice.falcon_firmware.string(), choice.real_time});
 }
 
 Result<OpenedDevice> open_force_device(const ForceDeviceChoice& choice, const LoadedScene& scene) {

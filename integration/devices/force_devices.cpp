@@ -2,7 +2,10 @@
 
 #include <array>
 #include <charconv>
+#include <chrono>
 #include <optional>
+#include <thread>
+#include <utility>
 
 #include "integration/devices/falcon.h"
 #include "integration/devices/force_dimension.h"
@@ -145,6 +148,45 @@ const ForceDeviceKind* force_device_kind(const std::string& word) {
 ForceDeviceName force_device_name(const std::string& text) {
   const size_t at = text.find('@');
   return {text.substr(0, at), at == std::string::npos ? "" : text.substr(at + 1)};
+}
+
+namespace {
+
+constexpr int kTrials = 100;  // of 10 ms: an open device answers in far less
+
+/// Whether a device is there at all. Its firmware or homing may still be in the way.
+bool answers(ForceDevice& device) {
+  for (int k = 0; k < kTrials; ++k) {
+    const DeviceFault fault = device.exchange({}).fault;
+    if (fault != DeviceFault::kNotOpened && fault != DeviceFault::kUnplugged) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  return false;
+}
+
+}  // namespace
+
+Made find_force_device(const std::string& name, ForceDeviceOptions options) {
+  auto [word, place] = force_device_name(name);
+  const bool any = name == "auto";
+  if (!any && !force_device_kind(word)) {
+    std::string known = "auto";
+    for (const ForceDeviceKind& kind : kKinds) known += std::string(", ") + kind.kind;
+    return Error{ErrorKind::kBadInput,
+                 "There is no force device '" + name + "': choose one of " + known};
+  }
+  options.place = std::move(place);
+  for (const ForceDeviceKind& kind : kKinds) {
+    if (!any && word != kind.kind) continue;
+    // What is not there is not waited for: it would be a second on the way to the first picture.
+    const bool there = kind.may_be_there(options);
+    if (any && !there) continue;
+    auto device = kind.make(options);
+    if (!device) return device.error();
+    const bool answered = there && answers(**device);
+    if (!any || answered) return device;
+  }
+  return std::unique_ptr<ForceDevice>();
 }
 
 }  // namespace palpate::devices

@@ -41,4 +41,11 @@ struct ForceDeviceName {
 };
 ForceDeviceName force_device_name(const std::string& text);
 
+/// The device of that name. "auto": the first kind of which one answers, each given a second; null
+/// if none does. One that is named is given a second too, since it says how far it reaches only
+/// when it answers, but it may be plugged in later. `options` without a place. kBadInput for a name
+/// that is none.
+Result<std::unique_ptr<ForceDevice>> find_force_device(const std::string& name,
+                                                       ForceDeviceOptions options);
+
 }  // namespace palpate::devices

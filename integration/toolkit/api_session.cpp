@@ -115,29 +115,14 @@ PalResult take_info(const PalDeviceInfo* given, DeviceInfo& info) {
   return PAL_OK;
 }
 
-/// A device that palpate drives.
-Result<std::unique_ptr<ForceDevice>> own_device(const char* name, bool real_time) {
-  const auto [kind, place] = devices::force_device_name(name ? name : "auto");
-  const devices::ForceDeviceOptions options{place, "", real_time};
-  if (const auto* const asked = devices::force_device_kind(kind)) return asked->make(options);
-  if (kind == "auto") {
-    for (const devices::ForceDeviceKind& known : devices::force_device_kinds())
-      if (known.may_be_there(options)) return known.make(options);
-    return Error{ErrorKind::kNoDevice,
-                 "No force device is there: plug one in, or give one of your own (PalDevice)"};
-  }
-  std::string known;
-  for (const devices::ForceDeviceKind& one : devices::force_device_kinds())
-    known += (known.empty() ? "" : ", ") + std::string(one.kind);
-  return Error{
-      ErrorKind::kBadInput,
-      fmt::format("There is no kind of force device '{}': choose one of auto, {}", kind, known)};
-}
-
 PalResult take_device(const PalSessionInfo& info, std::unique_ptr<ForceDevice>& device) {
   if (!info.device) {
-    auto own = own_device(info.device_name, !(info.flags & PAL_SESSION_NO_REAL_TIME));
+    auto own = devices::find_force_device(info.device_name ? info.device_name : "auto",
+                                          {"", "", !(info.flags & PAL_SESSION_NO_REAL_TIME)});
     if (!own) return failed(own.error());
+    if (!*own)
+      return failed(PAL_NO_DEVICE,
+                    {"No force device answers: plug one in, or give one of your own (PalDevice)"});
     device = std::move(*own);
     return PAL_OK;
   }

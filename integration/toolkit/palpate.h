@@ -459,7 +459,8 @@ typedef struct PalSessionInfo {
   const PalDeviceInfo* host; /* PAL_SESSION_HOST_TICKS: the host's device */
   const PalDevice* device;   /* else: a device of the host's; NULL: one that palpate drives ... */
   const char* device_name;   /* ... as --device of the program has it: "falcon",
-                                "haply@localhost:10001"; NULL: the first that answers */
+                                "haply@localhost:10001"; NULL: the first that answers; each has a
+                                second for it */
   double max_force_n;        /* 0: the scene's */
   double stiffness_n_per_m;  /* of the spring between hand and proxy; 0: the scene's */
   double watchdog_s;         /* ticks further apart bring the force down; 0: 0.005 */

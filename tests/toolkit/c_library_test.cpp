@@ -19,6 +19,7 @@
 #include <sstream>
 #include <thread>
 
+#include "tests/devices/fake_dhd.h"
 #include "tests/files/temporary_folder.h"
 #include "tests/haptics/forbidden_calls.h"
 #include "tests/toolkit/c_header.h"
@@ -915,6 +916,34 @@ TEST(CLibrary, RefusesDevicesAndNumbersThatCanNotBe) {
   info.max_force_n = 0.0;
   info.preset = "quickest";
   EXPECT_THAT(refusal(), HasSubstr("preset"));
+}
+
+TEST(CLibrary, TakesAForceDeviceOnlyIfItAnswers) {
+  // A maker's library says that a device may be there; only the device itself says that it is.
+  ::setenv("FDSDK", PALPATE_FAKE_SDK, 1);
+  void* const sdk = ::dlopen(PALPATE_FAKE_DHD, RTLD_NOW | RTLD_LOCAL);
+  ASSERT_TRUE(sdk) << ::dlerror();
+  auto& dhd = *reinterpret_cast<decltype(&fake_dhd)>(::dlsym(sdk, "fake_dhd"))();
+  Opened opened;
+  open_ball(opened, BallFrames());
+  PAL_ASSERT_OK(pal_session_close(&opened.session));
+  PalSessionInfo info{};
+  info.size = sizeof info;
+  info.flags = PAL_SESSION_NO_REAL_TIME;
+  dhd.devices = 0;
+  EXPECT_EQ(pal_session_open(opened.scene, &info, &opened.session), PAL_NO_DEVICE);
+  EXPECT_THAT(pal_last_error(), HasSubstr("No force device answers"));
+  // One that was asked for may be plugged in later.
+  info.device_name = "force-dimension";
+  PAL_EXPECT_OK(pal_session_open(opened.scene, &info, &opened.session));
+  PAL_EXPECT_OK(pal_session_close(&opened.session));
+  dhd.devices = 1;
+  info.device_name = nullptr;
+  PAL_EXPECT_OK(pal_session_open(opened.scene, &info, &opened.session));
+  EXPECT_EQ(dhd.opened, 1);
+  PAL_EXPECT_OK(pal_session_close(&opened.session));
+  EXPECT_EQ(dhd.closed, 1);
+  ::unsetenv("FDSDK");
 }
 
 TEST(CLibrary, RefusesHandlesThatAreClosed) {
