@@ -137,6 +137,7 @@ void Client::run(std::stop_token stop) {
       last_time_s_ = 0.0;
       last_crc_ = 0;
       whole_.reset();
+      parts_.reset();
       connected_ = true;
       say(fmt::format("{} is connected", name_));
       listen(socket.fd(), stop);
@@ -226,7 +227,7 @@ void Client::take(const Header& header, std::span<const std::byte> body) {
 }
 
 void Client::take_image(const Header& header, std::span<const std::byte> content) {
-  const int64_t now_ns = Clock::now().time_since_epoch().count();
+  arrived_ns_ = Clock::now().time_since_epoch().count();
   const std::string& wanted = options_.image.empty() ? device_ : options_.image;
   if (header.device != wanted && !(options_.image.empty() && !any_image_))
     return refuse(
@@ -237,33 +238,71 @@ void Client::take_image(const Header& header, std::span<const std::byte> content
     return refuse("late", "An image was older than one that came before it, and was left out");
   if (header.crc == last_crc_ && last_crc_ != 0)
     return refuse("duplicate", "An image was the same as the one before it, and was left out");
+  if (const auto size = flat_size(content))
+    return refuse("flat image",
+                  fmt::format("The images of '{}' are flat ({} x {} x {} samples), and only a "
+                              "volume can be felt: let their sender reconstruct one, as PLUS and "
+                              "3D Slicer (SlicerIGSIO) do of a tracked probe's",
+                              header.device, size->x, size->y, size->z));
   auto image = read_image(content);
   if (!image) return refuse("no image of a grid", image.error().message);
-  if (!image->is_whole()) {
-    if (!whole_ || !same_geometry(whole_->grid, image->grid) ||
-        whole_->j_reversed != image->j_reversed)
-      return refuse(
-          "part without a whole",
-          "A part of an image came before a whole one of the same grid, and was left out");
-    const glm::ivec3 n = image->grid.size, first = image->first, size = image->size;
-    for (int k = 0; k < size.z; ++k)
-      for (int j = 0; j < size.y; ++j)
-        std::copy_n(image->values.begin() + ptrdiff_t(size.x) * (j + ptrdiff_t(size.y) * k), size.x,
-                    whole_->values.begin() + first.x +
-                        ptrdiff_t(n.x) * (first.y + j + ptrdiff_t(n.y) * (first.z + k)));
-  } else {
-    whole_ = std::move(*image);
-  }
   last_time_s_ = header.time_s;
   last_crc_ = header.crc;
   device_ = header.device;
   any_image_ = true;
+  if (!image->is_whole()) return take_part(*image);
+  forget_parts();
+  whole_ = std::move(*image);
+  give(*whole_);
+}
+
+void Client::take_part(const Image& part) {
+  if (whole_ && same_geometry(whole_->grid, part.grid) && whole_->j_reversed == part.j_reversed) {
+    const glm::ivec3 n = part.grid.size, first = part.first, size = part.size;
+    for (int k = 0; k < size.z; ++k)
+      for (int j = 0; j < size.y; ++j)
+        std::copy_n(part.values.begin() + ptrdiff_t(size.x) * (j + ptrdiff_t(size.y) * k), size.x,
+                    whole_->values.begin() + first.x +
+                        ptrdiff_t(n.x) * (first.y + j + ptrdiff_t(n.y) * (first.z + k)));
+    return give(*whole_);
+  }
+  if (!parts_ || !parts_->takes(part)) {
+    forget_parts();
+    parts_.emplace(part);
+  }
+  // Some of it was lost, or only a region is renewed: the rest is as it was.
+  if (parts_->was_whole() && parts_->begins_next(part)) {
+    give(parts_->image());
+    parts_->end_round();
+  }
+  switch (parts_->put(part)) {
+    case PartedImage::Came::kPart:
+      break;
+    case PartedImage::Came::kAgain:
+      say("Parts of an image came again before others came at all: it is felt once all of it has "
+          "come");
+      break;
+    case PartedImage::Came::kWhole:
+      whole_.reset();
+      give(parts_->image());
+  }
+}
+
+/// Another image begins.
+void Client::forget_parts() {
+  if (parts_ && !parts_->was_whole())
+    refuse("unfinished image",
+           "An image that came in parts was left out: another one came before all of it had");
+  parts_.reset();
+}
+
+void Client::give(const Image& image) {
   {
     const std::lock_guard lock(mutex_);
     ++numbers_.images;
   }
-  Volume volume{whole_->grid, whole_->values};
-  if (whole_->j_reversed) {
+  Volume volume{image.grid, image.values};
+  if (image.j_reversed) {
     const glm::ivec3 n = volume.grid.size;
     for (int k = 0; k < n.z; ++k)
       for (int j = 0; j < n.y / 2; ++j)
@@ -271,8 +310,7 @@ void Client::take_image(const Header& header, std::span<const std::byte> content
                          volume.values.begin() + ptrdiff_t(volume.grid.offset(0, j, k)) + n.x,
                          volume.values.begin() + ptrdiff_t(volume.grid.offset(0, n.y - 1 - j, k)));
   }
-  if (options_.on_image)
-    options_.on_image({header.device, std::move(volume), now_ns, header.time_s});
+  if (options_.on_image) options_.on_image({device_, std::move(volume), arrived_ns_, last_time_s_});
 }
 
 }  // namespace palpate::openigtlink

@@ -13,6 +13,7 @@
 #include "compute/volume/result.h"
 #include "compute/volume/volume.h"
 #include "integration/openigtlink/message.h"
+#include "integration/openigtlink/parted_image.h"
 
 namespace palpate::openigtlink {
 
@@ -52,9 +53,11 @@ struct ClientNumbers {
 
 /// Listens to an OpenIGTLink server on a thread of its own; connects again, every half second, when
 /// the connection is lost or what comes is no OpenIGTLink. No byte is believed before it is
-/// checked, and memory is taken only for bytes that have come. Images may come in parts. What is
-/// damaged, older than what came before, the same once more, or no image of a grid is left out and
-/// counted.
+/// checked, and memory is taken only for bytes that have come. Images may come in parts: those
+/// after a whole one change it, each at once; where no whole one came, they are an image when all
+/// of it has come, and again when all of it has come anew or a part comes once more. What is
+/// damaged, older than what came before, the same once more, flat, or no image of a grid is left
+/// out and counted.
 class Client {
  public:
   /// kBadInput if there is no such host. Does not wait for a connection.
@@ -74,6 +77,9 @@ class Client {
   void listen(int socket, std::stop_token stop);
   void take(const Header& header, std::span<const std::byte> body);
   void take_image(const Header& header, std::span<const std::byte> content);
+  void take_part(const Image& part);
+  void forget_parts();
+  void give(const Image& image);
   void refuse(const std::string& reason, const std::string& sentence);
   void say(const std::string& sentence);
 
@@ -85,8 +91,10 @@ class Client {
   ClientNumbers numbers_;
   // The thread's alone.
   std::string last_said_, device_, transform_device_;
-  std::optional<Image> whole_;  ///< the last whole one, which parts are put into
+  std::optional<Image> whole_;        ///< the last that came whole, which parts are put into
+  std::optional<PartedImage> parts_;  ///< or what came in parts alone, after it
   double last_time_s_ = 0.0;
+  int64_t arrived_ns_ = 0;
   uint64_t last_crc_ = 0;
   bool any_image_ = false;
   std::jthread thread_;

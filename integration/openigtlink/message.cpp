@@ -11,6 +11,7 @@ namespace palpate::openigtlink {
 namespace {
 
 constexpr size_t kImageHeaderBytes = 72, kTransformBytes = 48, kExtendedBytes = 12;
+constexpr size_t kWholeSizeAt = 6;       // in an image's header
 constexpr double kAxesTolerance = 1e-3;  // of unit length and right angles: float32 on the wire
 constexpr double kFarthest_mm = 1e4;
 
@@ -243,6 +244,15 @@ Result<std::span<const std::byte>> content_of(const Header& header,
     return bad(fmt::format("The sizes in a message {} of version {} do not fit its body",
                            header.type, header.version));
   return body.subspan(extended, body.size() - extended - meta_header - meta);
+}
+
+std::optional<glm::ivec3> flat_size(std::span<const std::byte> content) {
+  if (content.size() < kImageHeaderBytes) return std::nullopt;
+  Reader in(content.subspan(kWholeSizeAt));
+  glm::ivec3 whole;
+  for (int a = 0; a < 3; ++a) whole[a] = in.number<uint16_t>();
+  const bool flat = std::min({whole.x, whole.y, whole.z}) == 1;
+  return flat ? std::optional(whole) : std::nullopt;
 }
 
 Result<Image> read_image(std::span<const std::byte> content) {

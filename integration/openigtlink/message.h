@@ -56,6 +56,10 @@ struct Image {
   bool is_whole() const { return size == grid.size; }
 };
 
+/// The size of an IMAGE that is no volume: one sample along an axis, as a picture of 2D ultrasound
+/// has it. Nothing: it is a volume, or a part of one, or no image at all, as read_image() says.
+std::optional<glm::ivec3> flat_size(std::span<const std::byte> content);
+
 /// kBadInput: sizes that do not fit each other or the body, more than one value per sample, a
 /// scalar type or an endianness that does not exist, a matrix that is not finite or is no grid.
 /// Values that are not finite are refused too.

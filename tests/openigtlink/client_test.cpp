@@ -2,7 +2,9 @@
 #include "integration/openigtlink/client.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
+#include <algorithm>
 #include <chrono>
 #include <thread>
 
@@ -149,7 +151,7 @@ TEST_F(ClientTest, WhatIsWrongIsLeftOutAndNamed) {
       {"late", test::wire_message(late, other.body())},
       {"image of another name", test::wire_message(named, other.body())},
       {"damaged", test::wire_message(meta, lying)},
-      {"part without a whole", test::wire_message(colour_header, part.body())},
+      {"unfinished image", test::wire_message(colour_header, part.body())},
   };
   uint32_t seconds = 100;
   size_t good = 0;
@@ -189,6 +191,104 @@ TEST_F(ClientTest, APartIsPutIntoTheWholeThatCameBefore) {
   expected[1 + 4 * (2 + 3 * 1)] = 8.0f;
   expected[2 + 4 * (2 + 3 * 1)] = 9.0f;
   EXPECT_EQ(heard_.images().back().volume.values, expected);
+}
+
+/// Slice k of 4 x 3 x 2 samples, all of one value.
+Raw slice(int k, uint8_t value, uint32_t seconds) {
+  WireImage part;
+  part.first = {0, 0, k};
+  part.part = {4, 3, 1};
+  part.samples = Raw(12, value);
+  WireHeader header;
+  header.seconds = seconds;
+  return test::wire_message(header, part.body());
+}
+
+/// 12 samples of the one value, then 12 of the other.
+std::vector<float> slices(float first, float second) {
+  std::vector<float> values(24, first);
+  std::fill(values.begin() + 12, values.end(), second);
+  return values;
+}
+
+TEST_F(ClientTest, SlicesOfOneVolumeAreAnImageWhenAllHaveCome) {
+  start(heard_.options());
+  // In any order; one that comes twice before the other is the newer one.
+  ASSERT_TRUE(server_.send(slice(1, 1, 100)));
+  ASSERT_TRUE(server_.send(slice(1, 2, 100)));
+  ASSERT_TRUE(server_.send(slice(0, 3, 100)));
+  ASSERT_TRUE(came(1));
+  EXPECT_EQ(heard_.images().back().volume.values, slices(3, 2));
+  EXPECT_NE(heard_.notes().find("came again"), std::string::npos) << heard_.notes();
+  // The next volume is none before its last slice.
+  ASSERT_TRUE(server_.send(slice(0, 4, 101)));
+  ASSERT_TRUE(server_.send(slice(1, 5, 101)));
+  ASSERT_TRUE(came(2));
+  EXPECT_EQ(heard_.images().back().volume.values, slices(4, 5));
+  // A slice was lost: the one before it stays.
+  ASSERT_TRUE(server_.send(slice(0, 6, 102)));
+  ASSERT_TRUE(server_.send(slice(0, 7, 103)));
+  ASSERT_TRUE(came(3));
+  EXPECT_EQ(heard_.images().back().volume.values, slices(6, 5));
+  ASSERT_TRUE(server_.send(slice(1, 8, 103)));
+  ASSERT_TRUE(came(4));
+  EXPECT_EQ(heard_.images().back().volume.values, slices(7, 8));
+  // A whole one after all, and slices into it.
+  ASSERT_TRUE(server_.send(slice(0, 9, 104)));
+  ASSERT_TRUE(server_.send(image(105, 10)));
+  ASSERT_TRUE(server_.send(slice(1, 11, 106)));
+  ASSERT_TRUE(came(6));
+  EXPECT_EQ(heard_.images()[4].volume.values, slices(10, 10));
+  EXPECT_EQ(heard_.images()[5].volume.values, slices(10, 11));
+  EXPECT_TRUE(client_->numbers().refused.empty());
+}
+
+/// 1 GiB of samples is claimed, and 6 bytes come: no memory is taken for the rest.
+TEST_F(ClientTest, PartsOfAHugeImageTakeOnlyTheMemoryThatCame) {
+  start(heard_.options());
+  const auto most_kb = [] {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return usage.ru_maxrss;
+  };
+  const long before_kb = most_kb();
+  WireImage part;
+  part.size = {1024, 1024, 1024};
+  part.part = {1, 1, 1};
+  for (int n = 0; n < 6; ++n) {
+    part.first = {n, 7, 9};
+    part.samples = {uint8_t(n)};
+    ASSERT_TRUE(server_.send(test::wire_message({}, part.body())));
+  }
+  ASSERT_TRUE(server_.send(image(100, 1)));
+  ASSERT_TRUE(came(1));
+  EXPECT_EQ(refused("unfinished image"), 1u);
+  EXPECT_LT(most_kb() - before_kb, 100'000);
+}
+
+/// As 2D ultrasound is sent: each a picture where the probe is. Nobody makes a volume of them here.
+TEST_F(ClientTest, FlatImagesAreSaidOnceAndTheRestGoesOn) {
+  start(heard_.options());
+  for (uint8_t n = 0; n < 5; ++n) {
+    WireImage flat;
+    flat.size = flat.part = {4, 3, 1};
+    flat.matrix[11] = float(n);
+    flat.samples = Raw(12, n);
+    WireHeader header;
+    header.seconds = 100 + n;
+    header.device = "Ultrasound";
+    ASSERT_TRUE(server_.send(test::wire_message(header, flat.body())));
+  }
+  // The volume that the same sender makes of them, and it is the one that is felt.
+  ASSERT_TRUE(server_.send(image(105, 1, "Reconstructed")));
+  ASSERT_TRUE(came(1));
+  EXPECT_EQ(heard_.images().front().device, "Reconstructed");
+  EXPECT_EQ(refused("flat image"), 5u);
+  EXPECT_EQ(client_->numbers().connections, 1u);
+  const std::string notes = heard_.notes();
+  const std::string said = "The images of 'Ultrasound' are flat (4 x 3 x 1 samples)";
+  ASSERT_NE(notes.find(said), std::string::npos) << notes;
+  EXPECT_EQ(notes.find(said), notes.rfind(said)) << notes;
 }
 
 TEST_F(ClientTest, LeftHandedSamplesAreTurnedWithTheirGrid) {
