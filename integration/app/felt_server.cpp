@@ -1,6 +1,5 @@
 #include "integration/app/felt_server.h"
 
-#include <algorithm>
 #include <chrono>
 #include <cmath>
 
@@ -72,7 +71,7 @@ void FeltServer::send_images(std::stop_token stop, Session& session) {
   give_way(BackgroundWork::kEstimation);
   std::shared_ptr<const MovingVolume> last;
   double last_s = -1.0;
-  size_t last_clients = 0;
+  uint64_t last_connections = 0;
   while (!stop.stop_requested()) {
     std::this_thread::sleep_for(100ms);
     SceneMoment moment;
@@ -80,17 +79,17 @@ void FeltServer::send_images(std::stop_token stop, Session& session) {
       const std::lock_guard lock(mutex_);
       moment = moment_;
     }
-    const size_t clients = server_->clients();
-    // Whoever has left and comes back is new.
-    last_clients = std::min(last_clients, clients);
-    if (clients == 0 || moment.volume_count == 0) continue;
+    // Not their number: one may leave and another come in between.
+    const uint64_t connections = server_->connections();
+    if (server_->clients() == 0 || moment.volume_count == 0) continue;
     const auto volume = session.scene()->volumes[0].data;
     const double time_s = moment.volumes[0].time_s;
     // The same again only for those who are new.
-    if (volume == last && std::abs(time_s - last_s) < 1e-3 && clients <= last_clients) continue;
+    if (volume == last && std::abs(time_s - last_s) < 1e-3 && connections == last_connections)
+      continue;
     last = volume;
     last_s = time_s;
-    last_clients = clients;
+    last_connections = connections;
     const MovedVolume moved = moved_volume(*volume, time_s, kMostSamples, stop);
     if (moved.values.values.size() != moved.values.grid.count() || moved.values.values.empty())
       continue;

@@ -54,7 +54,10 @@ void Server::run(std::stop_token stop) {
   while (!stop.stop_requested()) {
     if (clients.size() < kMostClients) {
       Socket socket(accept4(listener_.fd(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
-      if (socket.is_open()) clients.push_back({std::move(socket), {}, 0});
+      if (socket.is_open()) {
+        clients.push_back({std::move(socket), {}, 0});
+        ++connections_;
+      }
     }
     std::list<std::shared_ptr<const Bytes>> fresh;
     {

@@ -29,6 +29,8 @@ class Server {
 
   uint16_t port() const { return port_; }
   size_t clients() const { return clients_; }
+  /// How many have connected since the start: who comes back is another one.
+  uint64_t connections() const { return connections_; }
   /// To each client that has taken everything before. Any thread; does not wait.
   void send(std::shared_ptr<const Bytes> message);
   uint64_t sent() const { return sent_; }
@@ -48,7 +50,7 @@ class Server {
   std::mutex mutex_;  ///< of fresh_
   std::list<std::shared_ptr<const Bytes>> fresh_;
   std::atomic<size_t> clients_{0};
-  std::atomic<uint64_t> sent_{0}, missed_{0};
+  std::atomic<uint64_t> connections_{0}, sent_{0}, missed_{0};
   std::jthread thread_;
 };
 

@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "integration/openigtlink/client.h"
+#include "integration/openigtlink/socket.h"
 #include "tests/app/program.h"
 #include "tests/app/ticks.h"
 #include "tests/openigtlink/wire.h"
@@ -221,6 +222,73 @@ TEST(Live, WhatIsServedIsSaidInJson) {
   EXPECT_NE(outcome.err.find("Volume    heart"), std::string::npos) << "lines are on stderr";
 }
 
+/// The beating shell held still, in its own patient space.
+std::string still_shell(const files::TemporaryFolder& folder) {
+  const std::string file = folder / "still.json";
+  std::ofstream(file) << R"({"volumes": [{"name": "heart", "source": "shell", "rate": 0}],
+    "modes": [{"name": "wall", "kind": "surface", "volume": "heart",
+               "strength": {"window": {"level": 625, "width": 150, "full": 5}}}]})";
+  return file;
+}
+
+/// Whether the volume is among the next messages of a server, of which there are about twenty a
+/// second.
+bool volume_comes(const openigtlink::Socket& socket, int within = 600) {
+  const auto receive = [&](size_t count) {
+    openigtlink::Bytes bytes(count);
+    size_t at = 0;
+    while (at < count) {
+      if (!socket.is_ready(POLLIN, 20'000)) return openigtlink::Bytes();
+      const ssize_t got = recv(socket.fd(), bytes.data() + at, count - at, 0);
+      if (got <= 0) return openigtlink::Bytes();
+      at += size_t(got);
+    }
+    return bytes;
+  };
+  for (int n = 0; n < within; ++n) {
+    const openigtlink::Bytes head = receive(openigtlink::kHeaderBytes);
+    if (head.empty()) return false;
+    const auto header = openigtlink::read_header(
+        std::span<const std::byte, openigtlink::kHeaderBytes>(head.data(), head.size()));
+    if (!header || receive(header->body_bytes).empty()) return false;
+    if (header->device == "palpate_volume") return true;
+  }
+  return false;
+}
+
+openigtlink::Socket connected_to(uint16_t port) {
+  openigtlink::Socket socket(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
+  sockaddr_in at{};
+  at.sin_family = AF_INET;
+  at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  at.sin_port = htons(port);
+  EXPECT_EQ(connect(socket.fd(), reinterpret_cast<sockaddr*>(&at), sizeof at), 0);
+  return socket;
+}
+
+TEST(Live, WhoComesBackGetsTheStillVolumeAgain) {
+  const files::TemporaryFolder folder;
+  const uint16_t port = test::WireServer().port();
+  Program program({"serve", still_shell(folder), "--port", std::to_string(port), "--json"});
+  ASSERT_TRUE(program.wait_for("\n"));
+  openigtlink::Socket viewer = connected_to(port);
+  EXPECT_TRUE(volume_comes(viewer));
+  EXPECT_FALSE(volume_comes(viewer, 60)) << "it stands still, and this one has it";
+  // Gone and back at once: the number of clients is never seen to change.
+  viewer = openigtlink::Socket();
+  viewer = connected_to(port);
+  EXPECT_TRUE(volume_comes(viewer)) << "who comes back has nothing yet";
+  // Gone, and back when the server has seen it.
+  viewer = openigtlink::Socket();
+  std::this_thread::sleep_for(500ms);
+  viewer = connected_to(port);
+  EXPECT_TRUE(volume_comes(viewer));
+  const openigtlink::Socket second = connected_to(port);
+  EXPECT_TRUE(volume_comes(second)) << "another one beside it";
+  program.signal(SIGINT);
+  program.wait();
+}
+
 /// A TRANSFORM with its place on the wire: RAS, mm.
 test::Raw tool_at(const std::string& device, glm::dvec3 ras_mm) {
   test::Raw body;
@@ -231,15 +299,6 @@ test::Raw tool_at(const std::string& device, glm::dvec3 ras_mm) {
   header.type = "TRANSFORM";
   header.device = device;
   return test::wire_message(header, body);
-}
-
-/// The beating shell held still, in its own patient space.
-std::string still_shell(const files::TemporaryFolder& folder) {
-  const std::string file = folder / "still.json";
-  std::ofstream(file) << R"({"volumes": [{"name": "heart", "source": "shell", "rate": 0}],
-    "modes": [{"name": "wall", "kind": "surface", "volume": "heart",
-               "strength": {"window": {"level": 625, "width": 150, "full": 5}}}]})";
-  return file;
 }
 
 glm::dvec3 probe_of(const Table& ticks, size_t row) {
