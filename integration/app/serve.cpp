@@ -14,7 +14,7 @@ Command add_serve(CLI::App& program) {
   command->sequence.wall = scenes::FeltWall::kNotFelt;
   CLI::App* app = program.add_subcommand(
       "serve",
-      "Send a moving volume and its motion to OpenIGTLink clients (3D Slicer), without forces or "
+      "Send a moving volume and its motion to OpenIGTLink clients (3D Slicer), without a hand or "
       "pictures; 'palpate feel --serve' sends what is felt, too");
   app->add_option("input", command->inputs,
                   "heart, shell, molecule, a scene file, a sequence as in 'palpate motion', or "

@@ -6,6 +6,7 @@
 #include <array>
 #include <cerrno>
 #include <chrono>
+#include <optional>
 
 namespace palpate::openigtlink {
 namespace {
@@ -14,26 +15,52 @@ constexpr auto kPause = std::chrono::milliseconds(5);
 constexpr size_t kMostWaiting = 8;  // messages that a client may be behind
 constexpr int kMostReads = 16;      // of what a client says, at a time
 
+/// A socket that listens on all addresses of a family; of IPv6, on those of IPv4 too. `taken`:
+/// there is such a family, but not the port.
+std::optional<Socket> listening(int family, uint16_t port, bool& taken) {
+  Socket socket(::socket(family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+  const int on = 1, off = 0;
+  if (!socket.is_open()) return std::nullopt;
+  setsockopt(socket.fd(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+  if (family == AF_INET6 &&
+      setsockopt(socket.fd(), IPPROTO_IPV6, IPV6_V6ONLY, &off, sizeof off) != 0)
+    return std::nullopt;
+  sockaddr_in6 six{};
+  six.sin6_family = AF_INET6;
+  six.sin6_addr = in6addr_any;
+  six.sin6_port = htons(port);
+  sockaddr_in four{};
+  four.sin_family = AF_INET;
+  four.sin_addr.s_addr = htonl(INADDR_ANY);
+  four.sin_port = htons(port);
+  const bool bound =
+      family == AF_INET6
+          ? bind(socket.fd(), reinterpret_cast<const sockaddr*>(&six), sizeof six) == 0
+          : bind(socket.fd(), reinterpret_cast<const sockaddr*>(&four), sizeof four) == 0;
+  if (bound && listen(socket.fd(), 4) == 0) return socket;
+  taken = errno == EADDRINUSE || errno == EACCES;
+  return std::nullopt;
+}
+
 }  // namespace
 
 Result<std::unique_ptr<Server>> Server::start(uint16_t port) {
   auto server = std::unique_ptr<Server>(new Server);
-  server->listener_ = Socket(socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
-  const int on = 1;
-  setsockopt(server->listener_.fd(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
-  sockaddr_in at{};
-  at.sin_family = AF_INET;
-  at.sin_addr.s_addr = htonl(INADDR_ANY);
-  at.sin_port = htons(port);
-  socklen_t size = sizeof at;
-  if (bind(server->listener_.fd(), reinterpret_cast<sockaddr*>(&at), size) != 0 ||
-      listen(server->listener_.fd(), 4) != 0)
+  bool taken = false;
+  auto listener = listening(AF_INET6, port, taken);
+  // Where the system has no IPv6; a port that is taken there is not had by halves.
+  if (!listener && !taken) listener = listening(AF_INET, port, taken);
+  if (!listener)
     return Error{ErrorKind::kBadInput,
                  fmt::format("Port {} can not be had: another program has it, or it needs more "
                              "rights; choose another",
                              port)};
+  server->listener_ = std::move(*listener);
+  sockaddr_storage at{};
+  socklen_t size = sizeof at;
   getsockname(server->listener_.fd(), reinterpret_cast<sockaddr*>(&at), &size);
-  server->port_ = ntohs(at.sin_port);
+  // The port lies at the same place in addresses of both families.
+  server->port_ = ntohs(reinterpret_cast<const sockaddr_in*>(&at)->sin_port);
   server->thread_ = std::jthread([s = server.get()](std::stop_token stop) { s->run(stop); });
   return server;
 }

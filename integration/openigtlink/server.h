@@ -21,7 +21,8 @@ class Server {
  public:
   static constexpr size_t kMostClients = 8;
 
-  /// kBadInput: the port can not be had. 0: any that is free. On all addresses of this machine.
+  /// kBadInput: the port can not be had. 0: any that is free. On all addresses of this machine,
+  /// IPv4's and, where it has it, IPv6's.
   static Result<std::unique_ptr<Server>> start(uint16_t port);
   ~Server();
   Server(const Server&) = delete;

@@ -182,5 +182,50 @@ TEST(Serving, ASlowClientMissesMessagesAndNobodyWaits) {
   EXPECT_NE(second.error().message.find("choose another"), std::string::npos);
 }
 
+/// Whether this machine has an address of IPv6, if only its own.
+bool has_six() {
+  const Socket probe(socket(AF_INET6, SOCK_STREAM, 0));
+  sockaddr_in6 at{};
+  at.sin6_family = AF_INET6;
+  at.sin6_addr = in6addr_loopback;
+  return bind(probe.fd(), reinterpret_cast<sockaddr*>(&at), sizeof at) == 0;
+}
+
+TEST(Serving, IsFoundByBothKindsOfAddresses) {
+  if (!has_six()) GTEST_SKIP() << "This machine has no IPv6.";
+  auto server = Server::start(0);
+  ASSERT_TRUE(server);
+  for (const char* host : {"127.0.0.1", "::1"}) {
+    std::atomic<int> heard{0};
+    ClientOptions options;
+    options.transform = "palpate_proxy";
+    options.on_transform = [&](const Rigid&) { ++heard; };
+    const auto client = Client::start({host, (*server)->port()}, std::move(options));
+    ASSERT_TRUE(client) << host;
+    EXPECT_TRUE(wait_for([&] {
+      (*server)->send(std::make_shared<const Bytes>(write_transform("palpate_proxy", 1.0, {})));
+      return heard > 0;
+    })) << host;
+  }
+  EXPECT_EQ((*server)->connections(), 2u);
+}
+
+/// A port that is taken for one kind of addresses alone is refused: half of the clients would reach
+/// another program.
+TEST(Serving, APortThatIsHalfTakenIsRefused) {
+  if (!has_six()) GTEST_SKIP() << "This machine has no IPv6.";
+  const Socket other(socket(AF_INET6, SOCK_STREAM, 0));
+  const int on = 1;
+  setsockopt(other.fd(), IPPROTO_IPV6, IPV6_V6ONLY, &on, sizeof on);
+  sockaddr_in6 at{};
+  at.sin6_family = AF_INET6;
+  at.sin6_addr = in6addr_loopback;
+  socklen_t size = sizeof at;
+  ASSERT_EQ(bind(other.fd(), reinterpret_cast<sockaddr*>(&at), size), 0);
+  ASSERT_EQ(listen(other.fd(), 1), 0);
+  getsockname(other.fd(), reinterpret_cast<sockaddr*>(&at), &size);
+  EXPECT_FALSE(Server::start(ntohs(at.sin6_port)));
+}
+
 }  // namespace
 }  // namespace palpate::openigtlink
