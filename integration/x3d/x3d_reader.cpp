@@ -90,6 +90,11 @@ bool is_texture(std::string_view name) {
   return name == "ImageTexture3D" || name == "Image3DTexture" || name == kSequenceNode;
 }
 
+/// Lines along vectors, for the eye.
+bool is_stream(std::string_view name) {
+  return name == "StreamTubes" || name == "StreamRibbons";
+}
+
 /// A loader only says what the file says itself.
 bool is_loader(std::string_view name) {
   return name == "NrrdImageLoader" || name == "DicomImageLoader";
@@ -152,6 +157,7 @@ class SceneReader {
   /// A node without effect, and those in it.
   void leave_out(const Node& node) {
     if (!count_visit(node)) return;
+    used_.insert(node);
     const XmlElement& e = node.element();
     const std::string* category = e.find("category");
     if (e.name == "unit" && category && *category == "length")
@@ -170,10 +176,16 @@ class SceneReader {
   }
 
   void sum_up() {
-    for (const Document& document : documents_)
-      for (size_t k = 0; k < document.tree.size(); ++k)
-        if (is_sensor_or_interpolator(document.tree[k].name) && !document.driving.contains(k))
-          nodes_left_out_.insert(document.tree[k].name + " (drives nothing)");
+    for (Document& document : documents_)
+      for (size_t k = 0; k < document.tree.size(); ++k) {
+        const std::string& name = document.tree[k].name;
+        if (is_sensor_or_interpolator(name)) {
+          if (!document.driving.contains(k)) nodes_left_out_.insert(name + " (drives nothing)");
+        } else if (name != "ROUTE" && !used_.contains({&document, k})) {
+          // Where nobody looks for nodes: whatever the reader forgets is named.
+          nodes_left_out_.insert(name);
+        }
+      }
     std::set<std::string> routes;
     for (const Document& document : documents_)
       for (const Route& r : document.routes)
@@ -325,6 +337,7 @@ class SceneReader {
 
   /// Notes the fields of a node that nobody asked for.
   void finish(const Node& node) {
+    used_.insert(node);
     for (const auto& [name, value] : node.element().attributes)
       if (!is_common_field(name) && !fields_used_.contains({node, name}))
         fields_left_out_.insert(node.name() + "." + name);
@@ -374,6 +387,7 @@ class SceneReader {
   std::optional<Node> resolve(const Node& node) {
     const std::string* name = node.element().find("USE");
     if (!name) return node;
+    used_.insert(node);
     const auto found = node.document->names.find(*name);
     if (found == node.document->names.end() || found->second > node.index) {
       refuse(node, "USE", fmt::format("no node before it is called '{}': correct the name", *name));
@@ -421,6 +435,10 @@ class SceneReader {
       mode(node, *kind, place);
     } else if (name == "DeviceInfo") {
       device(node);
+    } else if (name == "Shape") {
+      shape(node, place);
+    } else if (is_stream(name)) {
+      stream(node, place);
     } else if (name != "ROUTE" && !is_sensor_or_interpolator(name)) {
       leave_out(node);
     }
@@ -808,9 +826,12 @@ class SceneReader {
     return name;
   }
 
-  bool is_name(const Node& node) const {
+  /// Whether it is the metadata that name_of() reads.
+  bool is_name(const Node& node) {
     const std::string* name = node.element().find("name");
-    return node.name() == "MetadataString" && name && *name == kNameMetadata;
+    const bool is = node.name() == "MetadataString" && name && *name == kNameMetadata;
+    if (is) used_.insert(node);
+    return is;
   }
 
   /// The volume of a data node at a place, made when it is first met there. -1 after a refusal.
@@ -905,11 +926,13 @@ class SceneReader {
       const bool labels = role && *role == "segmentIdentifiers";
       if (!is_texture(one->name()) || (role && *role != "voxels" && !labels)) {
         if (!is_name(child)) leave_out(*one);
-      } else if (labels) {
+      } else if (labels && volume.segments.files.empty()) {
         volume.segments.files = urls(*one, one->name() == kSequenceNode);
         finish(*one);
-      } else {
+      } else if (!labels && volume.files.empty()) {
         texture(*one, volume);
+      } else {
+        leave_out(*one);
       }
     }
     if (volume.files.empty() && good())
@@ -937,7 +960,10 @@ class SceneReader {
         return refuse(*loader,
                       "samples without a header are not read here: write a .nhdr or .mhd beside "
                       "them and name that");
-      if (!is_loader(loader->name())) leave_out(*loader);
+      if (is_loader(loader->name()))
+        used_.insert(*loader);
+      else
+        leave_out(*loader);
     }
     finish(node);
   }
@@ -947,16 +973,55 @@ class SceneReader {
       if (!good()) return;
       const auto one = resolve(child);
       if (!one) return;
-      if (is_texture(one->name()))
+      if (is_texture(one->name()) && volume.files.empty())
         texture(*one, volume);
       else if (one->name() == "RawImageLoader")
         return refuse(*one,
                       "samples without a header are not read here: write a .nhdr or .mhd beside "
                       "them and name that");
-      else if (!is_loader(one->name()) && !is_name(child))
+      else if (is_loader(one->name()))
+        used_.insert(*one);
+      else if (!is_name(child))
         leave_out(*one);
     }
     if (volume.files.empty() && good()) volume.files = urls(node, false);
+  }
+
+  // What is seen ------------------------------------------------------------------------------
+
+  /// Of shapes those along vectors are drawn.
+  void shape(const Node& node, const Place& place) {
+    const std::vector<Node> parts = children(node);
+    const auto streams = [](const Node& part) { return is_stream(part.name()); };
+    if (std::none_of(parts.begin(), parts.end(), streams)) return leave_out(node);
+    finish(node);
+    for (const Node& part : parts) {
+      if (!good()) return;
+      if (streams(part))
+        visit(part, place);
+      else
+        leave_out(part);
+    }
+  }
+
+  /// Tubes through their data, where palpate seeds them.
+  void stream(const Node& node, const Place& place) {
+    int found = -1;
+    for (const Node& child : children(node)) {
+      if (!good()) return;
+      const auto one = resolve(child);
+      if (!one) return;
+      const std::string* role = child.element().find("containerField");
+      const bool is_way = !role || *role == "vectorVolume";
+      if (found < 0 && is_way && is_data(one->name()))
+        found = volume_of(*one, place);
+      else
+        leave_out(child);
+    }
+    if (!good()) return;
+    if (found < 0) return leave_out(node);
+    finish(node);
+    scene_.spec.volumes[size_t(found)].seen.tubes = true;
   }
 
   // Modes -------------------------------------------------------------------------------------
@@ -1061,6 +1126,7 @@ class SceneReader {
   std::vector<Node> sources_, modes_;  ///< of the scene's volumes and modes
   std::vector<Node> open_;             ///< the node that is visited, and those around it
   size_t visits_ = 0;
+  std::set<Node> used_;  ///< read, or named as left out
   std::set<std::pair<Node, std::string>> fields_used_;
   std::set<std::string> nodes_left_out_, fields_left_out_;
 };

@@ -255,6 +255,13 @@ class SceneWriter {
       }
       mode(m, *node, v.source == "charges", data_here);
     }
+    if (v.seen.tubes.value_or(false)) {
+      open("Shape");
+      open("StreamTubes");
+      data_here();
+      close("StreamTubes");
+      close("Shape");
+    }
     for (int k = 0; k < opened; ++k) close("Transform");
     return Nothing{};
   }
@@ -287,6 +294,7 @@ class SceneWriter {
       note(v.segments.frame != 0 || !v.segments.parts.empty(), "segments.frame and segments.parts");
     SeenSpec seen = v.seen;
     seen.shown = true;
+    if (seen.tubes.value_or(false)) seen.tubes.reset();
     note(seen != SeenSpec{}, "view");
     note(!v.seen.shown && !(v.box_m && v.source.empty()), "view.shown");
     if (!lost.empty())

@@ -301,6 +301,80 @@ TEST(X3dReader, NamesWhatHasNoEffectOnce) {
                           "ROUTEs without effect here: T.isActive to A.center."));
 }
 
+TEST(X3dReader, NamesEveryNodeThatItLeavesOutWhereverItStands) {
+  // An unknown node in each place where a node can stand, by a name of its own.
+  int number = 0;
+  std::vector<std::string> names;
+  const auto odd = [&] {
+    names.push_back("Odd" + std::to_string(10 + number++));
+    return "<" + names.back() + "/>";
+  };
+  const auto route = [](const char* from, const char* from_field, const char* to,
+                        const char* to_field) {
+    return std::string("<ROUTE fromNode='") + from + "' fromField='" + from_field + "' toNode='" +
+           to + "' toField='" + to_field + "'>";
+  };
+  const std::string scene =
+      odd() + "<TimeSensor DEF='T' loop='true'>" + odd() +
+      "</TimeSensor><PositionInterpolator DEF='P' key='0 1' keyValue='0 0 0 1 0 0'>" + odd() +
+      "</PositionInterpolator><Transform DEF='A'>" + odd() +
+      "<VolumeData DEF='v' dimensions='0.1 0.1 0.1'>" + odd() +
+      "<MetadataString name='palpate name' value='\"lung\"'>" + odd() +
+      "</MetadataString><ImageTexture3D url='a.nrrd'>" + odd() + "<NrrdImageLoader>" + odd() +
+      "</NrrdImageLoader></ImageTexture3D><PixelTexture3D/></VolumeData></Transform>"
+      "<SegmentedVolumeData><ImageTexture3D url='b.nrrd'/><ImageTexture3D url='c.nrrd' "
+      "containerField='segmentIdentifiers'>" +
+      odd() +
+      "</ImageTexture3D></SegmentedVolumeData>"
+      "<VectorVolume DEF='w' url='d.nrrd'><NrrdImageLoader>" +
+      odd() +
+      "</NrrdImageLoader></VectorVolume>"
+      "<Shape>" +
+      odd() + "<StreamTubes>" + odd() +
+      "<VectorVolume USE='w'/></StreamTubes></Shape>"
+      "<DeviceInfo>" +
+      odd() + "<AnyDevice>" + odd() + "</AnyDevice></DeviceInfo><VolumeHaptics>" + odd() +
+      "</VolumeHaptics>"
+      "<VectorFollowMode>" +
+      odd() + "<SampledScalarVolume><ScalarElectroPotential point='0 0 0' potential='1'>" + odd() +
+      "</ScalarElectroPotential>" + odd() +
+      "</SampledScalarVolume><PiecewiseFunction containerField='strength' segments='0 1'>" + odd() +
+      "</PiecewiseFunction><WindowFunction containerField='friction'/></VectorFollowMode>"
+      "<VolumeData USE='v'>" +
+      odd() + "</VolumeData>" + route("T", "fraction_changed", "P", "set_fraction") + odd() +
+      "</ROUTE>" + route("P", "value_changed", "A", "set_translation") + "</ROUTE>";
+  const std::vector<std::string> notes = accepted(scene).notes;
+  ASSERT_FALSE(notes.empty());
+  for (const std::string& name : names) EXPECT_THAT(notes[0], HasSubstr(name + ","));
+  EXPECT_THAT(notes[0], AllOf(StartsWith("Nodes without effect here: "),
+                              HasSubstr("PixelTexture3D"), HasSubstr("WindowFunction")));
+  // A second texture is left out, not taken for the first.
+  const X3dScene twice = accepted(
+      "<VolumeData><ImageTexture3D url='a.nrrd'/><ImageTexture3D url='b.nrrd'/></VolumeData>");
+  EXPECT_THAT(twice.spec.volumes[0].files, ElementsAre("folder/a.nrrd"));
+  EXPECT_THAT(twice.notes, ElementsAre("Nodes without effect here: ImageTexture3D."));
+}
+
+TEST(X3dReader, DrawsTubesWhereVhtkDraws) {
+  const X3dScene scene = accepted(
+      "<Transform scale='0.1 0.1 0.1'><Shape><Appearance><Material/></Appearance>"
+      "<StreamTubes radius='0.02' source='0 0 0'><VectorVolume DEF='w' url='flow.nrrd'/>"
+      "<VectorVolume USE='w' containerField='radiusVolume'/></StreamTubes></Shape>"
+      "<Shape><StreamRibbons><VectorElectroPotential containerField='vectorVolume' "
+      "point='0 0 0' potential='1'/></StreamRibbons></Shape><Shape><StreamTubes/></Shape>"
+      "</Transform>" +
+      kVolume);
+  ASSERT_EQ(scene.spec.volumes.size(), 3U);
+  EXPECT_EQ(scene.spec.volumes[0].seen.tubes, true);
+  EXPECT_EQ(scene.spec.volumes[0].transform.scale, glm::dvec3(0.1));
+  EXPECT_EQ(scene.spec.volumes[1].seen.tubes, true);
+  EXPECT_EQ(scene.spec.volumes[2].seen.tubes, std::nullopt);
+  EXPECT_THAT(scene.notes,
+              ElementsAre("Nodes without effect here: Appearance, Material, StreamTubes, "
+                          "VectorVolume.",
+                          "Fields without effect here: StreamTubes.radius, StreamTubes.source."));
+}
+
 TEST(X3dReader, RefusesInOneSentence) {
   EXPECT_THAT(refusal_of("<X3D><Scene>"), is_sentence("is no XML at line 1"));
   EXPECT_THAT(refusal_of(""), is_sentence("is no XML"));

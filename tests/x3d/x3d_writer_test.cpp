@@ -45,6 +45,7 @@ SceneSpec sayable() {
   VolumeSpec flow;
   flow.name = "flow";
   flow.files = {"/data/flow.nrrd"};
+  flow.seen.tubes = true;
   flow.drive.kind = DriveSpec::Kind::kKeys;
   KeyedPose outer, inner;
   outer.pose.translation_m = {0.0, 0.5, 0.0};
