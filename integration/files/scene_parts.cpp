@@ -356,6 +356,9 @@ void read_seen(JsonObject& parent, const char* key, SeenSpec& out) {
   read_points(o, out.points);
   if (o.good() && !out.points.empty() && !out.preset.empty())
     o.refuse("points", "a look is named already: give only one of the two");
+  if (o.boolean("points_of_range", out.points_of_range) && out.points_of_range &&
+      out.points.empty())
+    o.refuse("points_of_range", "there are no points: give them, or leave this out");
   if (const json* window = o.find("window")) {
     JsonObject w(*window, o.place("window"), o.reading());
     if (!w.number("level", out.level) && w.good())

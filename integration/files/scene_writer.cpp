@@ -161,6 +161,7 @@ class SceneWriter {
     put(o, "look", s.preset, usual.preset);
     for (const LookPoint& p : s.points)
       o["points"].push_back(Json::array({p.value, list(p.colour), p.opacity}));
+    put(o, "points_of_range", s.points_of_range, usual.points_of_range);
     if (s.width > 0.0) o["window"] = {{"level", s.level}, {"width", s.width}};
     if (s.tubes) o["tubes"] = *s.tubes;
     put(o, "tubes_per_axis", s.tubes_per_axis, usual.tubes_per_axis);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -63,6 +64,29 @@ std::optional<glm::dquat> rotation_of(const double* v) {
   const double length = glm::length(axis);
   if (!(length > 1e-100) || !std::isfinite(length)) return std::nullopt;
   return glm::angleAxis(v[3], axis / length);
+}
+
+std::optional<PixelImage> image_of(std::string_view text) {
+  constexpr size_t kMostTexels = 1 << 16;
+  std::vector<uint32_t> numbers;
+  for (size_t at = text.find_first_not_of(kBetween); at != std::string_view::npos;
+       at = text.find_first_not_of(kBetween, at)) {
+    const size_t end = std::min(text.find_first_of(kBetween, at), text.size());
+    const bool hex = text.substr(at).starts_with("0x") || text.substr(at).starts_with("0X");
+    uint32_t number = 0;
+    const auto [stop, error] =
+        std::from_chars(text.data() + at + (hex ? 2 : 0), text.data() + end, number, hex ? 16 : 10);
+    if (error != std::errc() || stop != text.data() + end || numbers.size() > kMostTexels + 2)
+      return std::nullopt;
+    numbers.push_back(number);
+    at = end;
+  }
+  if (numbers.size() < 4 || numbers[0] > kMostTexels || numbers[1] > kMostTexels ||
+      numbers[2] < 1 || numbers[2] > 4 ||
+      numbers.size() - 3 != size_t(numbers[0]) * size_t(numbers[1]))
+    return std::nullopt;
+  return PixelImage{
+      int(numbers[0]), int(numbers[1]), int(numbers[2]), {numbers.begin() + 3, numbers.end()}};
 }
 
 std::string text_of(double number) {

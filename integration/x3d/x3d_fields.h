@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
 #include <optional>
@@ -22,6 +23,15 @@ std::vector<std::string> strings_of(std::string_view text);
 
 /// x y z angle (rad). Nothing for an axis without a length, unless the angle is 0.
 std::optional<glm::dquat> rotation_of(const double* axis_and_angle);
+
+/// An SFImage: the texels row by row, the lowest first, each a number with a byte per component.
+struct PixelImage {
+  int width = 0, height = 0, components = 0;
+  std::vector<uint32_t> texels;
+};
+/// Nothing if it has not as many texels as it says, not 1 to 4 components, no texel, or more than
+/// 65,536.
+std::optional<PixelImage> image_of(std::string_view text);
 
 /// Shortest texts that give the same doubles again.
 std::string text_of(double number);

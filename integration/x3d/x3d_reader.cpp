@@ -37,6 +37,7 @@ constexpr NumberRange kScales{1e-4, 1e4};
 constexpr NumberRange kDampings{0.0, 1000.0};
 constexpr NumberRange kRanges_m{0.0, 10.0};
 constexpr double kDefaultSoftness_m = 0.01;
+constexpr double kMostOpaque = 0.999;  // of a LookPoint
 
 struct Route {
   std::string from, from_field, to, to_field;
@@ -924,6 +925,10 @@ class SceneReader {
       if (!one) return;
       const std::string* role = child.element().find("containerField");
       const bool labels = role && *role == "segmentIdentifiers";
+      if (node.name() == "VolumeData" && one->name().ends_with("VolumeStyle")) {
+        if (!volume.seen.points.empty() || !style(*one, volume.seen)) leave_out(*one);
+        continue;
+      }
       if (!is_texture(one->name()) || (role && *role != "voxels" && !labels)) {
         if (!is_name(child)) leave_out(*one);
       } else if (labels && volume.segments.files.empty()) {
@@ -988,6 +993,64 @@ class SceneReader {
   }
 
   // What is seen ------------------------------------------------------------------------------
+
+  /// Takes what a style of volume rendering says of colours and opacities. False: nothing that has
+  /// an effect here.
+  bool style(const Node& node, SeenSpec& seen) {
+    bool enabled = true;
+    boolean(node, "enabled", enabled);
+    if (!good() || !enabled || !count_visit(node)) return false;
+    const bool composed = node.name() == "ComposedVolumeStyle";
+    if (!composed && node.name() != "OpacityMapVolumeStyle") return false;
+    std::vector<Node> others;
+    bool found = false;
+    for (const Node& child : children(node)) {
+      const auto one = resolve(child);
+      if (!one) return false;
+      // Nothing nests deeper: what is composed are styles that are not.
+      const bool takes = composed ? one->name() == "OpacityMapVolumeStyle" && style(*one, seen)
+                                  : one->name() == "PixelTexture" && transfer_texture(*one, seen);
+      if (takes && !found)
+        found = true;
+      else
+        others.push_back(*one);
+    }
+    if (!found || !good()) return false;
+    finish(node);
+    for (const Node& other : others) leave_out(other);
+    return good();
+  }
+
+  /// One row of texels: what values from the lowest to the highest look like.
+  bool transfer_texture(const Node& node, SeenSpec& seen) {
+    if (!seen.points.empty()) return false;
+    const std::string* text = field(node, "image");
+    const auto image = image_of(text ? *text : "");
+    if (!image) {
+      refuse(node, "image",
+             "width, height, 1 to 4 components and as many texels are expected: correct them");
+      return false;
+    }
+    // Two dimensions are of values and something else.
+    if (image->height != 1) return false;
+    for (int k = 0; k < image->width; ++k) {
+      const auto byte = [&](int from_last) {
+        return double(image->texels[size_t(k)] >> (8 * from_last) & 0xff) / 255.0;
+      };
+      const int n = image->components;
+      const bool has_alpha = n == 2 || n == 4;
+      LookPoint point;
+      point.value = (k + 0.5) / image->width;
+      point.colour =
+          n >= 3 ? glm::dvec3(byte(n - 1), byte(n - 2), byte(n - 3)) : glm::dvec3(byte(n - 1));
+      point.opacity = std::min(has_alpha ? byte(0) : 1.0, kMostOpaque);
+      seen.points.push_back(point);
+    }
+    seen.points_of_range = true;
+    finish(node);
+    for (const Node& child : children(node)) leave_out(child);
+    return good();
+  }
 
   /// Of shapes those along vectors are drawn.
   void shape(const Node& node, const Place& place) {

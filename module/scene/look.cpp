@@ -172,6 +172,18 @@ Look windowed(Look look, double level, double width) {
   return look;
 }
 
+Look over_range(Look look, double lowest, double highest, double thickness_mm) {
+  for (LookPoint& point : look.points) {
+    point.value = lowest + point.value * (highest - lowest);
+    // Beer and Lambert: what is left of 1 mm is what is left of the thickness, to the power of
+    // their ratio.
+    const double opacity = -std::expm1(std::log1p(-point.opacity) / thickness_mm);
+    point.opacity = std::min(opacity, kMostOpaque);
+  }
+  look.surface_slope *= highest - lowest;
+  return look;
+}
+
 std::vector<std::string> preset_names() {
   return {"CT bone", "CT heart", "CT lung", "MR", "phantom", "molecule", "flow", "heart"};
 }

@@ -119,6 +119,9 @@ struct SeenSpec {
   bool shown = true;
   std::string preset;             ///< of preset_names(); empty: points, or what suits the data
   std::vector<LookPoint> points;  ///< colour and opacity of its own
+  /// The points' values are shares of the range of the first frame's values, and their opacities
+  /// those of its finest spacing: see over_range().
+  bool points_of_range = false;
   double level = 0.0;             ///< of the window that the look is brought to
   double width = 0.0;             ///< 0: the look's own window
   /// Stream tubes: along vectors, or along the gradient of scalars. Without a word, vector data

@@ -34,6 +34,17 @@ std::pair<double, double> range_of(const FrameData& frame) {
   return {low, high};
 }
 
+/// The same of all samples, where there are samples.
+std::pair<double, double> exact_range_of(const FrameData& frame) {
+  double low = 1e300, high = -1e300;
+  for (const float value : frame.samples().values) {
+    if (!std::isfinite(value)) continue;
+    low = std::min(low, double(value));
+    high = std::max(high, double(value));
+  }
+  return low <= high ? std::pair(low, high) : range_of(frame);
+}
+
 /// Whether a surface between air and tissue is felt in this CT: then lung and skin are to be seen.
 bool feels_air(const Scene& scene, const SceneVolume& volume) {
   constexpr double kAir_hu = -900.0, kTissue_hu = -150.0;
@@ -69,6 +80,11 @@ Look look_for(const std::string& name, const Scene& scene, const SceneVolume& vo
   if (!seen.points.empty()) {
     look.name = "of the scene";
     look.points = seen.points;
+    if (seen.points_of_range) {
+      const FrameData& frame = *volume.data->frames.front();
+      const auto [low, high] = exact_range_of(frame);
+      look = over_range(std::move(look), low, high, 1e3 * frame.detail_m());
+    }
   } else if (auto preset = preset_look(seen.preset); preset && !seen.preset.empty()) {
     look = *preset;
   } else {

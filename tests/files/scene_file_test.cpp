@@ -138,7 +138,7 @@ const char* const kEverything = R"({
                             {"name": "pool"}]},
      "view": {"look": "CT lung", "window": {"level": -600, "width": 1500}, "shown": false}},
     {"name": "b", "source": "molecule", "path": "exact", "drive": {"kind": "turn"},
-     "view": {"points": [[-1, [0, 0.5, 1], 0.25], [2.5, [1, 0, 0], 0]], "tubes": true, "tubes_per_axis": 3,
+     "view": {"points": [[-1, [0, 0.5, 1], 0.25], [2.5, [1, 0, 0], 0]], "points_of_range": true, "tubes": true, "tubes_per_axis": 3,
               "segments": false, "segment_opacity": 0.7},
      "transform": {"matrix": [[0, -2, 0, 0.1], [2, 0, 0, 0.2], [0, 0, 3, 0.3], [0, 0, 0, 1]]}},
     {"name": "c", "source": "heart-exact", "drive": {"kind": "second-hand"},
@@ -291,6 +291,7 @@ TEST(SceneFile, SaysHowVolumesAreSeen) {
   const std::vector<LookPoint> points = {{-1.0, {0.0, 0.5, 1.0}, 0.25},
                                          {2.5, {1.0, 0.0, 0.0}, 0.0}};
   EXPECT_EQ(molecule.points, points);
+  EXPECT_TRUE(molecule.points_of_range);
   EXPECT_TRUE(molecule.shown);
   EXPECT_EQ(molecule.tubes, true);
   EXPECT_EQ(molecule.tubes_per_axis, 3);
@@ -315,6 +316,7 @@ TEST(SceneFile, RefusesAViewThatCanNotBeDrawn) {
   EXPECT_THAT(view(R"("points": [[0, [1, 1, 1], 1]])"), HasSubstr("opacity outside 0 to 0.999"));
   EXPECT_THAT(view(R"("look": "MR", "points": [[0, [1, 1, 1], 0]])"),
               HasSubstr("give only one of the two"));
+  EXPECT_THAT(view(R"("points_of_range": true)"), HasSubstr("there are no points"));
   EXPECT_THAT(view(R"("window": {"width": 2})"), HasSubstr("view.window.level: it is missing"));
   EXPECT_THAT(view(R"("window": {"level": 2})"), HasSubstr("view.window.width: it is missing"));
   EXPECT_THAT(view(R"("window": {"level": 2, "width": 0})"), HasSubstr("view.window.width"));

@@ -67,6 +67,24 @@ TEST(Look, DataGetALookThatFits) {
   EXPECT_DOUBLE_EQ(width_of(mr), 4000.0);
 }
 
+TEST(Look, TakesTransferFunctionsOfTexturesForTheRange) {
+  Look texture;
+  texture.points = {{0.0, {1, 0, 0}, 0.0}, {0.25, {0, 1, 0}, 0.64}, {1.0, {0, 0, 1}, 0.999}};
+  // Half a millimetre lets 0.36 through, so a whole one 0.36^2.
+  const Look fine = over_range(texture, -100.0, 300.0, 0.5);
+  EXPECT_DOUBLE_EQ(fine.points[0].value, -100.0);
+  EXPECT_DOUBLE_EQ(fine.points[1].value, 0.0);
+  EXPECT_DOUBLE_EQ(fine.points[2].value, 300.0);
+  EXPECT_EQ(fine.points[0].opacity, 0.0);
+  EXPECT_NEAR(fine.points[1].opacity, 1.0 - 0.36 * 0.36, 1e-12);
+  EXPECT_EQ(fine.points[1].colour, texture.points[1].colour);
+  EXPECT_TRUE(check(fine));  // not more opaque than can be drawn
+  // Two millimetres let 0.36 through, so one the root of it.
+  EXPECT_NEAR(over_range(texture, 0.0, 1.0, 2.0).points[1].opacity, 0.4, 1e-12);
+  // All values equal: they rise no more, and do not fall.
+  EXPECT_TRUE(check(over_range(texture, 7.0, 7.0, 1.0)));
+}
+
 TEST(Look, RefusesWhatCanNotBeDrawn) {
   const auto message = [](const Look& look) {
     const Status status = check(look);

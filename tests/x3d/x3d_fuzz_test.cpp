@@ -43,8 +43,12 @@ TEST(X3dFuzz, ReaderHolds) {
        {example.str(),
         std::string(
             "<X3D><Scene><Transform DEF='A' scale='1 2 1' center='1 0 0'><VolumeData DEF='v' "
-            "dimensions='1 1 1'><PalpateSequenceTexture3D DEF='s' url='\"a\" \"b\"'/>"
-            "</VolumeData><PalpateSurfaceMode><VolumeData USE='v'/><PiecewiseFunction "
+            "dimensions='1 1 1'><ComposedVolumeStyle><OpacityMapVolumeStyle><PixelTexture "
+            "image='2 1 4 0 0xFF8040FF'/></OpacityMapVolumeStyle></ComposedVolumeStyle>"
+            "<PalpateSequenceTexture3D DEF='s' url='\"a\" \"b\"'/>"
+            "</VolumeData><Shape><StreamTubes><VolumeData "
+            "USE='v'/></StreamTubes></Shape><PalpateSurfaceMode><VolumeData "
+            "USE='v'/><PiecewiseFunction "
             "segments='0 1 2 3'/></PalpateSurfaceMode></Transform><TimeSensor DEF='t'/>"
             "<PositionInterpolator DEF='p' key='0 1' keyValue='0 0 0 1 1 1'/><ROUTE "
             "fromNode='t' fromField='fraction_changed' toNode='p' toField='set_fraction'/>"

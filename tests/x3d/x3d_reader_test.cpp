@@ -355,6 +355,67 @@ TEST(X3dReader, NamesEveryNodeThatItLeavesOutWhereverItStands) {
   EXPECT_THAT(twice.notes, ElementsAre("Nodes without effect here: ImageTexture3D."));
 }
 
+std::string with_style(const std::string& style) {
+  return "<VolumeData>" + style + "<ImageTexture3D url='a.nrrd'/></VolumeData>";
+}
+
+TEST(X3dReader, TakesColoursAndOpacitiesFromATransferFunction) {
+  // Clear black, half red, opaque green, quarter white; decimal and hexadecimal.
+  const X3dScene scene = accepted(with_style(
+      "<OpacityMapVolumeStyle><PixelTexture containerField='transferFunction' repeatS='false' "
+      "image='4 1 4 0x00000000 0xFF000080, 16711935 0XFFFFFF40'/></OpacityMapVolumeStyle>"));
+  const SeenSpec& seen = scene.spec.volumes[0].seen;
+  EXPECT_TRUE(seen.points_of_range);
+  const std::vector<LookPoint> points = {{0.125, {0, 0, 0}, 0.0},
+                                         {0.375, {1, 0, 0}, 128.0 / 255.0},
+                                         {0.625, {0, 1, 0}, 0.999},
+                                         {0.875, {1, 1, 1}, 64.0 / 255.0}};
+  EXPECT_EQ(seen.points, points);
+  EXPECT_THAT(scene.notes, ElementsAre("Fields without effect here: PixelTexture.repeatS."));
+  // Fewer components: grey, grey with its opacity, colours without.
+  const auto one = [](const char* image) {
+    return accepted(with_style("<OpacityMapVolumeStyle><PixelTexture image='" + std::string(image) +
+                               "'/></OpacityMapVolumeStyle>"))
+        .spec.volumes[0]
+        .seen.points.at(0);
+  };
+  EXPECT_EQ(one("1 1 1 0x33"), (LookPoint{0.5, glm::dvec3(0.2), 0.999}));
+  EXPECT_EQ(one("1 1 2 0x3366"), (LookPoint{0.5, glm::dvec3(0.2), 0.4}));
+  EXPECT_EQ(one("1 1 3 0x336699"), (LookPoint{0.5, {0.2, 0.4, 0.6}, 0.999}));
+}
+
+TEST(X3dReader, TakesTheFirstStyleThatSaysColoursAndNamesTheOthers) {
+  const std::string map =
+      "<OpacityMapVolumeStyle><PixelTexture image='2 1 4 0 255'/></OpacityMapVolumeStyle>";
+  const X3dScene composed =
+      accepted(with_style("<ComposedVolumeStyle><EdgeEnhancementVolumeStyle/>" + map +
+                          "<CartoonVolumeStyle/></ComposedVolumeStyle>"));
+  EXPECT_EQ(composed.spec.volumes[0].seen.points.size(), 2U);
+  EXPECT_THAT(composed.notes, ElementsAre("Nodes without effect here: CartoonVolumeStyle, "
+                                          "EdgeEnhancementVolumeStyle."));
+  // What is switched off, of two dimensions, in a file, or composed once more.
+  for (const char* style :
+       {"<OpacityMapVolumeStyle enabled='false'><PixelTexture image='1 1 1 9'/>"
+        "</OpacityMapVolumeStyle>",
+        "<OpacityMapVolumeStyle><PixelTexture image='1 2 1 9 9'/></OpacityMapVolumeStyle>",
+        "<OpacityMapVolumeStyle><ImageTexture url='a.png'/></OpacityMapVolumeStyle>",
+        "<OpacityMapVolumeStyle/>", "<ProjectionVolumeStyle/>", "<ShadedVolumeStyle/>",
+        "<ComposedVolumeStyle DEF='c'><ComposedVolumeStyle USE='c'/></ComposedVolumeStyle>"}) {
+    const X3dScene scene = accepted(with_style(style));
+    EXPECT_THAT(scene.spec.volumes[0].seen.points, IsEmpty()) << style;
+    EXPECT_THAT(scene.notes, ElementsAre(HasSubstr("VolumeStyle"))) << style;
+  }
+  const X3dScene twice = accepted(with_style(map + map));
+  EXPECT_EQ(twice.spec.volumes[0].seen.points.size(), 2U);
+  EXPECT_THAT(twice.notes, ElementsAre(HasSubstr("OpacityMapVolumeStyle")));
+  for (const char* image : {"", "1 1 4", "2 1 4 0", "1 1 5 0", "1 1 0 0", "0 0 1 0", "1 1 4 0x",
+                            "1 1 4 -1", "1 1 4 0x100000000", "70000 1 1 0", "1 1 4 x"})
+    EXPECT_THAT(refusal(with_style("<OpacityMapVolumeStyle><PixelTexture image='" +
+                                   std::string(image) + "'/></OpacityMapVolumeStyle>")),
+                is_sentence("PixelTexture: image"))
+        << image;
+}
+
 TEST(X3dReader, DrawsTubesWhereVhtkDraws) {
   const X3dScene scene = accepted(
       "<Transform scale='0.1 0.1 0.1'><Shape><Appearance><Material/></Appearance>"

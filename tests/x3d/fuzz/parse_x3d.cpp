@@ -43,6 +43,9 @@ void parse_x3d_file(std::string_view bytes) {
     require(bool(check(v.transform)) && bool(check(v.drive, v.transform)), "volumes have a place");
     for (const double time_s : {0.0, 0.37, 1e5})
       require(bool(check(driven(v.drive, v.transform, time_s))), "volumes move to places");
+    Look look;
+    look.points = v.seen.points;
+    require(bool(check(look)), "looks can be drawn");
     require(v.cycle_s >= 0.0 && std::isfinite(v.cycle_s), "cycles are finite");
   }
   for (const ModeSpec& m : spec.modes) {
