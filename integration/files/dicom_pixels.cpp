@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
+#include <optional>
 #include <vector>
 
 #include "integration/files/dicom_tags.h"
@@ -50,10 +51,17 @@ T swapped(T value) {
   return value;
 }
 
-/// Whether a JPEG, JPEG-LS or JPEG 2000 picture is one gray picture of the slice's size with as
-/// many bits or fewer. GDCM makes room for what the file says, and lets decoders write what the
-/// picture says.
-bool fits(std::string_view picture, const DicomSlice& slice, int allocated_bits) {
+/// What a packed picture says of its own samples.
+struct PackedPicture {
+  int bits = 0;
+  bool is_signed = false;  ///< JPEG and JPEG-LS do not say it: false
+};
+
+/// A JPEG, JPEG-LS or JPEG 2000 picture, if it is one gray picture of the slice's size with as many
+/// bits as the file has room for, or fewer. GDCM makes room for what the file says, and lets
+/// decoders write what the picture says.
+std::optional<PackedPicture> fitting_picture(std::string_view picture, const DicomSlice& slice,
+                                             int allocated_bits) {
   const auto byte = [&](size_t at) { return unsigned(uint8_t(picture[at])); };
   const auto two = [&](size_t at) { return byte(at) << 8 | byte(at + 1); };
   const auto four = [&](size_t at) { return two(at) << 16 | two(at + 2); };
@@ -63,25 +71,40 @@ bool fits(std::string_view picture, const DicomSlice& slice, int allocated_bits)
   };
   // JPEG 2000 starts with its size: the far corner, the near one, tiles, and each component.
   if (picture.starts_with("\xff\x4f\xff\x51")) {
-    return picture.size() >= 45 && byte(43) == 1 && byte(44) == 1 &&
-           agrees(four(8) - four(16), four(12) - four(20), (byte(42) & 0x7f) + 1, two(40));
+    if (picture.size() < 45 || byte(43) != 1 || byte(44) != 1) return std::nullopt;
+    const unsigned bits = (byte(42) & 0x7f) + 1;
+    if (!agrees(four(8) - four(16), four(12) - four(20), bits, two(40))) return std::nullopt;
+    return PackedPicture{int(bits), (byte(42) & 0x80) != 0};
   }
-  if (!picture.starts_with("\xff\xd8")) return false;
+  if (!picture.starts_with("\xff\xd8")) return std::nullopt;
   // JPEG and JPEG-LS are segments with a marker and a length up to the first scan; one of the kind
   // SOF has the size. GDCM ends the process over whatever is not quite right up to there: bytes
   // between segments, or a JFIF version that it does not know.
-  bool is_one = false;
+  std::optional<PackedPicture> found;
   for (size_t at = 2; at + 10 <= picture.size() && byte(at) == 0xff;) {
     const unsigned marker = byte(at + 1), length = two(at + 2);
     const bool has_length = marker >= 0xc0 && marker != 0xff && !(marker >= 0xd0 && marker <= 0xd9);
-    if (!has_length || length < 2 || at + 2 + length > picture.size()) return false;
-    if (marker == 0xda) return is_one;
+    if (!has_length || length < 2 || at + 2 + length > picture.size()) return std::nullopt;
+    if (marker == 0xda) return found;
     const bool is_frame =
         marker == 0xf7 || (marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc);
-    if (is_frame && !agrees(two(at + 7), two(at + 5), byte(at + 4), byte(at + 9))) return false;
-    is_one = is_one || is_frame;
-    if (marker == 0xe0 && picture.substr(at + 4, 4) == "JFIF" && byte(at + 9) != 1) return false;
+    if (is_frame) {
+      const unsigned bits = byte(at + 4);
+      if (!agrees(two(at + 7), two(at + 5), bits, byte(at + 9))) return std::nullopt;
+      found = PackedPicture{int(bits), false};
+    }
+    if (marker == 0xe0 && picture.substr(at + 4, 4) == "JFIF" && byte(at + 9) != 1)
+      return std::nullopt;
     at += 2 + length;
+  }
+  return std::nullopt;
+}
+
+/// Whether pixels come out of the packing changed: JPEG with a cosine transform, JPEG-LS near to
+/// lossless, and JPEG 2000 that may be either.
+bool is_lossy(const std::string& syntax) {
+  for (const char* number : {"50", "51", "53", "55", "81", "91"}) {
+    if (syntax == std::string("1.2.840.10008.1.2.4.") + number) return true;
   }
   return false;
 }
@@ -152,7 +175,8 @@ bool unpack(const std::string& packed, const std::string& syntax, const DicomSli
     return unpack_run_lengths(packed, size_t(slice.size.x) * size_t(slice.size.y),
                               size_t(layout.allocated / 8), pixels);
   }
-  if (!fits(packed, slice, layout.allocated)) return false;
+  const auto picture = fitting_picture(packed, slice, layout.allocated);
+  if (!picture) return false;
   silence_once();
   try {
     gdcm::Pixmap pixmap;
@@ -179,6 +203,10 @@ bool unpack(const std::string& packed, const std::string& syntax, const DicomSli
     if (format.GetSamplesPerPixel() != 1) return false;
     layout = {int(format.GetBitsAllocated()), int(format.GetBitsStored()),
               format.GetPixelRepresentation() == 1, false, false};
+    // What was lossy may pass the largest value that the file stores; where the picture has bits
+    // for that, cutting them off would make the brightest pixels the darkest.
+    if (is_lossy(syntax) && picture->is_signed == layout.is_signed)
+      layout.stored = std::max(layout.stored, picture->bits);
   } catch (const std::exception&) {
     return false;
   }
@@ -249,7 +277,7 @@ Status check_pixels(const DicomElements& elements, const DicomSlice& slice) {
   }
   // A frame in several pieces is looked at when it is read.
   if (elements.fragments.size() != slice.frames_in_file + 1) return Nothing{};
-  if (!fits(elements.fragments[1], slice, layout->allocated)) return damaged(slice.file);
+  if (!fitting_picture(elements.fragments[1], slice, layout->allocated)) return damaged(slice.file);
   return Nothing{};
 }
 

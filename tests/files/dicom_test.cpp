@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 
@@ -495,8 +496,9 @@ TEST_F(DicomFolder, OfAnEnhancedFileIsReadFromLosslesslyPackedPixels) {
                                   },
                                   grid));
   // JPEG, JPEG-LS, JPEG 2000 and run lengths.
-  for (const char* syntax : {"1.2.840.10008.1.2.4.70", "1.2.840.10008.1.2.4.80",
-                             "1.2.840.10008.1.2.4.90", "1.2.840.10008.1.2.5"}) {
+  for (const char* syntax :
+       {"1.2.840.10008.1.2.4.57", "1.2.840.10008.1.2.4.70", "1.2.840.10008.1.2.4.80",
+        "1.2.840.10008.1.2.4.90", "1.2.840.10008.1.2.5"}) {
     ASSERT_TRUE(itk_oracle::pack_dicom(plain / "e", folder_ / "e", syntax)) << syntax;
     const std::string packed = read_bytes(folder_ / "e");
     ASSERT_NE(packed.find(syntax), std::string::npos);
@@ -595,6 +597,39 @@ TEST_F(DicomFolder, HasTheValuesThatItkFindsWhateverTheBits) {
     for (size_t v = 0; v < by_itk.size(); ++v) {
       EXPECT_EQ(found->values[v], float(by_itk[v]))
           << bits.stored << ' ' << bits.is_signed << ' ' << v;
+    }
+  }
+}
+
+TEST_F(DicomFolder, OfLossyPixelsHasTheValuesThatItkFinds) {
+  // The darkest beside the brightest: what is lost makes values pass both ends of 12 bits.
+  for (const bool is_signed : {false, true}) {
+    const int least = is_signed ? -2048 : 0;
+    DicomFile file;
+    file.grid = straight_grid({48, 40, 1});
+    for (int v = 0; v < 48 * 40; ++v)
+      file.stored.push_back((v / 48 / 5 + v % 48 / 5) % 2 == 0 ? least : least + 4095);
+    file.more = {{0x00280101, "US12"}, {0x00280102, "US11"}};
+    file.more[0x00280103] = is_signed ? "US1" : "US0";
+    const TemporaryFolder plain;
+    write_dicom(plain / "a", file);
+    // JPEG of three processes, JPEG-LS, JPEG 2000.
+    for (const char* syntax :
+         {"1.2.840.10008.1.2.4.51", "1.2.840.10008.1.2.4.53", "1.2.840.10008.1.2.4.55",
+          "1.2.840.10008.1.2.4.81", "1.2.840.10008.1.2.4.91"}) {
+      const bool jpeg_2000 = std::string(syntax).ends_with("91");
+      if (!itk_oracle::pack_dicom(plain / "a", folder_ / "a", syntax, jpeg_2000 ? 20.0 : 0.0)) {
+        ASSERT_TRUE(is_signed && !jpeg_2000) << syntax;
+        continue;
+      }
+      const auto found = read_volume(folder_.path());
+      ASSERT_TRUE(found) << found.error().message;
+      EXPECT_EQ(std::vector<double>(found->values.begin(), found->values.end()),
+                itk_oracle::read_dicom(folder_ / "a"))
+          << syntax << ' ' << is_signed;
+      if (jpeg_2000) {
+        EXPECT_GT(*std::max_element(found->values.begin(), found->values.end()), least + 4095);
+      }
     }
   }
 }

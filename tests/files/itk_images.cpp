@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <gdcmImageChangeTransferSyntax.h>
+#include <gdcmJPEG2000Codec.h>
 #include <gdcmPixmapReader.h>
 #include <gdcmPixmapWriter.h>
 #include <gdcmTrace.h>
@@ -207,7 +208,7 @@ void write_dicom_series(const std::filesystem::path& folder, const Volume& volum
 }
 
 bool pack_dicom(const std::filesystem::path& from, const std::filesystem::path& to,
-                const char* syntax) {
+                const char* syntax, double rate) {
   // As pixmap, not as image: writing an image, GDCM states the frames' places its own way.
   gdcm::PixmapReader reader;
   reader.SetFileName(from.c_str());
@@ -215,6 +216,10 @@ bool pack_dicom(const std::filesystem::path& from, const std::filesystem::path& 
   gdcm::ImageChangeTransferSyntax change;
   change.SetTransferSyntax(gdcm::TransferSyntax::GetTSType(syntax));
   change.SetInput(reader.GetPixmap());
+  gdcm::JPEG2000Codec lossy;
+  lossy.SetReversible(false);
+  lossy.SetRate(0, rate);
+  if (rate > 0.0) change.SetUserCodec(&lossy);
   if (!change.Change()) return false;
   gdcm::PixmapWriter writer;
   writer.SetFile(reader.GetFile());

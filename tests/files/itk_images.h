@@ -29,9 +29,10 @@ void write_field(const std::filesystem::path& path, const Field& field);
 /// lossless JPEG.
 void write_dicom_series(const std::filesystem::path& folder, const Volume& volume, bool packed);
 
-/// A DICOM file with its pixels packed by GDCM in a transfer syntax; false if GDCM can not.
+/// A DICOM file with its pixels packed by GDCM in a transfer syntax; false if GDCM can not. With a
+/// rate, JPEG 2000 loses what it takes to become that many times smaller.
 bool pack_dicom(const std::filesystem::path& from, const std::filesystem::path& to,
-                const char* syntax);
+                const char* syntax, double rate = 0.0);
 
 /// The values that ITK finds in one DICOM file, slope and intercept applied.
 std::vector<double> read_dicom(const std::filesystem::path& path);
