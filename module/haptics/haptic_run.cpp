@@ -1,13 +1,16 @@
 #include "module/haptics/haptic_run.h"
 
 #include <algorithm>
+#include <cmath>
 
+#include "module/haptics/force_rates.h"
 #include "module/scene/drive.h"
 
 namespace palpate {
 namespace {
 
 constexpr double kSwitchRamp_s = 0.1;     // of a mode switched on or off, or the gain changed by 1
+constexpr double kFade_s = 0.020;         // of a carrier whose point is lost
 constexpr double kStiffness_per_s = 5.0;  // a change of stiffness, as a share of itself
 
 double towards(double from, double to, double by) {
@@ -29,6 +32,18 @@ bool unmoved(const VolumeRun& a, const VolumeRun& b) {
 }
 
 }  // namespace
+
+void CarrierRun::follow_to(glm::dvec3 proxy, double felt_n, double dt_s) noexcept {
+  if (held || carrier->at() != proxy) held = !carrier->go_to(proxy);
+  if (held && !std::isfinite(cap_n)) cap_n = felt_n;
+  const double whole_s = std::isfinite(cap_n) ? std::max(kFade_s, cap_n / kFade_n_per_s) : kFade_s;
+  if (held) {
+    fade = std::max(0.0, fade - dt_s / whole_s);
+  } else if (fade < 1.0) {
+    fade = std::min(1.0, fade + dt_s / whole_s);
+    if (fade == 1.0) cap_n = std::numeric_limits<double>::infinity();
+  }
+}
 
 HapticRun::HapticRun(std::shared_ptr<const Scene> of) : scene(std::move(of)) {
   stiffness_n_per_m = wanted_stiffness_n_per_m = scene->stiffness_n_per_m;

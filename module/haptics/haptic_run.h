@@ -25,7 +25,8 @@ struct ModeRun {
   bool ramps() const { return weight != wanted_weight() || gain != wanted_gain; }
 };
 
-/// A carrier, and what is left of its force when its point could not be found: held, then faded.
+/// A carrier, and what is left of its force when its point could not be found: held, then faded
+/// over 20 ms, but no faster than kFade_n_per_s; found again it comes back as slowly.
 struct CarrierRun {
   std::unique_ptr<Carrier> carrier;
   double fade = 1.0;
@@ -33,11 +34,11 @@ struct CarrierRun {
                                                            ///< force did when it was lost
   bool held = false;                                       ///< in this haptic frame
   glm::dvec3 carried_m{0.0};  ///< how far the material took the proxy in this haptic frame, world
-};
 
-/// How fast switching and retuning may change the force. With what friction adds to it, below the
-/// 20 N/s (0.02 N per ms) at which a hand at rest begins to take a change for an event.
-constexpr double kRamp_n_per_s = 12.0;
+  /// Takes the carrier to where the frame ends, and its fade on; felt_n is the force on the hand.
+  /// Real-time safe.
+  void follow_to(glm::dvec3 proxy, double felt_n, double dt_s) noexcept;
+};
 
 /// A scene as it runs: everything that changes from one haptic frame to the next. Made by prepare()
 /// off the servo thread with all its memory; the frames themselves allocate nothing.

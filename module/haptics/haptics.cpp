@@ -3,19 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "module/haptics/force_vector.h"
 #include "module/scene/drive.h"
 
 namespace palpate {
 namespace {
 
-constexpr double kFade_s = 0.020;         // of a carrier whose point is lost ...
-constexpr double kFade_n_per_s = 50.0;    // ... but no faster than this: 0.05 N per ms
-constexpr double kBridge_n_per_s = 15.0;  // of what a new scene changes at once: 0.015 N per ms
-// What the scene changes at once reaches the hand no faster: 0.03 N per ms. A wall of 500 N/m may
-// move with 60 mm/s before it is felt late.
-constexpr double kSudden_n_per_s = 30.0;
-constexpr double kBend = 0.5;     // of the hand's depth by the radius of the wall's bend
-constexpr double kSaid_n = 0.05;  // less than this on its way to the hand is not worth a word
 constexpr double kLongest_s =
     0.010;  // a later frame is taken as this long: time lost is not made up for in one jump
 
@@ -24,24 +17,6 @@ constexpr int kFirstRounds = 4;  // after which a slide from anywhere has come t
 constexpr double kMoment_s = 0.5;  // a device lost for longer may have been put elsewhere
 
 constexpr double kDoubtful = 0.35;  // a confidence below this has faded the force
-
-bool finite(glm::dvec3 v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
-glm::dvec3 towards_zero(glm::dvec3 v, double by) {
-  const double length = glm::length(v);
-  return length > by ? v * (1.0 - by / length) : glm::dvec3(0.0);
-}
-
-/// By how much a change of the force is more than a step of the hand relative to the material
-/// explains. On a flat wall the force changes by k P step, where P projects on what the wall holds:
-/// it lies in the ball that has 0 and k step as ends of a diameter. On a bent wall it leaves that
-/// ball by at most depth / radius of the bend, for which the ball is enlarged by a share of itself.
-glm::dvec3 unexplained(glm::dvec3 change, glm::dvec3 step, double stiffness, double bend) {
-  const glm::dvec3 centre = 0.5 * stiffness * step;
-  return towards_zero(change - centre, (1.0 + bend) * glm::length(centre));
-}
 
 }  // namespace
 
@@ -75,6 +50,7 @@ std::unique_ptr<HapticRun> Haptics::adopt(std::unique_ptr<HapticRun> next) noexc
   empty_ = !run_ || run_->modes.empty();
   if (!run_) {
     placed_ = false;
+    bridge_.exchange(last_wanted_, glm::dvec3(0.0));
     return next;
   }
   const Transform& device = run_->scene->world_from_device;
@@ -93,8 +69,8 @@ std::unique_ptr<HapticRun> Haptics::adopt(std::unique_ptr<HapticRun> next) noexc
     // the hand does next is felt at once.
     run_->place_proxy(proxy_);
     for (int i = 0; i < kFirstRounds; ++i) move_proxy(last_probe_, 0.0);
-    bridge_n_ =
-        last_wanted_ - spring_n(last_probe_, point_.velocity_m_per_s(), hand_.velocity_m_per_s());
+    bridge_.exchange(last_wanted_,
+                     spring_n(last_probe_, point_.velocity_m_per_s(), hand_.velocity_m_per_s()));
   }
   return next;
 }
@@ -162,28 +138,14 @@ void Haptics::move_on(const TickInput& input, double dt_s) noexcept {
   }
 }
 
-void Haptics::follow_to(glm::dvec3 proxy, double dt_s) noexcept {
-  for (CarrierRun& run : run_->carriers) {
-    if (run.held || run.carrier->at() != proxy) run.held = !run.carrier->go_to(proxy);
-    if (run.held) {
-      if (!std::isfinite(run.cap_n)) run.cap_n = glm::length(last_wanted_);
-      run.fade = std::max(0.0, run.fade - dt_s / std::max(kFade_s, run.cap_n / kFade_n_per_s));
-    } else if (run.fade < 1.0) {
-      run.fade = std::min(1.0, run.fade + dt_s / (std::isfinite(run.cap_n)
-                                                      ? std::max(kFade_s, run.cap_n / kFade_n_per_s)
-                                                      : kFade_s));
-      if (run.fade == 1.0) run.cap_n = std::numeric_limits<double>::infinity();
-    }
-  }
-}
-
 /// Takes the proxy to its balance, as far as the energy allows.
 Sweep Haptics::move_proxy(glm::dvec3 probe, double dt_s) noexcept {
   const double k = run_->stiffness_n_per_m;
   const Sweep swept = sweep(*run_, probe, k, dt_s);
-  const glm::dvec3 wanted = finite(swept.proxy) ? swept.proxy : proxy_;
+  const glm::dvec3 wanted = is_finite(swept.proxy) ? swept.proxy : proxy_;
   proxy_ = options_.meter_energy ? tank_.limit(proxy_, wanted, probe, k, dt_s) : wanted;
-  follow_to(proxy_, dt_s);
+  for (CarrierRun& carrier : run_->carriers)
+    carrier.follow_to(proxy_, glm::length(last_wanted_), dt_s);
   return swept;
 }
 
@@ -195,47 +157,20 @@ glm::dvec3 Haptics::spring_n(glm::dvec3 probe, glm::dvec3 proxy_velocity,
          run_->scene->damping_n_s_per_m * (proxy_velocity - probe_velocity);
 }
 
-glm::dvec3 Haptics::force_n(glm::dvec3 probe, const TickInput& input) noexcept {
+glm::dvec3 Haptics::force_n(glm::dvec3 probe, const TickInput& input, double dt_s) noexcept {
   glm::dvec3 of_proxy(0.0), of_probe(0.0);
   if (run_->scene->damping_n_s_per_m > 0.0) {
     of_proxy = point_.add(input.now_ns, proxy_);
     of_probe = hand_.add(input.reading.time_ns, probe);
   }
-  const glm::dvec3 spring = spring_n(probe, of_proxy, of_probe);
-  const double dt_s = std::clamp(input.dt_s, 0.0, kLongest_s);
-  bool rough = false;
-  for (const CarrierRun& run : run_->carriers) rough |= run.carrier->report().rough || run.held;
-  // What was bridged before goes on; towards the hand's own way it costs energy, and without any
-  // left it goes as fast as it may.
-  const glm::dvec3 step = probe - last_probe_;
-  const bool paid = !options_.meter_energy || tank_.pay(glm::dot(bridge_n_, step));
-  const double bridge_n_per_s = !paid        ? kFade_n_per_s
-                                : is_sudden_ ? kSudden_n_per_s
-                                             : kBridge_n_per_s;
-  bridge_n_ = towards_zero(bridge_n_, bridge_n_per_s * dt_s);
-  // The end of a surface, a hole in it, a border of the data, a fold of the field, values that are
-  // not finite: whatever the scene changes at once, the hand is led there, not thrown. What the
-  // hand and the material do is felt at once; where the motion may not be inverted only what the
-  // hand does.
-  const double k = run_->stiffness_n_per_m;
-  const glm::dvec3 change = spring + bridge_n_ - last_wanted_;
-  glm::dvec3 sudden = unexplained(change, -step, k, rough ? 0.0 : kBend);
-  for (const CarrierRun& run : run_->carriers) {
-    const glm::dvec3 left = unexplained(change, run.carried_m - step, k, kBend);
-    if (!rough && glm::length(left) < glm::length(sudden)) sudden = left;
-    // Of a surface that slips past for want of energy the proxy takes a part of the way.
-    if (tank_.slipped()) sudden = towards_zero(sudden, k * glm::length(run.carried_m));
-  }
-  const glm::dvec3 late = towards_zero(sudden, (rough ? kFade_n_per_s : kSudden_n_per_s) * dt_s);
-  bridge_n_ -= late;
-  // A force that is not finite is the guards' to stop; it must not stay in here.
-  if (!finite(bridge_n_)) bridge_n_ = glm::dvec3(0.0);
-  is_sudden_ = late != glm::dvec3(0.0) || (is_sudden_ && bridge_n_ != glm::dvec3(0.0));
-  // Before the next tick, for it can not be taken back: a hand may go twice as far in it.
-  const double next_j = 2.0 * glm::dot(bridge_n_, step);
-  if (options_.meter_energy && next_j > tank_.energy_j()) bridge_n_ *= tank_.energy_j() / next_j;
-  limited_ = rough && late != glm::dvec3(0.0);
-  return spring + bridge_n_;
+  ForceBridge::Frame frame;
+  frame.spring_n = spring_n(probe, of_proxy, of_probe);
+  frame.felt_n = last_wanted_;
+  frame.step_m = probe - last_probe_;
+  frame.stiffness_n_per_m = run_->stiffness_n_per_m;
+  frame.dt_s = dt_s;
+  frame.carriers = run_->carriers;
+  return frame.spring_n + bridge_.step(frame, options_.meter_energy ? &tank_ : nullptr);
 }
 
 /// Where the hand is for the scene, in device space. The guards take the position as it was read;
@@ -275,7 +210,7 @@ TickOutput Haptics::tick(const TickInput& input) noexcept {
   // A position that is not finite is the guards' to tell; the scene goes on with the last one that
   // was.
   glm::dvec3 probe = last_probe_;
-  if (run_ && finite(led_m)) probe = run_->scene->world_from_device.world_from_volume(led_m);
+  if (run_ && is_finite(led_m)) probe = run_->scene->world_from_device.world_from_volume(led_m);
 
   if (run_) {
     if (!placed_) {
@@ -283,12 +218,12 @@ TickOutput Haptics::tick(const TickInput& input) noexcept {
       run_->place_proxy(proxy_);
       tank_.restart();
       // Where nothing was read yet, the proxy goes on waiting for the hand.
-      placed_ = input.reading.fault == DeviceFault::kNone && finite(input.reading.position_m);
+      placed_ = input.reading.fault == DeviceFault::kNone && is_finite(input.reading.position_m);
     }
     control(input);
     move_on(input, dt_s);
     const Sweep swept = move_proxy(probe, dt_s);
-    out.wanted_n = force_n(probe, input);
+    out.wanted_n = force_n(probe, input, dt_s);
     out.substeps = uint8_t(std::min(swept.pieces, 255));
     out.primitives = uint8_t(swept.primitives);
     guard.touching = swept.touching;
@@ -297,9 +232,9 @@ TickOutput Haptics::tick(const TickInput& input) noexcept {
     out.tank_j = tank_.energy_j();
     if (!run_->playing.empty()) out.first = run_->volumes[run_->playing.front()].pointer;
     guard.wanted_n = glm::conjugate(run_->scene->world_from_device.rotation) * out.wanted_n;
-    last_wanted_ = finite(out.wanted_n) ? out.wanted_n : glm::dvec3(0.0);
+    last_wanted_ = is_finite(out.wanted_n) ? out.wanted_n : glm::dvec3(0.0);
   } else {
-    out.wanted_n = last_wanted_ = bridge_n_ = towards_zero(last_wanted_, kBridge_n_per_s * dt_s);
+    out.wanted_n = last_wanted_ = bridge_.fade(dt_s);
     guard.wanted_n = glm::conjugate(device_.rotation) * out.wanted_n;
     guard.scene = Cause::kSceneEmpty;
   }
@@ -316,7 +251,7 @@ TickOutput Haptics::tick(const TickInput& input) noexcept {
 
 Cause Haptics::report(TickOutput& out) const noexcept {
   double confidence = 1.0;
-  out.held = limited_;
+  out.held = bridge_.is_rough();
   for (const CarrierRun& run : run_->carriers) {
     const CarrierReport& of = run.carrier->report();
     out.residual_m = std::max(out.residual_m, of.residual_m);
@@ -327,7 +262,7 @@ Cause Haptics::report(TickOutput& out) const noexcept {
   if (empty_) return Cause::kSceneEmpty;
   if (out.held) return Cause::kField;
   if (confidence < kDoubtful) return Cause::kConfidence;
-  return is_sudden_ && glm::length(bridge_n_) > kSaid_n ? Cause::kSudden : Cause::kNone;
+  return bridge_.is_felt() ? Cause::kSudden : Cause::kNone;
 }
 
 }  // namespace palpate

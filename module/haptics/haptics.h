@@ -4,6 +4,7 @@
 
 #include "module/haptics/delay_lead.h"
 #include "module/haptics/energy.h"
+#include "module/haptics/force_bridge.h"
 #include "module/haptics/haptic_run.h"
 #include "module/haptics/safety.h"
 #include "module/haptics/sweep.h"
@@ -52,12 +53,11 @@ class Haptics final : public Ticker {
   glm::dvec3 read(const DeviceReading& reading, double dt_s) noexcept;
   void control(const TickInput& input) noexcept;
   void move_on(const TickInput& input, double dt_s) noexcept;
-  void follow_to(glm::dvec3 proxy, double dt_s) noexcept;
   Cause report(TickOutput& out) const noexcept;
   Sweep move_proxy(glm::dvec3 probe, double dt_s) noexcept;
   glm::dvec3 spring_n(glm::dvec3 probe, glm::dvec3 proxy_velocity,
                       glm::dvec3 probe_velocity) const noexcept;
-  glm::dvec3 force_n(glm::dvec3 probe, const TickInput& input) noexcept;
+  glm::dvec3 force_n(glm::dvec3 probe, const TickInput& input, double dt_s) noexcept;
 
   HapticsOptions options_;
   Safety safety_;
@@ -69,15 +69,11 @@ class Haptics final : public Ticker {
   glm::dvec3 proxy_{0.0};       ///< world
   glm::dvec3 last_probe_{0.0};  ///< world, leading; the last good one
   glm::dvec3 last_wanted_{0.0};
-  /// What is left of the difference between what was felt and what the scene gives: of a new scene,
-  /// or of a surface that ended.
-  glm::dvec3 bridge_n_{0.0};
+  ForceBridge bridge_;
   bool placed_ = false;  ///< proxy_ has been put to a probe
   bool empty_ = true;
-  bool is_sudden_ = false;  ///< bridge_n_ is of what the scene changed at once
-  bool limited_ = false;    ///< in this tick, and where the motion may not be inverted
-  Transform device_;        ///< world from device of the scene that ran last
-  double lost_s_ = 0.0;     ///< for so long the device has given no position to trust
+  Transform device_;     ///< world from device of the scene that ran last
+  double lost_s_ = 0.0;  ///< for so long the device has given no position to trust
 };
 
 }  // namespace palpate

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <glm/glm.hpp>
+#include <span>
+
+#include "module/haptics/energy.h"
+#include "module/haptics/haptic_run.h"
+
+namespace palpate {
+
+/// Leads the hand from the force that it felt to the one that the scene gives, where the scene
+/// changes it at once: the bridge is what is left of the difference, added to the spring's force.
+/// It owns three events: a scene is exchanged, a scene is taken away, and what held the hand ends
+/// or changes (the edge of a surface, a hole, a border of the data, a fold of the field, values
+/// that are not finite). What the hand and the material do is felt at once. Values, world;
+/// real-time safe.
+class ForceBridge {
+ public:
+  /// One haptic frame as the bridge needs it.
+  struct Frame {
+    glm::dvec3 spring_n{0.0};  ///< the scene's force now
+    glm::dvec3 felt_n{0.0};    ///< the force of the frame before
+    glm::dvec3 step_m{0.0};    ///< of the hand since then
+    double stiffness_n_per_m = 0.0;
+    double dt_s = 0.0;
+    std::span<const CarrierRun> carriers;
+  };
+
+  /// The scene is another one: the hand felt `felt_n`, and where it is the new one gives
+  /// `scene_n`.
+  void exchange(glm::dvec3 felt_n, glm::dvec3 scene_n) noexcept { left_n_ = felt_n - scene_n; }
+  /// There is no scene: what is left, on its way to nothing.
+  glm::dvec3 fade(double dt_s) noexcept;
+  /// What to add to the spring's force. tank pays for the work; null: nobody does.
+  glm::dvec3 step(const Frame& frame, EnergyTank* tank) noexcept;
+
+  /// A change by the scene is on its way to the hand, and worth a word.
+  bool is_felt() const noexcept;
+  /// It acted in this frame, where the motion may not be inverted.
+  bool is_rough() const noexcept { return is_rough_; }
+
+ private:
+  glm::dvec3 left_n_{0.0};
+  bool is_sudden_ = false;  ///< some of it is of what the scene changed by itself
+  bool is_rough_ = false;
+};
+
+}  // namespace palpate
