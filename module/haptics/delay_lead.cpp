@@ -1,16 +1,13 @@
 #include "module/haptics/delay_lead.h"
 
-#include <cmath>
 #include <limits>
+
+#include "module/haptics/force_vector.h"
 
 namespace palpate {
 namespace {
 
 constexpr double kLongestGapPeriods = 8.0;
-
-bool is_finite(glm::dvec3 p) noexcept {
-  return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
-}
 
 }  // namespace
 

@@ -72,17 +72,15 @@ void EnergyTank::book(double joule, double held_j) noexcept {
   known_ = true;
 }
 
-bool EnergyTank::pay(double joule) noexcept {
-  if (!std::isfinite(joule)) return true;
+void EnergyTank::pay(double joule) noexcept {
+  if (!std::isfinite(joule)) return;
   if (joule <= 0.0) {
     dissipated_.add(-joule);
-    return true;
+    return;
   }
   put_in_.add(joule);
-  const bool enough = joule <= energy_j_;
-  if (!enough) debt_j_ += joule - energy_j_;
+  debt_j_ += std::max(0.0, joule - energy_j_);
   energy_j_ = std::max(0.0, energy_j_ - joule);
-  return enough;
 }
 
 glm::dvec3 EnergyTank::limit(glm::dvec3 x_prev, glm::dvec3 x_new, glm::dvec3 probe,

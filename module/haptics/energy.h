@@ -56,10 +56,9 @@ class EnergyTank {
                    double dt_s) noexcept;
 
   /// Pays for a force beside the spring's that did so much work on the hand, J; negative work is
-  /// booked as dissipated. False if the tank does not hold as much: then it is empty, and what was
-  /// not paid for is booked as put in all the same and repaid before it fills again. Not finite:
-  /// nothing. Real-time safe.
-  bool pay(double joule) noexcept;
+  /// booked as dissipated. What the tank does not hold is booked as put in all the same and repaid
+  /// before it fills again. Not finite: nothing. Real-time safe.
+  void pay(double joule) noexcept;
 
   /// Forgets the last frame's probe and stiffness: call when the proxy is put to the probe (start,
   /// scene change). Energy and ledger stay.

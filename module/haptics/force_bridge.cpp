@@ -48,12 +48,9 @@ glm::dvec3 ForceBridge::step(const Frame& frame, EnergyTank* tank) noexcept {
   bool rough = false;
   for (const CarrierRun& run : frame.carriers) rough |= run.carrier->report().rough || run.held;
 
-  // What was bridged before goes on; towards the hand's own way it costs energy, and without any
-  // left it goes as fast as it may.
-  const bool paid = !tank || tank->pay(glm::dot(left_n_, frame.step_m));
-  const double rate_n_per_s = !paid        ? kFade_n_per_s
-                              : is_sudden_ ? kSudden_n_per_s
-                                           : kExchange_n_per_s;
+  // What was bridged before goes on; where it pushes the hand on its way that costs energy.
+  if (tank) tank->pay(glm::dot(left_n_, frame.step_m));
+  const double rate_n_per_s = is_sudden_ ? kSudden_n_per_s : kExchange_n_per_s;
   left_n_ = towards_zero(left_n_, rate_n_per_s * frame.dt_s);
 
   // What the scene changes at once is put off, but for what the hand is led by in this frame.

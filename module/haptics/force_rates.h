@@ -13,7 +13,7 @@ inline constexpr double kExchange_n_per_s = 15.0;
 /// The scene changes at once what the hand feels: 0.03 N per ms. A wall of 500 N/m may move with 60
 /// mm/s before it is felt late.
 inline constexpr double kSudden_n_per_s = 30.0;
-/// What is felt can not be known, or not be paid for any longer: 0.05 N per ms.
+/// What is felt can not be known: 0.05 N per ms.
 inline constexpr double kFade_n_per_s = 50.0;
 
 }  // namespace palpate

@@ -1,18 +1,11 @@
 #include "module/haptics/servo_loop.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "module/haptics/emergency.h"
+#include "module/haptics/force_vector.h"
 
 namespace palpate {
-namespace {
-
-bool is_finite(glm::dvec3 v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
-}  // namespace
 
 void ExchangePlan::add(const DeviceReading& reading, int64_t took_ns) noexcept {
   // A device that is not there answers at once: that says nothing about how it will be.
