@@ -1,0 +1,311 @@
+// The limiters between the scene and the guards (docs/force-limits.md), each acting alone: the
+// others have no event, or what is tested is the limiter without them. Oracle: its own rate. The
+// guards' limiters are tested the same way in safety_test.cpp and guards_test.cpp.
+#include <gtest/gtest.h>
+
+#include "module/haptics/force_bridge.h"
+#include "module/haptics/force_rates.h"
+#include "tests/haptics/guarded_hand.h"
+#include "tests/haptics/shell_scene.h"
+
+namespace palpate {
+namespace {
+
+using namespace test;
+using Kind = ControlEvent::Kind;
+
+constexpr double kStiffness = 600.0;
+constexpr double kTick_s = 1e-3;
+constexpr double kRounding_n = 1e-9;
+// The proxy takes moves of less than 0.5 um as they are: 0.0003 N of the spring.
+constexpr double kProxy_n = 5e-4;
+
+/// The hand comes in from outside and stands so deep below the ball's surface, where nothing
+/// changes by itself.
+double lean(Hand& hand, double deep_m) {
+  double force_n = 0.0;
+  for (int i = 0; i <= 300; ++i)
+    force_n = glm::length(hand.to({0.026 - (0.001 + deep_m) * i / 300.0, 0.0, 0.0}).wanted_n);
+  return force_n;
+}
+
+/// The force on the hand that stands there, one tick on.
+double next_n(Hand& hand, double deep_m) {
+  return glm::length(hand.to({0.025 - deep_m, 0.0, 0.0}).wanted_n);
+}
+
+void send(Hand& hand, Kind kind, double value) {
+  ControlEvent event;
+  event.kind = kind;
+  event.value = value;
+  hand.input.events[0] = event;
+  hand.input.event_count = 1;
+}
+
+// ---- Ramp
+
+TEST(ForceLimits, RampOwnsASwitchedMode) {
+  Hand hand(shell_spec(5.0, 0.0, kStiffness), {shell(1, 1.0)});
+  const double before = lean(hand, 0.0025);
+  ASSERT_NEAR(before, 1.5, 0.01);
+  send(hand, Kind::kModeOn, 0.0);
+  for (int ms = 1; ms <= 100; ++ms)
+    ASSERT_NEAR(next_n(hand, 0.0025), before - kRamp_n_per_s * kTick_s * ms, kProxy_n) << ms;
+}
+
+TEST(ForceLimits, RampOwnsAChangedGain) {
+  Hand hand(shell_spec(5.0, 0.0, kStiffness), {shell(1, 1.0)});
+  const double before = lean(hand, 0.0025);
+  send(hand, Kind::kModeGain, 0.1);
+  for (int ms = 1; ms <= 80; ++ms)
+    ASSERT_NEAR(next_n(hand, 0.0025), before - kRamp_n_per_s * kTick_s * ms, kProxy_n) << ms;
+  for (int ms = 81; ms <= 200; ++ms) next_n(hand, 0.0025);
+  EXPECT_NEAR(next_n(hand, 0.0025), 0.5, kProxy_n);
+}
+
+TEST(ForceLimits, RampOwnsAChangedStiffness) {
+  for (const double wanted : {200.0, 1200.0}) {
+    Hand hand(shell_spec(20.0, 0.0, kStiffness), {shell(1, 1.0)});
+    const double before = lean(hand, 0.005);
+    ASSERT_NEAR(before, 3.0, 0.01);
+    send(hand, Kind::kStiffness, wanted);
+    const double step = std::copysign(kRamp_n_per_s * kTick_s, wanted - kStiffness);
+    for (int ms = 1; ms <= 40; ++ms)
+      ASSERT_NEAR(next_n(hand, 0.005), before + step * ms, kProxy_n) << wanted << " N/m, " << ms;
+  }
+}
+
+TEST(ForceLimits, DeviceBoundsTheStiffness) {
+  const SceneSpec spec = shell_spec(20.0, 0.0, kStiffness);
+  const auto scene = plan(spec, {shell(1, 1.0)});
+  ASSERT_TRUE(scene);
+  DeviceInfo weak = Hand::device();
+  weak.max_stiffness_n_per_m = 300.0;
+  Hand hand(spec, {shell(1, 1.0)});
+  hand.haptics = Haptics(unmetered(), weak);
+  hand.haptics.adopt(Haptics::prepare(*scene));
+  EXPECT_NEAR(lean(hand, 0.0025), 300.0 * 0.0025, kProxy_n);
+  SceneSpec larger = spec;
+  larger.world_from_device.scale = {1.0, 2.0, 1.0};
+  EXPECT_EQ(hand.haptics.stiffness_on_device(**plan(larger, {shell(1, 1.0)}), kStiffness), 150.0);
+}
+
+// ---- Confidence
+
+TEST(ForceLimits, ConfidenceWeakensWhatTheFieldCarries) {
+  const auto still = [](float confidence) {
+    auto volume = std::make_shared<MovingVolume>(*shell(1, 1.0));
+    volume->frames.push_back(volume->frames[0]);
+    volume->times.times_s = {0.0, 100.0};
+    const Grid grid = shell_grid(8.0);
+    const Confidence everywhere{grid, std::vector<float>(grid.count(), confidence)};
+    const Field field{grid, std::vector<glm::vec3>(grid.count())};
+    volume->motions = {{"data", {MotionMap::of(field, &everywhere)}}};
+    return volume;
+  };
+  // Smooth from nothing at 0.1 to all at 0.35: at 0.2 it is 0.4^2 (3 - 2 0.4) of 5 N.
+  for (const auto& [confidence, most_n] :
+       {std::pair{0.05F, 0.0}, {0.2F, 0.352 * 5.0}, {0.9F, kStiffness * 0.004}}) {
+    SceneSpec spec = shell_spec(5.0, 0.0, kStiffness);
+    spec.volumes[0].cyclic = false;
+    Hand hand(spec, {still(confidence)});
+    EXPECT_NEAR(lean(hand, 0.004), most_n, 0.005) << confidence;
+  }
+}
+
+// ---- Fade
+
+/// A carrier that finds its point, or does not, as it is told to.
+class ToldCarrier final : public Carrier {
+ public:
+  void carry() noexcept override {}
+  bool go_to(glm::dvec3 world) noexcept override {
+    if (!is_lost) at_ = world;
+    return !is_lost;
+  }
+  void place(const SceneMode&, glm::dvec3, double, double, double, Placed&) noexcept override {}
+  void set_rough() { report_.rough = true; }
+  bool is_lost = false;
+};
+
+TEST(ForceLimits, FadeOwnsALostPoint) {
+  // A large force by its rate, a small one over 20 ms.
+  for (const double felt_n : {2.0, 0.5}) {
+    const int whole_ms = std::max(20, int(std::lround(felt_n / kFade_n_per_s / kTick_s)));
+    CarrierRun run;
+    auto owned = std::make_unique<ToldCarrier>();
+    ToldCarrier& carrier = *owned;
+    run.carrier = std::move(owned);
+    carrier.is_lost = true;
+    for (int ms = 1; ms <= whole_ms; ++ms) {
+      run.follow_to({1.0, 0.0, 0.0}, felt_n, kTick_s);
+      // What the modes of a carrier may push with at most: cap_n * fade.
+      ASSERT_NEAR(run.cap_n * run.fade, felt_n * (1.0 - double(ms) / whole_ms), kRounding_n) << ms;
+    }
+    carrier.is_lost = false;
+    run.held = false;  // as the next frame begins
+    for (int ms = 1; ms < whole_ms; ++ms) {
+      run.follow_to({1.0, 0.0, 0.0}, 0.0, kTick_s);
+      ASSERT_NEAR(run.cap_n * run.fade, felt_n * ms / whole_ms, kRounding_n) << ms;
+    }
+    for (int ms = 0; ms < 2; ++ms) run.follow_to({1.0, 0.0, 0.0}, 0.0, kTick_s);
+    EXPECT_EQ(run.fade, 1.0);
+    EXPECT_EQ(run.cap_n, std::numeric_limits<double>::infinity());
+  }
+}
+
+// ---- Tank
+
+TEST(ForceLimits, TankOwnsWhatTheScenePushes) {
+  SceneSpec spec = shell_spec(20.0, 0.0, kStiffness);
+  spec.volumes[0].drive.kind = DriveSpec::Kind::kSwing;
+  spec.volumes[0].drive.axis = {1.0, 0.0, 0.0};
+  spec.volumes[0].drive.rate_hz = 0.5;
+  spec.volumes[0].drive.amplitude_m = 0.003;
+  spec.volumes[0].path = PosePath::kExact;
+  HapticsOptions empty = unmetered();
+  empty.meter_energy = true;
+  empty.tank = {0.0, 0.0, 0.0};
+  for (const bool metered : {false, true}) {
+    Hand hand(spec, {shell(1, 1.0)}, metered ? empty : unmetered());
+    double force_n = 0.0;
+    // The ball comes 2.8 mm over a hand that stands still.
+    for (int ms = 0; ms < 500; ++ms) force_n = glm::length(hand.to({0.0252, 0.0, 0.0}).wanted_n);
+    EXPECT_NEAR(force_n, metered ? 0.0 : kStiffness * 0.0028, 0.01);
+    EXPECT_EQ(hand.haptics.tank().ledger().slips > 100, metered);
+  }
+}
+
+// ---- Bridge
+
+TEST(ForceLimits, BridgeOwnsAnotherScene) {
+  const SceneSpec spec = shell_spec(5.0, 0.0, kStiffness);
+  SceneSpec none = spec;
+  none.modes.clear();
+  Hand hand(spec, {shell(1, 1.0)});
+  const double before = lean(hand, 0.0025);
+  hand.haptics.adopt(Haptics::prepare(*plan(none, {shell(1, 1.0)})));
+  for (int ms = 1; ms <= 99; ++ms)
+    ASSERT_NEAR(next_n(hand, 0.0025), before - kExchange_n_per_s * kTick_s * ms, kRounding_n) << ms;
+  for (int ms = 100; ms <= 102; ++ms) next_n(hand, 0.0025);
+  EXPECT_EQ(next_n(hand, 0.0025), 0.0);
+}
+
+TEST(ForceLimits, BridgeOwnsASceneThatIsTakenAway) {
+  Hand hand(shell_spec(5.0, 0.0, kStiffness), {shell(1, 1.0)});
+  const double before = lean(hand, 0.0025);
+  ASSERT_TRUE(hand.haptics.adopt(nullptr));
+  for (int ms = 1; ms <= 99; ++ms)
+    ASSERT_NEAR(next_n(hand, 0.0025), before - kExchange_n_per_s * kTick_s * ms, kRounding_n) << ms;
+}
+
+TEST(ForceLimits, BridgeOwnsWhatTheSceneChangesAtOnce) {
+  auto volume = std::make_shared<MovingVolume>(*shell(1, 1.0));
+  // The ball is gone from 2.5 s on; nothing moves.
+  volume->frames = {volume->frames[0], std::make_shared<Ball>(0.001, 1.06e-3),
+                    std::make_shared<Ball>(0.001, 1.06e-3)};
+  volume->times.times_s = {0.0, 2.5, 5.0};
+  SceneSpec spec = shell_spec(5.0, 0.0, kStiffness);
+  spec.volumes[0].cyclic = spec.volumes[0].blend_values = false;
+  Hand hand(spec, {volume});
+  // Until the guards have let the force in: their cause is the scene's from then on.
+  for (int ms = 0; ms < 2100; ++ms) hand.to({0.03, 0.0, 0.0});
+  const double before = lean(hand, 0.0025);
+  ASSERT_NEAR(before, 1.5, 0.01);
+  TickOutput out;
+  int ms = 2401;
+  do out = hand.to({0.0225, 0.0, 0.0});
+  while (++ms < 2600 && out.first.frame == 0);
+  for (int fall = 1; fall < 49; ++fall) {
+    ASSERT_NEAR(glm::length(out.wanted_n), before - kSudden_n_per_s * kTick_s * fall, kProxy_n)
+        << fall;
+    ASSERT_EQ(out.cause, glm::length(out.wanted_n) > 0.05 ? Cause::kSudden : Cause::kNone);
+    out = hand.to({0.0225, 0.0, 0.0});
+  }
+}
+
+ForceBridge::Frame frame_of(double spring_n, double felt_n, double step_m) {
+  ForceBridge::Frame frame;
+  frame.spring_n = {spring_n, 0.0, 0.0};
+  frame.felt_n = {felt_n, 0.0, 0.0};
+  frame.step_m = {step_m, 0.0, 0.0};
+  frame.stiffness_n_per_m = kStiffness;
+  frame.dt_s = kTick_s;
+  return frame;
+}
+
+TEST(ForceLimits, BridgeGoesFasterWhereTheMotionMayNotBeInverted) {
+  for (const bool rough : {false, true}) {
+    std::array<CarrierRun, 1> carriers;
+    auto carrier = std::make_unique<ToldCarrier>();
+    if (rough) carrier->set_rough();
+    carriers[0].carrier = std::move(carrier);
+    ForceBridge bridge;
+    ForceBridge::Frame frame = frame_of(0.0, 2.0, 0.0);
+    frame.carriers = carriers;
+    const double rate = rough ? kFade_n_per_s : kSudden_n_per_s;
+    EXPECT_NEAR(bridge.step(frame, nullptr).x, 2.0 - rate * kTick_s, kRounding_n);
+    EXPECT_EQ(bridge.is_rough(), rough);
+  }
+}
+
+TEST(ForceLimits, BridgeLetsTheHandsOwnWayThrough) {
+  // 0.2 mm into a wall in a tick: 0.12 N more, at once; half as much again where the wall bends.
+  ForceBridge bridge;
+  EXPECT_NEAR(bridge.step(frame_of(1.12, 1.0, -0.2e-3), nullptr).x, 0.0, kRounding_n);
+  // A step of 1 N that no way explains, in the same tick.
+  EXPECT_NEAR(bridge.step(frame_of(2.12, 1.0, -0.2e-3), nullptr).x, -0.97 + 0.03, kRounding_n);
+}
+
+TEST(ForceLimits, TankOwnsABridgeThatPushesTheHandOn) {
+  for (const double step_m : {1e-4, -1e-4}) {
+    for (const bool is_empty : {false, true}) {
+      ForceBridge bridge;
+      bridge.exchange({2.0, 0.0, 0.0}, {0.0, 0.0, 0.0});
+      EnergyTank tank(is_empty ? EnergyTankOptions{0.0, 0.0, 0.0} : EnergyTankOptions{});
+      const glm::dvec3 left = bridge.step(frame_of(0.0, 2.0, step_m), &tank);
+      const bool is_cut = is_empty && step_m > 0.0;
+      EXPECT_NEAR(left.x, is_cut ? 0.0 : 2.0 - kExchange_n_per_s * kTick_s, kRounding_n);
+    }
+  }
+}
+
+// ---- The guards: what safety_test.cpp does not show alone
+
+TEST(ForceLimits, ReturnOwnsWhatAYoungContactHeldBack) {
+  GuardedHand hand;
+  hand.start();
+  hand.input.touching = true;
+  hand.input.wanted_n = {3.0, 0.0, 0.0};
+  hand.steps(5);
+  ASSERT_NEAR(hand.newton(), 1.0, kRounding_n);  // of 3 N, by the first contact
+  // The hand goes out again: the slew would go on letting the force in.
+  for (int ms = 1; ms <= 5; ++ms) {
+    hand.input.wanted_n.x = 3.0 - 0.2 * ms;
+    hand.step();
+    EXPECT_NEAR(hand.newton(), hand.input.wanted_n.x / 3.0, kRounding_n) << ms;
+  }
+}
+
+TEST(ForceLimits, BuzzOwnsAForceThatHums) {
+  GuardedHand hand;
+  hand.start();
+  std::vector<double> peaks_n;  // of each 25 ms: two waves of 80 Hz
+  for (int ms = 0; ms < 2000; ms += 25) {
+    peaks_n.push_back(0.0);
+    for (int i = ms; i < ms + 25; ++i) {
+      hand.input.wanted_n = {1.75 * std::sin(0.16 * std::numbers::pi * i), 0.0, 0.0};
+      hand.step();
+      peaks_n.back() = std::max(peaks_n.back(), hand.newton());
+    }
+    if (peaks_n.back() < 0.21 * 1.75) break;
+  }
+  EXPECT_GT(peaks_n.front(), 1.7);
+  // A fifth of it is left, and only then may it trip.
+  EXPECT_LT(peaks_n.back(), 0.21 * 1.75);
+  EXPECT_EQ(hand.out.state, SafetyState::kOn);
+  EXPECT_EQ(hand.out.cause, Cause::kOscillation);
+}
+
+}  // namespace
+}  // namespace palpate
