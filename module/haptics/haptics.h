@@ -27,6 +27,9 @@ struct HapticsOptions {
 ///   poses and time go on; each carrier takes its material point along; the proxy is swept to its
 ///   balance; the energy tank says how much of that the scene may; the spring's force, behind the
 ///   guards, goes to the device.
+/// What limits the force on its way, in this order (docs/force-limits.md): ramp (HapticRun::ramp),
+/// confidence (Carrier::place), fade (CarrierRun::follow_to), tank (EnergyTank), bridge
+/// (ForceBridge), guards (Safety).
 /// What a scene does not have is not there: no pose is asked for a still volume, no time for a
 /// single frame.
 class Haptics final : public Ticker {

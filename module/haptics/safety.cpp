@@ -238,25 +238,27 @@ glm::dvec3 Safety::faded_at_edge(glm::dvec3 force, glm::dvec3 position) noexcept
   return force - (1.0 - left) * part * outward;
 }
 
+// The guards of docs/force-limits.md, in its order.
 glm::dvec3 Safety::limited(const SafetyInput& input, double dt_s) noexcept {
+  // Start gate and buzz.
   if (oscillation_.gain() < 1.0) limit_ = Cause::kOscillation;
   const double gain =
       oscillation_.gain() * (state_ == SafetyState::kRamping ? std::min(ramp_, 1.0) : 1.0);
   // Cut once before anything is multiplied or added: what is huge stays finite. Ten times, so that
   // the guards in between still see what is wanted beyond the limit.
   glm::dvec3 force = gain * shortened(input.wanted_n, 10.0 * options_.max_force_n);
+  // Damping and edge.
   const glm::dvec3 damp = damping(input.velocity_m_per_s);
   force = faded_at_edge(force + damp, input.reading.position_m);
-
   // Finite: whatever the steps above made.
   if (!is_finite(force)) force = glm::dvec3(0.0);
   const glm::dvec3 wanted = force;
-  // Magnitude.
+  // Magnitude and heat.
   const double most = std::min(options_.max_force_n, heat_.limit_n());
   if (most < options_.max_force_n && length_of(force) > most && limit_ == Cause::kNone)
     limit_ = Cause::kHot;
   force = shortened(force, most);
-  // Slew.
+  // Return, first contact and slew.
   const double full = (1.0 - kEnergyShare) * options_.max_slew_n_per_s;
   const double rising = contact_.slew_n_per_s(full);
   const glm::dvec3 aim = shortened(force, return_.most_n(length_of(wanted)));
@@ -267,7 +269,7 @@ glm::dvec3 Safety::limited(const SafetyInput& input, double dt_s) noexcept {
   slewed_ += shortened(change, (rises ? rising : full) * dt_s);
   return_.give(length_of(slewed_), dt_s);
   last_wanted_ = wanted;
-  // Energy.
+  // Power.
   if (power_.gain() < 1.0 && limit_ == Cause::kNone) limit_ = Cause::kEnergy;
   return power_.gain() * slewed_;
 }

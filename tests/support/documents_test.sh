@@ -1,13 +1,21 @@
 #!/usr/bin/env bash
-# Every path that docs/architecture.md names exists.
+# Every path that docs/architecture.md and docs/force-limits.md name exists, and so does everything else that the latter names: functions,
+# tests, causes.
 # usage: documents_test.sh ROOT
 set -euo pipefail
 cd "$1"
 failed=0
-while read -r path; do
-  [[ -e $path ]] || { echo "docs/architecture.md names $path, which is not there."; failed=1; }
-done < <(grep -oE '`[a-z]+/[A-Za-z0-9_./-]*`' docs/architecture.md | tr -d '`' | sort -u)
-while read -r path; do
-  [[ -e docs/$path ]] || { echo "docs/architecture.md links to $path, which is not there."; failed=1; }
-done < <(grep -oE '\]\([^)h][^)]*\)' docs/architecture.md | sed 's/^](//; s/)$//' | sort -u)
+for page in docs/architecture.md docs/force-limits.md; do
+  while read -r path; do
+    [[ -e $path ]] || { echo "$page names $path, which is not there."; failed=1; }
+  done < <(grep -oE '`[a-z]+/[A-Za-z0-9_./-]*`' $page | tr -d '`' | sort -u)
+  while read -r path; do
+    [[ -e docs/$path ]] || { echo "$page links to $path, which is not there."; failed=1; }
+  done < <(grep -oE '\]\([^)h][^)]*\)' $page | sed 's/^](//; s/)$//' | sort -u)
+done
+# `Class::function`, `Suite.Test`, `Suite.*`, `Test...`, `file.cpp`: what is left of it without class and suite.
+while read -r name; do
+  grep -rqF --include='*.h' --include='*.cpp' -- "$name" module integration/devices tests || [[ -n $(find module tests -name "$name") ]] ||
+    { echo "docs/force-limits.md names $name, which is not there."; failed=1; }
+done < <(grep -oE '`[^`]+`' docs/force-limits.md | grep -v / | tr -d '`' | sed -E 's/\.\*$|\.\.\.$|\(\)$//; s/^[A-Z][A-Za-z]*\.//; s/.*:://' | sort -u)
 exit $failed
