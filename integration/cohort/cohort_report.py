@@ -1,25 +1,27 @@
-"""The table and the page of a cohort, from the status.json of its sequences."""
+"""The table and the page of a cohort: from the status.json of its sequences, and from what is known of those without one."""
 
-import argparse
 import csv
 import html
+import io
 import json
+import os
+import signal
 import statistics
 from pathlib import Path
 
 NUMBERS = ("model", "frames", "size", "spacing_mm", "motion_mean_mm", "motion_max_mm", "folded_voxels", "least_determinant",
            "correlation_before", "correlation_after", "motion_left_voxels", "solve_seconds", "seconds", "attempt", "host", "device")
-WORST_FIRST = ("lost", "unusable", "failed", "suspect", "ok")
+WORST_FIRST = ("lost", "unusable", "failed", "left", "suspect", "ok")
 MEANING = {"ok": "no check found anything", "suspect": "a person should look at the fields before using them",
            "failed": "the fields must not be used", "unusable": "palpate can not use the files",
-           "lost": "the machine lost it each time"}
+           "lost": "its job was killed, or its machine failed, each time", "left": "not done yet: run the same again"}
 
 STYLE = """
 body { font: 15px/1.45 Inter, system-ui, sans-serif; margin: 2rem auto; max-width: 72rem; padding: 0 1rem; color: #1b2230; background: #fff }
 h1 { font-size: 1.5rem } table { border-collapse: collapse; width: 100% } th, td { text-align: right; padding: .35rem .6rem; border-bottom: 1px solid #dfe3ea; vertical-align: top }
 th:first-child, td:first-child, .text { text-align: left } img { width: 11rem; border-radius: 4px } .state { font-weight: 600 }
-.ok { color: #1a7f4b } .suspect { color: #9a6700 } .failed, .unusable, .lost { color: #b3261e } .quiet { color: #667085 }
-@media (prefers-color-scheme: dark) { body { background: #14181f; color: #e4e8ef } th, td { border-color: #2c3440 } .ok { color: #55c98b } .suspect { color: #e0b04c } .failed, .unusable, .lost { color: #ff8a80 } .quiet { color: #98a2b3 } a { color: #8ab4f8 } }
+.ok { color: #1a7f4b } .suspect, .left { color: #9a6700 } .failed, .unusable, .lost { color: #b3261e } .quiet { color: #667085 }
+@media (prefers-color-scheme: dark) { body { background: #14181f; color: #e4e8ef } th, td { border-color: #2c3440 } .ok { color: #55c98b } .suspect, .left { color: #e0b04c } .failed, .unusable, .lost { color: #ff8a80 } .quiet { color: #98a2b3 } a { color: #8ab4f8 } }
 """
 
 
@@ -32,10 +34,11 @@ def text(value, digits: int = 2) -> str:
 def row(one: dict) -> str:
     name = html.escape(one["name"])
     picture = f'<a href="{name}/picture.png"><img src="{name}/picture.png" alt="{name}"></a>' if one.get("picture") else ""
+    log = "" if one["state"] == "left" else f'<a class="quiet" href="{name}/log.txt">log</a><br>'
     reasons = "<br>".join(html.escape(r) for r in one.get("reasons", []))
     motion = f"{text(one.get('motion_mean_mm'))} / {text(one.get('motion_max_mm'), 1)}"
     match = f"{text(one.get('correlation_before'), 3)} &rarr; {text(one.get('correlation_after'), 3)}"
-    return (f'<tr><td><b>{name}</b><br><a class="quiet" href="{name}/log.txt">log</a><br>{picture}</td>'
+    return (f'<tr><td><b>{name}</b><br>{log}{picture}</td>'
             f'<td class="text"><span class="state {one["state"]}">{one["state"]}</span><br>{reasons}</td>'
             f'<td>{text(one.get("frames"))}<br><span class="quiet">{text(one.get("size"))}</span></td><td>{motion}</td><td>{match}</td>'
             f'<td>{text(one.get("motion_left_voxels"))}</td><td>{text(one.get("folded_voxels"))}</td>'
@@ -46,7 +49,7 @@ def page(all_of: list[dict]) -> str:
     counts = {state: sum(one["state"] == state for one in all_of) for state in WORST_FIRST}
     said = [f'<li><span class="state {state}">{counts[state]} {state}</span>: {MEANING[state]}</li>'
             for state in reversed(WORST_FIRST) if counts[state]]
-    times = [one["seconds"] for one in all_of if one["state"] not in ("unusable", "lost")]
+    times = [one["seconds"] for one in all_of if one["state"] not in ("unusable", "lost", "left")]
     spent = (f"<p>A sequence took {statistics.median(times):.1f} s in the median, {max(times):.1f} s at most; "
              f"{sum(times) / 3600:.2f} hours of work in all.</p>" if times else "")
     rows = "".join(row(one) for one in sorted(all_of, key=lambda one: (WORST_FIRST.index(one["state"]), one["name"])))
@@ -58,21 +61,78 @@ def page(all_of: list[dict]) -> str:
             f"<th>least determinant</th><th>seconds</th></tr></thead><tbody>{rows}</tbody></table></body></html>\n")
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("status", nargs="+", type=Path)
-    parser.add_argument("--table", type=Path, required=True)
-    parser.add_argument("--page", type=Path, required=True)
-    options = parser.parse_args()
-    all_of = [json.loads(path.read_text()) for path in options.status]
-    with open(options.table, "w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(("name", "state", *NUMBERS, "reasons"))
-        for one in all_of:
-            writer.writerow((one["name"], one["state"], *("" if one.get(key) is None else one[key] for key in NUMBERS),
-                             " ".join(one.get("reasons", []))))
-    options.page.write_text(page(all_of), encoding="utf-8")
+def attempts_of(folder: Path) -> list[dict]:
+    """Per attempt without an answer: attempt, host, job; then ended, exit and slurm as far as somebody was left to note them."""
+    try:
+        lines = (folder / "attempts.jsonl").read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        return []
+    attempts = []
+    for line in lines:
+        try:
+            noted = json.loads(line)
+        except ValueError:
+            # Who wrote it was killed meanwhile.
+            continue
+        # A job that did not get as far as to note its attempt is one, too.
+        jobs = {one.get("job") for one in (noted, *attempts[-1:])} - {None}
+        if not attempts or "attempt" in noted or (noted.keys() - {"job"}) & attempts[-1].keys() or len(jobs) > 1:
+            attempts.append({})
+        attempts[-1].update(noted)
+    return attempts
 
 
-if __name__ == "__main__":
-    main()
+def reason(one: dict) -> str:
+    """An attempt as a sentence."""
+    known = []
+    if "ended" in one:
+        known.append(one["ended"])
+    elif "exit" in one:
+        # As shells say it.
+        number = one["exit"] - 128
+        by = f", signal {number} ({signal.strsignal(number)})" if number in signal.valid_signals() else ""
+        known.append(f"its process ended with exit status {one['exit']}{by}")
+    if "slurm" in one:
+        known.append(f"Slurm says {one['slurm']} of job {one['job']}")
+    begun = f"Attempt {one['attempt']} on {one['host']}" if "attempt" in one else "An attempt"
+    return f"{begun}: {'; '.join(known) or 'killed, or its machine failed, before anything could be noted'}."
+
+
+def status_of(output: Path, asked: dict) -> dict:
+    """How a sequence ended, or that it is left."""
+    folder = output / asked["name"]
+    try:
+        return json.loads((folder / "status.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        attempts = attempts_of(folder)
+        last = next((one for one in reversed(attempts) if "attempt" in one), {})
+        return {"name": asked["name"], "state": "left", "attempt": last.get("attempt"), "host": last.get("host"),
+                "reasons": [reason(one) for one in attempts]}
+
+
+def give_up(output: Path, asked: dict, retries: int) -> None:
+    """A sequence whose last attempt has ended without an answer is lost: only --retry tries it again."""
+    status = status_of(output, asked)
+    if status["state"] == "left" and (status["attempt"] or 0) > retries:
+        write(output / asked["name"] / "status.json", json.dumps(dict(status, state="lost", asked=asked), indent=1))
+
+
+def write(path: Path, text: str) -> None:
+    """As a whole or not at all: until then what stood there stays."""
+    new = path.with_name(path.name + ".new")
+    new.write_text(text, encoding="utf-8", newline="")
+    os.replace(new, path)
+
+
+def report(output: Path, sequences: list[dict]) -> dict[str, list[str]]:
+    """Writes table and page, and returns the names of the sequences by state."""
+    all_of = [status_of(output, asked) for asked in sequences]
+    table = io.StringIO(newline="")
+    writer = csv.writer(table)
+    writer.writerow(("name", "state", *NUMBERS, "reasons"))
+    for one in all_of:
+        writer.writerow((one["name"], one["state"], *("" if one.get(key) is None else one[key] for key in NUMBERS),
+                         " ".join(one.get("reasons", []))))
+    write(output / "cohort.csv", table.getvalue())
+    write(output / "cohort.html", page(all_of))
+    return {state: names for state in reversed(WORST_FIRST) if (names := [one["name"] for one in all_of if one["state"] == state])}

@@ -1,12 +1,15 @@
 """One sequence of a cohort: runs palpate, draws a picture, and writes NAME/status.json when both are there.
 
 Ends with 0 where palpate gave an answer, also that it can not use the files; with 1 where a machine may do better another time.
+What is known of attempts without an answer stands in NAME/attempts.jsonl until one has an answer.
 """
 
 import argparse
 import json
 import os
+import shlex
 import shutil
+import signal
 import socket
 import subprocess
 import sys
@@ -18,14 +21,25 @@ STATES = {0: "ok", 2: "unusable", 3: "suspect", 4: "failed"}
 
 
 def run(command: list[str], log: Path, environment: dict) -> subprocess.CompletedProcess:
-    done = subprocess.run(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, check=False)
     with open(log, "a", encoding="utf-8") as file:
-        file.write("$ " + " ".join(command) + "\n" + done.stderr + f"(exit status {done.returncode})\n")
+        # Before it runs: if all is killed, the log says what was running.
+        file.write("$ " + shlex.join(command) + "\n")
+        file.flush()
+        done = subprocess.run(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, check=False)
+        file.write(done.stderr + f"(exit status {done.returncode})\n")
     return done
+
+
+def note(folder: Path, **what) -> None:
+    with open(folder / "attempts.jsonl", "a", encoding="utf-8") as file:
+        file.write(json.dumps(what) + "\n")
 
 
 def sentence(done: subprocess.CompletedProcess) -> str:
     """palpate's own words for what was wrong: its last line."""
+    if done.returncode < 0:
+        number = -done.returncode
+        return f"palpate was killed by signal {number} ({signal.strsignal(number)})"
     lines = [line for line in done.stderr.splitlines() if line.strip()]
     return lines[-1].removeprefix("palpate: ") if lines else f"palpate ended with exit status {done.returncode} and said nothing"
 
@@ -71,6 +85,15 @@ def main() -> int:
         path = folder / old
         shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
     log.unlink(missing_ok=True)
+    note(folder, attempt=options.attempt, host=socket.gethostname(), job=os.environ.get("SLURM_JOB_ID"))
+
+    def stop(number: int, _) -> None:
+        # A time limit, a job that is cancelled, or all is to stop. subprocess.run() ends palpate, too.
+        note(folder, ended=f"stopped by signal {number} ({signal.strsignal(number)})")
+        sys.exit(128 + number)
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, stop)
     # The CPU driver of Vulkan takes all cores otherwise.
     environment = dict(os.environ, LP_NUM_THREADS=str(options.threads))
 
@@ -88,34 +111,33 @@ def main() -> int:
     status = {"name": options.name, "files": one["files"], "preset": one["preset"], "host": socket.gethostname(), "attempt": options.attempt}
     if done.returncode not in STATES:
         # A device that failed, or the end of the process by a signal: perhaps only here and now.
-        if options.attempt <= config["retries"]:
-            print(f"{options.name}: {sentence(done)}", file=sys.stderr)
-            return 1
-        status.update(state="lost", reasons=[sentence(done)])
+        note(folder, ended=sentence(done))
+        print(f"{options.name}: {sentence(done)}", file=sys.stderr)
+        return 1
+    status["state"] = STATES[done.returncode]
+    if status["state"] == "unusable":
+        status["reasons"] = [sentence(done)]
     else:
-        status["state"] = STATES[done.returncode]
-        if status["state"] == "unusable":
-            status["reasons"] = [sentence(done)]
-        else:
-            status.update(numbers_of(json.loads(done.stdout)))
-            picture = folder / "picture.png"
-            if is_pair and config["pictures"]:
-                (folder / "motion" / "field.png").rename(picture)
-            elif config["pictures"]:
-                frame = str(status["frames"] // 2)
-                view = [palpate, "view", *one["files"], "--fields", str(result), "--frame", frame, "--picture", str(picture),
-                        "--picture-size", "512", "--quiet"] + ([] if one["cyclic"] else ["--not-cyclic"])
-                drawn = run(view, log, environment)
-                if drawn.returncode:
-                    status["reasons"] = status["reasons"] + ["No picture: " + sentence(drawn)]
-            if picture.exists():
-                status["picture"] = str(picture)
+        status.update(numbers_of(json.loads(done.stdout)))
+        picture = folder / "picture.png"
+        if is_pair and config["pictures"]:
+            (folder / "motion" / "field.png").rename(picture)
+        elif config["pictures"]:
+            frame = str(status["frames"] // 2)
+            view = [palpate, "view", *one["files"], "--fields", str(result), "--frame", frame, "--picture", str(picture),
+                    "--picture-size", "512", "--quiet"] + ([] if one["cyclic"] else ["--not-cyclic"])
+            drawn = run(view, log, environment)
+            if drawn.returncode:
+                status["reasons"] = status["reasons"] + ["No picture: " + sentence(drawn)]
+        if picture.exists():
+            status["picture"] = str(picture)
     if not any((folder / "motion").iterdir()):
         (folder / "motion").rmdir()
     status["seconds"] = time.monotonic() - begin
     # As a whole or not at all: what stands there is done.
     (folder / "status.new").write_text(json.dumps(status, indent=1))
     (folder / "status.new").rename(folder / "status.json")
+    (folder / "attempts.jsonl").unlink(missing_ok=True)
     return 0
 
 

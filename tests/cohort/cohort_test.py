@@ -1,11 +1,15 @@
 #!/usr/bin/env python3
 """Tests of palpate-cohort with the real palpate, and with a Slurm of their own: one node, under the caller's name, on free ports.
 
+Every path of a test has a blank and a quote in it, some outputs have braces.
+
 usage: cohort_test.py local|slurm PALPATE-COHORT PALPATE SHARED-DATA SLURM_ROOT.SH
 Exit status 77: skipped, and said why.
 """
 
+import contextlib
 import csv
+import ctypes
 import hashlib
 import json
 import os
@@ -20,7 +24,8 @@ import zlib
 from pathlib import Path
 
 WHICH, COHORT, PALPATE, SHARED, SLURM_ROOT = sys.argv[1:6]
-HERE = Path(__file__).resolve().parent
+# From Linux's sys/prctl.h.
+PR_SET_CHILD_SUBREAPER = 36
 
 
 def skip(why: str) -> None:
@@ -71,14 +76,76 @@ def make_pairs(folder: Path, count: int, size: int) -> None:
     (folder / "table.csv").write_text("\n".join(lines) + "\n")
 
 
+def cohort(folder: Path, output: str, *options: str, table: str = "table.csv") -> list[str]:
+    """The command, from a copy of the scripts beside the data: their folder has a path with blanks, too."""
+    scripts = folder / "work flow"
+    if not scripts.exists():
+        shutil.copytree(Path(COHORT).parent, scripts)
+    return [sys.executable, str(scripts / "palpate-cohort"), str(folder / table), "--output", str(folder / output), "--palpate", PALPATE,
+            "--preset", "fast", *options]
+
+
 def run(folder: Path, output: str, *options: str, environment: dict | None = None, table: str = "table.csv") -> subprocess.CompletedProcess:
-    command = [sys.executable, COHORT, str(folder / table), "--output", str(folder / output), "--palpate", PALPATE, "--preset", "fast", *options]
-    return subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
+    return subprocess.run(cohort(folder, output, *options, table=table), capture_output=True, text=True, check=False, env=environment)
+
+
+def start(folder: Path, output: str, *options: str, environment: dict | None = None) -> subprocess.Popen:
+    return subprocess.Popen(cohort(folder, output, *options), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment)
+
+
+def program(path: Path, text: str) -> str:
+    """A shell script in the place of a program."""
+    path.write_text("#!/bin/sh\n" + text)
+    path.chmod(0o755)
+    return str(path)
+
+
+def wait_for(holds, what: str, seconds: float = 120) -> None:
+    deadline = time.monotonic() + seconds
+    while not holds():
+        check(time.monotonic() < deadline, what)
+        time.sleep(0.1)
+
+
+def runs(pid: int) -> bool:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] not in "ZX"
+    except OSError:
+        return False
+
+
+def children(of: list[int]) -> list[int]:
+    found = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with contextlib.suppress(OSError):
+            if int(stat.read_text().rsplit(")", 1)[1].split()[1]) in of:
+                found.append(int(stat.parent.name))
+    return found
+
+
+def kill_with_children(root: int) -> None:
+    """As when the power of their machine goes: all at once. None is left out: stopped, they make no others meanwhile."""
+    found = [root]
+    while True:
+        for pid in found:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGSTOP)
+        more = set(children(found)) - set(found)
+        if not more:
+            break
+        found += more
+    for pid in found:
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGKILL)
+
+
+def rows(output: Path) -> dict[str, dict]:
+    with open(output / "cohort.csv", encoding="utf-8", newline="") as file:
+        return {row["name"]: row for row in csv.DictReader(file)}
 
 
 def states(output: Path) -> dict[str, str]:
-    with open(output / "cohort.csv", encoding="utf-8", newline="") as file:
-        return {row["name"]: row["state"] for row in csv.DictReader(file)}
+    return {name: row["state"] for name, row in rows(output).items()}
 
 
 def fields(output: Path) -> dict[str, str]:
@@ -120,13 +187,12 @@ def goes_on_where_it_stopped_and_repeats_nothing(folder: Path) -> None:
         table.write("breath,sequence/frame_*.mha\nmissing,nowhere.mha;fixed_01.mha\n")
 
     # Killed in the middle, with all its children.
-    command = [sys.executable, COHORT, str(folder / "table.csv"), "--output", str(folder / "out"), "--palpate", PALPATE, "--preset", "fast"]
-    first = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+    first = start(folder, "out")
     deadline = time.monotonic() + 300
     while len(written(folder / "out")) < 2 and time.monotonic() < deadline and first.poll() is None:
         time.sleep(0.05)
-    os.killpg(first.pid, signal.SIGKILL)
-    first.wait()
+    kill_with_children(first.pid)
+    first.communicate()
     before = written(folder / "out")
     check(2 <= len(before) < 10, f"{len(before)} were done when it was killed")
 
@@ -164,20 +230,115 @@ def goes_on_where_it_stopped_and_repeats_nothing(folder: Path) -> None:
 def what_a_machine_loses_is_begun_again(folder: Path) -> None:
     make_pairs(folder, 2, 32)
     # A palpate that is killed the first time it is called for a pair.
-    fake = folder / "palpate"
-    fake.write_text(f'#!/bin/sh\ncase "$*" in *fixed_01*) if mkdir "{folder}/killed" 2>/dev/null; then kill -9 $$; fi ;; esac\nexec "{PALPATE}" "$@"\n')
-    fake.chmod(0o755)
-    done = run(folder, "out", "--no-pictures", "--palpate", str(fake))
+    fake = program(folder / "palpate", f'case "$*" in *fixed_01*) if mkdir "{folder}/killed" 2>/dev/null; then kill -9 $$; fi ;; esac\n'
+                   f'exec "{PALPATE}" "$@"\n')
+    done = run(folder, "out", "--no-pictures", "--palpate", fake)
     check(done.returncode in (0, 3, 4), f"{done.returncode} {done.stderr}")
     status = json.loads((folder / "out" / "pair_01" / "status.json").read_text())
     check(status["attempt"] == 2 and status["state"] != "lost", f"{status}")
     # One that never comes to its end is not tried for ever, and the others are done.
-    fake.write_text(f'#!/bin/sh\ncase "$*" in *fixed_01*) kill -9 $$ ;; esac\nexec "{PALPATE}" "$@"\n')
-    done = run(folder, "lost", "--no-pictures", "--retries", "1", "--palpate", str(fake))
-    found = states(folder / "lost")
-    check(done.returncode == 4 and found["pair_01"] == "lost" and found["pair_00"] != "lost", f"{found} {done.stderr}")
+    program(Path(fake), f'case "$*" in *fixed_01*) kill -9 $$ ;; esac\nexec "{PALPATE}" "$@"\n')
+    done = run(folder, "lost", "--no-pictures", "--retries", "1", "--palpate", fake)
+    found = rows(folder / "lost")
+    check(done.returncode == 4 and found["pair_01"]["state"] == "lost" and found["pair_00"]["state"] != "lost", f"{found} {done.stderr}")
+    check(found["pair_01"]["reasons"].count("palpate was killed by signal 9 (Killed)") == 2, f"{found['pair_01']}")
     done = run(folder, "lost", "--no-pictures", "--retry")
     check(states(folder / "lost")["pair_01"] != "lost", f"{done.stderr}")
+
+
+def a_job_that_is_killed_as_a_whole_is_in_the_table(folder: Path) -> None:
+    make_pairs(folder, 2, 32)
+    done = run(folder, "out {1}", "--no-pictures")
+    check(done.returncode in (0, 3, 4), f"{done.returncode} {done.stderr}")
+    # The script that would say how palpate ended is killed too; and while work goes on, the earlier table is there.
+    fake = program(folder / "palpate", f'[ -e "{folder}/out {{1}}/cohort.csv" ] || touch "{folder}/no table"\nkill -9 $PPID\n')
+    shutil.copy(folder / "moving_00.mha", folder / "moving_01.mha")
+    done = run(folder, "out {1}", "--no-pictures", "--retries", "1", "--palpate", fake)
+    check(not (folder / "no table").exists(), "the earlier table stays until there is a new one")
+    lost = rows(folder / "out {1}")["pair_01"]
+    check(done.returncode == 4 and lost["state"] == "lost" and lost["attempt"] == "2", f"{done.returncode} {lost} {done.stdout} {done.stderr}")
+    check(all(f"Attempt {n} on {socket.gethostname()}: its process ended with exit status 137, signal 9 (Killed)." in lost["reasons"]
+              for n in (1, 2)), f"{lost}")
+    check("<b>pair_01</b>" in (folder / "out {1}" / "cohort.html").read_text(), "the page shows it")
+    # That was its answer, until its line changes.
+    before = written(folder / "out {1}")
+    check(run(folder, "out {1}", "--no-pictures").returncode == 4 and written(folder / "out {1}") == before, "it is not begun again by itself")
+    table = folder / "table.csv"
+    table.write_text(table.read_text().replace("sequence", "sequence,cyclic").replace("00.mha\n", "00.mha,no\n").replace("01.mha\n", "01.mha,yes\n"))
+    done = run(folder, "out {1}", "--no-pictures")
+    check(states(folder / "out {1}")["pair_01"] != "lost", f"{done.stdout} {done.stderr}")
+    check(written(folder / "out {1}")["pair_00"] == before["pair_00"], "the other one is not")
+
+
+def a_signal_ends_all_of_it(folder: Path) -> None:
+    make_pairs(folder, 2, 32)
+    # Works for a long time, where this test finds it.
+    fake = program(folder / "palpate", f'echo $$ >"{folder}/new"; mv "{folder}/new" "{folder}/pid"\nexec sleep 600\n')
+    for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
+        work = start(folder, "out", "--palpate", fake)
+        wait_for((folder / "pid").exists, "palpate begins")
+        palpate = int((folder / "pid").read_text())
+        (folder / "pid").unlink()
+        check(runs(palpate), "palpate runs")
+        work.send_signal(number)
+        said = work.communicate(timeout=120)[0]
+        check(work.returncode == 128 + number and f"stopped by signal {number}" in said, f"{work.returncode} {said}")
+        check(not runs(palpate), "palpate has ended")
+        found = rows(folder / "out")
+        check(found["pair_00"]["state"] == found["pair_01"]["state"] == "left", f"{found}")
+    done = run(folder, "out", "--no-pictures")
+    check(done.returncode in (0, 3, 4) and "left" not in states(folder / "out").values(), f"{done.returncode} {done.stderr}")
+
+
+def only_one_works_in_a_folder(folder: Path) -> None:
+    make_pairs(folder, 1, 32)
+    # A Snakemake that takes its time to end its jobs.
+    (folder / "bin").mkdir()
+    program(folder / "bin" / "snakemake", f'trap "touch \\"{folder}/asked\\"" INT\necho $$ >"{folder}/new"; mv "{folder}/new" "{folder}/pid"\n'
+            f'until [ -e "{folder}/go" ]; do sleep 0.1; done\nexit 1\n')
+    environment = dict(os.environ, PATH=f"{folder / 'bin'}:{os.environ['PATH']}")
+    for number, code in ((signal.SIGTERM, 143), (signal.SIGKILL, -9)):
+        work = start(folder, "out", environment=environment)
+        wait_for((folder / "pid").exists, "Snakemake begins")
+        snakemake = int((folder / "pid").read_text())
+        (folder / "pid").unlink()
+        work.send_signal(number)
+        if number == signal.SIGTERM:
+            wait_for((folder / "asked").exists, "the signal is passed on")
+            check(work.poll() is None, "it waits for Snakemake")
+        else:
+            work.communicate()
+        second = run(folder, "out")
+        check(second.returncode == 2 and "works in" in second.stderr and runs(snakemake), f"{second.returncode} {second.stderr}")
+        (folder / "go").touch()
+        work.communicate(timeout=60)
+        check(work.returncode == code, f"{work.returncode}")
+        wait_for(lambda: not runs(snakemake), "Snakemake ends")
+        (folder / "go").unlink()
+    done = run(folder, "out", "--no-pictures")
+    check(done.returncode in (0, 3, 4), f"then the folder is free: {done.returncode} {done.stderr}")
+
+
+def runs_on_what_else_snakemake_drives(folder: Path) -> None:
+    make_pairs(folder, 2, 32)
+    # A cluster whose submit command runs the job at once.
+    submit = program(folder / "submit", f'echo "$1" >>"{folder}/submitted"\nsh "$1" >&2\n')
+    done = run(folder, "out {1}", "--no-pictures", "--", "--jobs", "1", "--cluster", f'"{submit}"')
+    found = states(folder / "out {1}")
+    check(done.returncode in (0, 3, 4) and set(found.values()) <= {"ok", "suspect", "failed"}, f"{done.returncode} {found} {done.stderr}")
+    check((folder / "submitted").read_text().count("\n") == 2, "each was a job of the cluster")
+
+
+def says_which_paths_it_can_not_have(folder: Path) -> None:
+    make_pairs(folder, 1, 32)
+    (folder / "braces.csv").write_text("name,sequence\na,fixed_{0}.mha;moving_00.mha\n")
+    done = run(folder, "out", table="braces.csv")
+    check(done.returncode == 2 and "rename it" in done.stderr and done.stderr.count("\n") == 1, f"{done.returncode} {done.stderr}")
+    (folder / "two.csv").write_text("name,sequence\na,fixed_$.mha;moving_00.mha\n")
+    for output, table in (('a "b"', "table.csv"), ("a $b", "table.csv"), ("a \\ b", "table.csv"), ("out", "two.csv")):
+        done = run(folder, output, "--", "--cluster", "true", table=table)
+        check(done.returncode == 2 and "rename it" in done.stderr and done.stderr.count("\n") == 1, f"{done.returncode} {done.stderr}")
+        check(not (folder / output).exists(), "nothing is written before")
 
 
 # --- on Slurm ---
@@ -239,27 +400,18 @@ NodeName={host} NodeAddr=127.0.0.1 CPUs=2 RealMemory=1000 State=UNKNOWN
 PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP
 """)
 
-    def start(self, name: str, *command: str) -> None:
-        log = open(self.folder / f"{name}.log", "ab")
-        self.processes[name] = subprocess.Popen(command, env=self.environment, stdout=log, stderr=log, start_new_session=True)
+    def start(self, name: str, *command: str, before=None) -> None:
+        with open(self.folder / f"{name}.log", "ab") as log:
+            self.processes[name] = subprocess.Popen(command, env=self.environment, stdout=log, stderr=log, start_new_session=True,
+                                                    preexec_fn=before)
 
     def start_node(self) -> None:
-        self.start("slurmd", "slurmd", "-D", *(["-d", self.stepd] if self.stepd else []))
+        self.start("slurmd", "slurmd", "-D", *(["-d", self.stepd] if self.stepd else []), before=adopt_orphans)
 
     def kill_node(self) -> None:
         """As when its power goes: the daemon and all that it started, at once."""
-        # The steps are sessions of their own; their processes carry this Slurm's spool or configuration in what they were given.
-        self.processes["slurmd"].kill()
+        kill_with_children(self.processes["slurmd"].pid)
         self.processes["slurmd"].wait()
-        for process in Path("/proc").iterdir():
-            if not process.name.isdigit() or int(process.name) in (os.getpid(), *(p.pid for p in self.processes.values())):
-                continue
-            try:
-                given = (process / "cmdline").read_bytes() + (process / "environ").read_bytes()
-                if b"SLURM_JOB_ID=" in given and str(self.folder).encode() in given or given.startswith(b"slurmstepd"):
-                    os.kill(int(process.name), signal.SIGKILL)
-            except (OSError, ProcessLookupError):
-                continue
 
     def start_all(self) -> str:
         """Empty, or why it does not run."""
@@ -295,22 +447,80 @@ PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP
             process.wait()
 
 
-def a_node_is_killed_in_the_middle(folder: Path) -> None:
+@contextlib.contextmanager
+def running_slurm():
     root = subprocess.run([SLURM_ROOT], capture_output=True, text=True, check=False)
     if root.returncode:
         skip(root.stderr.strip().splitlines()[-1].removeprefix("SKIPPED: ") if root.stderr.strip() else "Slurm can not be fetched")
+    # slurm.conf can not name a path with blanks.
+    with tempfile.TemporaryDirectory(prefix="slurm-") as folder:
+        slurm = Slurm(Path(folder).resolve(), Path(root.stdout.strip()))
+        try:
+            why = slurm.start_all()
+            if why:
+                skip("Slurm can not run here: " + why)
+            yield slurm
+        finally:
+            slurm.stop()
+
+
+def slurm_says_how_a_job_was_killed(folder: Path) -> None:
+    make_pairs(folder, 3, 32)
+    # Cancelled, as a time limit ends a job: in it there is time for a word. And killed from the batch script down: only Slurm knows.
+    fake = program(folder / "palpate", f"""case "$*" in
+*fixed_01*)
+  pid=$PPID all=
+  until [ "$(cat /proc/$pid/comm)" = slurmstepd ]; do
+    all="$pid $all"
+    pid=$(sed -n 's/^PPid:[^0-9]*//p' /proc/$pid/status)
+    [ $pid -gt 1 ] || exit 99
+  done
+  kill -9 $all ;;
+*fixed_02*) scancel $SLURM_JOB_ID; sleep 600 ;;
+esac
+exec "{PALPATE}" "$@"
+""")
+    with running_slurm() as slurm:
+        options = ("--no-pictures", "--slurm", "--jobs", "2", "--memory-mb", "100", "--retries", "1")
+        done = run(folder, "out {1}", "--palpate", fake, *options, environment=slurm.environment)
+        found = rows(folder / "out {1}")
+        check(done.returncode == 4 and found["pair_00"]["state"] != "lost", f"{done.returncode} {done.stdout} {done.stderr} {found}")
+        for name, words in (("pair_01", "Slurm says FAILED (signal 9) of job"),
+                            ("pair_02", "stopped by signal 15 (Terminated); Slurm says CANCELLED (signal 15) of job")):
+            reasons = found[name]["reasons"]
+            check(found[name]["state"] == "lost" and all(f"Attempt {n} on" in reasons for n in (1, 2)), f"{found[name]}")
+            check(reasons.count(words) == 2, f"{found[name]}")
+        # A job that Slurm does not take is none that a machine lost.
+        done = run(folder, "refused", *options, "--slurm-options", "--partition nowhere", environment=slurm.environment)
+        found = states(folder / "refused")
+        check(done.returncode == 1 and set(found.values()) == {"left"} and len(found) == 3, f"{done.returncode} {done.stdout} {done.stderr} {found}")
+
+
+def a_signal_cancels_the_jobs(folder: Path) -> None:
+    make_pairs(folder, 3, 32)
+    fake = program(folder / "palpate", f'touch "{folder}/begun"\nexec sleep 600\n')
+
+    def jobs() -> list[str]:
+        told = subprocess.run(["squeue", "-h", "-o", "%j"], env=slurm.environment, capture_output=True, text=True, check=True)
+        return sorted(told.stdout.split())
+
+    with running_slurm() as slurm:
+        work = start(folder, "out", "--palpate", fake, "--slurm", "--jobs", "3", "--memory-mb", "100", environment=slurm.environment)
+        wait_for((folder / "begun").exists, "a job begins")
+        wait_for(lambda: jobs() == ["palpate-pair_00", "palpate-pair_01", "palpate-pair_02"], f"jobs have the names of sequences: {jobs()}")
+        work.terminate()
+        said = work.communicate(timeout=120)[0]
+        check(work.returncode == 143 and "3 not done yet" in said, f"{work.returncode} {said}")
+        wait_for(lambda: not jobs(), f"no job is left: {jobs()}", 30)
+        done = run(folder, "out", "--no-pictures", "--slurm", "--jobs", "3", "--memory-mb", "100", environment=slurm.environment)
+        check(done.returncode in (0, 3, 4) and "lost" not in states(folder / "out").values(), f"{done.returncode} {done.stdout} {done.stderr}")
+
+
+def a_node_is_killed_in_the_middle(folder: Path) -> None:
     make_pairs(folder, 40, 32)
-    local = run(folder, "local", "--jobs", "2", "--no-pictures")
-    check(local.returncode == 4, f"{local.returncode} {local.stdout} {local.stderr}")
-    (folder / "slurm").mkdir()
-    slurm = Slurm(folder / "slurm", Path(root.stdout.strip()))
-    try:
-        why = slurm.start_all()
-        if why:
-            skip("Slurm can not run here: " + why)
-        command = [sys.executable, COHORT, str(folder / "table.csv"), "--output", str(folder / "cluster"), "--palpate", PALPATE,
-                   "--preset", "fast", "--no-pictures", "--slurm", "--jobs", "12", "--memory-mb", "100", "--retries", "3"]
-        work = subprocess.Popen(command, env=slurm.environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    with running_slurm() as slurm:
+        work = start(folder, "cluster", "--no-pictures", "--slurm", "--jobs", "12", "--memory-mb", "100", "--retries", "3",
+                     environment=slurm.environment)
         deadline = time.monotonic() + 300
         while len(written(folder / "cluster")) < 6 and time.monotonic() < deadline and work.poll() is None:
             time.sleep(0.1)
@@ -321,8 +531,8 @@ def a_node_is_killed_in_the_middle(folder: Path) -> None:
         slurm.start_node()
         said = work.communicate(timeout=600)[0]
         check(work.returncode == 4, f"{work.returncode} {said}")
-    finally:
-        slurm.stop()
+    local = run(folder, "local", "--jobs", "2", "--no-pictures")
+    check(local.returncode == 4, f"{local.returncode} {local.stdout} {local.stderr}")
     here, there = states(folder / "local"), states(folder / "cluster")
     check(here == there, f"the same verdicts: {[n for n in here if here[n] != there.get(n)]}")
     check([name for name, state in here.items() if state == "unusable"] == ["pair_07", "pair_23"], f"{here}")
@@ -330,19 +540,31 @@ def a_node_is_killed_in_the_middle(folder: Path) -> None:
     check(fields(folder / "local") == fields(folder / "cluster"), "the same fields, bit by bit")
 
 
-TESTS = {"local": (says_what_is_wrong_with_a_table, goes_on_where_it_stopped_and_repeats_nothing, what_a_machine_loses_is_begun_again),
-         "slurm": (a_node_is_killed_in_the_middle,)}
+TESTS = {"local": (says_what_is_wrong_with_a_table, goes_on_where_it_stopped_and_repeats_nothing, what_a_machine_loses_is_begun_again,
+                   a_job_that_is_killed_as_a_whole_is_in_the_table, a_signal_ends_all_of_it, only_one_works_in_a_folder,
+                   runs_on_what_else_snakemake_drives, says_which_paths_it_can_not_have),
+         "slurm": (slurm_says_how_a_job_was_killed, a_signal_cancels_the_jobs, a_node_is_killed_in_the_middle)}
+
+
+def adopt_orphans() -> None:
+    """What a child of this process leaves behind stays below it (a "child subreaper"), and is found there."""
+    ctypes.CDLL(None).prctl(PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
 
 
 def main() -> None:
+    adopt_orphans()
     if not shutil.which("snakemake"):
         skip("snakemake is not installed")
     if not (Path(SHARED) / "lung" / "pair_fixed.mha").exists():
         skip(f"there is no lung pair in '{SHARED}'")
     for test in TESTS[WHICH]:
         begin = time.monotonic()
-        with tempfile.TemporaryDirectory(prefix="cohort-") as folder:
-            test(Path(folder).resolve())
+        with tempfile.TemporaryDirectory(prefix="cohort it's ") as folder:
+            try:
+                test(Path(folder).resolve())
+            finally:
+                for pid in children([os.getpid()]):
+                    kill_with_children(pid)
         print(f"{test.__name__.replace('_', ' ')}: passed in {time.monotonic() - begin:.0f} s", flush=True)
 
 
