@@ -11,7 +11,7 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${CMAKE_BINARY_DIR})
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
-set(CPACK_COMPONENTS_ALL palpate_program palpate_library palpate_development palpate_lab)
+set(CPACK_COMPONENTS_ALL palpate_program palpate_library palpate_development palpate_lab palpate_cohort)
 
 # package(COMPONENT NAME SECTION DESCRIPTION): what is particular to one package, and what Debian asks of each.
 include(GNUInstallDirs)
@@ -36,7 +36,7 @@ Palpate lets a person put a hand into a moving volume, such as a beating heart
 from a scanner: it estimates how the data move on the GPU, shows them in
 head-mounted stereo, and renders their forces at 1 kHz.")
 set(CPACK_DEBIAN_PALPATE_PROGRAM_PACKAGE_RECOMMENDS "mesa-vulkan-drivers")
-set(CPACK_DEBIAN_PALPATE_PROGRAM_PACKAGE_SUGGESTS "palpate-lab")
+set(CPACK_DEBIAN_PALPATE_PROGRAM_PACKAGE_SUGGESTS "palpate-lab, palpate-cohort")
 package(palpate_library libpalpate0 libs "feel, see and follow moving volumes, as a library
 Contexts, scenes, sessions and views behind one C interface, for programs with
 a haptic loop or a Vulkan device of their own.")
@@ -52,6 +52,14 @@ Measures palpate and its peers on this machine: speed against accuracy, and
 maps of where methods fail, each as one page.")
 set(CPACK_DEBIAN_PALPATE_LAB_PACKAGE_DEPENDS "palpate (= ${PROJECT_VERSION})")
 set(CPACK_DEBIAN_PALPATE_LAB_PACKAGE_SUGGESTS "elastix, plastimatch")
+# One of its own: in "palpate", "Recommends: snakemake" would bring 365 packages to an empty Debian 12 (apt-get -s), for one volume too.
+package(palpate_cohort palpate-cohort science "motion of many sequences, on one machine or a cluster
+Runs palpate over a table of sequences with Snakemake, here or as jobs of Slurm:
+fields, verdicts, pictures, a table and a page.")
+set(CPACK_DEBIAN_PALPATE_COHORT_PACKAGE_ARCHITECTURE all)
+set(CPACK_DEBIAN_PALPATE_COHORT_PACKAGE_SHLIBDEPS OFF)
+set(CPACK_DEBIAN_PALPATE_COHORT_PACKAGE_DEPENDS "palpate (>= ${PROJECT_VERSION}), python3 (>= 3.10), snakemake (>= 7)")
+set(CPACK_DEBIAN_PALPATE_COHORT_PACKAGE_SUGGESTS "slurm-client")
 if(TARGET palpate_python)
   list(APPEND CPACK_COMPONENTS_ALL palpate_python)
   package(palpate_python python3-palpate python "feel, see and follow moving volumes, for Python
