@@ -4,6 +4,7 @@
 Every path of a test has a blank and a quote in it, some outputs have braces.
 
 usage: cohort_test.py local|slurm PALPATE-COHORT PALPATE SHARED-DATA SLURM_ROOT.SH
+       cohort_test.py package PALPATE-COHORT BUILD
 Exit status 77: skipped, and said why.
 """
 
@@ -13,6 +14,7 @@ import ctypes
 import hashlib
 import json
 import os
+import re
 import shutil
 import signal
 import socket
@@ -23,7 +25,9 @@ import time
 import zlib
 from pathlib import Path
 
-WHICH, COHORT, PALPATE, SHARED, SLURM_ROOT = sys.argv[1:6]
+WHICH, COHORT, PALPATE, SHARED, SLURM_ROOT = (sys.argv[1:] + [""] * 2)[:5]
+# The build folder in the place of palpate.
+BUILD = PALPATE
 # From Linux's sys/prctl.h.
 PR_SET_CHILD_SUBREAPER = 36
 
@@ -341,6 +345,29 @@ def says_which_paths_it_can_not_have(folder: Path) -> None:
         check(not (folder / output).exists(), "nothing is written before")
 
 
+# --- as a package ---
+
+
+def is_in_a_package(_: Path) -> None:
+    components = [line for line in (Path(BUILD) / "CPackConfig.cmake").read_text().splitlines() if "CPACK_COMPONENTS_ALL " in line]
+    check(len(components) == 1 and "palpate_cohort" in re.split('[;"]', components[0]), f"{components}")
+
+
+def has_a_page_and_completions(folder: Path) -> None:
+    subprocess.run([sys.executable, str(Path(COHORT).parent / "write_manual.py"), "1.2.3", str(folder)], check=True)
+    if shutil.which("groff"):
+        page = subprocess.run(["groff", "-man", "-Tutf8", "-ww", str(folder / "man1/palpate-cohort.1")], capture_output=True, text=True, check=True)
+        check(page.stderr == "" and "SNAKEMAKE OPTIONS" in page.stdout, page.stderr)
+    for words, expected in ((["--pre"], ["--preset"]), (["--preset", "b"], ["balanced", "best"]), (["--preset", "=", "cl"], ["classic"]),
+                            (["--jobs", ""], []), (["-o", "ma"], ["man1"])):
+        told = subprocess.run(["bash", "--norc", "-c", 'source bash/palpate-cohort; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); '
+                               '_palpate_cohort; printf "%s\\n" "${COMPREPLY[@]}"', "bash", "palpate-cohort", *words],
+                              cwd=folder, capture_output=True, text=True, check=True)
+        check(told.stdout.split() == expected, f"{words}: {told.stdout} {told.stderr}")
+    if shutil.which("zsh"):
+        subprocess.run(["zsh", "-n", str(folder / "zsh/_palpate-cohort")], check=True)
+
+
 # --- on Slurm ---
 
 
@@ -540,7 +567,8 @@ def a_node_is_killed_in_the_middle(folder: Path) -> None:
     check(fields(folder / "local") == fields(folder / "cluster"), "the same fields, bit by bit")
 
 
-TESTS = {"local": (says_what_is_wrong_with_a_table, goes_on_where_it_stopped_and_repeats_nothing, what_a_machine_loses_is_begun_again,
+TESTS = {"package": (is_in_a_package, has_a_page_and_completions),
+         "local": (says_what_is_wrong_with_a_table, goes_on_where_it_stopped_and_repeats_nothing, what_a_machine_loses_is_begun_again,
                    a_job_that_is_killed_as_a_whole_is_in_the_table, a_signal_ends_all_of_it, only_one_works_in_a_folder,
                    runs_on_what_else_snakemake_drives, says_which_paths_it_can_not_have),
          "slurm": (slurm_says_how_a_job_was_killed, a_signal_cancels_the_jobs, a_node_is_killed_in_the_middle)}
@@ -553,9 +581,9 @@ def adopt_orphans() -> None:
 
 def main() -> None:
     adopt_orphans()
-    if not shutil.which("snakemake"):
+    if WHICH != "package" and not shutil.which("snakemake"):
         skip("snakemake is not installed")
-    if not (Path(SHARED) / "lung" / "pair_fixed.mha").exists():
+    if WHICH != "package" and not (Path(SHARED) / "lung" / "pair_fixed.mha").exists():
         skip(f"there is no lung pair in '{SHARED}'")
     for test in TESTS[WHICH]:
         begin = time.monotonic()
