@@ -52,7 +52,8 @@ constexpr PalSampleType sample_type() {
 /// Update(); each may call StopRegistration() or AbortGenerateDataOn(), and Update() then throws
 /// itk::ProcessAborted, since half of the work is no field. What fails throws itk::ExceptionObject
 /// with one sentence. Methods of the Demons filter that have no meaning here throw, too, and say
-/// so. Like every ITK filter, one thread at a time.
+/// so. After the Vulkan device was lost the next Update() opens it anew. Like every ITK filter, one
+/// thread at a time.
 template <class TFixedImage, class TMovingImage, class TDisplacementField>
 class MotionFilter : public ::itk::ImageToImageFilter<TFixedImage, TDisplacementField> {
  public:
@@ -260,8 +261,13 @@ class MotionFilter : public ::itk::ImageToImageFilter<TFixedImage, TDisplacement
     itkExceptionMacro(
         << what << " has no meaning for palpate: leave it out; SetPreset() chooses the effort");
   }
-  void check(PalResult result) const {
-    if (result != PAL_OK) itkExceptionMacro(<< pal_last_error());
+  void check(PalResult result) {
+    check(result, result == PAL_OK ? "" : pal_last_error());
+  }
+  void check(PalResult result, const std::string& sentence) {
+    if (result == PAL_OK) return;
+    if (result == PAL_DEVICE_FAILED) pal_context_close(&context_);  // the next Update() opens it
+    itkExceptionMacro(<< sentence);
   }
 
   void open_context() {
@@ -344,7 +350,7 @@ class MotionFilter : public ::itk::ImageToImageFilter<TFixedImage, TDisplacement
       aborted.SetDescription(sentence);
       throw aborted;
     }
-    if (result != PAL_OK) itkExceptionMacro(<< sentence);
+    check(result, sentence);
   }
 
   void take(const PalMotion* motion, const TFixedImage& fixed, const TMovingImage& moving) {

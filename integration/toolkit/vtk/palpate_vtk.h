@@ -50,7 +50,8 @@
 /// thread that called Update(). AbortExecuteOn(), from an observer or from another thread, stops
 /// the work within parts of a second: the pipeline fails, since half of the work is no field.
 ///
-/// Filters on the same device share what they have opened there.
+/// Filters on the same device share what they have opened there. After that was lost, the next
+/// Update() opens it anew.
 class vtkPalpateAlgorithm : public vtkImageAlgorithm {
  public:
   vtkTypeMacro(vtkPalpateAlgorithm, vtkImageAlgorithm);
@@ -109,7 +110,13 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
   void check(PalResult result, const std::string& sentence) {
     if (result == PAL_OK) return;
     if (result == PAL_CANCELLED) throw Stopped(sentence);
-    if (result == PAL_DEVICE_FAILED) context_.reset();  // the next Update() opens it anew
+    // The next Update() opens it anew, also of those that share it.
+    if (result == PAL_DEVICE_FAILED && context_) {
+      const std::lock_guard<std::mutex> lock(opened().mutex);
+      std::weak_ptr<PalContext>& known = opened().contexts[open_device_];
+      if (known.lock() == context_) known.reset();
+      context_.reset();
+    }
     throw std::runtime_error(sentence);
   }
 
@@ -144,22 +151,30 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
     return 0;
   }
 
-  /// One for each device, while a filter has it.
+  /// What all filters have opened.
+  struct Opened {
+    std::mutex mutex;
+    std::map<std::string, std::weak_ptr<PalContext>> contexts;
+  };
+  static Opened& opened() {
+    static Opened all;
+    return all;
+  }
+
+  /// One for each device, while a filter has it and it was not lost.
   PalContext* context() {
-    static std::mutex mutex;
-    static std::map<std::string, std::weak_ptr<PalContext>> known;
-    if (context_ && open_device_ == device_) return context_.get();
-    const std::lock_guard<std::mutex> lock(mutex);
-    context_ = known[device_].lock();
+    const std::lock_guard<std::mutex> lock(opened().mutex);
+    std::weak_ptr<PalContext>& known = opened().contexts[device_];
+    context_ = known.lock();
     if (!context_) {
       PalContextInfo info{};
       info.size = sizeof info;
       info.version = PAL_VERSION;
       info.device = device_.empty() ? nullptr : device_.c_str();
-      PalContext* opened = nullptr;
-      check(pal_context_open(&info, &opened));
-      context_.reset(opened, [](PalContext* last) { pal_context_close(&last); });
-      known[device_] = context_;
+      PalContext* handle = nullptr;
+      check(pal_context_open(&info, &handle));
+      context_.reset(handle, [](PalContext* last) { pal_context_close(&last); });
+      known = context_;
     }
     open_device_ = device_;
     return context_.get();

@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "palpate_itk.h"
+#include "tests/toolkit/lost_device.h"
 
 namespace palpate::test {
 namespace {
@@ -267,6 +268,23 @@ TEST_F(ItkFilter, RefusesInASentence) {
   found->SetDevice("no-such-gpu");
   EXPECT_THAT(sentence([&] { found->Update(); }), HasSubstr("no-such-gpu"));
   EXPECT_THAT(sentence([&] { filter(fixed_, nullptr)->Update(); }), HasSubstr("MovingImage"));
+}
+
+TEST_F(ItkFilter, OpensALostDeviceAnew) {
+  const auto found = filter(fixed_, moving_);
+  found->Update();
+  const double sound = found->GetMetric();
+  lose_vulkan_device();
+  found->Modified();
+  try {
+    found->Update();
+    ADD_FAILURE() << "a lost device gives no field";
+  } catch (const ::itk::ExceptionObject& error) {
+    EXPECT_THAT(error.GetDescription(), HasSubstr("lost"));
+  }
+  found->Modified();
+  EXPECT_NO_THROW(found->Update());
+  EXPECT_EQ(found->GetMetric(), sound);
 }
 
 }  // namespace

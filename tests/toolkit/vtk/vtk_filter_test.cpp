@@ -13,6 +13,7 @@
 
 #include "palpate_vtk.h"
 #include "tests/files/temporary_folder.h"
+#include "tests/toolkit/lost_device.h"
 
 namespace palpate::test {
 namespace {
@@ -311,6 +312,23 @@ TEST_F(VtkFilter, TellsProgressOnItsThreadAndIsStopped) {
   EXPECT_NE(found->GetExecutive()->Update(), 0);
   EXPECT_STREQ(found->GetError(), "");
   EXPECT_EQ(found->GetOutput()->GetNumberOfPoints(), fixed_->GetNumberOfPoints());
+}
+
+TEST_F(VtkFilter, OpensALostDeviceAnewForAllThatShareIt) {
+  const auto one = motion(fixed_, moving_), other = motion(fixed_, moving_);
+  EXPECT_EQ(one->GetExecutive()->Update(), 1);
+  EXPECT_EQ(other->GetExecutive()->Update(), 1);
+  lose_vulkan_device();
+  one->Modified();
+  const Heard heard(one);
+  EXPECT_EQ(one->GetExecutive()->Update(), 0);
+  EXPECT_THAT(one->GetError(), HasSubstr("lost"));
+  // The other one has not heard of it, and works on the new device, too.
+  for (const auto& filter : {one.Get(), other.Get()}) {
+    filter->Modified();
+    EXPECT_EQ(filter->GetExecutive()->Update(), 1) << filter->GetError();
+    EXPECT_EQ(filter->GetOutput()->GetNumberOfPoints(), fixed_->GetNumberOfPoints());
+  }
 }
 
 TEST_F(VtkFilter, MotionRefusesInASentence) {
