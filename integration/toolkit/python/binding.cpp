@@ -15,11 +15,13 @@
 #include <string>
 #include <vector>
 
-#include "integration/toolkit/palpate.h"
+#include "integration/toolkit/palpate_adapter.h"
 
 namespace py = pybind11;
 
 namespace {
+
+using palpate::adapter::Held;
 
 /// The exception that fits a failure, with the library's sentence on it.
 void check(PalResult result, const std::string& sentence) {
@@ -98,6 +100,12 @@ py::array_t<float> volume_for(const PalGrid& grid) {
       {py::ssize_t(grid.size[2]), py::ssize_t(grid.size[1]), py::ssize_t(grid.size[0])});
 }
 
+/// Whether a change was taken: false for PAL_NOT_YET.
+bool was_taken(PalResult result) {
+  check(result);
+  return result == PAL_OK;
+}
+
 class Context {
  public:
   explicit Context(const std::optional<std::string>& device, bool computes) {
@@ -113,19 +121,25 @@ class Context {
   Context& operator=(const Context&) = delete;
   std::string device() const { return pal_context_device(handle); }
 
+  /// A result of work on it.
+  PalResult told(PalResult result) const {
+    if (result == PAL_DEVICE_FAILED) failed = true;
+    return result;
+  }
+
   PalContext* handle = nullptr;
+  /// It was lost, or work on it failed: for the next work another one is opened. Any thread.
+  mutable std::atomic<bool> failed{false};
 };
 
 /// A motion that was found.
 class Motion {
  public:
-  explicit Motion(PalMotion* found) : handle_(found) {
+  explicit Motion(PalMotion* found) {
+    held_.handle = found;
     summary_.size = sizeof summary_;
-    check(pal_motion_summary(handle_, &summary_));
+    check(pal_motion_summary(found, &summary_));
   }
-  ~Motion() { pal_motion_close(&handle_); }
-  Motion(const Motion&) = delete;
-  Motion& operator=(const Motion&) = delete;
 
   py::array_t<float> field(uint32_t step, std::optional<double> time_s, bool inverse) const {
     const PalFieldInfo info = wanted(step, time_s, inverse);
@@ -133,14 +147,14 @@ class Motion {
     py::array_t<float> u({py::ssize_t(grid.size[2]), py::ssize_t(grid.size[1]),
                           py::ssize_t(grid.size[0]), py::ssize_t(3)});
     float* const to = u.mutable_data();
-    without_lock([&] { return pal_motion_field(handle_, &info, to); });
+    without_lock([&] { return pal_motion_field(held_.handle, &info, to); });
     return u;
   }
   py::array_t<float> confidence(uint32_t step) const {
     const PalFieldInfo info = wanted(step, std::nullopt, false);
     py::array_t<float> values = volume_for(summary_.grid);
     float* const to = values.mutable_data();
-    without_lock([&] { return pal_motion_confidence(handle_, &info, to); });
+    without_lock([&] { return pal_motion_confidence(held_.handle, &info, to); });
     return values;
   }
   py::array_t<float> warp(const py::array& frame, uint32_t step, std::optional<double> time_s,
@@ -150,12 +164,13 @@ class Motion {
     const void* const samples = samples_of(frame, summary_.grid);
     py::array_t<float> warped = volume_for(summary_.grid);
     float* const to = warped.mutable_data();
-    without_lock([&] { return pal_motion_warp(handle_, &info, type, samples, to); });
+    without_lock([&] { return pal_motion_warp(held_.handle, &info, type, samples, to); });
     return warped;
   }
   void save(const std::string& path, std::optional<uint32_t> step) const {
     const PalFieldInfo info = wanted(step.value_or(0), std::nullopt, false);
-    without_lock([&] { return pal_motion_save(handle_, step ? &info : nullptr, path.c_str()); });
+    without_lock(
+        [&] { return pal_motion_save(held_.handle, step ? &info : nullptr, path.c_str()); });
   }
   /// Spacing, origin and direction of the frames.
   py::tuple geometry() const {
@@ -190,7 +205,7 @@ class Motion {
         (time_s ? uint32_t(PAL_FIELD_TO_TIME) : 0U) | (inverse ? uint32_t(PAL_FIELD_INVERSE) : 0U);
     return info;
   }
-  PalMotion* handle_ = nullptr;
+  Held<PalMotion, pal_motion_close> held_;
   PalMotionSummary summary_{};
 };
 
@@ -240,7 +255,8 @@ std::unique_ptr<Motion> estimate(
       pal_estimator_close(&handle);
     }
   } owner;
-  without_lock([&] { return pal_estimator_open(context.handle, &info, &owner.handle); });
+  without_lock(
+      [&] { return context.told(pal_estimator_open(context.handle, &info, &owner.handle)); });
   listener.estimator = owner.handle;
   for (size_t k = 0; k < frames.size(); ++k) {
     const PalSampleType type = type_of(frames[k]);
@@ -249,7 +265,7 @@ std::unique_ptr<Motion> estimate(
     PalResult pushed;
     {
       const py::gil_scoped_release released;
-      pushed = pal_estimator_push(owner.handle, type, samples, time_s);
+      pushed = context.told(pal_estimator_push(owner.handle, type, samples, time_s));
     }
     // A push may have waited for a pair; what has cancelled it meanwhile is the cause.
     const std::string sentence = pal_last_error();
@@ -278,7 +294,7 @@ std::unique_ptr<Motion> estimate(
       pal_estimator_cancel(owner.handle);
     }
   }
-  const PalResult result = finished.get();
+  const PalResult result = context.told(finished.get());
   std::unique_ptr<Motion> motion = found ? std::make_unique<Motion>(found) : nullptr;
   if (interrupted) throw py::error_already_set();
   if (listener.raised) std::rethrow_exception(listener.raised);
@@ -288,7 +304,7 @@ std::unique_ptr<Motion> estimate(
 
 std::unique_ptr<Motion> opened_motion(const Context& context, const std::string& path) {
   PalMotion* found = nullptr;
-  without_lock([&] { return pal_motion_open(context.handle, path.c_str(), &found); });
+  without_lock([&] { return context.told(pal_motion_open(context.handle, path.c_str(), &found)); });
   return std::make_unique<Motion>(found);
 }
 
@@ -314,7 +330,7 @@ class Session {
     of_scene.mode_libraries = library_words.data();
     of_scene.mode_library_count = uint32_t(library_words.size());
     if (iso_value) of_scene.iso_value = &*iso_value;
-    without_lock([&] { return pal_scene_open(context_->handle, &of_scene, &scene_); });
+    without_lock([&] { return pal_scene_open(context_->handle, &of_scene, &scene_.handle); });
     PalDeviceInfo device{};
     device.size = sizeof device;
     device.name = "Python";
@@ -327,12 +343,13 @@ class Session {
     info.max_force_n = max_force_n;
     if (preset) info.preset = preset->c_str();
     info.user = this;
-    info.on_event = [](void* user, PalEventKind, const char* sentence) {
+    info.on_event = [](void* user, PalEventKind kind, const char* sentence) {
       auto* const self = static_cast<Session*>(user);
+      if (kind == PAL_EVENT_MOTION_FAILED) self->context_->failed = true;
       const std::lock_guard lock(self->mutex_);
       self->events_.emplace_back(sentence);
     };
-    without_lock([&] { return pal_session_open(scene_, &info, &session_); });
+    without_lock([&] { return pal_session_open(scene_.handle, &info, &session_.handle); });
   }
   ~Session() { close(); }
   Session(const Session&) = delete;
@@ -340,43 +357,36 @@ class Session {
 
   void close() {
     const py::gil_scoped_release released;
-    pal_view_close(&view_);
-    pal_session_close(&session_);
-    pal_scene_close(&scene_);
+    const std::lock_guard lock(view_mutex_);
+    pal_view_close(&view_.handle);
+    pal_session_close(&session_.handle);
+    pal_scene_close(&scene_.handle);
   }
 
   std::array<double, 3> tick(const std::array<double, 3>& position_m, int64_t time_ns,
                              uint32_t buttons) {
     const PalTick tick{{position_m[0], position_m[1], position_m[2]}, time_ns, buttons};
     std::array<double, 3> force_n{};
-    check(pal_haptics_tick(session_, &tick, force_n.data()));
+    check(pal_haptics_tick(session_.handle, &tick, force_n.data()));
     return force_n;
   }
   void stop() {
-    without_lock([&] { return pal_session_stop(session_); });
+    without_lock([&] { return pal_session_stop(session_.handle); });
   }
-  bool at_rest() const { return pal_session_at_rest(session_) != 0; }
-  bool play(bool on) {
-    const PalResult result = pal_session_play(session_, on);
-    check(result);
-    return result == PAL_OK;
+  bool at_rest() const { return pal_session_at_rest(session_.handle) != 0; }
+  bool play(bool on) { return was_taken(pal_session_play(session_.handle, on)); }
+  bool scrub(double share) { return was_taken(pal_session_scrub(session_.handle, share)); }
+  bool place(uint32_t volume, const std::array<double, 12>& world_from_volume) {
+    return was_taken(pal_session_place(session_.handle, volume, world_from_volume.data()));
   }
-  bool scrub(double share) {
-    const PalResult result = pal_session_scrub(session_, share);
-    check(result);
-    return result == PAL_OK;
-  }
-  void place(uint32_t volume, const std::array<double, 12>& world_from_volume) {
-    check(pal_session_place(session_, volume, world_from_volume.data()));
-  }
-  void set_mode(uint32_t index, bool on, double gain) {
-    check(pal_session_set_mode(session_, index, on, gain));
+  bool set_mode(uint32_t index, bool on, double gain) {
+    return was_taken(pal_session_set_mode(session_.handle, index, on, gain));
   }
   std::string text(int which) const {
     size_t length = 0;
-    check(pal_scene_text(scene_, PalSceneText(which), nullptr, 0, &length));
+    check(pal_scene_text(scene_.handle, PalSceneText(which), nullptr, 0, &length));
     std::string all(length + 1, '\0');
-    check(pal_scene_text(scene_, PalSceneText(which), all.data(), all.size(), nullptr));
+    check(pal_scene_text(scene_.handle, PalSceneText(which), all.data(), all.size(), nullptr));
     all.resize(length);
     return all;
   }
@@ -387,7 +397,7 @@ class Session {
   py::dict state() const {
     PalState s{};
     s.size = sizeof s;
-    check(pal_session_state(session_, &s));
+    check(pal_session_state(session_.handle, &s));
     const auto three = [](const double v[3]) { return py::make_tuple(v[0], v[1], v[2]); };
     py::list volumes;
     using namespace py::literals;
@@ -405,9 +415,11 @@ class Session {
         "can_play"_a = s.can_play != 0, "steps"_a = s.steps, "steps_known"_a = s.steps_known,
         "volumes"_a = volumes, "ticks"_a = s.ticks, "late_ticks"_a = s.late_ticks);
   }
-  void ask_tubes(int action) { check(pal_session_ask_tubes(session_, PalTubesAction(action))); }
+  bool ask_tubes(int action) {
+    return was_taken(pal_session_ask_tubes(session_.handle, PalTubesAction(action)));
+  }
   void save_tubes(const std::string& path) {
-    without_lock([&] { return pal_session_save_tubes(session_, path.c_str()); });
+    without_lock([&] { return pal_session_save_tubes(session_.handle, path.c_str()); });
   }
   py::list tubes() const {
     using namespace py::literals;
@@ -418,7 +430,7 @@ class Session {
     for (uint32_t index = 0;; ++index) {
       tube.capacity = 0;
       tube.points_m = tube.lengths = nullptr;
-      PalResult result = pal_session_tube(session_, index, &tube);
+      PalResult result = pal_session_tube(session_.handle, index, &tube);
       check(result);
       if (result == PAL_END) return all;
       py::array_t<double> points({py::ssize_t(tube.point_count), py::ssize_t(3)});
@@ -426,7 +438,7 @@ class Session {
       const uint32_t room = tube.capacity = tube.point_count;
       tube.points_m = points.mutable_data();
       tube.lengths = lengths.mutable_data();
-      result = pal_session_tube(session_, index, &tube);
+      result = pal_session_tube(session_.handle, index, &tube);
       check(result);
       // An action came between: there may be fewer of them now, or another one here.
       if (result == PAL_END) return all;
@@ -440,19 +452,10 @@ class Session {
                           "kept"_a = tube.is_kept != 0, "closed"_a = tube.is_closed != 0));
     }
   }
-  /// RGBA, shape (height, width, 4).
+  /// RGBA, shape (height, width, 4). One thread after the other.
   py::array_t<uint8_t> picture(const std::array<double, 3>& position_m,
                                const std::array<double, 4>& orientation, double tan_x, double tan_y,
                                uint32_t width, uint32_t height) {
-    if (!view_ || width != width_ || height != height_) {
-      pal_view_close(&view_);
-      PalViewInfo info{};
-      info.size = sizeof info;
-      info.width = width_ = width;
-      info.height = height_ = height;
-      info.eye_count = 1;
-      without_lock([&] { return pal_view_open(session_, &info, &view_); });
-    }
     PalEye eye{};
     std::copy(position_m.begin(), position_m.end(), eye.position_m);
     std::copy(orientation.begin(), orientation.end(), eye.orientation);
@@ -464,21 +467,40 @@ class Session {
     auto* const to = reinterpret_cast<uint32_t*>(pixels.mutable_data());
     PalResult result = PAL_OK;
     without_lock([&] {
-      result = pal_view_render(view_, &eye, 1, width, height, 0.0, nullptr);
-      return result == PAL_OK ? pal_view_read(view_, 0, to, nullptr) : result;
+      // Who holds it never waits for the interpreter's lock.
+      const std::lock_guard lock(view_mutex_);
+      result = context_->told(drawn(eye, width, height, to));
+      return result;
     });
     if (result == PAL_NOT_YET) throw py::value_error(pal_last_error());
     return pixels;
   }
 
  private:
+  /// The holder of view_mutex_.
+  PalResult drawn(const PalEye& eye, uint32_t width, uint32_t height, uint32_t* to) {
+    if (!view_.handle || width != width_ || height != height_) {
+      pal_view_close(&view_.handle);
+      PalViewInfo info{};
+      info.size = sizeof info;
+      info.width = width_ = width;
+      info.height = height_ = height;
+      info.eye_count = 1;
+      const PalResult opened = pal_view_open(session_.handle, &info, &view_.handle);
+      if (opened != PAL_OK) return opened;
+    }
+    const PalResult result = pal_view_render(view_.handle, &eye, 1, width, height, 0.0, nullptr);
+    return result == PAL_OK ? pal_view_read(view_.handle, 0, to, nullptr) : result;
+  }
+
   std::shared_ptr<Context> context_;
-  PalScene* scene_ = nullptr;
-  PalSession* session_ = nullptr;
-  PalView* view_ = nullptr;
-  uint32_t width_ = 0, height_ = 0;
-  std::mutex mutex_;
+  std::mutex mutex_;  ///< guards events_
   std::vector<std::string> events_;
+  std::mutex view_mutex_;  ///< guards the view and its size
+  uint32_t width_ = 0, height_ = 0;
+  Held<PalScene, pal_scene_close> scene_;
+  Held<PalSession, pal_session_close> session_;
+  Held<PalView, pal_view_close> view_;
 };
 
 }  // namespace
@@ -497,7 +519,8 @@ PYBIND11_MODULE(_palpate, m) {
   py::class_<Context, std::shared_ptr<Context>>(m, "Context")
       .def(py::init<const std::optional<std::string>&, bool>(), "device"_a = py::none(),
            "computes"_a = true)
-      .def_property_readonly("device", &Context::device);
+      .def_property_readonly("device", &Context::device)
+      .def_property_readonly("failed", [](const Context& of) { return of.failed.load(); });
   py::class_<Motion>(m, "Motion")
       .def("field", &Motion::field, "step"_a, "time_s"_a, "inverse"_a)
       .def("confidence", &Motion::confidence, "step"_a)

@@ -252,6 +252,41 @@ def test_ctrl_c_is_heard_between_the_frames_of_pairs():
     assert heard and "frame 8 to 9" not in heard
 
 
+def test_a_lost_device_is_opened_anew():
+    """With the library of lost_device.h in front of Vulkan's loader, whose device is lost when it is told so."""
+    library = os.environ.get("PALPATE_LOST_DEVICE")
+    if not library:
+        pytest.skip("PALPATE_LOST_DEVICE does not say where the library is that loses devices")
+    program = """
+import ctypes, sys
+sys.path.insert(0, {folder!r})
+import numpy as np, palpate
+from test_palpate import ball
+lose = ctypes.CDLL(None).lose_vulkan_device
+pair = ball(9, 32), ball(9, 32, centre=(1.0, 0.0, 0.0))
+find = lambda: palpate.register(*pair, preset="fast", verdict=False).field
+def is_refused(work):
+    try:
+        work()
+    except RuntimeError as error:
+        return "lost" in str(error)
+    return False
+sound = find()
+lose()
+assert is_refused(find)
+assert np.array_equal(find(), sound)
+with palpate.Session("heart", preset="fast") as session:
+    session.tick((0.0, 0.0, 0.09), 5_000_000_000)
+    session.picture(width=32, height=32)
+    lose()
+    assert is_refused(lambda: session.picture(width=32, height=32))
+assert np.array_equal(find(), sound)
+""".format(folder=os.path.dirname(os.path.abspath(__file__)))
+    done = subprocess.run([sys.executable, "-c", program], env={**os.environ, "LD_PRELOAD": library}, capture_output=True, text=True,
+                          check=False)
+    assert done.returncode == 0, done.stderr
+
+
 def test_other_threads_run_meanwhile():
     count = [0]
     end = threading.Event()
@@ -309,6 +344,55 @@ def test_a_scene_is_felt_and_seen():
         session.tick((0.0, 0.0, 0.0))
     with pytest.raises(ValueError, match="nowhere"):
         palpate.Session("/nowhere.mha")
+
+
+def test_threads_may_ask_for_pictures_at_once():
+    with palpate.Session("heart", preset="fast") as session:
+        session.tick((0.0, 0.0, 0.09), 5_000_000_000)
+        wrong = []
+
+        def ask(width, height):
+            try:
+                for _ in range(5):
+                    picture = session.picture(width=width, height=height)
+                    assert picture.shape == (height, width, 4)
+                    assert picture[..., 3].max() == 255 and picture[..., 3].min() == 0
+            except Exception as error:
+                wrong.append(error)
+
+        threads = [threading.Thread(target=ask, args=size) for size in ((64, 48), (48, 64), (40, 40))]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        assert not wrong
+
+
+def test_changes_that_can_not_be_taken_are_said():
+    with palpate.Session("heart", estimate=False, movable=True) as session:
+        for change in (lambda: session.place(0, np.eye(4)), lambda: session.set_mode(0, True, 0.5), session.release_tube,
+                       session.keep_tubes, session.clear_tubes):
+            session.tick((0.0, 0.0, 0.09))
+            assert change() is True
+            # Without a tick they wait, and there is room for some.
+            assert any(change() is False for _ in range(10000))
+
+
+def test_a_scene_goes_with_a_session_that_can_not_be_opened():
+    def resident_mib():
+        with open("/proc/self/statm", encoding="ascii") as file:
+            return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2**20
+
+    def fail():
+        with pytest.raises(ValueError, match="preset"):
+            palpate.Session("heart", estimate=False, preset="quickest")
+
+    fail()
+    before = resident_mib()
+    for _ in range(4):
+        fail()
+    # Four scenes that stay are 460 MiB.
+    assert resident_mib() - before < 100.0
 
 
 def test_a_session_lays_stream_tubes(tmp_path):

@@ -26,10 +26,11 @@ _contexts = {}
 
 
 def _context(device=None):
-    """The Vulkan device that computes; opened once for each name."""
-    if device not in _contexts:
-        _contexts[device] = _palpate.Context(device)
-    return _contexts[device]
+    """The Vulkan device that computes; opened once for each name, and again after it was lost."""
+    context = _contexts.get(device)
+    if context is None or context.failed:
+        context = _contexts[device] = _palpate.Context(device)
+    return context
 
 
 # step_s: from a frame to the next of a 4D image; None or 0 where nobody says.
@@ -237,7 +238,8 @@ def register(fixed, moving=None, *, spacing=None, origin=None, direction=None, m
     progress: called with what is done and its share of all, 0 to 1; what it raises ends the estimation.
     device: a Vulkan device, by number or part of its name.
 
-    Returns a Motion. ValueError and TypeError for what can not be registered; KeyboardInterrupt ends it soon.
+    Returns a Motion. ValueError and TypeError for what can not be registered; KeyboardInterrupt ends it soon. RuntimeError where the Vulkan
+    device fails or is lost; the next call opens it anew.
     """
     frames = _frames_of(fixed, moving)
     if len(frames) < 2:
@@ -330,28 +332,29 @@ class Session:
         return self._session.scrub(share)
 
     def place(self, volume, world_from_volume):
-        """Where a movable volume is now: 3 x 4 or 4 x 4."""
+        """Where a movable volume is now: 3 x 4 or 4 x 4. False, and nothing is done, while too many changes wait for the next tick."""
         matrix = np.asarray(world_from_volume, dtype=float)
         if matrix.shape not in ((3, 4), (4, 4)):
             raise ValueError("a place is a matrix of 3 x 4 or 4 x 4")
-        self._session.place(volume, [float(number) for number in matrix[:3].reshape(-1)])
+        return self._session.place(volume, [float(number) for number in matrix[:3].reshape(-1)])
 
     def set_mode(self, index, on=True, gain=1.0):
-        """Switches a mode of the scene, by a ramp."""
-        self._session.set_mode(index, on, gain)
+        """Switches a mode of the scene, by a ramp. False while too many changes wait for the next tick: say it again then."""
+        return self._session.set_mode(index, on, gain)
 
     def release_tube(self):
         """A stream tube through the proxy of the next tick: the field line there, of vectors, of the gradient that guides, or of the
-        material's velocity. From then on it goes with the motion, and picture() shows it."""
-        self._session.ask_tubes(0)
+        material's velocity. From then on it goes with the motion, and picture() shows it. False, and nothing is done, while too many
+        changes wait for the next tick."""
+        return self._session.ask_tubes(0)
 
     def keep_tubes(self):
-        """Those that are there stay when the others are cleared."""
-        self._session.ask_tubes(1)
+        """Those that are there stay when the others are cleared. False as for release_tube()."""
+        return self._session.ask_tubes(1)
 
     def clear_tubes(self):
-        """Those that are not kept go; all of them if all are kept."""
-        self._session.ask_tubes(2)
+        """Those that are not kept go; all of them if all are kept. False as for release_tube()."""
+        return self._session.ask_tubes(2)
 
     @property
     def tubes(self):
@@ -365,7 +368,8 @@ class Session:
         self._session.save_tubes(os.fspath(path))
 
     def picture(self, position_m=(0.13, 0.09, 0.34), look_at_m=(0.0, 0.0, 0.0), *, width=640, height=480, height_angle=0.55):
-        """What is felt, seen from a place in the world: RGBA, shape (height, width, 4), uint8. After the first tick."""
+        """What is felt, seen from a place in the world: RGBA, shape (height, width, 4), uint8. After the first tick. Threads that ask
+        at the same time get theirs one after the other."""
         eye, at = np.asarray(position_m, dtype=float), np.asarray(look_at_m, dtype=float)
         back = eye - at
         back /= np.linalg.norm(back)
