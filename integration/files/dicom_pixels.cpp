@@ -81,14 +81,20 @@ std::optional<PackedPicture> fitting_picture(std::string_view picture, const Dic
   // SOF has the size. GDCM ends the process over whatever is not quite right up to there: bytes
   // between segments, or a JFIF version that it does not know.
   std::optional<PackedPicture> found;
+  bool is_jpeg_ls = false;
   for (size_t at = 2; at + 10 <= picture.size() && byte(at) == 0xff;) {
     const unsigned marker = byte(at + 1), length = two(at + 2);
     const bool has_length = marker >= 0xc0 && marker != 0xff && !(marker >= 0xd0 && marker <= 0xd9);
     if (!has_length || length < 2 || at + 2 + length > picture.size()) return std::nullopt;
+    // The decoder of JPEG-LS may not come back from a damaged picture without an end marker.
+    if (marker == 0xda && is_jpeg_ls &&
+        !picture.substr(0, picture.find_last_not_of('\0') + 1).ends_with("\xff\xd9"))
+      return std::nullopt;
     if (marker == 0xda) return found;
     const bool is_frame =
         marker == 0xf7 || (marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc);
     if (is_frame) {
+      is_jpeg_ls = is_jpeg_ls || marker == 0xf7;
       const unsigned bits = byte(at + 4);
       if (!agrees(two(at + 7), two(at + 5), bits, byte(at + 9))) return std::nullopt;
       found = PackedPicture{int(bits), false};

@@ -563,6 +563,29 @@ TEST_F(DicomFolder, OfAnEnhancedFileIsRefusedWherePackedPixelsAreDamaged) {
   }
 }
 
+TEST_F(DicomFolder, OfJpegLsIsRefusedWhereTheEndMarkerIsGone) {
+  // Unpacking would not end for some of these.
+  DicomFile file;
+  file.grid = straight_grid({64, 48, 1});
+  for (int v = 0; v < 64 * 48; ++v) file.stored.push_back(v * 7919 % 1021);
+  const TemporaryFolder plain;
+  write_dicom(plain / "a", file);
+  ASSERT_TRUE(itk_oracle::pack_dicom(plain / "a", folder_ / "a", "1.2.840.10008.1.2.4.80"));
+  const std::string whole = read_bytes(folder_ / "a");
+  const size_t pixels = whole.find(std::string("\xe0\x7f\x10\x00", 4)),
+               end = whole.rfind("\xff\xd9");
+  ASSERT_LT(pixels, end);
+  for (size_t n = pixels + 80; n < end; n += 41) {
+    std::string changed = whole;
+    changed[n] = char(changed[n] ^ 0x55);
+    changed[end] = 0x2a;
+    write_bytes(folder_ / "a", changed);
+    const auto found = read_volume(folder_.path());
+    ASSERT_FALSE(found) << n;
+    EXPECT_THAT(found.error().message, HasSubstr("pixels that can not be read"));
+  }
+}
+
 TEST_F(DicomFolder, OfAnEnhancedFileIsRefusedWhereFramesAndDescriptionsDiffer) {
   EnhancedFile file = enhanced(
       [](EnhancedFrame& frame, size_t k) { frame.groups[0x00209111] = temporal_index(k); });
