@@ -1,27 +1,22 @@
 #include "integration/devices/force_devices.h"
 
-#include <array>
 #include <charconv>
 #include <chrono>
 #include <optional>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "integration/devices/falcon.h"
 #include "integration/devices/force_dimension.h"
 #include "integration/devices/haply.h"
+#include "integration/devices/mailbox_device.h"
 #include "integration/devices/polhem.h"
 
 namespace palpate::devices {
 namespace {
 
 using Made = Result<std::unique_ptr<ForceDevice>>;
-
-Made of_link(std::unique_ptr<DeviceLink> link, const ForceDeviceOptions& options) {
-  MailboxOptions mailbox;
-  if (!options.real_time) mailbox.priority = 0;
-  return std::unique_ptr<ForceDevice>(std::make_unique<MailboxDevice>(std::move(link), mailbox));
-}
 
 // ---- Novint Falcon
 
@@ -74,7 +69,7 @@ Result<HaplyOptions> haply_options(const std::string& place) {
 Made make_haply(const ForceDeviceOptions& options) {
   auto haply = haply_options(options.place);
   if (!haply) return haply.error();
-  return of_link(make_haply_link(*haply), options);
+  return device_of_link(make_haply_link(*haply), options);
 }
 
 bool haply_may_be_there(const ForceDeviceOptions& options) {
@@ -99,7 +94,7 @@ Result<ForceDimensionOptions> force_dimension_options(const std::string& place) 
 Made make_force_dimension(const ForceDeviceOptions& options) {
   const auto of_place = force_dimension_options(options.place);
   if (!of_place) return of_place.error();
-  return of_link(make_force_dimension_link(*of_place), options);
+  return device_of_link(make_force_dimension_link(*of_place), options);
 }
 
 bool force_dimension_may_be_there(const ForceDeviceOptions&) {
@@ -111,38 +106,52 @@ bool force_dimension_may_be_there(const ForceDeviceOptions&) {
 Made make_polhem(const ForceDeviceOptions& options) {
   PolhemOptions polhem;
   polhem.port = options.place;
-  return of_link(make_polhem_link(polhem), options);
+  return device_of_link(make_polhem_link(polhem), options);
 }
 
 bool polhem_may_be_there(const ForceDeviceOptions& options) {
   return !options.place.empty() || !polhem_ports().empty();
 }
 
-constexpr std::array kKinds{
-    ForceDeviceKind{"falcon", "Novint Falcon", "usb 1-2",
-                    "Pull the grip all the way out, then push it all the way in.",
-                    falcon_may_be_there, make_falcon, false},
-    ForceDeviceKind{"haply", "Haply Inverse3", "049D, or localhost:10001",
-                    "Calibrate it as its maker says: Haply Hub shows how.", haply_may_be_there,
-                    make_haply, true},
-    ForceDeviceKind{"force-dimension", "Force Dimension omega, delta, sigma or lambda", "0",
-                    "Initialise it with its maker's program: palpate does not move the arm.",
-                    force_dimension_may_be_there, make_force_dimension, true},
-    ForceDeviceKind{"polhem", "Polhem or WoodenHaptics arm", "/dev/ttyACM0",
-                    "Put the arm where its maker says and calibrate it with its maker's program.",
-                    polhem_may_be_there, make_polhem, true},
-};
+std::vector<ForceDeviceKind>& kinds() {
+  static std::vector<ForceDeviceKind> all{
+      ForceDeviceKind{"falcon", "Novint Falcon", "usb 1-2",
+                      "Pull the grip all the way out, then push it all the way in.",
+                      falcon_may_be_there, make_falcon, false},
+      ForceDeviceKind{"haply", "Haply Inverse3", "049D, or localhost:10001",
+                      "Calibrate it as its maker says: Haply Hub shows how.", haply_may_be_there,
+                      make_haply, true},
+      ForceDeviceKind{"force-dimension", "Force Dimension omega, delta, sigma or lambda", "0",
+                      "Initialise it with its maker's program: palpate does not move the arm.",
+                      force_dimension_may_be_there, make_force_dimension, true},
+      ForceDeviceKind{"polhem", "Polhem or WoodenHaptics arm", "/dev/ttyACM0",
+                      "Put the arm where its maker says and calibrate it with its maker's program.",
+                      polhem_may_be_there, make_polhem, true},
+  };
+  return all;
+}
 
 }  // namespace
 
 std::span<const ForceDeviceKind> force_device_kinds() {
-  return kKinds;
+  return kinds();
+}
+
+void add_force_device_kind(const ForceDeviceKind& kind) {
+  kinds().push_back(kind);
 }
 
 const ForceDeviceKind* force_device_kind(const std::string& word) {
-  for (const ForceDeviceKind& kind : kKinds)
+  for (const ForceDeviceKind& kind : kinds())
     if (word == kind.kind) return &kind;
   return nullptr;
+}
+
+std::unique_ptr<ForceDevice> device_of_link(std::unique_ptr<DeviceLink> link,
+                                            const ForceDeviceOptions& options) {
+  MailboxOptions mailbox;
+  if (!options.real_time) mailbox.priority = 0;
+  return std::make_unique<MailboxDevice>(std::move(link), mailbox);
 }
 
 ForceDeviceName force_device_name(const std::string& text) {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "compute/volume/result.h"
+#include "integration/devices/device_link.h"
 #include "module/haptics/device.h"
 
 namespace palpate::devices {
@@ -16,7 +17,8 @@ struct ForceDeviceOptions {
   bool real_time = true;      ///< a thread in the force's way asks for real-time priority
 };
 
-/// A kind of force device that palpate drives. All of them are in force_device_kinds().
+/// A kind of force device. All of them are in force_device_kinds(). The words are kept as they are
+/// given: string literals.
 struct ForceDeviceKind {
   const char* kind;    ///< the word for it: DeviceInfo::kind, --device
   const char* name;    ///< for people
@@ -32,8 +34,15 @@ struct ForceDeviceKind {
 
 /// In the order in which they are looked for.
 std::span<const ForceDeviceKind> force_device_kinds();
+/// One more, looked for after the others. Once, before any device is looked for: not while another
+/// thread looks.
+void add_force_device_kind(const ForceDeviceKind& kind);
 /// The kind of that word; null if there is none.
 const ForceDeviceKind* force_device_kind(const std::string& word);
+
+/// The device at the end of a link, as a kind's `make` gives it: behind a MailboxDevice.
+std::unique_ptr<ForceDevice> device_of_link(std::unique_ptr<DeviceLink> link,
+                                            const ForceDeviceOptions& options);
 
 /// What a person calls a device: "haply", or with its place "haply@localhost:10001".
 struct ForceDeviceName {

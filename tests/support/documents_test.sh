@@ -1,16 +1,16 @@
 #!/usr/bin/env bash
-# Every path that docs/architecture.md and docs/force-limits.md name exists, and so does everything else that the latter names: functions,
-# tests, causes.
+# Every path that CONTRIBUTING.md, docs/architecture.md and docs/force-limits.md name exists, and so does everything else that the last one
+# names: functions, tests, causes.
 # usage: documents_test.sh ROOT
 set -euo pipefail
 cd "$1"
 failed=0
-for page in docs/architecture.md docs/force-limits.md; do
+for page in CONTRIBUTING.md docs/architecture.md docs/force-limits.md; do
   while read -r path; do
     [[ -e $path ]] || { echo "$page names $path, which is not there."; failed=1; }
   done < <(grep -oE '`[a-z]+/[A-Za-z0-9_./-]*`' $page | tr -d '`' | sort -u)
   while read -r path; do
-    [[ -e docs/$path ]] || { echo "$page links to $path, which is not there."; failed=1; }
+    [[ -e $(dirname $page)/$path ]] || { echo "$page links to $path, which is not there."; failed=1; }
   done < <(grep -oE '\]\([^)h][^)]*\)' $page | sed 's/^](//; s/)$//' | sort -u)
 done
 # `Class::function`, `Suite.Test`, `Suite.*`, `Test...`, `file.cpp`: what is left of it without class and suite.
