@@ -1,12 +1,11 @@
 #include "tests/lab/bench/anatomies.h"
 
-#include <cmath>
-#include <limits>
-
+#include "compute/motion/quality.h"
 #include "compute/volume/phantom.h"
 #include "integration/files/read_volume.h"
 #include "tests/lab/bench/tools.h"
 #include "tests/lab/stability/made_pairs.h"
+#include "tests/lab/studies/motion_case.h"
 
 namespace palpate::bench {
 namespace {
@@ -26,7 +25,9 @@ KnownCase read_kit(const fs::path& folder) {
                  value_of(files::read_mask(folder / "mask.mha")),
                  {}};
   if (fs::exists(folder / "mask_border.mha"))
-    pair.border = value_of(files::read_mask(folder / "mask_border.mha"));
+    pair.border = nearest(value_of(files::read_mask(folder / "mask_border.mha")), pair.truth.grid);
+  // The truth may be sampled more thinly than the frames and their masks.
+  pair.mask = nearest(pair.mask, pair.truth.grid);
   return pair;
 }
 
@@ -61,24 +62,6 @@ KnownCase known(stability::MotionPair made) {
           std::move(made.truth),
           std::move(made.mask),
           {}};
-}
-
-/// Calls visit(truth, found) in mm at every sample of the truth that the mask holds.
-template <class Visit>
-void for_each_sample(const Field& found, const KnownCase& pair, const Mask& mask,
-                     const Visit& visit) {
-  const Grid& grid = pair.truth.grid;
-  for (int k = 0; k < grid.size.z; ++k)
-    for (int j = 0; j < grid.size.y; ++j)
-      for (int i = 0; i < grid.size.x; ++i) {
-        const glm::dvec3 x = grid.lps_from_index({i, j, k});
-        const glm::ivec3 at(glm::round(mask.grid.index_from_lps(x)));
-        if (glm::any(glm::lessThan(at, glm::ivec3(0))) ||
-            glm::any(glm::greaterThanEqual(at, mask.grid.size)) ||
-            !mask.values[mask.grid.offset(at.x, at.y, at.z)])
-          continue;
-        visit(glm::dvec3(pair.truth.at(i, j, k)), sample_at_lps(found, x));
-      }
 }
 
 }  // namespace
@@ -120,22 +103,7 @@ std::vector<CaseSource> known_cases(const fs::path& data) {
 }
 
 double mean_error_mm(const Field& found, const KnownCase& pair, const Mask& mask) {
-  double sum = 0.0, count = 0.0;
-  for_each_sample(found, pair, mask, [&](glm::dvec3 truth, glm::dvec3 u) {
-    sum += glm::distance(truth, u);
-    ++count;
-  });
-  return count > 0.0 ? sum / count : std::numeric_limits<double>::quiet_NaN();
-}
-
-double mean_error_own_voxels(const Field& found, const KnownCase& pair, const Mask& mask) {
-  const glm::dmat3 axes_from_lps = glm::transpose(pair.fixed.grid.direction);
-  double sum = 0.0, count = 0.0;
-  for_each_sample(found, pair, mask, [&](glm::dvec3 truth, glm::dvec3 u) {
-    sum += glm::length(axes_from_lps * (u - truth) / pair.fixed.grid.spacing_mm);
-    ++count;
-  });
-  return count > 0.0 ? sum / count : std::numeric_limits<double>::quiet_NaN();
+  return value_of(endpoint_error(found, pair.truth, &mask)).mm.mean;
 }
 
 }  // namespace palpate::bench

@@ -15,8 +15,8 @@ namespace palpate::bench {
 struct KnownCase {
   Volume fixed, moving;
   Field truth;                 ///< mm, LPS; may be sampled more thinly than fixed
-  Mask mask;                   ///< on the grid of fixed
-  std::optional<Mask> border;  ///< about a sliding border, scored beside the mask
+  Mask mask;                   ///< on the grid of truth
+  std::optional<Mask> border;  ///< the same about a sliding border, scored beside the mask
 };
 
 /// How to come by one: pairs are read or made when their turn comes.
@@ -37,9 +37,7 @@ std::vector<CaseSource> known_cases(const std::filesystem::path& data);
 /// Folders of `data` that are missing give no pairs.
 std::vector<CaseSource> large_motion_cases(const std::filesystem::path& data);
 
-/// Mean endpoint error at the truth's samples in a mask, mm. Each axis its own: in voxels of
-/// fixed's axes instead of mm. NaN if the mask is empty.
+/// Mean endpoint error at the truth's samples in a mask, mm. Throws Mismatch if the mask is empty.
 double mean_error_mm(const Field& found, const KnownCase& pair, const Mask& mask);
-double mean_error_own_voxels(const Field& found, const KnownCase& pair, const Mask& mask);
 
 }  // namespace palpate::bench

@@ -127,7 +127,7 @@ std::vector<Table> measure(const Wishes& wishes) {
 }
 
 int run(const Wishes& wishes) {
-  const Conditions conditions{processor(), "none", kBenchCommit,
+  const Conditions conditions{processor(), "none", kLabCommit,
                               fmt::format("{:%Y-%m-%d}", fmt::localtime(std::time(nullptr))),
                               std::thread::hardware_concurrency()};
   fmt::print("{}, commit {}, {}, {} threads\n", conditions.device, conditions.commit,

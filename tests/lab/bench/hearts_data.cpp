@@ -23,6 +23,7 @@
 #include "module/scene/derived_wall.h"
 #include "module/scene/make_volume.h"
 #include "module/scene/wall_value.h"
+#include "tests/lab/studies/measuring.h"
 
 namespace palpate::bench {
 namespace {
@@ -35,7 +36,7 @@ constexpr double kClear_mm = 8.0;  // before a place nothing may be in the way f
 
 template <class T>
 T value(Result<T> result) {
-  if (!result) throw std::runtime_error(result.error().message);
+  if (!result) throw studies::Mismatch(result.error().message);
   return std::move(*result);
 }
 

@@ -57,7 +57,7 @@ struct HeartsOptions {
   double level = 0.0;  ///< felt instead of Otsu's value, where it is not 0
 };
 
-/// Each throws std::runtime_error with a sentence if something is missing or fails.
+/// Each throws studies::Mismatch with a sentence if something is missing or fails.
 Subject beating_heart(const HeartsOptions& options);   ///< heart_cine with its labels
 Subject breathing_lung(const HeartsOptions& options);  ///< lung/breathing.seq.nrrd
 Subject heart_phantom_subject(const HeartsOptions& options);

@@ -9,6 +9,7 @@
 #include "integration/devices/held_mass.h"
 #include "module/haptics/back_track.h"
 #include "tests/lab/stability/shell.h"
+#include "tests/lab/studies/measuring.h"
 
 namespace palpate::bench {
 namespace {
@@ -105,7 +106,7 @@ RunResult lean_on(const Subject& subject, const Wall& wall, const Felt& felt, bo
   info.workspace_radius_m = 10.0;
   const SceneSpec spec = scene_of(wall, felt);
   auto scene = plan(spec, {felt.volume});
-  if (!scene) throw std::runtime_error(scene.error().message);
+  if (!scene) throw studies::Mismatch(scene.error().message);
   Haptics haptics(HapticsOptions{}, info);
   haptics.adopt(Haptics::prepare(*scene));
 

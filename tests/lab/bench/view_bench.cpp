@@ -255,7 +255,7 @@ int run(const std::string& device, int runs, int size, bool with_peer, const std
   auto context = vulkan::Context::open(options);
   if (!context) throw std::runtime_error(context.error().message);
   fmt::print("{}, {}, commit {}\n\n", (*context)->info().name, (*context)->info().driver,
-             kBenchCommit);
+             kLabCommit);
   const auto volume = view_volume(size);
   const Bench bench(*context, volume, runs);
   if (with_peer) {

@@ -31,7 +31,8 @@ Volume block_means(const Volume& volume, const Grid& onto, glm::ivec3 block) {
   return result;
 }
 
-/// The mask's value at the nearest sample.
+}  // namespace
+
 Mask nearest(const Mask& mask, const Grid& onto) {
   Mask result{onto, std::vector<uint8_t>(onto.count())};
   for (int k = 0; k < onto.size.z; ++k) {
@@ -46,8 +47,6 @@ Mask nearest(const Mask& mask, const Grid& onto) {
   }
   return result;
 }
-
-}  // namespace
 
 std::string grid_text(const Grid& grid) {
   const glm::dvec3 mm = grid.spacing_mm;
@@ -87,14 +86,12 @@ MotionCase halved(const MotionCase& whole) {
   return result;
 }
 
-Result<Spread> error_mm(const Field& field, const MotionCase& known) {
-  if (!known.truth) {
-    return target_registration_error_mm(field, known.fixed_points_lps_mm,
-                                        known.moving_points_lps_mm);
-  }
-  const auto error = endpoint_error(field, *known.truth, known.mask ? &*known.mask : nullptr);
-  if (!error) return error.error();
-  return error->mm;
+Result<Distances> error_of(const Field& field, const MotionCase& known) {
+  if (known.truth) return endpoint_error(field, *known.truth, known.mask ? &*known.mask : nullptr);
+  const auto mm =
+      target_registration_error_mm(field, known.fixed_points_lps_mm, known.moving_points_lps_mm);
+  if (!mm) return mm.error();
+  return Distances{*mm, {}, {}};
 }
 
 }  // namespace palpate::studies

@@ -30,9 +30,12 @@ MotionCase heart_case(int size);
 /// finest: the same motion, about an eighth of the work.
 MotionCase halved(const MotionCase& whole);
 
-/// Endpoint error against the truth inside the mask, or target registration error at the landmarks,
-/// mm. Errors: kBadInput as endpoint_error() and target_registration_error_mm().
-Result<Spread> error_mm(const Field& field, const MotionCase& known);
+/// A mask's nearest value at every sample of another grid.
+Mask nearest(const Mask& mask, const Grid& onto);
+
+/// Endpoint error against the truth inside the mask, or target registration error at the landmarks:
+/// that in mm alone. Errors: kBadInput as endpoint_error() and target_registration_error_mm().
+Result<Distances> error_of(const Field& field, const MotionCase& known);
 
 /// "115 x 157 x 129 voxels of 1.37 x 1.37 x 2.5 mm".
 std::string grid_text(const Grid& grid);

@@ -15,16 +15,19 @@ class Palpate final : public PairMethod {
   Result<PairResult> run(const Volume& fixed, const Volume& moving,
                          const report::Patience& patience) override {
     const bool first = !warm_;
+    const uint64_t before = context_->memory_used_bytes();
+    if (first) context_->reset_memory_peak();
     if (first) warm_ = std::make_unique<WarmPair>(context_, fixed.grid, setting_.options);
     auto done = warm_->run(fixed, moving, patience.stop);
     if (!done) return Error{ErrorKind::kCancelled, "Stopped."};
     PairRun& run = *done;
+    if (first) device_bytes_ = double(context_->memory_peak_bytes() - before);
     // The presets are what people use: they are held against the public call. All other settings
     // go the same way.
     if (first && setting_.is_preset() && setting_.options.method == MotionMethod::kPalpate)
       demand_same_as_public(context_, run, fixed, moving, setting_.options, patience.stop);
     const double seconds = run.total_s(), work = work_bytes(warm_->plan(), run.report);
-    PairResult result{std::move(run.field), seconds, work};
+    PairResult result{std::move(run.field), seconds, work, device_bytes_};
     if (setting_.options.method == MotionMethod::kPalpate)
       result.confidence = std::move(run.confidence);
     return result;
@@ -43,6 +46,7 @@ class Palpate final : public PairMethod {
   std::shared_ptr<vulkan::Context> context_;
   app::MotionSetting setting_;
   std::unique_ptr<WarmPair> warm_;
+  double device_bytes_ = 0.0;
 };
 
 }  // namespace

@@ -22,6 +22,7 @@ struct PairResult {
   Field field;  ///< mm, LPS, on any grid
   double seconds = 0.0;
   double work_bytes = std::numeric_limits<double>::quiet_NaN();  ///< see motion_work.h; peers: none
+  double device_bytes = std::numeric_limits<double>::quiet_NaN();  ///< peak; peers: not known
   std::optional<Confidence> confidence = {};  ///< nothing where a method has no word for it
 };
 

@@ -69,10 +69,13 @@ Result<MotionMeasure> measured(const StudyRun& run, PairMethod& method, const Mo
   row.spread_share = (*most - *least) / row.seconds;
   row.voxel_mm = known.voxel_mm();
   row.work_bytes = all->result.work_bytes;
-  const auto error = error_mm(all->result.field, known);
+  row.device_bytes = all->result.device_bytes;
+  const auto error = error_of(all->result.field, known);
   if (!error) return error.error();
-  row.error_mm = error->mean;
-  row.error_p95_mm = error->p95;
+  row.error_mm = error->mm.mean;
+  row.error_p95_mm = error->mm.p95;
+  row.own_voxels = error->own_voxels.mean;
+  row.own_voxels_p95 = error->own_voxels.p95;
   if (method.is_preset() && known.truth && all->result.confidence)
     row.reliability =
         reliability_of(all->result.field, *all->result.confidence, *known.truth,
@@ -104,9 +107,9 @@ std::vector<std::unique_ptr<PairMethod>> palpate_methods(const StudyRun& run, bo
 MotionMeasures measure_motion(const StudyRun& run, const MotionCase& known,
                               std::vector<std::unique_ptr<PairMethod>> methods) {
   MotionMeasures all{known.id, known.name, known.fixed.grid.count(), known.voxel_mm(), 0.0, {}, {}};
-  const auto still = error_mm(still_field(known.fixed.grid), known);
+  const auto still = error_of(still_field(known.fixed.grid), known);
   if (!still) throw Mismatch(still.error().message);
-  all.still_error_mm = still->mean;
+  all.still_error_mm = still->mm.mean;
   std::vector<std::string> left_out;
   double whole = 0.0, done = 0.0;
   for (const auto& method : methods) whole += method->weight();

@@ -30,10 +30,12 @@ struct MotionMeasure {
   double seconds = 0.0;       ///< median
   double spread_share = 0.0;  ///< (longest - shortest) / median of the timed runs; 0 for one run
   double error_mm = 0.0, error_p95_mm = 0.0;
-  double voxel_mm = 1.0;  ///< finest edge of the pair
-  size_t folded = 0;      ///< voxels of the image that fold
+  double own_voxels = 0.0, own_voxels_p95 = 0.0;  ///< each axis in its own; 0 without a true field
+  double voxel_mm = 1.0;                          ///< finest edge of the pair
+  size_t folded = 0;                              ///< voxels of the image that fold
   double there_and_back_mm = std::numeric_limits<double>::quiet_NaN();  ///< mean; NaN: not measured
   double work_bytes = std::numeric_limits<double>::quiet_NaN();
+  double device_bytes = std::numeric_limits<double>::quiet_NaN();  ///< peak; NaN: not known
   std::optional<Reliability> reliability = {};  ///< of palpate's presets, where a field is known
 
   double error_voxels() const { return error_mm / voxel_mm; }

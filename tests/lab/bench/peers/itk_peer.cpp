@@ -1,8 +1,10 @@
-// One registration by one of ITK's Demons filters, as a program of its own: `palpate chart` runs it
-// beside palpate, which must never be linked with ITK's registration.
+// ITK's Demons filters as a program of their own: palpate-lab runs it beside palpate, and must
+// never be linked with ITK's registration.
 //   palpate_itk_peer demons|symmetric|fast|diffeomorphic ITERATIONS THREADS FIXED MOVING FIELD
-// ITERATIONS: one number per level from coarse to fine, "50,50,30,20". It
-// writes the field and prints the seconds of the registration alone, without files.
+// One registration. ITERATIONS: one number per level from coarse to fine, "50,50,30,20". It writes
+// the field and prints the seconds of the registration alone, without files.
+//   palpate_itk_peer rate SIZE THREADS
+// Prints the seconds of one iteration of plain Demons on SIZE^3 voxels.
 
 #include <cstdlib>
 #include <sstream>
@@ -58,9 +60,23 @@ std::vector<unsigned> numbers(const std::string& text) {
   return result;
 }
 
+int rate(int size, int threads) {
+  constexpr int kIterations = 12;
+  constexpr double kSigma = 1.0;
+  if (size < 16 || threads < 1) return fail("give a size of 16 or more and a number of threads.");
+  const auto found = palpate::peers::itk_demons_rate(size, kIterations, kSigma, threads);
+  if (!found) return fail(found.error().message);
+  if (!(found->mean_square_last < found->mean_square_first))
+    return fail("Demons did not register its pair, so its rate means nothing.");
+  fmt::print("{:.6f}\n", found->seconds_per_iteration);
+  return 0;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (argc == 4 && std::string(argv[1]) == "rate")
+    return rate(std::atoi(argv[2]), std::atoi(argv[3]));
   if (argc != 7) return fail("give METHOD ITERATIONS THREADS FIXED MOVING FIELD.");
   PeerOptions options;
   if (!setting_of(argv[1], options))

@@ -152,34 +152,6 @@ Volume made_cube(int size, double shift) {
   return volume;
 }
 
-const char* name_of(ItkMethod method) {
-  switch (method) {
-    case ItkMethod::kDemons:
-      return "Demons";
-    case ItkMethod::kSymmetricForces:
-      return "SymmetricForces";
-    case ItkMethod::kFastSymmetricForces:
-      return "FastSymmetricForces";
-    case ItkMethod::kDiffeomorphic:
-      return "Diffeomorphic";
-  }
-  return "?";
-}
-
-const char* name_of(ItkGradient gradient) {
-  switch (gradient) {
-    case ItkGradient::kSymmetric:
-      return "symmetric";
-    case ItkGradient::kFixed:
-      return "fixed";
-    case ItkGradient::kWarpedMoving:
-      return "warped";
-    case ItkGradient::kMappedMoving:
-      return "moving";
-  }
-  return "?";
-}
-
 bool has_samples(const Volume& volume) {
   return volume.grid.count() > 0 && volume.values.size() == volume.grid.count();
 }
@@ -239,19 +211,6 @@ Result<ItkRate> itk_demons_rate(int size, int iterations, double sigma_voxels, i
   } catch (const itk::ExceptionObject& failure) {
     return bad_input(std::string("ITK refused to register: ") + failure.GetDescription());
   }
-}
-
-std::string described(const PeerOptions& options) {
-  std::ostringstream text;
-  text << name_of(options.method) << ' ';
-  for (size_t level = 0; level < options.iterations.size(); ++level) {
-    text << (level ? "," : "") << options.iterations[level];
-  }
-  text << " sigma " << options.sigma_voxels;
-  const bool esm = options.method == ItkMethod::kFastSymmetricForces ||
-                   options.method == ItkMethod::kDiffeomorphic;
-  if (esm) text << " step " << options.max_step_voxels << ' ' << name_of(options.gradient);
-  return text.str();
 }
 
 }  // namespace palpate::peers

@@ -56,7 +56,4 @@ struct ItkRate {
 /// iteration's end to the last one's.
 Result<ItkRate> itk_demons_rate(int size, int iterations, double sigma_voxels, int threads);
 
-/// "DiffeomorphicDemons 50,50,30,20 sigma 2 step 0.5 warped".
-std::string described(const PeerOptions& options);
-
 }  // namespace palpate::peers

@@ -227,8 +227,8 @@ TEST(MotionStudy, CountsTheSameWorkInEveryRun) {
     ASSERT_TRUE(first && second);
     EXPECT_GT(first->work_bytes, 0.0);
     EXPECT_EQ(first->work_bytes, second->work_bytes) << name;
-    EXPECT_LT(error_mm(first->field, heart)->mean,
-              0.5 * error_mm(still_field(heart.fixed.grid), heart)->mean);
+    EXPECT_LT(error_of(first->field, heart)->mm.mean,
+              0.5 * error_of(still_field(heart.fixed.grid), heart)->mm.mean);
   }
 }
 

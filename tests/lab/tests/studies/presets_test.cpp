@@ -34,7 +34,7 @@ void expect_none_beaten(const std::shared_ptr<vulkan::Context>& context, const M
     ASSERT_TRUE(result) << setting.name;
     places.push_back({setting.name,
                       setting.is_preset(),
-                      {result->work_bytes, error_mm(result->field, known)->mean}});
+                      {result->work_bytes, error_of(result->field, known)->mm.mean}});
   }
   for (const Place& preset : places) {
     if (!preset.preset) continue;

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "integration/app/progress.h"
+#include "tests/lab/bench/inputs.h"
+#include "tests/lab/report/page.h"
+#include "tests/lab/studies/study.h"
+
+namespace palpate::app {
+
+/// What the studies of one run share.
+struct ChartJob {
+  studies::StudyRun run;
+  std::filesystem::path data;  ///< folder with lung/
+  std::optional<bench::OwnPair> own;
+  Console* console = nullptr;
+};
+
+/// A study: the word on the command line, and what makes its part of the report. Throws as
+/// studies::StudyRun says. Errors: input that can not be read, gnuplot missing.
+struct ChartStudy {
+  std::string word;    ///< "motion"
+  std::string about;   ///< for --help: what it answers
+  double share = 1.0;  ///< of the whole run's time, roughly: for the progress bar
+  bool by_default = true;
+  std::function<Result<report::Section>(const ChartJob&)> run;
+};
+
+/// All studies, in the order of the report. One more is one more line in chart_study.cpp.
+const std::vector<ChartStudy>& chart_studies();
+
+}  // namespace palpate::app

@@ -1,0 +1,401 @@
+// The main job on real data: a hand rests on, strokes and circles a beating heart's wall. Places on
+// the walls of heart_cine, of the breathing CT and of the heart phantom, each way of feeling them;
+// which hold, which do not, how fast the force changes, how far the felt wall is from the contours.
+// Deterministic but for the times: ticks are driven directly.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "integration/app/exit_code.h"
+#include "integration/app/option_checks.h"
+#include "integration/app/progress.h"
+#include "integration/files/atomic_file.h"
+#include "tests/lab/bench/hearts_runs.h"
+#include "tests/lab/program/commands.h"
+#include "tests/lab/program/rows.h"
+#include "tests/lab/report/page.h"
+#include "tests/lab/report/plot.h"
+#include "tests/lab/studies/measuring.h"
+
+namespace palpate::app {
+namespace {
+
+using namespace palpate::bench;
+namespace fs = std::filesystem;
+
+/// As ctest takes it: what is needed is not there.
+constexpr int kExitSkipped = 77;
+
+struct Case {
+  int beats = 10;
+  int way_places = 12;  ///< of each wall, for strokes and circles
+  double way_s = 5.0;
+};
+
+struct HeartsCommand {
+  HeartsOptions options;
+  Case how;
+  std::string only, felt_only;
+  fs::path page;
+  RowFiles rows;
+  bool quick = false, verbose = false;
+  std::vector<fs::path> walls;
+};
+
+struct PlaceResult {
+  const Place* place;
+  RunResult still, moving;
+  RunResult control;  ///< the same way over the material, which stands still; if it did not hold
+};
+
+struct WayResult {
+  int runs = 0, fell = 0, faded = 0, met = 0;
+  double weak = 0.0;  ///< share of the time, in all that met the wall
+  LargestChange change;
+};
+
+struct WallResult {
+  std::string subject, wall, felt;
+  std::vector<PlaceResult> places;
+  std::map<Way, WayResult> ways;
+  LargestChange change;
+  std::vector<double> proxy_mm, carried_mm;  ///< from the contours
+  int by_motion = 0, by_wall = 0;  ///< why others do not: the control holds, or it does not either
+  int still = 0, both = 0;         ///< places that hold: on the still volume, and in motion too
+};
+
+void take(LargestChange& most, const LargestChange& one) {
+  const double beyond_n = std::max(most.beyond_n, one.beyond_n);
+  if (one.n_per_ms > most.n_per_ms) most = one;
+  most.beyond_n = beyond_n;
+}
+
+std::string told(const LargestChange& change) {
+  return fmt::format(
+      "{:.3f} N, {:.3f} of it the hand's own way{}{}{}", change.n_per_ms,
+      std::min(change.by_hand_n, change.n_per_ms), change.cause == Cause::kNone ? "" : ", ",
+      change.cause == Cause::kNone ? "" : palpate::word(change.cause), change.held ? ", held" : "");
+}
+
+double mean(const std::vector<double>& v) {
+  double sum = 0.0;
+  for (const double x : v) sum += x;
+  return v.empty() ? std::nan("") : sum / double(v.size());
+}
+double p95(std::vector<double> v) {
+  if (v.empty()) return std::nan("");
+  std::sort(v.begin(), v.end());
+  return v[size_t(0.95 * double(v.size() - 1))];
+}
+
+WallResult measure(const Subject& subject, const Wall& wall, const Felt& felt, const Case& how,
+                   Histogram& ticks) {
+  WallResult result{subject.name, wall.name, felt.name, {}, {}, {}, {}, {}, 0, 0, 0, 0};
+  const double cycle_s = felt.volume->times.cycle_s;
+  const double hold_s = std::min(how.beats * cycle_s, 12.0);
+  for (const Place& place : wall.places) {
+    PlaceResult one{&place, lean_on(subject, wall, felt, false, place, Way::kHold, 2.0), {}, {}};
+    one.moving = lean_on(subject, wall, felt, true, place, Way::kHold, hold_s, &ticks);
+    take(result.change, one.still.change);
+    take(result.change, one.moving.change);
+    if (one.still.outcome == Outcome::kHeld) {
+      ++result.still;
+      result.both += one.moving.outcome == Outcome::kHeld;
+      if (one.moving.outcome != Outcome::kHeld && subject.whole) {
+        one.control = lean_on(subject, wall, felt, false, place, Way::kHold, hold_s, nullptr,
+                              &one.moving.meant);
+        ++(one.control.outcome == Outcome::kHeld ? result.by_motion : result.by_wall);
+      }
+    }
+    if (!wall.contours_mm.empty())
+      for (const auto& [frame, at] : one.moving.proxies)
+        result.proxy_mm.push_back(std::abs(wall.contours_mm[size_t(frame)]->scalar(at)));
+    result.places.push_back(std::move(one));
+  }
+  if (felt.segments && felt.volume->whole)
+    for (size_t k = 0; k < wall.contours_mm.size(); ++k)
+      for (const glm::dvec3 x : wall.surface_m) {
+        const auto time = felt.volume->whole->basis().at(int(k), 0.0);
+        const glm::dvec3 now = x + felt.volume->whole->displacement(x, time);
+        result.carried_mm.push_back(std::abs(wall.contours_mm[k]->scalar(now)));
+      }
+  for (const Way way : {Way::kStroke, Way::kCircle}) {
+    WayResult& of = result.ways[way];
+    for (size_t p = 0; p < std::min(wall.places.size(), size_t(how.way_places)); ++p) {
+      const RunResult run =
+          lean_on(subject, wall, felt, true, wall.places[p], way, how.way_s, &ticks);
+      ++of.runs;
+      of.met += run.outcome != Outcome::kNothingMet;
+      of.fell += run.outcome == Outcome::kFell;
+      of.faded += run.outcome == Outcome::kFaded;
+      of.weak += run.weak;
+      take(of.change, run.change);
+      take(result.change, run.change);
+    }
+    if (of.met > 0) of.weak /= of.met;
+  }
+  return result;
+}
+
+size_t bytes_per_voxel(const MovingVolume& volume) {
+  const auto samples = [](const FrameData& frame) { return frame.samples().values.size(); };
+  const double voxels = double(std::max<size_t>(1, samples(*volume.frames.front())));
+  double bytes = 0.0;
+  for (const auto& frame : volume.frames) bytes += 4.0 * double(samples(*frame));
+  for (const Segment& segment : volume.segments)
+    for (const auto& frame : segment.distance_mm) bytes += 4.0 * double(samples(*frame));
+  for (const Motion& motion : volume.motions)
+    for (const auto& step : motion.steps)
+      if (step) bytes += double(step->bytes());
+  if (volume.whole) bytes += double(volume.whole->bytes());
+  return size_t(std::lround(bytes / voxels));
+}
+
+report::Figure map_of(const WallResult& of) {
+  report::Chart chart;
+  chart.title = of.subject + ", " + of.wall + ": " + of.felt;
+  chart.x = {"angle about the wall's axis, from the hand's side (degrees)"};
+  chart.y = {"along the axis (mm)"};
+  chart.x.low = -180.0;
+  chart.x.high = 180.0;
+  chart.height_px = 360;
+  struct Kind {
+    const char* name;
+    report::Mark mark;
+    int colour;
+  };
+  const std::map<Outcome, Kind> kinds = {
+      {Outcome::kHeld, {"held", report::Mark::kCircle, 2}},
+      {Outcome::kLeft, {"left by the wall", report::Mark::kRing, 4}},
+      {Outcome::kFaded, {"faded with a cause", report::Mark::kSquare, 0}},
+      {Outcome::kFell, {"fell", report::Mark::kCross, 1}},
+      {Outcome::kNothingMet, {"no surface there", report::Mark::kDown, 6}}};
+  for (const auto& [outcome, kind] : kinds) {
+    report::Series series{kind.name, {}, report::Line::kNone, kind.mark, kind.colour};
+    for (const PlaceResult& place : of.places)
+      if (place.moving.outcome == outcome)
+        series.points.push_back({place.place->x,
+                                 place.place->y,
+                                 fmt::format("still: {}", bench::word(place.still.outcome)),
+                                 false,
+                                 {fmt::format("least {:.2f} N, largest change {}",
+                                              place.moving.least_n, told(place.moving.change))}});
+    if (!series.points.empty()) chart.series.push_back(std::move(series));
+  }
+  report::Figure figure{chart.title, "", "", {}};
+  std::string id = report::file_stem(chart.title);
+  std::erase(id, '-');
+  const auto svg = report::drawn(chart, id);
+  if (!svg) throw studies::Mismatch(svg.error().message);
+  figure.svg = *svg;
+  figure.caption = fmt::format("{} of {} places that hold on the still volume hold in motion.",
+                               of.both, of.still);
+  figure.data.title = chart.title;
+  figure.data.columns = {{"angle_deg", "angle"},       {"along_mm", "along, mm"},
+                         {"still", "still"},           {"moving", "moving"},
+                         {"least_n", "least N"},       {"change", "N/ms"},
+                         {"deepest_mm", "deepest mm"}, {"fell_at_s", "fell at s"}};
+  for (const PlaceResult& p : of.places)
+    figure.data.rows.push_back(
+        {report::number(p.place->x, 1), report::number(p.place->y, 1),
+         report::words(bench::word(p.still.outcome)), report::words(bench::word(p.moving.outcome)),
+         report::number(p.moving.least_n, 2), report::number(p.moving.change.n_per_ms, 3),
+         report::number(p.moving.deepest_mm, 2), report::number(p.moving.fell_at_s, 2)});
+  return figure;
+}
+
+report::Table empty_table() {
+  return {"A hand on moving walls",
+          "",
+          {{"subject", "subject"},
+           {"wall", "wall"},
+           {"felt", "felt by"},
+           {"places", "places"},
+           {"still", "hold still"},
+           {"moving", "of these in motion"},
+           {"why", "others: wall/motion"},
+           {"fell", "press: fell"},
+           {"stroke_fell", "strokes fell (time behind, below 0.3 N)"},
+           {"circle_fell", "circles fell (time behind, below 0.3 N)"},
+           {"change", "largest change N/ms"},
+           {"beyond", "more than the hand's own"},
+           {"proxy_mm", "off the contour mm"},
+           {"proxy_p95", "p95"},
+           {"carried_mm", "all of the wall mm"},
+           {"carried_p95", "p95"},
+           {"tick_us", "tick us"},
+           {"tail_us", "p99.99 us"},
+           {"bytes", "B/voxel"}},
+          {}};
+}
+
+std::vector<report::Cell> row_of(const WallResult& of, int fell, const Histogram& ticks,
+                                 size_t bytes) {
+  const auto way = [&](Way which) {
+    const WayResult& result = of.ways.at(which);
+    return report::words(
+        fmt::format("{} of {} ({:.0f} %)", result.fell, result.met, 100.0 * result.weak));
+  };
+  return {report::words(of.subject),
+          report::words(of.wall),
+          report::words(of.felt),
+          report::number(double(of.places.size()), 0),
+          report::number(of.still, 0),
+          report::number(of.both, 0),
+          report::words(fmt::format("{}/{}", of.by_wall, of.by_motion)),
+          report::number(fell, 0),
+          way(Way::kStroke),
+          way(Way::kCircle),
+          report::number(of.change.n_per_ms, 3),
+          report::number(of.change.beyond_n, 3),
+          report::number(mean(of.proxy_mm), 2),
+          report::number(p95(of.proxy_mm), 2),
+          report::number(mean(of.carried_mm), 2),
+          report::number(p95(of.carried_mm), 2),
+          report::number(1e-3 * double(ticks.quantile_ns(0.5)), 2),
+          report::number(1e-3 * double(ticks.quantile_ns(0.9999)), 1),
+          report::number(double(bytes), 0)};
+}
+
+void print_places(const WallResult& of) {
+  for (const PlaceResult& p : of.places) {
+    std::string causes;
+    for (size_t c = 1; c < p.moving.causes.size(); ++c)
+      if (p.moving.causes[c])
+        causes += fmt::format(" {} {}", palpate::word(Cause(c)), p.moving.causes[c]);
+    fmt::print(
+        "{} {:.1f} {}: still {} {:.2f} N; moving {} least {:.2f} mean {:.2f} N deepest {:.2f} mm, "
+        "at {:.2f} s, control {}; change {} at {:.2f} s;{}\n",
+        of.wall, p.place->x, of.felt, bench::word(p.still.outcome), p.still.least_n,
+        bench::word(p.moving.outcome), p.moving.least_n, p.moving.mean_n, p.moving.deepest_mm,
+        p.moving.fell_at_s, bench::word(p.control.outcome), told(p.moving.change),
+        p.moving.change.at_s, causes);
+  }
+}
+
+/// Whether a wall is felt in a way: some are the surface of one way alone, and where a way has one
+/// the others are not its.
+bool is_felt(const Subject& subject, const Wall& wall, const Felt& felt) {
+  if (!wall.only.empty()) return wall.only == felt.name;
+  const bool has_own = std::any_of(subject.walls.begin(), subject.walls.end(),
+                                   [&](const Wall& w) { return w.only == felt.name; });
+  return !(has_own && felt.segments);
+}
+
+/// Adds a subject's rows and maps. How often a segmentation's wall let the hand through.
+int measure_subject(const HeartsCommand& command, const Subject& subject, report::Table& table,
+                    report::Page& page) {
+  report::Section section{
+      subject.name == "heart phantom" ? "phantom" : subject.name, subject.name, "", {}};
+  int falls = 0;
+  for (const Felt& felt : subject.felt) {
+    if (felt.name.find(command.felt_only) == std::string::npos) continue;
+    for (const Wall& wall : subject.walls) {
+      if (!is_felt(subject, wall, felt)) continue;
+      Histogram ticks;
+      const WallResult of = measure(subject, wall, felt, command.how, ticks);
+      int fell = 0;
+      for (const PlaceResult& p : of.places) fell += p.moving.outcome == Outcome::kFell;
+      if (felt.segments)
+        falls += fell + of.ways.at(Way::kStroke).fell + of.ways.at(Way::kCircle).fell;
+      table.rows.push_back(row_of(of, fell, ticks, bytes_per_voxel(*felt.volume)));
+      if (command.verbose) print_places(of);
+      if (!command.page.empty()) section.parts.push_back(map_of(of));
+    }
+  }
+  page.sections.push_back(std::move(section));
+  return falls;
+}
+
+int run(const HeartsCommand& command) {
+  Console console(false, false);
+  for (const fs::path& file : command.walls) fmt::print("{}", walls_in({file}));
+  if (!command.walls.empty()) return kExitOk;
+  if (const fs::path cine = command.options.shared / "heart_cine"; !fs::exists(cine)) {
+    console.say(fmt::format("There is no {}: skipped", cine.string()));
+    return kExitSkipped;
+  }
+  Status can = check_can_write(command.rows);
+  if (can && !command.page.empty()) can = files::check_can_write_file(command.page);
+  if (!can) return fail(console, can.error());
+  report::Page page;
+  page.title = "A hand on moving walls";
+  page.lead = "Where a hand that leans on a wall with 1 N is held while the wall moves.";
+  int falls = 0;
+  using Make = Subject (*)(const HeartsOptions&);
+  const std::pair<const char*, Make> subjects[] = {
+      {"heart", &beating_heart}, {"lung", &breathing_lung}, {"phantom", &heart_phantom_subject}};
+  Rows rows("hearts", nullptr);
+  const report::Table& table = rows.add([&] {
+    report::Table all = empty_table();
+    for (const auto& [name, make] : subjects)
+      if (command.only.empty() || command.only == name)
+        falls += measure_subject(command, make(command.options), all, page);
+    return all;
+  });
+  if (!command.page.empty()) {
+    report::Section section{"all", "All walls", "", {}};
+    section.parts.push_back(report::TablePart{table, false});
+    page.sections.insert(page.sections.begin(), std::move(section));
+    if (const Status written = files::write_text(command.page, report::html(page)); !written)
+      return fail(console, written.error());
+  }
+  if (const Status written = rows.write(command.rows); !written)
+    return fail(console, written.error());
+  return falls > 0 ? kExitInternal : kExitOk;
+}
+
+}  // namespace
+
+Command add_hearts(CLI::App& program) {
+  auto command = std::make_shared<HeartsCommand>();
+  command->options.shared = "../shared/data";
+  CLI::App* app = program.add_subcommand(
+      "hearts",
+      "Lean a hand on real beating hearts: what holds, what does not, and why. Fails if the\n"
+      "wall of a segmentation lets the hand through; 77 if the data are not there");
+  app->add_option("--data", command->options.shared, "Folder with heart_cine/ and lung/")
+      ->type_name("DIR")
+      ->capture_default_str();
+  app->add_option("--keep", command->options.keep, "Keep estimated motions here between runs")
+      ->type_name("DIR");
+  app->add_option("--preset", command->options.preset, "Of the motion")
+      ->check(one_of_the_presets())
+      ->capture_default_str();
+  app->add_option("--places", command->options.places, "On each wall")
+      ->check(whole_number_in(1, 10000))
+      ->capture_default_str();
+  app->add_option("--only", command->only, "One subject")
+      ->check(one_of({"heart", "lung", "phantom"}));
+  app->add_option("--felt", command->felt_only, "Only ways to feel whose name contains this");
+  app->add_option("--page", command->page, "The maps and tables as HTML")->type_name("FILE");
+  app->add_option("--level", command->options.level, "Feel this value's surface, not Otsu's");
+  app->add_option("--walls", command->walls,
+                  "Only tell what the surfaces found in these files are as walls")
+      ->type_name("FILE")
+      ->check(an_existing_path());
+  app->add_flag("--quick", command->quick,
+                "The segmentation of the heart alone, few places, fast motion");
+  app->add_flag("--each-place", command->verbose, "A line for each place");
+  add_row_options(*app, command->rows);
+  Command result{app,
+                 [command] {
+                   if (command->quick) {
+                     command->options.preset = "fast";
+                     command->options.places = 6;
+                     command->how = {2, 2, 2.0};
+                     command->only = "heart";
+                     command->felt_only = "segmentation";
+                   }
+                   return measured([&] { return run(*command); });
+                 },
+                 {"--data", "--walls"},
+                 row_outputs(),
+                 {}};
+  result.writes.emplace_back("--page");
+  return result;
+}
+
+}  // namespace palpate::app
