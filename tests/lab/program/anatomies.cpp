@@ -329,16 +329,22 @@ Result<std::string> page_of(const std::vector<Variant>& variants, const std::vec
   return html(page);
 }
 
+/// Pairs or anatomies whose name holds what was asked for.
+std::vector<CaseSource> sources_of(const AnatomiesCommand& command, bool large) {
+  auto sources = large ? large_motion_cases(command.data) : known_cases(command.data);
+  std::erase_if(sources, [&](const CaseSource& source) {
+    return source.name.find(command.only) == std::string::npos &&
+           source.anatomy.find(command.only) == std::string::npos;
+  });
+  return sources;
+}
+
 std::vector<Measured> measure_all(const std::vector<CaseSource>& sources,
                                   const std::vector<Variant>& variants,
                                   const AnatomiesCommand& command, Console& console) {
   std::vector<Measured> all;
-  for (size_t n = 0; n < sources.size(); ++n) {
-    const CaseSource& source = sources[n];
-    if (source.name.find(command.only) == std::string::npos &&
-        source.anatomy.find(command.only) == std::string::npos)
-      continue;
-    console.progress(double(n) / double(sources.size()), source.name);
+  for (const CaseSource& source : sources) {
+    console.progress(double(all.size()) / double(sources.size()), source.name);
     all.push_back(measure(source, variants, command));
   }
   console.end_progress();
@@ -357,19 +363,22 @@ int run(const AnatomiesCommand& command) {
   std::vector<Measured> usual;
   for (const bool large : {false, true}) {
     if (large && !command.large) break;
+    const std::vector<CaseSource> sources = sources_of(command, large);
+    if (sources.empty()) continue;
     const std::string kind = large ? " of large motion" : "";
     std::vector<Measured> all;
     rows.add([&] {
-      all = measure_all(large ? large_motion_cases(command.data) : known_cases(command.data),
-                        variants, command, console);
+      all = measure_all(sources, variants, command, console);
       return pairs_table("Every pair" + kind, variants, all, command.runs);
     });
-    if (all.empty()) continue;
     rows.add({summary_table("Every anatomy" + kind, variants, all)});
     if (command.leave_one_out)
       rows.add({left_out_table("Leaving one anatomy out" + kind, variants, all)});
     if (!large) usual = std::move(all);
   }
+  if (rows.tables().empty())
+    return fail(console, {ErrorKind::kBadInput,
+                          "There is no pair named like '" + command.only + "': leave --only out"});
   if (command.confidence && !usual.empty()) rows.add(reliability_tables(variants, usual));
   if (!command.page.empty()) {
     const auto page = page_of(variants, usual, rows.about());
