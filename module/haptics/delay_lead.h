@@ -23,7 +23,7 @@ double stable_stiffness(double damping_n_s_per_m, double period_s, double delay_
 /// Space: any, m. A value: no clock, no allocation; real-time safe.
 class DelayLead {
  public:
-  static constexpr double kShare = 0.6;  ///< measured: tests/lab/bench/stability_bench.cpp
+  static constexpr double kShare = 0.6;  ///< measured: palpate-lab feel stability
   /// No lead for ever if period_s <= 0 or a number is not finite. delay_s: from taking a position
   /// to the force on the motors, without the hold.
   DelayLead(double period_s, double delay_s, double share = kShare) noexcept;

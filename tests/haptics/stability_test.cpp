@@ -1,4 +1,4 @@
-// A seeded part of the grid that stability_bench runs whole. The oracle is the physics alone: what
+// A seeded part of the grid that `palpate-lab feel stability` runs whole. The oracle is the physics alone: what
 // the mass does after the loop without rounding would long be at rest.
 #include <gtest/gtest.h>
 

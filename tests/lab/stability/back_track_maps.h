@@ -11,6 +11,7 @@ enum class Flow {
   kStretch,  ///< u = q x: never folds, whatever q is
   kPress,    ///< u = -q x: pressed into a point at q times phase = 1, inside out beyond
   kWaves,    ///< random smooth waves of which the worst cell's bound is q
+  kRough,    ///< independent vectors of which the worst cell's bound is q
 };
 
 /// 2,000 seeded searches in such a field at a phase, as a hand asks for them: the share that does

@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <map>
-#include <random>
 
 #include "module/haptics/back_track.h"
+#include "tests/lab/stability/draws.h"
 #include "tests/lab/stability/paper_loop.h"
 #include "tests/lab/stability/shell.h"
 #include "tests/lab/studies/measuring.h"
@@ -14,7 +13,7 @@
 namespace palpate::studies {
 namespace {
 
-using stability::Made;
+using stability::Draws;
 
 constexpr double kStiffness = 600.0, kStrength_n = 20.0, kFastest_m_per_s = 0.1;
 constexpr double kFramesPerSecond = 2.0;
@@ -26,23 +25,6 @@ int64_t steady_ns() {
       .count();
 }
 
-/// Draws that are the same with every standard library.
-class Draws {
- public:
-  explicit Draws(uint32_t seed) : engine_(seed) {}
-  double between(double low, double high) {
-    return low + (high - low) * double(engine_()) * 0x1p-32;
-  }
-  glm::dvec3 direction() {
-    glm::dvec3 v(between(-1, 1), between(-1, 1), 0.0);
-    v.z = between(-1, 1);
-    return glm::normalize(v + glm::dvec3(1e-6));
-  }
-
- private:
-  std::mt19937 engine_;
-};
-
 /// A stroke round the ball along a seeded great circle, in and out through the surface.
 class Stroke {
  public:
@@ -50,7 +32,7 @@ class Stroke {
     Draws draws(seed);
     along_ = draws.direction();
     across_ = glm::normalize(glm::cross(along_, draws.direction() + glm::dvec3(0.0, 1e-6, 0.0)));
-    in_out_per_s_ = draws.between(3.0, 7.0);
+    in_out_per_s_ = draws.even(3.0, 7.0);
     const double radial = swing_m * in_out_per_s_;
     round_per_s_ =
         std::sqrt(kFastest_m_per_s * kFastest_m_per_s - radial * radial) / (middle_m + swing_m);
@@ -66,12 +48,11 @@ class Stroke {
 };
 
 /// The sphere with its motion on another grid than its data.
-std::shared_ptr<const MovingVolume> sphere(int frames, double data_mm, double field_mm) {
-  if (data_mm == field_mm || frames == 1)
-    return stability::shell(frames, kFramesPerSecond, Made::kSampled, data_mm);
-  auto volume = std::make_shared<MovingVolume>(
-      *stability::shell(frames, kFramesPerSecond, Made::kSampled, data_mm));
-  const Grid grid = stability::shell_grid(field_mm);
+std::shared_ptr<const MovingVolume> sphere(int frames, const FeelSetting& setting) {
+  auto own = stability::shell(frames, kFramesPerSecond, setting.made, setting.data_mm);
+  if (setting.data_mm == setting.field_mm || frames == 1) return own;
+  auto volume = std::make_shared<MovingVolume>(*own);
+  const Grid grid = stability::shell_grid(setting.field_mm);
   for (int k = 0; k < frames; ++k)
     volume->motions.front().steps[size_t(k)] =
         MotionMap::of(shell_truth(grid, k, (k + 1) % frames, frames));
@@ -124,7 +105,8 @@ class Turning {
 
 struct Sums {
   std::vector<double> us;
-  double squares = 0.0, most = 0.0;
+  double squares = 0.0, most = 0.0, exact_squares = 0.0;
+  int64_t held = 0;
 };
 
 /// One stroke of any hand; exact(probe radius, sphere radius) is the force that there should be.
@@ -145,6 +127,8 @@ void run_stroke(AnyHand& hand, const Stroke& path, const FeelSetting& setting, c
     if (!std::isfinite(error)) throw Mismatch("A force is not finite: " + setting.name + ".");
     sums.squares += error * error;
     sums.most = std::max(sums.most, error);
+    sums.exact_squares += wanted * wanted;
+    sums.held += out.held;
   }
 }
 
@@ -158,7 +142,7 @@ double quantile(std::vector<double> values, double share) {
 
 FeelMeasure feel(const FeelSetting& setting, int strokes) {
   const bool beats = setting.moves == Moves::kBoth;
-  const auto data = sphere(beats ? kFrames : 1, setting.data_mm, setting.field_mm);
+  const auto data = sphere(beats ? kFrames : 1, setting);
   const double middle_m = beats ? 0.030 : 0.0235, swing_m = beats ? 0.006 : 0.004;
   const SceneSpec spec = spec_of(setting);
   Sums sums;
@@ -189,6 +173,8 @@ FeelMeasure feel(const FeelSetting& setting, int strokes) {
                       quantile(sums.us, 0.99),
                       std::sqrt(sums.squares / double(sums.us.size())),
                       sums.most,
+                      std::sqrt(sums.exact_squares / double(sums.us.size())),
+                      sums.held,
                       0.0};
   if (!data->motions.empty())
     for (const auto& step : data->motions.front().steps)
@@ -226,8 +212,10 @@ TurnPlaces turn_places(int count) {
   static const auto map = MotionMap::of(shell_truth(heart_grid(128), 0, 1));
   TurnPlaces places{map, {}};
   Draws draws(7);
-  for (int n = 0; n < count; ++n)
-    places.targets.push_back(draws.between(0.015, 0.05) * draws.direction());
+  for (int n = 0; n < count; ++n) {
+    const double radius_m = draws.even(0.015, 0.05);
+    places.targets.push_back(radius_m * draws.direction());
+  }
   return places;
 }
 

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/lab/stability/shell.h"
 #include "tests/lab/studies/hearts.h"
 #include "tests/lab/studies/study.h"
 
@@ -16,13 +17,17 @@ struct FeelSetting {
   Moves moves = Moves::kNothing;
   BackTracking method = BackTracking::kNewton;
   double data_mm = 1.0, field_mm = 1.0;  ///< spacing of the samples
+  stability::Made made = stability::Made::kSampled;
 };
 
 struct FeelMeasure {
   FeelSetting setting;
   double median_us = 0.0, p99_us = 0.0;  ///< of one haptic frame
   double rms_n = 0.0, most_n = 0.0;      ///< force error
+  double exact_rms_n = 0.0;              ///< of the force that there should be
+  int64_t held = 0;                      ///< frames in which a point was not found
   double field_megabytes = 0.0;
+  double percent() const { return 100.0 * rms_n / exact_rms_n; }
 };
 
 /// Strokes a hand at up to 100 mm/s over and into the sphere, `strokes` times 4 s, and holds every

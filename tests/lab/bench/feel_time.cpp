@@ -10,8 +10,10 @@
 #include "integration/devices/simulated_paths.h"
 #include "module/haptics/servo.h"
 #include "module/haptics/statistics.h"
-#include "tests/lab/bench/haptics_bench.h"
-#include "tests/lab/bench/haptics_bench_scenes.h"
+#include "tests/lab/bench/feel_rows.h"
+#include "tests/lab/stability/paper_loop.h"
+#include "tests/lab/stability/shell.h"
+#include "tests/lab/studies/hearts.h"
 
 namespace palpate::bench {
 namespace {
@@ -62,8 +64,8 @@ std::vector<std::shared_ptr<const MovingVolume>> data_for(int volumes, Moves mov
 
 Contestant ours(std::string name, int volumes, int modes_of_each, Moves moves) {
   const auto made = [&]() -> Tick {
-    const auto loop = std::make_shared<test::Hand>(hearts_spec(volumes, modes_of_each, moves),
-                                                   data_for(volumes, moves), HapticsOptions{});
+    const auto loop = std::make_shared<stability::Hand>(hearts_spec(volumes, modes_of_each, moves),
+                                                        data_for(volumes, moves), HapticsOptions{});
     return [loop](const TickInput& in) { return loop->haptics.tick(in); };
   };
   return {std::move(name), {made(), made()}, HeartHand(volumes, moves)};
@@ -71,7 +73,7 @@ Contestant ours(std::string name, int volumes, int modes_of_each, Moves moves) {
 
 Contestant papers(std::string name, Moves moves) {
   const auto made = [&]() -> Tick {
-    const auto loop = std::make_shared<PaperHand>(
+    const auto loop = std::make_shared<stability::PaperHand>(
         hearts_spec(1, 1, moves, PosePath::kPaper, BackTracking::kPicard), data_for(1, moves));
     return [loop](const TickInput& in) { return loop->loop.tick(in); };
   };
@@ -250,7 +252,7 @@ std::vector<Goal> goals_of(const std::vector<Contestant>& c) {
 
 }  // namespace
 
-Findings time_rows(const HapticsBench& bench) {
+Findings time_rows(const FeelBench& bench) {
   std::vector<Contestant> contestants;
   contestants.push_back(ours("static", 1, 1, Moves::kNothing));
   contestants.push_back(ours("dynamic transforms", 1, 1, Moves::kTransform));

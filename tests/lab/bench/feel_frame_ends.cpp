@@ -4,8 +4,8 @@
 #include <fmt/format.h>
 
 #include "module/scene/drive.h"
-#include "tests/lab/bench/haptics_bench.h"
-#include "tests/lab/bench/haptics_bench_scenes.h"
+#include "tests/lab/bench/feel_rows.h"
+#include "tests/lab/stability/shell.h"
 
 namespace palpate::bench {
 namespace {
@@ -24,12 +24,12 @@ Ticks felt(PosePath path, double seconds) {
   drive.axis = {1.0, 0.0, 0.0};
   drive.rate_hz = 0.5;
   drive.amplitude_m = 0.010;
-  SceneSpec spec = test::shell_spec(20.0, 0.0, 600.0);
+  SceneSpec spec = stability::shell_spec(20.0, 0.0, 600.0);
   VolumeSpec& volume = spec.volumes.front();
   volume.path = path;
   volume.drive = drive;
   if (path != PosePath::kExact) volume.drive.kind = DriveSpec::Kind::kSecondHand;
-  test::Hand hand(spec, {test::shell(1, 1.0)}, bare());
+  stability::Hand hand(spec, {stability::shell(1, 1.0)});
   Ticks ticks;
   glm::dvec3 last(0.0), last_step(0.0);
   double next_pose_s = 0.0;
@@ -57,7 +57,7 @@ Ticks felt(PosePath path, double seconds) {
 
 }  // namespace
 
-Findings frame_end_rows(const HapticsBench& bench) {
+Findings frame_end_rows(const FeelBench& bench) {
   const double seconds = bench.quick ? 10.0 : 60.0;
   const Ticks smooth = felt(PosePath::kSmooth, seconds), paper = felt(PosePath::kPaper, seconds),
               exact = felt(PosePath::kExact, seconds);

@@ -5,16 +5,18 @@
 #include <string>
 #include <vector>
 
+#include "module/haptics/delay_lead.h"
 #include "tests/lab/bench/tools.h"
 
 namespace palpate::bench {
 
 /// How much is measured.
-struct HapticsBench {
-  bool quick = false;      ///< a fortieth of everything: does it work?
-  unsigned threads = 1;    ///< for what is not timed
-  int64_t frames = 0;      ///< haptic frames of the search for pop-through
-  int stability_runs = 0;  ///< runs of each row of limit cycles
+struct FeelBench {
+  bool quick = false;                     ///< a fortieth of everything: does it work?
+  unsigned threads = 1;                   ///< for what is not timed
+  int64_t frames = 0;                     ///< haptic frames of the search for pop-through
+  int stability_runs = 0;                 ///< runs of each row of limit cycles
+  double lead_share = DelayLead::kShare;  ///< of the delay that the lead takes back there
   /// So much of a full run.
   int64_t part(int64_t full) const { return quick ? (full + 39) / 40 : full; }
 };
@@ -38,22 +40,16 @@ struct Findings {
 
 /// Time of one haptic frame, and the servo thread at 1 kHz. Runs one thread at a real-time priority
 /// where the system allows it.
-Findings time_rows(const HapticsBench& bench);
+Findings time_rows(const FeelBench& bench);
 /// Force against exact solutions: still and beating, data as formulas and sampled.
-Findings force_rows(const HapticsBench& bench);
+Findings force_rows(const FeelBench& bench);
 /// How often a hand gets through a thin wall without being stronger than it.
-Findings pop_through_rows(const HapticsBench& bench);
+Findings dart_rows(const FeelBench& bench);
 /// Inverting the motion: residual and steps, folds, drift.
-Findings back_track_rows(const HapticsBench& bench);
+Findings back_track_rows(const FeelBench& bench);
 /// Ticks at the ends of graphics frames.
-Findings frame_end_rows(const HapticsBench& bench);
+Findings frame_end_rows(const FeelBench& bench);
 /// Limit cycles, and energy that a scene makes.
-Findings stability_rows(const HapticsBench& bench);
-
-/// A Falcon's turnaround over the emulated bus. The last: see usb_turnaround().
-Findings usb_rows(const HapticsBench& bench);
-
-/// All goals as one table: what, others, reach, aim, measured, what that meets, beside it.
-Table goal_table(const std::string& title, const std::string& note, const std::vector<Goal>& goals);
+Findings stability_rows(const FeelBench& bench);
 
 }  // namespace palpate::bench
