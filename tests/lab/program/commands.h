@@ -18,6 +18,8 @@ Command add_sequence(CLI::App& program);
 Command add_harmonics(CLI::App& program);
 /// `palpate-lab feel`: time, accuracy and stability of the haptic loop.
 Command add_feel(CLI::App& program);
+/// `palpate-lab view`: what pictures cost.
+Command add_view(CLI::App& program);
 /// `palpate-lab hearts`: a hand on real beating hearts.
 Command add_hearts(CLI::App& program);
 /// `palpate-lab soak`: the main job for long, with everything that may go wrong.

@@ -8,7 +8,7 @@
 #include "module/scene/look.h"
 #include "module/view/eye.h"
 
-/// What palpate and its peer draw in the view study and benchmark: the same data, looks and eyes
+/// What palpate and its peer draw: the same data, looks and eyes
 /// for both.
 namespace palpate::studies {
 
@@ -48,6 +48,11 @@ inline std::array<Eye, 2> view_eyes(glm::dvec3 from = {0.11, 0.09, 0.21}) {
   std::array<Eye, 2> eyes;
   split_eyes(middle, kEyesApartM, eyes[0], eyes[1]);
   return eyes;
+}
+
+inline std::vector<Eye> both_view_eyes(glm::dvec3 from = {0.11, 0.09, 0.21}) {
+  const auto eyes = view_eyes(from);
+  return {eyes.begin(), eyes.end()};
 }
 
 /// Peak signal to noise ratio of two sets of 8-bit RGB values, dB, over all pixels.

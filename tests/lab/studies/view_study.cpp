@@ -7,11 +7,10 @@
 
 #include <fmt/format.h>
 
-#include "module/view/volume_renderer.h"
 #include "tests/lab/report/plot.h"
 #include "tests/lab/studies/measuring.h"
 #include "tests/lab/studies/motion_statements.h"
-#include "tests/lab/studies/view_case.h"
+#include "tests/lab/studies/view_shot.h"
 
 namespace palpate::studies {
 namespace {
@@ -22,68 +21,6 @@ const char* const kSteps = "palpate, by samples per voxel";
 const char* const kNoSkip = "palpate, nothing skipped";
 const char* const kMoving = "palpate, moving";
 const char* const kSmaller = "palpate, fewer pixels";
-
-std::shared_ptr<const MovingVolume> beating(int size) {
-  Sequence frames = shell_phantom(heart_grid(size), 4, 1, 0.0);
-  MovingVolume volume;
-  volume.name = "heart";
-  volume.times.times_s = {0.0, 0.25};
-  for (const size_t k : {1, 2})
-    volume.frames.push_back(sampled_scalar(std::move(frames.frames[k])));
-  volume.motions.push_back(
-      {"data", {MotionMap::of(shell_truth(coarsened(heart_grid(size), glm::ivec3(2)), 1, 2, 4))}});
-  return std::make_shared<const MovingVolume>(std::move(volume));
-}
-
-void expect(const Status& status) {
-  if (!status) throw Mismatch(status.error().message);
-}
-
-struct Shot {
-  Look look;
-  double rate = 1.0;
-  int pixels = 512;
-  bool skip = true, moving = false;
-};
-
-struct Drawn {
-  double seconds = 0.0;
-  std::vector<unsigned char> bytes;
-};
-
-Drawn draw(const StudyRun& run, const std::shared_ptr<const MovingVolume>& volume, const Shot& shot,
-           int runs) {
-  const PictureSize size{shot.pixels, shot.pixels};
-  RendererOptions options{size, 2};
-  options.samples_per_voxel = shot.rate;
-  options.skip_empty = shot.skip;
-  auto made = VolumeRenderer::make(run.context, options);
-  if (!made) throw Mismatch(made.error().message);
-  VolumeRenderer& renderer = **made;
-  expect(renderer.set_volumes(std::vector{volume}));
-  ViewScene scene;
-  scene.volumes = {{volume, {}, {}, shot.look}};
-  const auto eyes = view_eyes();
-  std::vector<double> seconds;
-  // The first picture compiles kernels and makes the bricks.
-  for (int n = -1; n < std::max(runs, 0) && !run.stop.stop_requested(); ++n) {
-    if (shot.moving) scene.volumes[0].pointer.phase = 0.3 + 0.05 * (n + 1);
-    const double begin = now_s();
-    expect(renderer.start(scene, std::vector<Eye>(eyes.begin(), eyes.end()), size));
-    expect(renderer.wait());
-    if (n >= 0) seconds.push_back(now_s() - begin);
-  }
-  Drawn drawn;
-  if (!seconds.empty()) drawn.seconds = median(seconds);
-  for (int eye = 0; eye < 2; ++eye) {
-    const Result<Picture> picture = renderer.read_back(eye);
-    if (!picture) throw Mismatch(picture.error().message);
-    for (const uint32_t colour : picture->colours)
-      for (int shift = 0; shift < 24; shift += 8)
-        drawn.bytes.push_back(static_cast<unsigned char>(colour >> shift));
-  }
-  return drawn;
-}
 
 const ViewMeasure* fastest_good(const std::vector<ViewMeasure>& all, const std::string& look,
                                 bool ours) {
@@ -110,23 +47,6 @@ const ViewMeasure* plain_beside(const std::vector<ViewMeasure>& all, const ViewM
         m.samples_per_voxel == other.samples_per_voxel)
       return &m;
   return nullptr;
-}
-
-report::Table view_table(const std::vector<ViewMeasure>& all) {
-  report::Table table{"Pictures in stereo",
-                      "Two eyes; PSNR against the same picture with 8 samples per voxel.",
-                      {{"look", "look"},
-                       {"family", "way"},
-                       {"samples_per_voxel", "samples per voxel"},
-                       {"pixels", "pixels a side"},
-                       {"time_ms", "ms"},
-                       {"quality_db", "PSNR, dB"}},
-                      {}};
-  for (const ViewMeasure& m : all)
-    table.rows.push_back({report::words(m.look), report::words(m.family),
-                          report::number(m.samples_per_voxel, 2), report::number(m.pixels, 0),
-                          report::number(m.time_ms, 1), report::number(m.quality_db, 1)});
-  return table;
 }
 
 report::Chart chart_of(const std::vector<ViewMeasure>& all, const std::string& look) {
@@ -159,10 +79,6 @@ report::Chart chart_of(const std::vector<ViewMeasure>& all, const std::string& l
   chart.guides = {{false, kEnoughDb, "40 dB: no difference to be seen"}};
   return chart;
 }
-
-}  // namespace
-
-namespace {
 
 /// One picture series of a look: where time runs out, the last are left out.
 struct Way {
@@ -198,7 +114,7 @@ class LookStudy {
   void measure(const std::function<void(double, const std::string&)>& tell,
                std::vector<ViewMeasure>& all, std::string& left_out) {
     tell(0.0, "view: reference, " + look_.name);
-    const Drawn best = draw(run_, volume_, {look_, kReferenceRate, pixels_}, 0);
+    const Drawn best = drawn_at({look_, kReferenceRate, pixels_}, 0);
     const auto ways = ways_of(run_.quick);
     for (size_t n = 0; n < ways.size() && !run_.stop.stop_requested(); ++n) {
       const std::string what =
@@ -214,18 +130,21 @@ class LookStudy {
   }
 
  private:
+  Drawn drawn_at(const Shot& shot, int runs) const {
+    return draw(run_.context, volume_, shot, runs, run_.stop);
+  }
+
   ViewMeasure measured(const Way& way, const Drawn& best) const {
     Shot shot{look_, way.rate, pixels_};
-    shot.skip = way.family != kNoSkip;
+    shot.skip_empty = way.family != kNoSkip;
     shot.moving = way.family == kMoving;
     const bool smaller = way.family == kSmaller;
     if (smaller) shot.pixels /= 2;
-    const Drawn drawn = draw(run_, volume_, shot, runs_);
+    const Drawn drawn = drawn_at(shot, runs_);
     // While it moves every picture is another one: its quality is that of the still one.
     const Drawn still =
-        shot.moving ? draw(run_, volume_, {look_, shot.rate, shot.pixels}, 0) : drawn;
-    const Drawn reference =
-        smaller ? draw(run_, volume_, {look_, kReferenceRate, shot.pixels}, 0) : best;
+        shot.moving ? drawn_at({look_, shot.samples_per_voxel, shot.pixels}, 0) : drawn;
+    const Drawn reference = smaller ? drawn_at({look_, kReferenceRate, shot.pixels}, 0) : best;
     return {look_.name,  way.family,          way.rate,
             shot.pixels, 1e3 * drawn.seconds, psnr_db(still.bytes, reference.bytes)};
   }
@@ -238,6 +157,23 @@ class LookStudy {
 };
 
 }  // namespace
+
+report::Table view_table(const std::vector<ViewMeasure>& all) {
+  report::Table table{"Pictures in stereo",
+                      "Two eyes; PSNR against the same picture with 8 samples per voxel.",
+                      {{"look", "look"},
+                       {"family", "way"},
+                       {"samples_per_voxel", "samples per voxel"},
+                       {"pixels", "pixels a side"},
+                       {"time_ms", "ms"},
+                       {"quality_db", "PSNR, dB"}},
+                      {}};
+  for (const ViewMeasure& m : all)
+    table.rows.push_back({report::words(m.look), report::words(m.family),
+                          report::number(m.samples_per_voxel, 2), report::number(m.pixels, 0),
+                          report::number(m.time_ms, 1), report::number(m.quality_db, 1)});
+  return table;
+}
 
 std::vector<ViewMeasure> measure_view(const StudyRun& run, std::vector<std::string>& missing) {
   std::vector<ViewMeasure> all;

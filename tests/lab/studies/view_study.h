@@ -24,6 +24,9 @@ struct ViewMeasure {
 /// left out. Ends early where run.stop asks for it. Throws vulkan::Failure or Mismatch.
 std::vector<ViewMeasure> measure_view(const StudyRun& run, std::vector<std::string>& missing);
 
+/// A row for each.
+report::Table view_table(const std::vector<ViewMeasure>& all);
+
 /// Sentences about the measurements, worked out from them alone.
 std::vector<std::string> view_sentences(const std::vector<ViewMeasure>& measures);
 

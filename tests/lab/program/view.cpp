@@ -1,0 +1,150 @@
+// What a picture costs: at which quality, beside VTK's GPU ray caster on the same device; and how
+// the cost changes with what is drawn. Each picture is compared with one of eight samples per
+// voxel.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+
+#include "compute/vulkan/context.h"
+#include "integration/app/cancel.h"
+#include "integration/app/exit_code.h"
+#include "integration/app/gpu.h"
+#include "integration/app/option_checks.h"
+#include "module/scene/make_volume.h"
+#include "tests/lab/program/commands.h"
+#include "tests/lab/program/peers.h"
+#include "tests/lab/program/rows.h"
+#include "tests/lab/studies/view_shot.h"
+#include "tests/lab/studies/view_study.h"
+
+namespace palpate::app {
+namespace {
+
+using report::number;
+using report::words;
+using namespace studies;
+
+struct ViewCommand {
+  int runs = 0, size = 0;
+  bool quick = false, peer = true;
+  DeviceOptions device;
+  RowFiles rows;
+};
+
+/// One frame's values, carried by one motion for both times.
+std::shared_ptr<const MovingVolume> carried_volume(const MovingVolume& own, int size) {
+  // The grid that the estimator solves on.
+  const Grid grid = coarsened(heart_grid(size), glm::ivec3(4));
+  SequenceMotion motion;
+  motion.basis = {own.times.times_s, 0.0, 0};
+  motion.terms = {still_field(grid), shell_truth(grid, 1, 2, 4)};
+  return std::make_shared<const MovingVolume>(*carried(own, motion));
+}
+
+/// Quality against time, the peer's rows behind ours.
+report::Table quality_table(const ViewCommand& command, const StudyRun& run) {
+  std::vector<std::string> notes;
+  std::vector<ViewMeasure> peers;
+  if (command.peer) peers = view_peer(run, notes);
+  std::vector<ViewMeasure> all = measure_view(run, notes);
+  std::move(peers.begin(), peers.end(), std::back_inserter(all));
+  report::Table table = view_table(all);
+  for (const std::string& sentence : view_sentences(all)) table.note += " " + sentence;
+  for (const std::string& sentence : notes) table.note += " " + sentence;
+  return table;
+}
+
+report::Table cost_table(const std::shared_ptr<vulkan::Context>& context, int size, int runs) {
+  report::Table table{"What a picture costs",
+                      fmt::format("2 x {0}^2 pixels of {1}^3 voxels, one sample per voxel. Needed "
+                                  "are samples with extinction "
+                                  "where more than 1 % of the light is left. Moving: every picture "
+                                  "at another phase, beside "
+                                  "the same picture again. Carried: one frame's values, by one "
+                                  "motion for all times. Inside: "
+                                  "the eyes in the middle of the heart.",
+                                  kViewSize.width, size),
+                      {{"look", "look"},
+                       {"taken_per_needed", "samples taken/needed"},
+                       {"mono_ms", "mono ms"},
+                       {"stereo_ms", "stereo ms"},
+                       {"stereo_per_mono", "stereo/mono"},
+                       {"moving_ms", "moving ms"},
+                       {"moving_per_still", "moving/still"},
+                       {"carried_still_ms", "carried still ms"},
+                       {"carried_moving_ms", "carried moving ms"},
+                       {"carried_moving_per_still", "carried moving/still"},
+                       {"inside_ms", "inside ms"},
+                       {"inside_per_far", "inside/far"}},
+                      {}};
+  const auto volume = beating(size);
+  const auto carried_one = carried_volume(*volume, size);
+  std::vector<Look> looks{view_look(false), view_look(true), *preset_look("phantom")};
+  looks.back().name = "opaque wall";
+  for (const Look& look : looks) {
+    Shot stereo_shot{look};
+    Shot mono_shot = stereo_shot, inside_shot = stereo_shot, counted_shot = stereo_shot;
+    mono_shot.eyes.resize(1);
+    inside_shot.eyes = both_view_eyes({0.0, 0.0, 0.001});
+    counted_shot.counts = true;
+    const auto seconds = [&](const Shot& shot) {
+      return draw(context, volume, shot, runs).seconds;
+    };
+    const ViewStatistics counted = draw(context, volume, counted_shot, 0).statistics;
+    const double mono = seconds(mono_shot), stereo = seconds(stereo_shot),
+                 inside = seconds(inside_shot);
+    const auto [moving, still] = moving_and_still(context, volume, look, runs);
+    const auto [carried_moving, carried_still] = moving_and_still(context, carried_one, look, runs);
+    const auto ms = [](double s) { return number(1e3 * s, 1); };
+    table.rows.push_back({words(look.name),
+                          number(double(counted.samples_taken) / double(counted.samples_needed), 2),
+                          ms(mono), ms(stereo), number(stereo / mono, 2), ms(moving),
+                          number(moving / still, 2), ms(carried_still), ms(carried_moving),
+                          number(carried_moving / carried_still, 2), ms(inside),
+                          number(inside / stereo, 2)});
+  }
+  return table;
+}
+
+int run(const ViewCommand& command) {
+  Console console(false, false);
+  const CancelOnSignal cancel;
+  if (const Status can = check_can_write(command.rows); !can) return fail(console, can.error());
+  const auto context = open_device(command.device, console);
+  if (!context) return fail(console, context.error());
+  StudyRun study;
+  study.context = *context;
+  study.quick = command.quick;
+  study.runs = command.runs > 0 ? command.runs : command.quick ? 1 : 5;
+  study.stop = cancel.token();
+  Rows rows("view", context->get());
+  rows.add([&] { return quality_table(command, study); });
+  const int size = command.size > 0 ? command.size : command.quick ? 64 : 256;
+  if (!study.stop.stop_requested())
+    rows.add([&] { return cost_table(*context, size, study.runs); });
+  const Status written = rows.write(command.rows);
+  return written ? int(kExitOk) : fail(console, written.error());
+}
+
+}  // namespace
+
+Command add_view(CLI::App& program) {
+  auto command = std::make_shared<ViewCommand>();
+  CLI::App* app = program.add_subcommand(
+      "view", "Measure what pictures of volumes cost, VTK's ray caster beside");
+  app->add_option("--runs", command->runs,
+                  "Timed runs, of which the median counts (default: 5, quick: 1)")
+      ->check(whole_number_in(1, 1000));
+  app->add_option("--size", command->size,
+                  "Voxels along each axis in the table of costs (default: 256, quick: 64)")
+      ->check(whole_number_in(32, 1024));
+  app->add_flag("--quick", command->quick, "Small data and one run: does everything work?");
+  app->add_flag("!--no-peer", command->peer, "Leave VTK out");
+  add_device_options(*app, command->device);
+  add_row_options(*app, command->rows);
+  return {
+      app, [command] { return measured([&] { return run(*command); }); }, {}, row_outputs(), {}};
+}
+
+}  // namespace palpate::app
