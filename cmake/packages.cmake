@@ -49,7 +49,7 @@ set(CPACK_DEBIAN_PALPATE_DEVELOPMENT_PACKAGE_DEPENDS "libpalpate0 (= ${PROJECT_V
 set(CPACK_DEBIAN_PALPATE_DEVELOPMENT_PACKAGE_SUGGESTS "libopencv-dev, libgtest-dev, libglm-dev")
 package(palpate_lab palpate-lab science "charts of palpate's speed, accuracy and limits
 Measures palpate and its peers on this machine: speed against accuracy, and
-maps of where methods fail, each as one page.")
+maps of where methods fail, each as one page; motion, feel and view as tables.")
 set(CPACK_DEBIAN_PALPATE_LAB_PACKAGE_DEPENDS "palpate (= ${PROJECT_VERSION})")
 set(CPACK_DEBIAN_PALPATE_LAB_PACKAGE_SUGGESTS "elastix, plastimatch")
 # One of its own: in "palpate", "Recommends: snakemake" would bring 365 packages to an empty Debian 12 (apt-get -s), for one volume too.
