@@ -180,12 +180,12 @@ Made find_force_device(const std::string& name, ForceDeviceOptions options) {
   const bool any = name == "auto";
   if (!any && !force_device_kind(word)) {
     std::string known = "auto";
-    for (const ForceDeviceKind& kind : kKinds) known += std::string(", ") + kind.kind;
+    for (const ForceDeviceKind& kind : force_device_kinds()) known += std::string(", ") + kind.kind;
     return Error{ErrorKind::kBadInput,
                  "There is no force device '" + name + "': choose one of " + known};
   }
   options.place = std::move(place);
-  for (const ForceDeviceKind& kind : kKinds) {
+  for (const ForceDeviceKind& kind : force_device_kinds()) {
     if (!any && word != kind.kind) continue;
     // What is not there is not waited for: it would be a second on the way to the first picture.
     const bool there = kind.may_be_there(options);
