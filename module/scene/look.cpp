@@ -7,6 +7,7 @@ namespace palpate {
 namespace {
 
 constexpr double kMostOpaque = 0.999;
+constexpr double kUsualSlope = 0.1;  // of a look's range
 
 Error refused(const Look& look, const std::string& what) {
   return {ErrorKind::kBadInput, "The look \"" + look.name + "\" can not be used: " + what + "."};
@@ -180,7 +181,8 @@ Look over_range(Look look, double lowest, double highest, double thickness_mm) {
     const double opacity = -std::expm1(std::log1p(-point.opacity) / thickness_mm);
     point.opacity = std::min(opacity, kMostOpaque);
   }
-  look.surface_slope *= highest - lowest;
+  const double share_per_thickness = look.surface_slope > 0.0 ? look.surface_slope : kUsualSlope;
+  look.surface_slope = share_per_thickness * (highest - lowest) / thickness_mm;
   return look;
 }
 

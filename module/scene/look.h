@@ -56,7 +56,9 @@ LookSample look_at(const Look& look, double value);
 Look windowed(Look look, double level, double width);
 /// The look that is meant by one whose values are shares, 0 to 1, of the way from `lowest` to
 /// `highest`, and whose opacities are those of `thickness_mm` instead of 1 mm, as the transfer
-/// functions are that other renderers keep in textures. Needs highest >= lowest, thickness > 0.
+/// functions are that other renderers keep in textures. The slope of a surface is per thickness
+/// too, so that the look does not change with the unit of lengths. Needs highest >= lowest,
+/// thickness > 0.
 Look over_range(Look look, double lowest, double highest, double thickness_mm);
 /// The level and width of a look as it is.
 double level_of(const Look& look);

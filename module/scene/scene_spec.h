@@ -122,8 +122,8 @@ struct SeenSpec {
   /// The points' values are shares of the range of the first frame's values, and their opacities
   /// those of its finest spacing: see over_range().
   bool points_of_range = false;
-  double level = 0.0;             ///< of the window that the look is brought to
-  double width = 0.0;             ///< 0: the look's own window
+  double level = 0.0;  ///< of the window that the look is brought to
+  double width = 0.0;  ///< 0: the look's own window
   /// Stream tubes: along vectors, or along the gradient of scalars. Without a word, vector data
   /// have them.
   std::optional<bool> tubes;

@@ -178,5 +178,41 @@ TEST(View, SaysInOneSentenceWhatIsWrong) {
   EXPECT_FALSE(fs::exists(folder / "x.png"));
 }
 
+/// Share of the pixels that are much more blue than red.
+double blue_share(const ReadPicture& picture) {
+  double blue = 0.0;
+  for (int y = 0; y < picture.height; ++y)
+    for (int x = 0; x < picture.width; ++x) {
+      const glm::ivec3 c = picture.rgb(x, y);
+      blue += c.b > c.r + 60;
+    }
+  return blue / std::max(1, picture.width * picture.height);
+}
+
+TEST(View, AnX3dStyleColoursItsVolumeWhateverTheFileSaysOfItsSize) {
+  NEEDS_DEVICE();
+  const TemporaryFolder folder;
+  Volume heart = small_heart(2).frames[0];
+  heart.grid.spacing_mm = glm::dvec3(1.0);
+  written(heart, folder / "heart.nrrd");
+  heart.grid.spacing_mm = glm::dvec3(0.25);
+  written(heart, folder / "small.nrrd");
+  const auto drawn = [&](const std::string& file, const char* last_texel) {
+    std::ofstream(folder / "scene.x3d")
+        << "<X3D><Scene><VolumeData dimensions='0.1 0.1 0.1'><OpacityMapVolumeStyle><PixelTexture "
+           "image='3 1 4 0 0 "
+        << last_texel << "'/></OpacityMapVolumeStyle><ImageTexture3D url='" << file
+        << "'/></VolumeData></Scene></X3D>";
+    return picture_of({folder / "scene.x3d"}, folder, "picture.png");
+  };
+  const ReadPicture red = drawn("heart.nrrd", "0xFF000020");
+  EXPECT_GT(red_share(red), 0.02);
+  EXPECT_LT(blue_share(red), 0.001);
+  const ReadPicture blue = drawn("heart.nrrd", "0x0000FF20");
+  EXPECT_GT(blue_share(blue), 0.02);
+  // An opacity is that of a sample, however far apart samples are.
+  EXPECT_LT(changed_share(blue, drawn("small.nrrd", "0x0000FF20")), 0.002);
+}
+
 }  // namespace
 }  // namespace palpate::app

@@ -78,6 +78,8 @@ TEST(Look, TakesTransferFunctionsOfTexturesForTheRange) {
   EXPECT_EQ(fine.points[0].opacity, 0.0);
   EXPECT_NEAR(fine.points[1].opacity, 1.0 - 0.36 * 0.36, 1e-12);
   EXPECT_EQ(fine.points[1].colour, texture.points[1].colour);
+  // A tenth of the range from sample to sample.
+  EXPECT_DOUBLE_EQ(fine.surface_slope, 80.0);
   EXPECT_TRUE(check(fine));  // not more opaque than can be drawn
   // Two millimetres let 0.36 through, so one the root of it.
   EXPECT_NEAR(over_range(texture, 0.0, 1.0, 2.0).points[1].opacity, 0.4, 1e-12);
