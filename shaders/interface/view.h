@@ -59,7 +59,7 @@ struct ViewVolumeParameters {
   ViewRays rays[2];  // in voxels of the volume
   vec4 size;         // voxels; w: 1 if the volume is drawn
   ivec4 bricks;      // along each axis; w: first word of its skip structure
-  vec4 spacing_mm;   // of its voxels, w: samples per voxel
+  vec4 spacing_mm;   // of its voxels, w: samples along a ray per mm
   vec4 table;    // x, y: entry = x * value + y; z: first entry; w: slope (1/mm) of a full surface
   vec4 shine;    // ambient, diffuse, specular, exponent
   vec4 light;    // towards the light, along the volume's axes (of voxels)

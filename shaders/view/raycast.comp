@@ -228,7 +228,7 @@ void set_out_in_all(ivec2 pixel, int eye, float first, float last, out float dt,
     set_out(v, eye, vec2(pixel));
     enters[v] = max(enters[v], first);
     leaves[v] = min(leaves[v], last);
-    dt = min(dt, 1.0 / (length(way[v]) * view.volumes[v].spacing_mm.w));
+    dt = min(dt, 1.0 / (mm_per_t[v] * view.volumes[v].spacing_mm.w));
     if (enters[v] < leaves[v]) {
       begin = min(begin, enters[v]);
       finish = max(finish, leaves[v]);

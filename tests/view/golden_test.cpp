@@ -24,8 +24,7 @@ class GoldenTest : public ViewTest {
     split_eyes(middle, 0.02, eyes[0], eyes[1]);
     const std::vector<Picture> pictures = draw(*view, scene, eyes, kSize);
     for (int eye = 0; eye < 2; ++eye) {
-      const std::string file =
-          std::string(PALPATE_GOLDEN) + "/" + name + (eye ? "_right" : "_left") + ".png";
+      const std::string file = PALPATE_GOLDEN "/" + name + (eye ? "_right.png" : "_left.png");
       if (std::getenv("PALPATE_WRITE_GOLDEN")) {
         ASSERT_TRUE(write_png(pictures[size_t(eye)], file)) << file;
       }

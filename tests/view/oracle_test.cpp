@@ -74,5 +74,23 @@ TEST_F(OracleTest, OfAMistWithColoursOfItsOwn) {
   EXPECT_GT(alike_db(scene, eye_, "mist"), kAlike_db);
 }
 
+// Steps along a ray are counted in voxels, so that no spacing is drawn more coarsely than another.
+TEST_F(OracleTest, OfTheSameMistInSamplesOfAnyDistance) {
+  for (const double spacing_mm : {0.4, 10.0}) {
+    const double per_mm = 2.0 / spacing_mm;
+    const auto mist = still_volume(48, spacing_mm, [=](glm::dvec3 x) {
+      x *= per_mm;
+      return 500.0 + 400.0 * std::sin(0.28 * x.x + 0.2 * x.y) * std::cos(0.24 * x.z);
+    });
+    ViewScene scene;
+    Transform place;
+    place.scale = glm::dvec3(per_mm);
+    scene.volumes = {{mist, place, {}, windowed(*preset_look("flow"), 500.0, 900.0)}};
+    for (LookPoint& point : scene.volumes[0].look.points)
+      point.opacity = std::min(0.9, 2.0 * per_mm * point.opacity);
+    EXPECT_GT(alike_db(scene, eye_, "mist_" + std::to_string(spacing_mm)), kAlike_db) << spacing_mm;
+  }
+}
+
 }  // namespace
 }  // namespace palpate::test
