@@ -178,6 +178,12 @@ Result<size_t> count_frames(const std::string& file, const DicomElements& elemen
     return bad_input(file,
                      "is a colour picture, but palpate reads gray ones: keep it out of the folder");
   }
+  // Its values are numbers of colours in a table, in no order that means anything.
+  if (elements.text(tags::kPhotometric) == "PALETTE COLOR") {
+    return bad_input(file,
+                     "is a picture of numbered colours (PALETTE COLOR), but palpate reads gray "
+                     "ones: keep it out of the folder, or export it in gray");
+  }
   for (const uint32_t tag : {tags::kRows, tags::kColumns}) {
     const int size = elements.whole(tag).value_or(0);
     if (size < 1 || size > kMostPixels) {

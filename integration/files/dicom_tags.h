@@ -12,11 +12,12 @@ inline constexpr uint32_t kAcquisitionDate = 0x00080022, kAcquisitionDateTime = 
                           kAcquisitionNumber = 0x00200012, kPosition = 0x00200032,
                           kOrientation = 0x00200037, kTemporalPosition = 0x00200100,
                           kTemporalResolution = 0x00200110, kCardiacPhase = 0x00209241,
-                          kSamplesPerPixel = 0x00280002, kNumberOfFrames = 0x00280008,
-                          kRows = 0x00280010, kColumns = 0x00280011, kPixelSpacing = 0x00280030,
-                          kBitsAllocated = 0x00280100, kBitsStored = 0x00280101,
-                          kPixelRepresentation = 0x00280103, kIntercept = 0x00281052,
-                          kSlope = 0x00281053, kFrameReferenceTime = 0x00541300;
+                          kSamplesPerPixel = 0x00280002, kPhotometric = 0x00280004,
+                          kNumberOfFrames = 0x00280008, kRows = 0x00280010, kColumns = 0x00280011,
+                          kPixelSpacing = 0x00280030, kBitsAllocated = 0x00280100,
+                          kBitsStored = 0x00280101, kPixelRepresentation = 0x00280103,
+                          kIntercept = 0x00281052, kSlope = 0x00281053,
+                          kFrameReferenceTime = 0x00541300;
 
 /// Enhanced multi-frame files: sequences ("macros") with one item for all frames or one per frame,
 /// and what is in them.

@@ -338,6 +338,16 @@ TEST_F(DicomFolder, RefusesFramesAndSlicesWithoutAPlace) {
   EXPECT_THAT(refusal(), HasSubstr("where its slice lies"));
 }
 
+TEST_F(DicomFolder, RefusesPicturesInColour) {
+  DicomFile file = slice(straight_grid(), 0, 0);
+  file.more[0x00280002] = "US3";
+  write_dicom(folder_ / "a", file);
+  EXPECT_THAT(refusal(), HasSubstr("is a colour picture"));
+  file.more = {{0x00280004, "CSPALETTE COLOR"}};
+  write_dicom(folder_ / "a", file);
+  EXPECT_THAT(refusal(), HasSubstr("numbered colours"));
+}
+
 TEST_F(DicomFolder, RefusesDamagedFilesWithoutASound) {
   write_frames([](DicomFile& file, size_t k) {
     file.more[kTagTemporalPosition] = "IS" + std::to_string(k + 1);

@@ -376,6 +376,7 @@ class Session {
   bool at_rest() const { return pal_session_at_rest(session_.handle) != 0; }
   bool play(bool on) { return was_taken(pal_session_play(session_.handle, on)); }
   bool scrub(double share) { return was_taken(pal_session_scrub(session_.handle, share)); }
+  bool rearm() { return was_taken(pal_session_rearm(session_.handle)); }
   bool place(uint32_t volume, const std::array<double, 12>& world_from_volume) {
     return was_taken(pal_session_place(session_.handle, volume, world_from_volume.data()));
   }
@@ -542,6 +543,7 @@ PYBIND11_MODULE(_palpate, m) {
       .def("at_rest", &Session::at_rest)
       .def("play", &Session::play, "on"_a)
       .def("scrub", &Session::scrub, "share"_a)
+      .def("rearm", &Session::rearm)
       .def("place", &Session::place, "volume"_a, "world_from_volume"_a)
       .def("set_mode", &Session::set_mode, "index"_a, "on"_a, "gain"_a)
       .def("text", &Session::text, "which"_a)

@@ -370,7 +370,7 @@ def test_threads_may_ask_for_pictures_at_once():
 
 def test_changes_that_can_not_be_taken_are_said():
     with palpate.Session("heart", estimate=False, movable=True) as session:
-        for change in (lambda: session.place(0, np.eye(4)), lambda: session.set_mode(0, True, 0.5), session.release_tube,
+        for change in (lambda: session.place(0, np.eye(4)), lambda: session.set_mode(0, True, 0.5), session.rearm, session.release_tube,
                        session.keep_tubes, session.clear_tubes):
             session.tick((0.0, 0.0, 0.09))
             assert change() is True

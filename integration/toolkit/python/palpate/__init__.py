@@ -331,6 +331,10 @@ class Session:
         """To a share of every moving volume's sequence, 0 to 1; pauses. False while motion is awaited."""
         return self._session.scrub(share)
 
+    def rearm(self):
+        """Begins again after a cause that stays ("the force is off until ..."). False while too many changes wait for the next tick."""
+        return self._session.rearm()
+
     def place(self, volume, world_from_volume):
         """Where a movable volume is now: 3 x 4 or 4 x 4. False, and nothing is done, while too many changes wait for the next tick."""
         matrix = np.asarray(world_from_volume, dtype=float)
