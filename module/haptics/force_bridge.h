@@ -28,7 +28,10 @@ class ForceBridge {
 
   /// The scene is another one: the hand felt `felt_n`, and where it is the new one gives
   /// `scene_n`.
-  void exchange(glm::dvec3 felt_n, glm::dvec3 scene_n) noexcept { left_n_ = felt_n - scene_n; }
+  void exchange(glm::dvec3 felt_n, glm::dvec3 scene_n) noexcept {
+    left_n_ = felt_n - scene_n;
+    is_sudden_ = false;
+  }
   /// There is no scene: what is left, on its way to nothing.
   glm::dvec3 fade(double dt_s) noexcept;
   /// What to add to the spring's force. tank pays for the work; null: nobody does.

@@ -107,12 +107,13 @@ void HapticRun::place_proxy(glm::dvec3 world) noexcept {
 
 void HapticRun::ramp(double dt_s, double felt_n) noexcept {
   double placed_n = 0.0;
-  int ramping = 0;
+  int ramping = stiffness_n_per_m != wanted_stiffness_n_per_m;
   for (const ModeRun& mode : modes) {
     placed_n += mode.placed_n * mode.weight * mode.gain;
-    ramping += mode.ramps();
+    ramping += (mode.weight != mode.wanted_weight()) + (mode.gain != mode.wanted_gain);
   }
-  const double share_n = kRamp_n_per_s * dt_s / std::max(ramping, 1);
+  const double share_n_per_s = kRamp_n_per_s / std::max(ramping, 1);
+  const double share_n = share_n_per_s * dt_s;
   for (size_t m = 0; m < modes.size(); ++m) {
     ModeRun& mode = modes[m];
     if (!mode.ramps()) continue;
@@ -125,7 +126,7 @@ void HapticRun::ramp(double dt_s, double felt_n) noexcept {
     mode.gain = ramped(mode.gain, mode.wanted_gain, unit_n * std::max(mode.weight, 1e-3), most_n,
                        dt_s, share_n);
   }
-  const double share_per_s = std::min(kStiffness_per_s, kRamp_n_per_s / std::max(felt_n, 1e-3));
+  const double share_per_s = std::min(kStiffness_per_s, share_n_per_s / std::max(felt_n, 1e-3));
   stiffness_n_per_m =
       towards(stiffness_n_per_m, wanted_stiffness_n_per_m, share_per_s * dt_s * stiffness_n_per_m);
 }

@@ -291,9 +291,11 @@ bool find_shown(float to, float dt, float jitter, inout float t, inout float k, 
       all_thin = all_thin && thin;
       end = min(end, until);
     }
-    // A little beyond the border, so that rounding does not find the same box again.
+    // A little beyond the border, so that rounding does not find the same box again; far away a little is less than
+    // the distance of two floats.
     if (!any_shows) {
-      t = max(end, t) + 1e-3 * dt;
+      const float at = max(end, t);
+      t = max(at + 1e-3 * dt, uintBitsToFloat(floatBitsToUint(at) + 1u));
       k = max(k, floor(t / dt - jitter));
     }
   }

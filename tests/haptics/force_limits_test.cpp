@@ -75,6 +75,24 @@ TEST(ForceLimits, RampOwnsAChangedStiffness) {
   }
 }
 
+TEST(ForceLimits, RampOwnsAllThatIsTurnedAtOnce) {
+  Hand hand(shell_spec(5.0, 0.0, kStiffness), {shell(1, 1.0)});
+  double before = lean(hand, 0.0025);
+  const std::pair<Kind, double> turned[] = {
+      {Kind::kModeOn, 0.0}, {Kind::kModeGain, 0.5}, {Kind::kStiffness, 300.0}};
+  for (const auto& [kind, value] : turned) {
+    ControlEvent& event = hand.input.events[size_t(hand.input.event_count++)];
+    event.kind = kind;
+    event.value = value;
+  }
+  for (int ms = 1; ms <= 400; ++ms) {
+    const double now = next_n(hand, 0.0025);
+    ASSERT_LE(std::abs(now - before), kRamp_n_per_s * kTick_s + kProxy_n) << ms;
+    before = now;
+  }
+  EXPECT_NEAR(before, 0.0, kProxy_n);
+}
+
 TEST(ForceLimits, DeviceBoundsTheStiffness) {
   const SceneSpec spec = shell_spec(20.0, 0.0, kStiffness);
   const auto scene = plan(spec, {shell(1, 1.0)});

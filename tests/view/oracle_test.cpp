@@ -74,6 +74,19 @@ TEST_F(OracleTest, OfAMistWithColoursOfItsOwn) {
   EXPECT_GT(alike_db(scene, eye_, "mist"), kAlike_db);
 }
 
+// The way past what is empty is less than the distance of two floats there: a ray must not stand.
+TEST_F(OracleTest, OfASmallBallFromThirtyThousandVoxelsAway) {
+  const auto ball = still_volume(64, 0.02, [](glm::dvec3 x) {
+    return 1000.0 / (1.0 + std::exp(50.0 * (glm::length(x) - 0.3)));
+  });
+  ViewScene scene;
+  scene.volumes = {{ball, {}, {}, windowed(*preset_look("phantom"), 500.0, 900.0)}};
+  for (LookPoint& point : scene.volumes[0].look.points)
+    point.opacity = std::min(0.99, 20.0 * point.opacity);
+  const Eye far_away = eye_at({0.3, 0.2, 0.5}, {0, 0, 0}, 0.002, kSize);
+  EXPECT_GT(alike_db(scene, far_away, "far"), kAlike_db);
+}
+
 // Steps along a ray are counted in voxels, so that no spacing is drawn more coarsely than another.
 TEST_F(OracleTest, OfTheSameMistInSamplesOfAnyDistance) {
   for (const double spacing_mm : {0.4, 10.0}) {

@@ -343,9 +343,8 @@ class Session {
     info.max_force_n = max_force_n;
     if (preset) info.preset = preset->c_str();
     info.user = this;
-    info.on_event = [](void* user, PalEventKind kind, const char* sentence) {
+    info.on_event = [](void* user, PalEventKind, const char* sentence) {
       auto* const self = static_cast<Session*>(user);
-      if (kind == PAL_EVENT_MOTION_FAILED) self->context_->failed = true;
       const std::lock_guard lock(self->mutex_);
       self->events_.emplace_back(sentence);
     };
