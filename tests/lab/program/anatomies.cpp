@@ -36,7 +36,7 @@ struct AnatomiesCommand {
   std::vector<std::string> presets = {"fast", "balanced", "best"};
   std::vector<std::string> candidates;
   int runs = 0;
-  bool leave_one_out = false, peers = false, large = true, confidence = false, quick = false;
+  bool leave_one_out = false, peers = false, no_large = false, confidence = false, quick = false;
   DeviceOptions device;
   RowFiles rows;
 };
@@ -94,9 +94,11 @@ std::vector<Variant> variants_of(const AnatomiesCommand& command,
   }
   if (!command.peers) return all;
   for (const ItkFilter& filter : kItkFilters) {
-    if (!itk_peer(filter, kItkLong))
+    const char* iterations = command.quick ? kItkFew : kItkLong;
+    if (!itk_peer(filter, iterations))
       throw Mismatch("ITK's program palpate_itk_peer is not beside palpate-lab: build it too.");
-    all.push_back({kItk, filter.name, [&filter] { return itk_peer(filter, kItkLong); }});
+    all.push_back(
+        {kItk, filter.name, [&filter, iterations] { return itk_peer(filter, iterations); }});
   }
   return all;
 }
@@ -362,7 +364,7 @@ int run(const AnatomiesCommand& command) {
   Rows rows("anatomies", context->get());
   std::vector<Measured> usual;
   for (const bool large : {false, true}) {
-    if (large && !command.large) break;
+    if (large && command.no_large) break;
     const std::vector<CaseSource> sources = sources_of(command, large);
     if (sources.empty()) continue;
     const std::string kind = large ? " of large motion" : "";
@@ -408,7 +410,7 @@ Command add_anatomies(CLI::App& program) {
       "--leave-one-out", command->leave_one_out,
       "What each anatomy gets when the choice is made on all others, ITK's Demons beside");
   app->add_flag("--peers", command->peers, "ITK's Demons beside");
-  app->add_flag("!--no-large", command->large, "Leave the pairs of large motion out");
+  app->add_flag("--no-large", command->no_large, "Leave the pairs of large motion out");
   app->add_option("--only", command->only, "Pairs or anatomies whose name holds this");
   app->add_option("--runs", command->runs, "Timed runs after the first, of which the median counts")
       ->check(whole_number_in(0, 100))

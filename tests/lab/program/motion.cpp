@@ -26,7 +26,7 @@ struct MotionCommand {
   std::vector<std::string> words;
   fs::path data = "../shared/data";
   int runs = 0;
-  bool quick = false, peers = true;
+  bool quick = false, no_peers = false;
   DeviceOptions device;
   RowFiles rows;
 };
@@ -118,8 +118,8 @@ int run(const MotionCommand& command) {
   bench.context = *context;
   bench.quick = command.quick;
   bench.runs = command.runs > 0 ? command.runs : command.quick ? 1 : 3;
-  const bool peers = command.peers && !best_demons(true).empty();
-  if (command.peers && !peers)
+  const bool peers = !command.no_peers && !best_demons(true).empty();
+  if (!command.no_peers && !peers)
     console.say("ITK is left out: palpate_itk_peer is not beside palpate-lab.");
   bench.peers = [=] { return peers ? best_demons(command.quick) : decltype(best_demons(false)){}; };
   if (peers) bench.demons_iteration_s = itk_demons_iteration_s;
@@ -143,7 +143,7 @@ Command add_motion(CLI::App& program) {
   std::vector<std::string> words;
   for (const Part& part : parts()) words.emplace_back(part.word);
   app->add_option("what", command->words,
-                  "Tables; all but large if none is named, which takes 8 GB of host memory")
+                  "Tables; if none is named all but large, which takes 8 GB of host memory")
       ->check(one_of(words));
   app->add_option("--data", command->data, "Folder with lung/, the real CT in known motion")
       ->type_name("DIR")
@@ -152,7 +152,7 @@ Command add_motion(CLI::App& program) {
                   "Timed runs, of which the median counts (default: 3, quick: 1)")
       ->check(whole_number_in(1, 1000));
   app->add_flag("--quick", command->quick, "Small data and one run: does everything work?");
-  app->add_flag("!--no-peers", command->peers, "Leave ITK's Demons out");
+  app->add_flag("--no-peers", command->no_peers, "Leave ITK's Demons out");
   add_device_options(*app, command->device);
   add_row_options(*app, command->rows);
   return {app,

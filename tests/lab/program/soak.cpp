@@ -25,7 +25,7 @@ constexpr int64_t kMostHeapGrowth_bytes = 16'000'000;
 struct SoakCommand {
   double minutes = 10.0;
   uint32_t seed = 1;
-  bool estimate = true;
+  bool no_estimate = false;
   DeviceOptions device;
 };
 
@@ -39,7 +39,7 @@ int run(const SoakCommand& command) {
   soak::Options options;
   options.seconds = 60.0 * command.minutes;
   options.seed = command.seed;
-  if (command.estimate) {
+  if (!command.no_estimate) {
     auto context = open_device(command.device, console);
     if (context) options.context = *context;
     console.say(context ? "Fields    estimated"
@@ -87,7 +87,7 @@ Command add_soak(CLI::App& program) {
   app->add_option("--seed", command->seed, "Of hand, faults and scenes")
       ->check(whole_number_in(0, std::numeric_limits<uint32_t>::max()))
       ->capture_default_str();
-  app->add_flag("!--no-estimate", command->estimate, "Hand over true fields, not estimated ones");
+  app->add_flag("--no-estimate", command->no_estimate, "Hand over true fields, not estimated ones");
   add_device_options(*app, command->device);
   return {app, [command] { return run(*command); }, {}, {}, {}};
 }

@@ -27,7 +27,7 @@ using namespace studies;
 
 struct ViewCommand {
   int runs = 0, size = 0;
-  bool quick = false, peer = true;
+  bool quick = false, no_peer = false;
   DeviceOptions device;
   RowFiles rows;
 };
@@ -46,7 +46,7 @@ std::shared_ptr<const MovingVolume> carried_volume(const MovingVolume& own, int 
 report::Table quality_table(const ViewCommand& command, const StudyRun& run) {
   std::vector<std::string> notes;
   std::vector<ViewMeasure> peers;
-  if (command.peer) peers = view_peer(run, notes);
+  if (!command.no_peer) peers = view_peer(run, notes);
   std::vector<ViewMeasure> all = measure_view(run, notes);
   std::move(peers.begin(), peers.end(), std::back_inserter(all));
   report::Table table = view_table(all);
@@ -140,7 +140,7 @@ Command add_view(CLI::App& program) {
                   "Voxels along each axis in the table of costs (default: 256, quick: 64)")
       ->check(whole_number_in(32, 1024));
   app->add_flag("--quick", command->quick, "Small data and one run: does everything work?");
-  app->add_flag("!--no-peer", command->peer, "Leave VTK out");
+  app->add_flag("--no-peer", command->no_peer, "Leave VTK out");
   add_device_options(*app, command->device);
   add_row_options(*app, command->rows);
   return {
