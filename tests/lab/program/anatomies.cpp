@@ -41,7 +41,7 @@ struct AnatomiesCommand {
   RowFiles rows;
 };
 
-constexpr const char* kItk = "ITK Demons";
+constexpr const char* kItk = "ITK";
 
 /// A preset changed by one candidate's settings, or ITK with one of its filters.
 struct Variant {
