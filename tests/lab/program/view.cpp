@@ -121,8 +121,9 @@ int run(const ViewCommand& command) {
   Rows rows("view", context->get());
   rows.add([&] { return quality_table(command, study); });
   const int size = command.size > 0 ? command.size : command.quick ? 64 : 256;
-  if (!study.stop.stop_requested())
-    rows.add([&] { return cost_table(*context, size, study.runs); });
+  if (study.stop.stop_requested())
+    return fail(console, {ErrorKind::kCancelled, "Stopped before all was drawn"});
+  rows.add([&] { return cost_table(*context, size, study.runs); });
   const Status written = rows.write(command.rows);
   return written ? int(kExitOk) : fail(console, written.error());
 }

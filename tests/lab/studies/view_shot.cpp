@@ -54,7 +54,8 @@ Drawn draw(const std::shared_ptr<vulkan::Context>& context,
   scene.volumes = {{volume, {}, {}, shot.look}};
   std::vector<double> seconds;
   // The first picture compiles kernels and makes the bricks, the second one meets warm memory.
-  for (int n = -2; n < std::max(runs, 0) && !stop.stop_requested(); ++n) {
+  // One is drawn even where stop asks to end: there is always a picture to read.
+  for (int n = -2; n == -2 || (n < std::max(runs, 0) && !stop.stop_requested()); ++n) {
     if (shot.moving) scene.volumes[0].pointer.phase = 0.3 + 0.05 * (n + 1);
     const double one_s = timed(*renderer, scene, shot.eyes, size);
     if (n >= 0) seconds.push_back(one_s);
