@@ -131,6 +131,8 @@ Status check(const Look& look) {
     if (!share(s, 4.0)) return refused(look, "a share of its shine is outside 0 to 4");
   if (!(look.surface_slope >= 0.0) || !std::isfinite(look.surface_slope))
     return refused(look, "its surface slope is negative or not a number");
+  if (!(look.thickness_mm > 0.0) || !std::isfinite(look.thickness_mm))
+    return refused(look, "the thickness of its opacities is not above 0 or not finite");
   return Nothing{};
 }
 
@@ -152,7 +154,7 @@ LookSample look_at(const Look& look, double value) {
   }
   LookSample sample;
   for (int c = 0; c < 3; ++c) sample.colour[c] = linear_from_srgb(here.colour[c]);
-  sample.extinction_per_mm = -std::log1p(-std::min(here.opacity, kMostOpaque));
+  sample.extinction_per_mm = -std::log1p(-std::min(here.opacity, kMostOpaque)) / look.thickness_mm;
   return sample;
 }
 
@@ -174,13 +176,9 @@ Look windowed(Look look, double level, double width) {
 }
 
 Look over_range(Look look, double lowest, double highest, double thickness_mm) {
-  for (LookPoint& point : look.points) {
-    point.value = lowest + point.value * (highest - lowest);
-    // Beer and Lambert: what is left of 1 mm is what is left of the thickness, to the power of
-    // their ratio.
-    const double opacity = -std::expm1(std::log1p(-point.opacity) / thickness_mm);
-    point.opacity = std::min(opacity, kMostOpaque);
-  }
+  for (LookPoint& point : look.points) point.value = lowest + point.value * (highest - lowest);
+  // The opacities stay: what a thin sample takes can be more than an opacity of 1 mm can say.
+  look.thickness_mm = thickness_mm;
   const double share_per_thickness = look.surface_slope > 0.0 ? look.surface_slope : kUsualSlope;
   look.surface_slope = share_per_thickness * (highest - lowest) / thickness_mm;
   return look;

@@ -13,7 +13,7 @@ namespace palpate {
 struct LookPoint {
   double value = 0.0;      ///< of the data, in its unit (HU for CT)
   glm::dvec3 colour{1.0};  ///< sRGB, 0 to 1, as a person names colours
-  double opacity = 0.0;    ///< share of the light that 1 mm of it takes, 0 to 0.999
+  double opacity = 0.0;    ///< share of the light that its look's thickness takes, 0 to 0.999
   bool operator==(const LookPoint&) const = default;
 };
 
@@ -34,6 +34,7 @@ struct Look {
   /// Slope at which a place counts as a surface and is fully shaded, in the data's unit per mm. 0:
   /// a tenth of the points' range per mm.
   double surface_slope = 0.0;
+  double thickness_mm = 1.0;  ///< whose opacities those of the points are
   bool operator==(const Look&) const = default;
 };
 
@@ -44,11 +45,11 @@ struct LookSample {
 };
 
 /// Empty if the look can be drawn, else what to change, in a sentence: values rising and finite,
-/// colours and opacities within their ranges.
+/// colours, opacities and the thickness within their ranges.
 Status check(const Look& look);
 
-/// What `value` looks like. Opacity a per mm is the extinction -ln(1 - a); colours are blended as
-/// written, in sRGB, and then made linear. Nothing is seen of NaN.
+/// What `value` looks like. Opacity a of thickness d is the extinction -ln(1 - a) / d (Beer and
+/// Lambert); colours are blended as written, in sRGB, and then made linear. Nothing is seen of NaN.
 LookSample look_at(const Look& look, double value);
 
 /// The same look for another window: what stood at its first value stands at level - width / 2,

@@ -36,15 +36,14 @@ Look segment_look(const Segment& segment, double opacity, const view::ResidentFr
   const double entry_mm = (distance.highest - distance.lowest) / (kTable - 1);
   const double half_mm =
       std::max(0.5 * std::min({spacing.x, spacing.y, spacing.z}), 1.5 * entry_mm);
-  const double per_mm = 1.0 - std::pow(1.0 - opacity, 1.0 / (2.0 * half_mm));
-  const double in_film = std::min(per_mm, 0.999);
   const glm::dvec3 colour = glm::clamp(glm::dvec3(segment.colour), 0.0, 1.0);
   Look look;
   look.name = segment.name;
   look.points = {{-half_mm, colour, 0.0},
-                 {-half_mm, colour, in_film},
-                 {half_mm, colour, in_film},
+                 {-half_mm, colour, opacity},
+                 {half_mm, colour, opacity},
                  {half_mm, colour, 0.0}};
+  look.thickness_mm = 2.0 * half_mm;
   // A distance rises by 1 mm per mm: all of it is a surface.
   look.surface_slope = 0.5;
   return look;

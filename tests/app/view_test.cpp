@@ -212,6 +212,8 @@ TEST(View, AnX3dStyleColoursItsVolumeWhateverTheFileSaysOfItsSize) {
   EXPECT_GT(blue_share(blue), 0.02);
   // An opacity is that of a sample, however far apart samples are.
   EXPECT_LT(changed_share(blue, drawn("small.nrrd", "0x0000FF20")), 0.002);
+  const ReadPicture opaque = drawn("heart.nrrd", "0x0000FFFF");
+  EXPECT_LT(changed_share(opaque, drawn("small.nrrd", "0x0000FFFF")), 0.002);
 }
 
 }  // namespace

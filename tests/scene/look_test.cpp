@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 namespace palpate {
 namespace {
@@ -70,19 +71,23 @@ TEST(Look, DataGetALookThatFits) {
 TEST(Look, TakesTransferFunctionsOfTexturesForTheRange) {
   Look texture;
   texture.points = {{0.0, {1, 0, 0}, 0.0}, {0.25, {0, 1, 0}, 0.64}, {1.0, {0, 0, 1}, 0.999}};
-  // Half a millimetre lets 0.36 through, so a whole one 0.36^2.
   const Look fine = over_range(texture, -100.0, 300.0, 0.5);
   EXPECT_DOUBLE_EQ(fine.points[0].value, -100.0);
   EXPECT_DOUBLE_EQ(fine.points[1].value, 0.0);
   EXPECT_DOUBLE_EQ(fine.points[2].value, 300.0);
-  EXPECT_EQ(fine.points[0].opacity, 0.0);
-  EXPECT_NEAR(fine.points[1].opacity, 1.0 - 0.36 * 0.36, 1e-12);
   EXPECT_EQ(fine.points[1].colour, texture.points[1].colour);
   // A tenth of the range from sample to sample.
   EXPECT_DOUBLE_EQ(fine.surface_slope, 80.0);
-  EXPECT_TRUE(check(fine));  // not more opaque than can be drawn
-  // Two millimetres let 0.36 through, so one the root of it.
-  EXPECT_NEAR(over_range(texture, 0.0, 1.0, 2.0).points[1].opacity, 0.4, 1e-12);
+  // A sample takes its texel's opacity however thin it is, the most opaque texel's too.
+  for (const double thickness_mm : {1e-3, 0.25, 0.5, 1.0, 2.0}) {
+    const Look look = over_range(texture, -100.0, 300.0, thickness_mm);
+    EXPECT_TRUE(check(look)) << thickness_mm;
+    for (const LookPoint& point : look.points) {
+      const double through = std::exp(-thickness_mm * look_at(look, point.value).extinction_per_mm);
+      EXPECT_NEAR(1.0 - through, point.opacity, 1e-12) << thickness_mm;
+    }
+    EXPECT_EQ(look.points[2].opacity, 0.999) << thickness_mm;
+  }
   // All values equal: they rise no more, and do not fall.
   EXPECT_TRUE(check(over_range(texture, 7.0, 7.0, 1.0)));
 }
@@ -107,6 +112,12 @@ TEST(Look, RefusesWhatCanNotBeDrawn) {
   look = *preset_look("MR");
   look.shine.diffuse = -1.0;
   EXPECT_THAT(message(look), HasSubstr("shine"));
+  for (const double thickness_mm :
+       {0.0, -1.0, std::nan(""), std::numeric_limits<double>::infinity()}) {
+    look = *preset_look("MR");
+    look.thickness_mm = thickness_mm;
+    EXPECT_THAT(message(look), HasSubstr("thickness")) << thickness_mm;
+  }
   look = *preset_look("MR");
   look.surface_slope = std::nan("");
   EXPECT_THAT(message(look), HasSubstr("slope"));

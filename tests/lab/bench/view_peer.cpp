@@ -60,7 +60,7 @@ void set_look(vtkVolumeProperty* property, const Look& look) {
   }
   property->SetScalarOpacity(opacity);
   property->SetColor(colour);
-  property->SetScalarOpacityUnitDistance(1.0);
+  property->SetScalarOpacityUnitDistance(look.thickness_mm);
   property->SetInterpolationTypeToLinear();
   property->ShadeOn();
   property->SetAmbient(look.shine.ambient);
