@@ -1,5 +1,6 @@
 #include "module/scene/frame_data.h"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <limits>
@@ -40,11 +41,19 @@ class OnGrid : public FrameData {
 
 class SampledScalar final : public OnGrid {
  public:
-  explicit SampledScalar(Volume coefficients)
-      : OnGrid(coefficients.grid), values_(std::move(coefficients.values)) {}
+  explicit SampledScalar(Volume samples) : OnGrid(samples.grid) {
+    for (const float value : samples.values) {
+      if (!std::isfinite(value)) continue;
+      read_.lowest = std::min(read_.lowest, value);
+      read_.highest = std::max(read_.highest, value);
+    }
+    values_ = spline_coefficients(std::move(samples)).values;
+    read_.place = &place_;
+    read_.values = values_;
+  }
 
   bool is_vector() const noexcept override { return false; }
-  ScalarSamples samples() const noexcept override { return {&place_, values_}; }
+  ScalarSamples samples() const noexcept override { return read_; }
   double scalar(glm::dvec3 x_m) const noexcept override { return read(x_m).value; }
   glm::dvec3 scalar_gradient(glm::dvec3 x_m) const noexcept override {
     return scalar_and_gradient(x_m).gradient;
@@ -70,6 +79,7 @@ class SampledScalar final : public OnGrid {
     return spline::read(spline::Around(place_, place_.index(x_m)), values_.data());
   }
   std::vector<float> values_;
+  ScalarSamples read_;
 };
 
 class SampledVector final : public OnGrid {
@@ -112,7 +122,7 @@ class SampledVector final : public OnGrid {
 
 std::shared_ptr<const FrameData> sampled_scalar(Volume volume) {
   assert(volume.values.size() == volume.grid.count() && volume.grid.count() > 0);
-  return std::make_shared<SampledScalar>(spline_coefficients(std::move(volume)));
+  return std::make_shared<SampledScalar>(std::move(volume));
 }
 
 std::shared_ptr<const FrameData> sampled_vector(Grid grid, std::vector<glm::vec3> values) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <glm/glm.hpp>
+#include <limits>
 #include <memory>
 #include <span>
 
@@ -15,10 +16,14 @@ struct ScalarSample {
   glm::dvec3 gradient{0.0};  ///< per m
 };
 
-/// The samples that a sampled scalar frame is read from; no place where there are none.
+/// What a sampled scalar frame is read from; no place where it is not sampled.
 struct ScalarSamples {
   const GridPlace* place = nullptr;
-  std::span<const float> values;  ///< shape (nz, ny, nx)
+  std::span<const float> values;  ///< coefficients of its spline, shape (nz, ny, nx)
+  /// Of the finite samples, which coefficients go beyond: beside a step by 31/240 of it along each
+  /// axis. Lowest above highest where there are no such samples.
+  float lowest = std::numeric_limits<float>::infinity();
+  float highest = -std::numeric_limits<float>::infinity();
 };
 
 /// One frame of data as functions of a place in volume space (m, y up): sampled or analytic, scalar

@@ -36,13 +36,9 @@ std::pair<double, double> range_of(const FrameData& frame) {
 
 /// The same of all samples, where there are samples.
 std::pair<double, double> exact_range_of(const FrameData& frame) {
-  double low = 1e300, high = -1e300;
-  for (const float value : frame.samples().values) {
-    if (!std::isfinite(value)) continue;
-    low = std::min(low, double(value));
-    high = std::max(high, double(value));
-  }
-  return low <= high ? std::pair(low, high) : range_of(frame);
+  const ScalarSamples samples = frame.samples();
+  if (samples.lowest > samples.highest) return range_of(frame);
+  return {samples.lowest, samples.highest};
 }
 
 /// Whether a surface between air and tissue is felt in this CT: then lung and skin are to be seen.

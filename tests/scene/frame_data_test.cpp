@@ -96,6 +96,26 @@ TEST(FrameData, IsTheCubicSplineOfItsCoefficients) {
   }
 }
 
+TEST(FrameData, KnowsTheRangeOfItsSamplesThatCoefficientsGoBeyond) {
+  Grid grid;
+  grid.size = glm::ivec3(16);
+  Volume box{grid, std::vector<float>(grid.count(), 0.0F)};
+  for (int k = 5; k < 11; ++k)
+    for (int j = 5; j < 11; ++j)
+      for (int i = 5; i < 11; ++i) box.values[size_t((k * 16 + j) * 16 + i)] = 255.0F;
+  box.values[0] = std::numeric_limits<float>::quiet_NaN();
+  box.values[1] = std::numeric_limits<float>::infinity();
+  const auto data = sampled_scalar(box);
+  const ScalarSamples samples = data->samples();
+  EXPECT_EQ(samples.lowest, 0.0F);
+  EXPECT_EQ(samples.highest, 255.0F);
+  EXPECT_LT(*std::min_element(samples.values.begin() + 2, samples.values.end()), -30.0F);
+  // Nothing finite: no range.
+  std::fill(box.values.begin(), box.values.end(), std::numeric_limits<float>::quiet_NaN());
+  const auto none = sampled_scalar(box);
+  EXPECT_GT(none->samples().lowest, none->samples().highest);
+}
+
 TEST(FrameData, GradientIsThatOfTheVeryValue) {
   for (uint32_t seed = 1; seed <= 10; ++seed) {
     Random random(seed);
