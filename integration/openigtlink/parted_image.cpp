@@ -4,7 +4,7 @@
 
 namespace palpate::openigtlink {
 
-PartedImage::PartedImage(const Image& part) {
+PartedImage::PartedImage(const Image& part) : missing_(part.grid.count()) {
   image_.grid = part.grid;
   image_.j_reversed = part.j_reversed;
   image_.size = part.grid.size;
@@ -15,28 +15,25 @@ bool PartedImage::takes(const Image& part) const {
 }
 
 PartedImage::Came PartedImage::put(const Image& part) {
-  const Box box{part.first, part.size};
-  if (image_.values.empty()) {
-    boxes_.push_back(box);
-    waiting_.insert(waiting_.end(), part.values.begin(), part.values.end());
-    if (waiting_.size() < image_.grid.count()) return Came::kPart;
-    image_.values.resize(image_.grid.count());
-    end_round();
-    const float* values = waiting_.data();
-    for (const Box& one : boxes_) {
-      write(one, values);
-      values += one.count();
+  const float* values = part.values.data();
+  for (int k = 0; k < part.size.z; ++k)
+    for (int j = 0; j < part.size.y; ++j) {
+      const size_t at = image_.grid.offset(part.first.x, part.first.y + j, part.first.z + k);
+      if (was_whole_)
+        put_in_image(at, values, size_t(part.size.x));
+      else
+        put_in_runs(at, values, size_t(part.size.x));
+      values += part.size.x;
     }
-    boxes_ = {};
-    waiting_ = {};
-    if (missing_ > 0) return Came::kAgain;
-  } else {
-    write(box, part.values.data());
+  if (missing_ == 0) {
+    if (!was_whole_) join_runs();
+    was_whole_ = true;
+    end_round();
+    return Came::kWhole;
   }
-  if (missing_ > 0) return Came::kPart;
-  was_whole_ = true;
-  end_round();
-  return Came::kWhole;
+  if (was_whole_ || !again_ || said_again_) return Came::kPart;
+  said_again_ = true;
+  return Came::kAgain;
 }
 
 bool PartedImage::begins_next(const Image& part) const {
@@ -53,18 +50,38 @@ void PartedImage::end_round() {
   came_.assign(missing_, false);
 }
 
-void PartedImage::write(const Box& box, const float* values) {
-  for (int k = 0; k < box.size.z; ++k)
-    for (int j = 0; j < box.size.y; ++j) {
-      const size_t at = image_.grid.offset(box.first.x, box.first.y + j, box.first.z + k);
-      std::copy_n(values, box.size.x, image_.values.begin() + ptrdiff_t(at));
-      values += box.size.x;
-      for (size_t n = at; n < at + size_t(box.size.x); ++n)
-        if (!came_[n]) {
-          came_[n] = true;
-          --missing_;
-        }
+void PartedImage::put_in_runs(size_t at, const float* values, size_t count) {
+  for (const size_t end = at + count; at < end;) {
+    Run& run = runs_[at / kRun];
+    for (size_t n = at % kRun; n < kRun && at < end; ++n, ++at) {
+      const uint64_t bit = uint64_t(1) << n;
+      run.values[n] = *values++;
+      if (run.came & bit)
+        again_ = true;
+      else
+        --missing_;
+      run.came |= bit;
     }
+  }
+}
+
+void PartedImage::put_in_image(size_t at, const float* values, size_t count) {
+  std::copy_n(values, count, image_.values.begin() + ptrdiff_t(at));
+  for (size_t n = at; n < at + count; ++n)
+    if (!came_[n]) {
+      came_[n] = true;
+      --missing_;
+    }
+}
+
+void PartedImage::join_runs() {
+  image_.values.resize(image_.grid.count());
+  for (const auto& [index, run] : runs_) {
+    const size_t at = index * kRun;
+    std::copy_n(run.values.begin(), std::min(kRun, image_.values.size() - at),
+                image_.values.begin() + ptrdiff_t(at));
+  }
+  runs_ = {};
 }
 
 }  // namespace palpate::openigtlink

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <glm/glm.hpp>
+#include <unordered_map>
 #include <vector>
 
 #include "integration/openigtlink/message.h"
@@ -8,13 +11,14 @@
 namespace palpate::openigtlink {
 
 /// An image that a sender gives in parts: by slices, blocks or lines, in any order, over and over.
-/// Memory grows with the samples that have come, not with the size that a part claims: parts wait
-/// side by side until there are enough of them to fill the image. One thread.
+/// Memory grows with the places whose samples have come, not with the size that a part claims nor
+/// with how often the same ones come: until all have come, samples lie in short runs, each made
+/// when the first of its samples comes. One thread.
 class PartedImage {
  public:
   enum class Came {
     kPart,   ///< more has to come
-    kAgain,  ///< so does it, and parts came again before others came at all; said once
+    kAgain,  ///< so does it, and samples came again before others came at all; said once
     kWhole   ///< every sample has come since the image was whole last
   };
 
@@ -35,18 +39,21 @@ class PartedImage {
   const Image& image() const { return image_; }
 
  private:
-  struct Box {
-    glm::ivec3 first, size;
-    size_t count() const { return size_t(size.x) * size_t(size.y) * size_t(size.z); }
+  static constexpr size_t kRun = 64;  ///< the bits of Run::came
+  /// Samples that follow each other in the image; bit n of `came`: values[n] has come.
+  struct Run {
+    std::array<float, kRun> values{};
+    uint64_t came = 0;
   };
-  void write(const Box& box, const float* values);
+  void put_in_runs(size_t at, const float* values, size_t count);
+  void put_in_image(size_t at, const float* values, size_t count);
+  void join_runs();
 
-  Image image_;  ///< its values: none until as many samples came as it has
-  std::vector<Box> boxes_;
-  std::vector<float> waiting_;  ///< the samples of these boxes
-  std::vector<bool> came_;      ///< since the image was whole last
+  Image image_;                           ///< its values: none until all of them came
+  std::unordered_map<size_t, Run> runs_;  ///< until then: the run of sample n is n / kRun
+  std::vector<bool> came_;                ///< after that: since the image was whole last
   size_t missing_ = 0;
-  bool was_whole_ = false;
+  bool was_whole_ = false, again_ = false, said_again_ = false;
 };
 
 }  // namespace palpate::openigtlink
