@@ -9,6 +9,8 @@
 #include <cerrno>
 #include <charconv>
 #include <chrono>
+#include <exception>
+#include <new>
 
 #include "integration/openigtlink/socket.h"
 
@@ -96,10 +98,14 @@ ClientNumbers Client::numbers() const {
   return numbers_;
 }
 
+/// Whoever listens and throws is told of nothing else: there is nobody to say it to.
 void Client::say(const std::string& sentence) {
   if (sentence == last_said_ || !options_.on_note) return;
-  last_said_ = sentence;
-  options_.on_note(sentence);
+  try {
+    last_said_ = sentence;
+    options_.on_note(sentence);
+  } catch (...) {
+  }
 }
 
 void Client::refuse(const std::string& reason, const std::string& sentence) {
@@ -113,47 +119,63 @@ void Client::refuse(const std::string& reason, const std::string& sentence) {
 }
 
 void Client::run(std::stop_token stop) {
-  bool said_waiting = false;
   while (!stop.stop_requested()) {
-    for (const addrinfo* at = address_->first; at && !stop.stop_requested(); at = at->ai_next) {
-      const Socket socket(
-          ::socket(at->ai_family, at->ai_socktype | SOCK_NONBLOCK | SOCK_CLOEXEC, at->ai_protocol));
-      if (!socket.is_open()) continue;
-      int error = connect(socket.fd(), at->ai_addr, at->ai_addrlen) == 0 ? 0 : errno;
-      const auto since = Clock::now();
-      while (error == EINPROGRESS && !stop.stop_requested() && Clock::now() - since < 5s)
-        if (socket.is_ready(POLLOUT, kPoll_ms)) {
-          socklen_t size = sizeof error;
-          getsockopt(socket.fd(), SOL_SOCKET, SO_ERROR, &error, &size);
-        }
-      if (error != 0) continue;
-      const int on = 1;
-      setsockopt(socket.fd(), SOL_SOCKET, SO_KEEPALIVE, &on, sizeof on);
-      {
-        const std::lock_guard lock(mutex_);
-        ++numbers_.connections;
+    // No exception may leave the thread: it would end the program, which may hold a force device.
+    try {
+      try {
+        connect_once(stop);
+      } catch (const std::bad_alloc&) {
+        forget_images();
+        refuse("out of memory",
+               fmt::format("Memory ran out for what {} sends: close other programs, or let it send "
+                           "smaller images",
+                           name_));
+      } catch (const std::exception& error) {
+        refuse("failed", fmt::format("What {} sends could not be used: {}", name_, error.what()));
       }
-      // Another run of the source has another clock, and no whole image to put parts into.
-      last_time_s_ = 0.0;
-      last_crc_ = 0;
-      whole_.reset();
-      parts_.reset();
-      connected_ = true;
-      say(fmt::format("{} is connected", name_));
-      listen(socket.fd(), stop);
+      const bool was_connected = connected_.exchange(false);
+      if (!stop.stop_requested() && (was_connected || !said_waiting_))
+        say(was_connected ? fmt::format("The connection to {} has ended: connecting again", name_)
+                          : fmt::format("Nobody listens at {} yet: waiting for it", name_));
+      said_waiting_ = true;
+    } catch (...) {
+      // Of no known type, or not even a sentence found memory.
       connected_ = false;
-      if (!stop.stop_requested()) {
-        say(fmt::format("The connection to {} has ended: connecting again", name_));
-        said_waiting = true;
-      }
-      break;
     }
-    if (!said_waiting && !stop.stop_requested())
-      say(fmt::format("Nobody listens at {} yet: waiting for it", name_));
-    said_waiting = true;
     const auto since = Clock::now();
     while (!stop.stop_requested() && Clock::now() - since < kAgain)
       std::this_thread::sleep_for(std::chrono::milliseconds(kPoll_ms));
+  }
+}
+
+/// Listens to the first address that answers, until the connection ends; then, or if none answers,
+/// it returns.
+void Client::connect_once(std::stop_token stop) {
+  for (const addrinfo* at = address_->first; at && !stop.stop_requested(); at = at->ai_next) {
+    const Socket socket(
+        ::socket(at->ai_family, at->ai_socktype | SOCK_NONBLOCK | SOCK_CLOEXEC, at->ai_protocol));
+    if (!socket.is_open()) continue;
+    int error = connect(socket.fd(), at->ai_addr, at->ai_addrlen) == 0 ? 0 : errno;
+    const auto since = Clock::now();
+    while (error == EINPROGRESS && !stop.stop_requested() && Clock::now() - since < 5s)
+      if (socket.is_ready(POLLOUT, kPoll_ms)) {
+        socklen_t size = sizeof error;
+        getsockopt(socket.fd(), SOL_SOCKET, SO_ERROR, &error, &size);
+      }
+    if (error != 0) continue;
+    const int on = 1;
+    setsockopt(socket.fd(), SOL_SOCKET, SO_KEEPALIVE, &on, sizeof on);
+    {
+      const std::lock_guard lock(mutex_);
+      ++numbers_.connections;
+    }
+    // Another run of the source has another clock, and no whole image to put parts into.
+    last_time_s_ = 0.0;
+    last_crc_ = 0;
+    forget_images();
+    connected_ = true;
+    say(fmt::format("{} is connected", name_));
+    return listen(socket.fd(), stop);
   }
 }
 
@@ -286,6 +308,11 @@ void Client::take_part(const Image& part) {
       whole_.reset();
       give(parts_->image());
   }
+}
+
+void Client::forget_images() {
+  whole_.reset();
+  parts_.reset();
 }
 
 /// Another image begins.

@@ -57,7 +57,8 @@ struct ClientNumbers {
 /// after a whole one change it, each at once; where no whole one came, they are an image when all
 /// of it has come, and again when all of it has come anew or a part comes once more. What is
 /// damaged, older than what came before, the same once more, flat, or no image of a grid is left
-/// out and counted.
+/// out and counted. Where memory runs out, or a function that is called here throws, that is said
+/// and counted too, and it connects again.
 class Client {
  public:
   /// kBadInput if there is no such host. Does not wait for a connection.
@@ -74,10 +75,12 @@ class Client {
   Client(ClientOptions options) : options_(std::move(options)) {}
   struct Address;
   void run(std::stop_token stop);
+  void connect_once(std::stop_token stop);
   void listen(int socket, std::stop_token stop);
   void take(const Header& header, std::span<const std::byte> body);
   void take_image(const Header& header, std::span<const std::byte> content);
   void take_part(const Image& part);
+  void forget_images();
   void forget_parts();
   void give(const Image& image);
   void refuse(const std::string& reason, const std::string& sentence);
@@ -96,7 +99,7 @@ class Client {
   double last_time_s_ = 0.0;
   int64_t arrived_ns_ = 0;
   uint64_t last_crc_ = 0;
-  bool any_image_ = false;
+  bool any_image_ = false, said_waiting_ = false;
   std::jthread thread_;
 };
 

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <new>
+#include <stdexcept>
 #include <thread>
 
 #include "tests/openigtlink/wire.h"
@@ -243,14 +245,16 @@ TEST_F(ClientTest, SlicesOfOneVolumeAreAnImageWhenAllHaveCome) {
   EXPECT_TRUE(client_->numbers().refused.empty());
 }
 
+/// The most memory that this process has had so far.
+long most_kb() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return usage.ru_maxrss;
+}
+
 /// 1 GiB of samples is claimed, and 6 bytes come: no memory is taken for the rest.
 TEST_F(ClientTest, PartsOfAHugeImageTakeOnlyTheMemoryThatCame) {
   start(heard_.options());
-  const auto most_kb = [] {
-    rusage usage{};
-    getrusage(RUSAGE_SELF, &usage);
-    return usage.ru_maxrss;
-  };
   const long before_kb = most_kb();
   WireImage part;
   part.size = {1024, 1024, 1024};
@@ -264,6 +268,69 @@ TEST_F(ClientTest, PartsOfAHugeImageTakeOnlyTheMemoryThatCame) {
   ASSERT_TRUE(came(1));
   EXPECT_EQ(refused("unfinished image"), 1u);
   EXPECT_LT(most_kb() - before_kb, 100'000);
+}
+
+/// A sender that renews a region of an image that it never sent as a whole: that is said as soon as
+/// samples come again, and they take the place of those before.
+TEST_F(ClientTest, ARegionThatComesAgainAndAgainIsSaidOnceAndTakesNoMoreMemory) {
+  start(heard_.options());
+  WireImage region;
+  region.size = {1024, 1024, 1024};
+  region.part = {256, 256, 1};
+  const auto send = [&](uint8_t value) {
+    region.samples = Raw(size_t(region.part[0] * region.part[1]), value);
+    return server_.send(test::wire_message({}, region.body()));
+  };
+  ASSERT_TRUE(send(1));
+  ASSERT_TRUE(send(2));
+  const std::string said = "came again before others came at all";
+  ASSERT_TRUE(wait_for([&] { return heard_.notes().find(said) != std::string::npos; }));
+  const long before_kb = most_kb();
+  for (int n = 0; n < 300; ++n) {
+    // The same one half of the time; else one that overlaps it and is none that came before.
+    region.part =
+        n % 2 == 0 ? std::vector{256, 256, 1} : std::vector{255 - n / 20, 200 + n % 20, 1};
+    ASSERT_TRUE(send(uint8_t(n)));
+  }
+  ASSERT_TRUE(server_.send(image(100, 1)));
+  ASSERT_TRUE(came(1));
+  EXPECT_LT(most_kb() - before_kb, 20'000);  // 300 of them are more than 60 MB of float32
+  EXPECT_TRUE(wait_for([&] { return client_->numbers().messages == 303; }));
+  EXPECT_EQ(heard_.notes().find(said), heard_.notes().rfind(said)) << heard_.notes();
+  EXPECT_EQ(client_->numbers().connections, 1u);
+}
+
+/// Out of memory, or any exception, on the client's thread ends the connection, not the program.
+TEST_F(ClientTest, AnExceptionIsSaidAndTheConnectionIsMadeAnew) {
+  ClientOptions options = heard_.options();
+  int images = 0;
+  options.on_image = [&, take = options.on_image](ArrivedImage image) {
+    if (++images == 1) throw std::bad_alloc();
+    if (images == 2) throw std::runtime_error("no place for it");
+    take(std::move(image));
+  };
+  start(options);
+  ASSERT_TRUE(server_.send(image(100, 1)));
+  ASSERT_TRUE(server_.accept_one());
+  EXPECT_EQ(refused("out of memory"), 1u);
+  ASSERT_TRUE(server_.send(image(100, 1)));
+  ASSERT_TRUE(server_.accept_one());
+  EXPECT_EQ(refused("failed"), 1u);
+  ASSERT_TRUE(server_.send(image(100, 1)));
+  ASSERT_TRUE(came(1));
+  const std::string notes = heard_.notes();
+  for (const char* said : {"Memory ran out", "no place for it", "has ended: connecting again"})
+    EXPECT_NE(notes.find(said), std::string::npos) << said << " is not in:\n" << notes;
+}
+
+/// The sentences are for people: one that can not be shown must not end what it is about.
+TEST_F(ClientTest, WhoHearsTheNotesMayThrow) {
+  ClientOptions options = heard_.options();
+  options.on_note = [](const std::string&) { throw std::runtime_error("no console"); };
+  start(options);
+  ASSERT_TRUE(server_.send(image(100, 1)));
+  ASSERT_TRUE(came(1));
+  EXPECT_EQ(client_->numbers().connections, 1u);
 }
 
 /// As 2D ultrasound is sent: each a picture where the probe is. Nobody makes a volume of them here.
