@@ -18,6 +18,7 @@ constexpr double kInverse3Radius_m = 0.08, kMinverseRadius_m = 0.04;
 // A position is taken in one period of the servo loop and used in the next.
 constexpr double kDelay_s = 1e-3;
 constexpr int64_t kEventsWait_ns = 100'000'000, kCloseWait_ns = 100'000'000;
+constexpr int64_t kEventsAgain_ns = 1'000'000'000;  // after their socket broke
 
 class HaplyLink final : public DeviceLink {
  public:
@@ -96,6 +97,7 @@ class HaplyLink final : public DeviceLink {
     has_presets_ = haply::has_presets(version);
     owed_ = 0;
     said_ = DeviceFault::kNone;
+    events_again_ns_.reset();
     if (!socket_->send(haply::first_message(id_, version))) return DeviceFault::kTransfer;
     const auto first = socket_->receive(options_.open_wait_ns);
     if (!first) return DeviceFault::kTimeout;
@@ -162,6 +164,7 @@ class HaplyLink final : public DeviceLink {
   }
 
   void heed_events(LinkAnswer& answer) {
+    listen_again();
     while (events_) {
       const auto text = events_->receive(0);
       if (!text) break;
@@ -191,7 +194,23 @@ class HaplyLink final : public DeviceLink {
           break;
       }
     }
-    if (events_ && !events_->is_open()) events_.reset();
+    if (events_ && !events_->is_open()) {
+      events_.reset();
+      events_again_ns_ = now_ns() + kEventsAgain_ns;
+    }
+  }
+
+  /// After the socket of the events broke. What was said holds until an event says otherwise: the
+  /// brake is still on, as far as anybody knows.
+  void listen_again() {
+    if (!events_again_ns_ || now_ns() < *events_again_ns_) return;
+    // Within an exchange, so it has the time of an answer. A port that nobody listens at says so at
+    // once.
+    events_ = WebSocket::connect(options_.host, options_.events_port, options_.answer_wait_ns);
+    if (events_)
+      events_again_ns_.reset();
+    else
+      events_again_ns_ = now_ns() + kEventsAgain_ns;
   }
 
   static DeviceFault fault_of(const haply::DeviceState& device) {
@@ -219,9 +238,10 @@ class HaplyLink final : public DeviceLink {
   std::string id_, type_;
   haply::Wording wording_ = haply::Wording::kVector;
   bool has_presets_ = true;
-  std::optional<glm::dvec3> origin_m_;     ///< of a service without presets
-  int owed_ = 0;                           ///< messages without an answer yet
-  DeviceFault said_ = DeviceFault::kNone;  ///< by an event, until another one
+  std::optional<glm::dvec3> origin_m_;      ///< of a service without presets
+  int owed_ = 0;                            ///< messages without an answer yet
+  DeviceFault said_ = DeviceFault::kNone;   ///< by an event, until another one
+  std::optional<int64_t> events_again_ns_;  ///< when their socket is to be opened again; none: not
 };
 
 }  // namespace

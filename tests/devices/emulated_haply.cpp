@@ -178,6 +178,18 @@ void EmulatedHaply::tell(const Json& event) {
     if (connection.events && connection.upgraded) write(connection, frame(1, event.dump()));
 }
 
+void EmulatedHaply::drop_listeners() {
+  const Lock lock(mutex_);
+  // serve() sees that they ended, and forgets them.
+  for (const Connection& connection : connections_)
+    if (connection.events) shutdown(connection.file, SHUT_RDWR);
+}
+
+size_t EmulatedHaply::listeners() const {
+  const Lock lock(mutex_);
+  return listeners_;
+}
+
 void EmulatedHaply::break_rule(const std::string& what) {
   broken_.push_back(what);
 }
@@ -252,7 +264,10 @@ bool EmulatedHaply::upgrade(Connection& connection) {
         "Sec-WebSocket-Accept: " +
             accept_of(key) + "\r\n\r\n");
   connection.upgraded = true;
-  if (connection.events) return true;
+  if (connection.events) {
+    ++listeners_;
+    return true;
+  }
   ++sessions_;
   say(connection, state(connection, true).dump());
   return true;

@@ -51,6 +51,9 @@ class EmulatedHaply : public EmulatedHand {
   void change(const std::function<void(Options&)>& change);
   /// Told to whoever listens to events.
   void tell(const nlohmann::json& event);
+  /// Ends the connections of those who listen to events, and no other.
+  void drop_listeners();
+  size_t listeners() const;  ///< to events, begun since it was made
 
   /// What goes wrong. Each stays until it is changed.
   struct Faults {
@@ -94,7 +97,7 @@ class EmulatedHaply : public EmulatedHand {
   std::vector<glm::dvec3> received_;
   std::vector<std::string> broken_;
   std::string profile_;
-  size_t sessions_ = 0;
+  size_t sessions_ = 0, listeners_ = 0;
   std::list<Connection> connections_;
 
   uint16_t port_ = 0, events_port_ = 0;

@@ -185,6 +185,27 @@ std::vector<Row> rows() {
                  << "until it lets go";
              event("device-safety-triggered", "ebrake_released")(rig);
            }},
+      {.name = "TheBrakeTakesHoldAndTheEventsBreakOffMeanwhile",
+       .inject = event("device-safety-triggered", "ebrake_triggered"),
+       .fault = DeviceFault::kForceOff,
+       .recover =
+           [](Rig& rig) {
+             const size_t before = rig.service.listeners();
+             rig.service.drop_listeners();
+             EXPECT_TRUE(rig.turn_until([&] { return rig.service.listeners() > before; }));
+             EXPECT_EQ(rig.inputs.back().reading.fault, DeviceFault::kForceOff)
+                 << "until it is heard that it lets go";
+             event("device-safety-triggered", "ebrake_released")(rig);
+           },
+       .after = [](Rig& rig) { EXPECT_EQ(rig.device->counts().opened, 1U); }},
+      {.name = "TheEventsBreakOff",
+       .inject =
+           [](Rig& rig) {
+             const size_t before = rig.service.listeners();
+             rig.service.drop_listeners();
+             EXPECT_TRUE(rig.turn_until([&] { return rig.service.listeners() > before; }));
+           },
+       .ends = Ends::kTolerated},
       {.name = "AMotorStalls",
        .inject = event("device-safety-triggered", "stall_detected"),
        .fault = DeviceFault::kStuck},
