@@ -436,19 +436,6 @@ Result<MovingVolume> standing_at(const MovingVolume& own, size_t k) {
   return carried(own, none);
 }
 
-Volume values_at(const FrameData& frame, const Grid& grid) {
-  constexpr double kCost = 500.0;  // of a value of a spline
-  Volume volume{grid, std::vector<float>(grid.count())};
-  parallel_ranges(grid.size.z, kCost * grid.size.x * grid.size.y, [&](int begin, int end) {
-    for (int k = begin; k < end; ++k)
-      for (int j = 0; j < grid.size.y; ++j)
-        for (int i = 0; i < grid.size.x; ++i)
-          volume.values[grid.offset(i, j, k)] =
-              float(frame.scalar(volume_from_lps(grid.lps_from_index({i, j, k}))));
-  });
-  return volume;
-}
-
 Result<Transform> start_transform(const VolumeSpec& spec, const MovingVolume& volume) {
   Transform transform = spec.transform;
   if (spec.box_m && spec.source.empty() && !volume.frames.empty()) {

@@ -62,10 +62,6 @@ Result<MovingVolume> build(const VolumeSpec& spec);
 Result<MovingVolume> carried(const MovingVolume& own, const SequenceMotion& motion,
                              CarriedValues values = CarriedValues::kReference);
 
-/// A frame's values at the samples of `grid`, patient space; of its own grid the samples that it
-/// was made of, but for rounding (FrameData::samples() are coefficients). Uses all cores.
-Volume values_at(const FrameData& frame, const Grid& grid);
-
 /// The volume standing still as its frame k: what is felt until its motion is known. It has all its
 /// times. kBadInput if there is no such frame.
 Result<MovingVolume> standing_at(const MovingVolume& own, size_t k);

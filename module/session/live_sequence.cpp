@@ -320,11 +320,12 @@ Status LiveSequence::follow(const std::shared_ptr<vulkan::Context>& context, std
   Frame frame;
   // What is felt now is where the first motion begins.
   {
-    const FrameData& felt = *ring_.frames[slot_];
-    if (felt.samples().values.size() != grid_.count())
+    const ScalarSamples samples = ring_.frames[slot_]->samples();
+    if (samples.values.size() != grid_.count())
       return Error{ErrorKind::kBadInput, "What is felt has no samples to begin from"};
-    if (const Status begun = (*estimator)->push(pushed++, values_at(felt, grid_)); !begun)
-      return begun;
+    const Status begun =
+        (*estimator)->push(pushed++, Volume{grid_, {samples.values.begin(), samples.values.end()}});
+    if (!begun) return begun;
   }
   while (wait_for_frame(frame, stop, true)) {
     if (const Status taken = (*estimator)->push(pushed++, frame.volume); !taken) return taken;

@@ -413,23 +413,5 @@ TEST(MakeVolume, PutsTheMiddleOfFilesWhereTheTransformSays) {
   EXPECT_EQ(start_transform(spec, *volume)->translation_m, spec.transform.translation_m);
 }
 
-TEST(ValuesAt, AreTheSamplesThatAFrameWasMadeOf) {
-  test::Random random(7);
-  Volume samples{test::oblique_grid(), {}};
-  for (size_t n = 0; n < samples.grid.count(); ++n)
-    samples.values.push_back(float(random.draw(0.0, 255.0)));
-  const auto frame = sampled_scalar(samples);
-  const Volume found = values_at(*frame, samples.grid);
-  double largest = 0.0, of_coefficients = 0.0;
-  for (size_t n = 0; n < samples.values.size(); ++n) {
-    largest = std::max(largest, double(std::abs(found.values[n] - samples.values[n])));
-    of_coefficients =
-        std::max(of_coefficients, double(std::abs(frame->samples().values[n] - samples.values[n])));
-  }
-  // Sums of 64 products of floats of up to a few hundred.
-  EXPECT_LT(largest, 1e-2);
-  EXPECT_GT(of_coefficients, 100.0);
-}
-
 }  // namespace
 }  // namespace palpate
