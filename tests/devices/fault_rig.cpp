@@ -188,7 +188,8 @@ bool DeviceRig::touch() {
 
 void DeviceRig::stall_host(int milliseconds, const std::function<bool()>& also) {
   std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
-  if (also && !wait_for(also)) watched->wrong.emplace_back("waited in vain while the host was away");
+  if (also && !wait_for(also))
+    watched->wrong.emplace_back("waited in vain while the host was away");
   time.oversleep_ns = int64_t(milliseconds) * 1'000'000;
 }
 

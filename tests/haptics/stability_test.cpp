@@ -1,5 +1,5 @@
-// A seeded part of the grid that `palpate-lab feel stability` runs whole. The oracle is the physics alone: what
-// the mass does after the loop without rounding would long be at rest.
+// A seeded part of the grid that `palpate-lab feel stability` runs whole. The oracle is the physics
+// alone: what the mass does after the loop without rounding would long be at rest.
 #include <gtest/gtest.h>
 
 #include "module/haptics/delay_lead.h"

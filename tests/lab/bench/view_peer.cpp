@@ -1,4 +1,5 @@
-// VTK's GPU ray caster on the same data, looks and eyes as `palpate-lab view`, one line a measurement:
+// VTK's GPU ray caster on the same data, looks and eyes as `palpate-lab view`, one line a
+// measurement:
 //   look samples_per_voxel seconds psnr_db
 // Needs an X server (Xvfb will do). Its pictures are compared with its own at an eighth of a voxel.
 #include <vtkCamera.h>
