@@ -266,7 +266,8 @@ double PairSolver::search(size_t l, DiscreteStart& start, const FramePyramid& fi
       shaders::ChoosePush{wide(level.cells),
                           {-kChoiceWidth, kChoiceWidth, float(plan_.options.yield.flat), 0}},
       slice_groups(active_));
-  // Outside the mask nothing was chosen: what bricks beside it read there is the other field still.
+  // Outside the mask nothing was chosen, so `ahead` and `primal` hold the other field there, which
+  // the bricks beside the mask's border read: put this level's field back.
   if (bricks_[l].size() < all_bricks(level.cells).size())
     recorder_.dispatch(kernels_->upsample(), {{i.field, nearest}, i.ahead, i.primal},
                        shaders::UpsamplePush{wide(level.cells), wide(level.cells),

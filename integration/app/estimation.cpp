@@ -67,8 +67,8 @@ class Estimation {
       console_.say("Too little of it to check each field by a second one from moving to fixed.");
     if (has_sliding_step(plan_motion(job_.grid, job_.options.motion)) && !memory.sliding)
       console_.say(
-          "Too little of it to sharpen the borders at which material slides: the field is smooth "
-          "across them.");
+          "There is too little device memory to sharpen the borders at which material slides: the "
+          "field is smooth across them.");
   }
 
   /// Reads and pushes every frame. A failed push is not the cause: finish() knows that.

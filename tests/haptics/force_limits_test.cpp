@@ -209,6 +209,21 @@ TEST(ForceLimits, BridgeOwnsAnotherScene) {
   EXPECT_EQ(next_n(hand, 0.0025), 0.0);
 }
 
+TEST(ForceLimits, BridgeLeadsToAnotherSceneAtItsOwnRateAlsoAfterASuddenChange) {
+  ForceBridge bridge;
+  ForceBridge::Frame frame;
+  frame.stiffness_n_per_m = kStiffness;
+  frame.dt_s = kTick_s;
+  frame.felt_n = {1.0, 0.0, 0.0};
+  const glm::dvec3 sudden = bridge.step(frame, nullptr);
+  ASSERT_TRUE(bridge.is_felt());
+  ASSERT_NEAR(sudden.x, 1.0 - kSudden_n_per_s * kTick_s, kRounding_n);
+  bridge.exchange(sudden, glm::dvec3(0.0));
+  frame.felt_n = sudden;
+  EXPECT_NEAR(bridge.step(frame, nullptr).x, sudden.x - kExchange_n_per_s * kTick_s, kRounding_n);
+  EXPECT_FALSE(bridge.is_felt());
+}
+
 TEST(ForceLimits, BridgeOwnsASceneThatIsTakenAway) {
   Hand hand(shell_spec(5.0, 0.0, kStiffness), {shell(1, 1.0)});
   const double before = lean(hand, 0.0025);
