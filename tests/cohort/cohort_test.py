@@ -512,8 +512,9 @@ exec "{PALPATE}" "$@"
         done = run(folder, "out {1}", "--palpate", fake, *options, environment=slurm.environment)
         found = rows(folder / "out {1}")
         check(done.returncode == 4 and found["pair_00"]["state"] != "lost", f"{done.returncode} {done.stdout} {done.stderr} {found}")
+        # Slurm sends the signal to palpate and to what waits for it, in any order: "stopped by" or "palpate was killed by".
         for name, words in (("pair_01", "Slurm says FAILED (signal 9) of job"),
-                            ("pair_02", "stopped by signal 15 (Terminated); Slurm says CANCELLED (signal 15) of job")):
+                            ("pair_02", "ed by signal 15 (Terminated); Slurm says CANCELLED (signal 15) of job")):
             reasons = found[name]["reasons"]
             check(found[name]["state"] == "lost" and all(f"Attempt {n} on" in reasons for n in (1, 2)), f"{found[name]}")
             check(reasons.count(words) == 2, f"{found[name]}")
