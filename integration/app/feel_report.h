@@ -4,12 +4,16 @@
 #include <vector>
 
 #include "compute/volume/result.h"
-#include "integration/app/feel_numbers.h"
 #include "integration/charts/timeline.h"
+#include "integration/sessions/feel_numbers.h"
 #include "module/haptics/energy.h"
 #include "module/haptics/servo.h"
 
 namespace palpate::app {
+
+using sessions::CauseTime;
+using sessions::FeelNumbers;
+using sessions::TickRow;
 
 /// "1.23 N at 1000 Hz, phase 2.31, touching": what the live line says of a tick.
 std::string live_text(const TickOutput& tick, const ServoStatistics& statistics, double seconds);

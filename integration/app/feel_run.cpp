@@ -16,24 +16,23 @@
 #include "integration/app/cancel.h"
 #include "integration/app/exit_code.h"
 #include "integration/app/feel_report.h"
-#include "integration/app/felt_server.h"
 #include "integration/app/gallery.h"
 #include "integration/app/headset/viewers.h"
-#include "integration/app/live_source.h"
 #include "integration/app/outputs.h"
-#include "integration/app/replay.h"
 #include "integration/app/state_folder.h"
-#include "integration/app/tick_log.h"
-#include "integration/app/tool_source.h"
 #include "integration/devices/spacemouse.h"
 #include "integration/files/atomic_file.h"
 #include "integration/files/vtk_lines.h"
 #include "integration/scenes/replay_key.h"
 #include "integration/scenes/tubes_file.h"
+#include "integration/sessions/felt_server.h"
+#include "integration/sessions/live_source.h"
+#include "integration/sessions/replay.h"
+#include "integration/sessions/tick_log.h"
+#include "integration/sessions/tool_source.h"
 #include "module/haptics/black_box.h"
 #include "module/haptics/emergency.h"
 #include "module/haptics/recording.h"
-#include "module/scene/drive.h"
 #include "module/session/session.h"
 
 namespace palpate::app {
@@ -41,6 +40,11 @@ namespace {
 
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
+using sessions::FeltServer;
+using sessions::LiveSource;
+using sessions::LiveSourceOptions;
+using sessions::TickLog;
+using sessions::ToolSource;
 
 constexpr auto kSilence = std::chrono::milliseconds(500);  // before reading is said
 
@@ -187,7 +191,7 @@ class FeelRun {
       return volume.drive.kind == DriveSpec::Kind::kSecondHand;
     });
     if (seen_.headset) fit_to_headset(*scene);
-    if (opened_.controller || opened_.tool) stand_in_true_size(*scene);
+    if (opened_.controller || opened_.tool) sessions::stand_in_true_size(*scene);
     announce(command_, *scene, opened_, live_ != nullptr, console_);
     console_.say("Seen      " + seen_.why);
     if (const Status ready = start_listeners(*scene); !ready) return fail(console_, ready.error());
@@ -332,19 +336,6 @@ class FeelRun {
     }
   }
 
-  /// The hand's space is the world around the middle of the first volume.
-  static void stand_in_true_size(LoadedScene& scene) {
-    const FrameData& frame = *scene.data.front()->frames.front();
-    scene.spec.world_from_device = {};
-    scene.spec.world_from_device.translation_m =
-        place_at_start(scene).world_from_volume(0.5 * (frame.low_m() + frame.high_m()));
-  }
-
-  static Transform place_at_start(const LoadedScene& scene) {
-    const VolumeSpec& first = scene.spec.volumes.front();
-    return driven(first.drive, first.transform, 0.0);
-  }
-
   void apply_choices(LoadedScene& scene) const {
     if (command_.stiffness_n_per_m > 0.0) scene.spec.stiffness_n_per_m = command_.stiffness_n_per_m;
     if (command_.max_force_n > 0.0) scene.spec.max_force_n = command_.max_force_n;
@@ -374,9 +365,10 @@ class FeelRun {
     box.folder = !command_.black_box.empty() ? command_.black_box : kept.empty() ? "." : kept;
     black_box_ = std::make_unique<BlackBox>(box);
     if (command_.record.empty()) return Nothing{};
+    const SafetyOptions safety = haptics_options(scene).safety;
     auto recorder = Recorder::start(command_.record,
                                     text_of(scenes::ReplayKey{scene.spec, opened_.device->info(),
-                                                              haptics_options(scene).safety}),
+                                                              safety, tube_buttons(safety)}),
                                     1'000'000);
     if (!recorder) return recorder.error();
     recorder_ = std::move(*recorder);
@@ -445,7 +437,7 @@ class FeelRun {
     }
     begin_eyes(scene);
     if (live_) live_->begin(*session_);
-    if (tool_) tool_->begin(*opened_.tool, place_at_start(scene), scene.spec.world_from_device);
+    if (tool_) tool_->begin(*opened_.tool, scene.spec);
     if (server_) {
       server_->begin(*session_);
       console_.say(fmt::format("Serve     {}, by OpenIGTLink at port {}",
@@ -727,9 +719,10 @@ int replay_run(const FeelCommand& command, Console& console) {
     if (const Status can = files::check_can_write_vtk(command.tubes); !can)
       return fail(console, can.error());
   HandTubes tubes;
-  const auto replayed = replay_felt(*scene, command.replay, tubes);
+  const auto replayed = sessions::replay_felt(*scene, command.replay, tubes);
   if (!replayed) return fail(console, replayed.error());
-  console.say(fmt::format("Replayed  {} ticks: {}", replayed->ticks, replay_text(*replayed)));
+  console.say(
+      fmt::format("Replayed  {} ticks: {}", replayed->ticks, sessions::replay_text(*replayed)));
   if (!command.tubes.empty()) {
     if (const Status written = scenes::write_tubes(command.tubes, *tubes.tubes()); !written)
       return fail(console, written.error());

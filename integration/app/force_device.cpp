@@ -4,54 +4,25 @@
 #include <fmt/ranges.h>
 
 #include "integration/app/option_checks.h"
-#include "integration/app/touch.h"
 #include "integration/devices/force_devices.h"
-#include "integration/devices/simulated_paths.h"
+#include "integration/sessions/simulated_hand.h"
+#include "integration/sessions/tool_source.h"
 
 namespace palpate::app {
 namespace {
 
-constexpr int kTimesWhileWaiting = 100;
-
-constexpr double kArm_m = 1.0;  // a controller is felt so far around the scene
-// Frames of 11 ms are joined, real movements are not held back; below what the guards damp.
-constexpr double kControllerSettle_per_s = 150.0, kControllerSpeed_m_per_s = 1.4;
-
+constexpr double kControllerSettle_per_s = 150.0;  // frames of 11 ms are joined
 constexpr double kMouseStart = 0.9;  // of the reach, towards the person: before all there is
 
 Result<OpenedDevice> simulated(const ForceDeviceChoice& choice, const LoadedScene& scene,
-                               std::string why) {
-  auto options = simulated_options(choice);
-  if (!options) return options.error();
-  const DeviceInfo info = devices::SimulatedDevice(*options).info();
-  const auto touch = place_to_touch(scene, info);
-  devices::PathPlace place;
-  if (touch) {
-    place = *touch;
-  } else {
-    // Nothing to press: the hand goes round in the middle of what there is.
-    place.surface_m = info.workspace_centre_m;
-    place.reach_m = 0.4 * info.workspace_radius_m;
-    place.depth_m = 0.0;
-    place.clearance_m = 0.2 * info.workspace_radius_m;
-    place.times = 2;
-  }
-  const bool circle = !touch && choice.path == "press";
-  const std::string name = circle ? "circle" : choice.path;
-  const auto once = devices::path_named(name, place);
-  if (!once) return once.error();
-  // While motion is awaited the hand goes on.
-  if (!scene.missing.empty()) place.times = kTimesWhileWaiting;
-  const auto path = devices::path_named(name, place);
-  if (!path) return path.error();
-  options->path = *path;
+                               const std::string& why) {
+  auto hand = sessions::simulated_hand({choice.hand, choice.path, choice.lets_go_at_s}, scene);
+  if (!hand) return hand.error();
   OpenedDevice opened;
-  opened.why = fmt::format("{} {}", why,
-                           circle ? "Its hand goes round in circles: there is no surface to press."
-                                  : fmt::format("Its hand follows the path '{}'.", choice.path));
+  opened.why = why + " " + hand->sentence;
   opened.simulated = true;
-  opened.path_s = once->duration_s();
-  opened.device = std::make_unique<devices::SimulatedDevice>(std::move(*options));
+  opened.path_s = hand->path_s;
+  opened.device = std::move(hand->device);
   return opened;
 }
 
@@ -66,18 +37,10 @@ OpenedDevice mouse(std::string why) {
   return opened;
 }
 
-/// A hand in the world, at its true size: its device space is the world around the scene.
-desktop::MouseProbeOptions in_true_size(const std::string& kind) {
-  desktop::MouseProbeOptions options;
-  options.kind = kind;
-  options.waits = true;
-  options.workspace_radius_m = kArm_m;
-  options.speed_m_per_s = kControllerSpeed_m_per_s;
-  return options;
-}
-
 OpenedDevice controller(std::string why) {
-  desktop::MouseProbeOptions options = in_true_size("controller");
+  // As a tracked tool, at its true size, but told of 90 times a second and more.
+  desktop::MouseProbeOptions options = sessions::tool_probe();
+  options.kind = "controller";
   options.settle_per_s = kControllerSettle_per_s;
   auto probe = std::make_unique<desktop::MouseProbe>(options);
   OpenedDevice opened;
@@ -87,9 +50,8 @@ OpenedDevice controller(std::string why) {
   return opened;
 }
 
-/// Trackers send some ten places a second: followed as slowly as a mouse.
 OpenedDevice tool() {
-  auto probe = std::make_unique<desktop::MouseProbe>(in_true_size("tool"));
+  auto probe = std::make_unique<desktop::MouseProbe>(sessions::tool_probe());
   OpenedDevice opened;
   opened.tool = probe.get();
   opened.device = std::move(probe);
@@ -107,25 +69,6 @@ Status check_choice(const ForceDeviceChoice& choice) {
   if (choice.device != "mouse" || choice.has_window) return Nothing{};
   return Error{ErrorKind::kBadInput,
                "A mouse can be the hand only where there is a window: add --headset none"};
-}
-
-Result<devices::SimulatedOptions> simulated_options(const ForceDeviceChoice& choice) {
-  devices::SimulatedOptions options;
-  options.real_time = true;
-  options.lets_go_at_s = choice.lets_go_at_s;
-  if (choice.hand == "human")
-    options.body.hand = devices::kHumanHand;
-  else if (choice.hand == "loose")
-    options.body.hand = devices::kLooseHand;
-  else if (choice.hand == "firm")
-    options.body.hand = devices::kFirmHand;
-  else if (choice.hand == "none")
-    options.body.hand = devices::kNoHand;
-  else
-    return Error{
-        ErrorKind::kBadInput,
-        fmt::format("There is no hand '{}': choose one of human, loose, firm, none", choice.hand)};
-  return options;
 }
 
 CLI::Validator a_force_device(std::vector<std::string> others) {

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "integration/desktop/mouse_probe.h"
-#include "integration/devices/simulated.h"
 #include "integration/scenes/load_scene.h"
 #include "module/haptics/device.h"
 
@@ -40,10 +39,6 @@ struct OpenedDevice {
 
 /// kBadInput, in a sentence, if the choice can not be met whatever is plugged in.
 Status check_choice(const ForceDeviceChoice& choice);
-
-/// The options of the simulated device for a choice; its path is still to be set. kBadInput for an
-/// unknown hand.
-Result<devices::SimulatedOptions> simulated_options(const ForceDeviceChoice& choice);
 
 /// What can stand behind --device: "auto", the kinds of real devices, and `others`. With a place
 /// after it where a kind can have one.

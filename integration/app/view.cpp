@@ -6,12 +6,12 @@
 #include "integration/app/commands.h"
 #include "integration/app/exit_code.h"
 #include "integration/app/feel_run.h"
-#include "integration/app/live_source.h"
 #include "integration/app/option_checks.h"
 #include "integration/app/outputs.h"
 #include "integration/app/still_picture.h"
 #include "integration/charts/felt_page.h"
 #include "integration/files/number_range.h"
+#include "integration/sessions/live_source.h"
 #include "module/scene/drive.h"
 
 namespace palpate::app {
@@ -57,10 +57,10 @@ Result<LoadedScene> seen_scene(const FeelCommand& command, Console& console) {
   const std::string place = command.inputs.front().string();
   if (!openigtlink::is_place(place))
     return scenes::load_seen_scene(command.inputs, command.sequence);
-  LiveSourceOptions options;
+  sessions::LiveSourceOptions options;
   options.image = command.live_image;
   options.on_note = [&console](const std::string& note) { console.say("Live      " + note); };
-  auto source = LiveSource::open(place, std::move(options));
+  auto source = sessions::LiveSource::open(place, std::move(options));
   return source ? (*source)->load(command.sequence, false, {}) : source.error();
 }
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <cerrno>
 #include <chrono>
+#include <exception>
 #include <optional>
 
 namespace palpate::openigtlink {
@@ -76,53 +77,65 @@ void Server::send(std::shared_ptr<const Bytes> message) {
   fresh_.push_back(std::move(message));
 }
 
+/// A host's program must not end with this thread: where memory runs out, all are hung up on, which
+/// gives back what waited for them, and they connect again.
 void Server::run(std::stop_token stop) {
   std::list<Client> clients;
   while (!stop.stop_requested()) {
-    if (clients.size() < kMostClients) {
-      Socket socket(accept4(listener_.fd(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
-      if (socket.is_open()) {
-        clients.push_back({std::move(socket), {}, 0});
-        ++connections_;
-      }
-    }
-    std::list<std::shared_ptr<const Bytes>> fresh;
-    {
-      const std::lock_guard lock(mutex_);
-      fresh.swap(fresh_);
-    }
-    for (auto client = clients.begin(); client != clients.end();) {
-      for (const auto& message : fresh) {
-        if (client->waiting.size() < kMostWaiting)
-          client->waiting.push_back(message);
-        else
-          ++missed_;
-      }
-      bool gone = false;
-      std::array<std::byte, 4096> said;
-      ssize_t got = 0;
-      // One that never ends must not hold up the others.
-      for (int n = 0; n < kMostReads; ++n)
-        if ((got = recv(client->socket.fd(), said.data(), said.size(), 0)) <= 0) break;
-      gone = got == 0 || (got < 0 && errno != EAGAIN && errno != EINTR);
-      while (!gone && !client->waiting.empty()) {
-        const Bytes& message = *client->waiting.front();
-        const ssize_t n = ::send(client->socket.fd(), message.data() + client->at,
-                                 message.size() - client->at, MSG_NOSIGNAL);
-        if (n < 0) {
-          gone = errno != EAGAIN && errno != EINTR;
-          break;
-        }
-        client->at += size_t(n);
-        if (client->at < message.size()) continue;
-        client->at = 0;
-        client->waiting.pop_front();
-        ++sent_;
-      }
-      client = gone ? clients.erase(client) : std::next(client);
+    try {
+      serve(clients);
+    } catch (const std::exception&) {
+      for (const Client& client : clients) missed_ += client.waiting.size();
+      clients.clear();
     }
     clients_ = clients.size();
     std::this_thread::sleep_for(kPause);
+  }
+}
+
+/// Takes who connects, and gives to each what it takes just now.
+void Server::serve(std::list<Client>& clients) {
+  if (clients.size() < kMostClients) {
+    Socket socket(accept4(listener_.fd(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
+    if (socket.is_open()) {
+      clients.push_back({std::move(socket), {}, 0});
+      ++connections_;
+    }
+  }
+  std::list<std::shared_ptr<const Bytes>> fresh;
+  {
+    const std::lock_guard lock(mutex_);
+    fresh.swap(fresh_);
+  }
+  for (auto client = clients.begin(); client != clients.end();) {
+    for (const auto& message : fresh) {
+      if (client->waiting.size() < kMostWaiting)
+        client->waiting.push_back(message);
+      else
+        ++missed_;
+    }
+    bool gone = false;
+    std::array<std::byte, 4096> said;
+    ssize_t got = 0;
+    // One that never ends must not hold up the others.
+    for (int n = 0; n < kMostReads; ++n)
+      if ((got = recv(client->socket.fd(), said.data(), said.size(), 0)) <= 0) break;
+    gone = got == 0 || (got < 0 && errno != EAGAIN && errno != EINTR);
+    while (!gone && !client->waiting.empty()) {
+      const Bytes& message = *client->waiting.front();
+      const ssize_t n = ::send(client->socket.fd(), message.data() + client->at,
+                               message.size() - client->at, MSG_NOSIGNAL);
+      if (n < 0) {
+        gone = errno != EAGAIN && errno != EINTR;
+        break;
+      }
+      client->at += size_t(n);
+      if (client->at < message.size()) continue;
+      client->at = 0;
+      client->waiting.pop_front();
+      ++sent_;
+    }
+    client = gone ? clients.erase(client) : std::next(client);
   }
 }
 

@@ -16,7 +16,7 @@ namespace palpate::openigtlink {
 
 /// Sends messages to all that connect, at most kMostClients at a time, from a thread of its own.
 /// Nobody is waited for: who has not taken a message yet misses the next ones, which is counted.
-/// What the clients say is thrown away.
+/// What the clients say is thrown away. Where memory runs out they are hung up on.
 class Server {
  public:
   static constexpr size_t kMostClients = 8;
@@ -45,6 +45,7 @@ class Server {
   };
   Server() = default;
   void run(std::stop_token stop);
+  void serve(std::list<Client>& clients);
 
   Socket listener_;
   uint16_t port_ = 0;

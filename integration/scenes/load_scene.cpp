@@ -621,6 +621,8 @@ Result<LoadedScene> load_scene(const std::vector<fs::path>& inputs, const Sequen
   if (!choices.mode_libraries.empty() && !is_scene)
     return Error{ErrorKind::kBadInput,
                  "--modes adds haptic modes that a scene file names: give a scene file (.json)"};
+  // What a program gives may have any name: that of synthetic data, too.
+  if (given_for(inputs, choices)) return of_sequence(inputs, choices, doing);
   using Made = std::pair<const char*, SceneSpec (*)()>;
   for (const auto& [made, scene] :
        {Made{"heart", heart_scene}, Made{"shell", shell_scene}, Made{"molecule", molecule_scene}}) {

@@ -79,12 +79,19 @@ SafetyOptions safety_of(const Json& j) {
   return safety;
 }
 
+/// Of recordings that do not say it: they are the program's, whose two highest buttons told of a
+/// headset.
+uint32_t older_tube_buttons(const SafetyOptions& safety) {
+  return safety.dead_man ? 0 : ~(3u << 30);
+}
+
 }  // namespace
 
 std::string text_of(const ReplayKey& key) {
   const Json json = {{"scene", Json::parse(files::scene_text(key.scene))},
                      {"device", json_of(key.device)},
-                     {"options", json_of(key.safety)}};
+                     {"options", json_of(key.safety)},
+                     {"tube_buttons", key.tube_buttons}};
   return json.dump();
 }
 
@@ -99,6 +106,8 @@ Result<ReplayKey> parse_replay_key(const std::filesystem::path& file, std::strin
     ReplayKey key;
     key.device = device_of(json.at("device"));
     key.safety = safety_of(json.at("options"));
+    key.tube_buttons = json.contains("tube_buttons") ? buttons(json.at("tube_buttons"))
+                                                     : older_tube_buttons(key.safety);
     auto scene = files::parse_scene(file, json.at("scene").dump(), more_kinds);
     if (!scene) return scene.error();
     key.scene = std::move(*scene);

@@ -18,6 +18,7 @@ struct ReplayKey {
   SceneSpec scene;
   DeviceInfo device;
   SafetyOptions safety;
+  uint32_t tube_buttons = 0;  ///< with which the hand releases stream tubes
 };
 
 /// As JSON text.

@@ -2,9 +2,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "integration/files/scene_file.h"
+#include "integration/files/vtk_lines.h"
 #include "integration/scenes/load_scene.h"
+#include "integration/scenes/tubes_file.h"
+#include "integration/sessions/live_source.h"
+#include "integration/sessions/replay.h"
 #include "integration/toolkit/motion_content.h"
 #include "module/haptics/scene.h"
 
@@ -58,6 +63,50 @@ PalResult take_frames(const PalSceneInfo& info, std::vector<PalFrames>& all) {
   return PAL_OK;
 }
 
+bool has_strings(const char* const* strings, uint64_t count) {
+  return count == 0 || (strings && std::all_of(strings, strings + count, [](const char* string) {
+                          return string && *string;
+                        }));
+}
+
+/// Of a sequence without a scene: the words and numbers that the program has as options.
+Status take_words(const PalSceneInfo& info, scenes::SequenceChoices& choices) {
+  const auto refused = [](const std::string& sentence) {
+    return Error{ErrorKind::kBadInput, sentence};
+  };
+  if (info.wall) {
+    const std::string wall = info.wall;
+    if (wall != "values" && wall != "region" && wall != "ridges")
+      return refused("There is no wall '" + wall + "': values, region or ridges");
+    choices.wall = wall == "values"   ? scenes::FeltWall::kValues
+                   : wall == "region" ? scenes::FeltWall::kRegion
+                                      : scenes::FeltWall::kRidges;
+  }
+  if (info.values) {
+    const auto& known = files::SceneWords::kValues;
+    const auto found = std::find_if(known.begin(), known.end(),
+                                    [&](const auto& word) { return word.first == info.values; });
+    if (found == known.end())
+      return refused(fmt::format("There are no values '{}': reference, mean or own", info.values));
+    choices.values = found->second;
+  }
+  for (const double number : {info.width, info.scale, info.wait_s})
+    if (!std::isfinite(number) || number < 0.0)
+      return refused("width, scale and wait_s of PalSceneInfo are finite and not below 0");
+  if (info.width > 0.0) choices.width = info.width;
+  if (info.segmentation_count > 0 && info.wall)
+    return refused("The parts of a segmentation are the walls: give segments or a wall");
+  if (!has_strings(info.segments, info.segmentation_count) ||
+      !has_strings(info.segment_names, info.segment_count))
+    return refused("A segmentation's file or the name of a segment is missing");
+  for (uint32_t k = 0; k < info.segmentation_count; ++k)
+    choices.segments.emplace_back(info.segments[k]);
+  for (uint64_t k = 0; k < info.segment_count; ++k)
+    choices.segment_names.emplace_back(info.segment_names[k]);
+  choices.segments_frame = info.segments_frame;
+  return Nothing{};
+}
+
 /// What the host says of the scene, checked and in our words.
 Result<scenes::SequenceChoices> choices_of(const PalSceneInfo& info,
                                            const std::vector<PalFrames>& all_frames) {
@@ -69,10 +118,9 @@ Result<scenes::SequenceChoices> choices_of(const PalSceneInfo& info,
   if (info.fields) choices.fields = info.fields;
   if (info.folder) choices.folder = info.folder;
   choices.cyclic = !(info.flags & PAL_SCENE_NOT_CYCLIC);
-  if (info.mode_library_count > 0 &&
-      (!info.mode_libraries ||
-       std::any_of(info.mode_libraries, info.mode_libraries + info.mode_library_count,
-                   [](const char* path) { return !path || !*path; })))
+  choices.finds_motion = !(info.flags & PAL_SCENE_NO_MOTION);
+  if (const Status words = take_words(info, choices); !words) return words.error();
+  if (!has_strings(info.mode_libraries, info.mode_library_count))
     return Error{ErrorKind::kBadInput, "A path of the libraries of modes is missing"};
   for (uint32_t k = 0; k < info.mode_library_count; ++k)
     choices.mode_libraries.emplace_back(info.mode_libraries[k]);
@@ -84,6 +132,11 @@ Result<scenes::SequenceChoices> choices_of(const PalSceneInfo& info,
   return choices;
 }
 
+bool has_place(const PalSceneInfo& info) {
+  return std::any_of(info.paths, info.paths + info.path_count,
+                     [](const char* path) { return openigtlink::is_place(path); });
+}
+
 /// What nothing moves may be placed by the host.
 void make_movable(LoadedScene& scene) {
   for (VolumeSpec& volume : scene.spec.volumes) {
@@ -91,6 +144,40 @@ void make_movable(LoadedScene& scene) {
     volume.drive.kind = DriveSpec::Kind::kSecondHand;
     volume.path = usual_path(volume.drive.kind);
   }
+}
+
+/// The live scene that is wanted, and where its frames come from.
+Result<LoadedScene> load_live(const PalSceneInfo& info, const scenes::SequenceChoices& choices,
+                              LiveOrigin& origin) {
+  const auto refused = [](const char* sentence) { return Error{ErrorKind::kBadInput, sentence}; };
+  constexpr double kUsualWait_s = 10.0;
+  if (info.path_count != 1) return refused("A live source is felt alone: give no other path");
+  const std::string path = info.paths[0];
+  if (!openigtlink::is_place(path)) {
+    const auto given = choices.given.find(path);
+    if (choices.given.size() != 1 || given == choices.given.end())
+      return refused(
+          "With PAL_SCENE_LIVE the only path is the name of the only PalFrames, the first frame");
+    const Sequence& frames = given->second->frames;
+    if (frames.frames.size() != 1 || given->second->motion)
+      return refused("With PAL_SCENE_LIVE there is one frame, the first, and no motion");
+    origin.grid = frames.frames.front().grid;
+    return sessions::live_scene(path, frames.frames.front(), choices, true,
+                                (info.flags & PAL_SCENE_MOVABLE) != 0);
+  }
+  if (info.image) origin.image = info.image;
+  if (info.transform) origin.transform = info.transform;
+  if (!origin.transform.empty() && (info.flags & PAL_SCENE_MOVABLE))
+    return refused("Either transforms of the server move the volume, or the host does");
+  sessions::LiveSourceOptions options;
+  options.image = origin.image;
+  options.transform = origin.transform;
+  auto source = sessions::LiveSource::open(path, std::move(options));
+  if (!source) return source.error();
+  auto scene = (*source)->load(choices, true, {}, info.wait_s > 0.0 ? info.wait_s : kUsualWait_s);
+  origin.place = path;
+  origin.grid = (*source)->grid();
+  return scene;
 }
 
 PalResult open_scene(PalContext* context, const PalSceneInfo* given, PalScene** scene) {
@@ -112,16 +199,53 @@ PalResult open_scene(PalContext* context, const PalSceneInfo* given, PalScene** 
   if (const PalResult read = take_frames(info, frames); read != PAL_OK) return read;
   auto choices = choices_of(info, frames);
   if (!choices) return failed(choices.error());
-  auto loaded = has_paths ? scenes::load_scene({info.paths, info.paths + info.path_count}, *choices)
-                          : scenes::load_scene_text(info.json, *choices);
+  const bool is_live = (info.flags & PAL_SCENE_LIVE) || (has_paths && has_place(info));
+  if (is_live && !has_paths)
+    return failed(PAL_BAD_INPUT, {"A live source is felt as a sequence without a scene: give "
+                                  "paths instead of JSON"});
+  LiveOrigin origin;
+  auto loaded = is_live ? load_live(info, *choices, origin)
+                : has_paths
+                    ? scenes::load_scene({info.paths, info.paths + info.path_count}, *choices)
+                    : scenes::load_scene_text(info.json, *choices);
   if (!loaded) return failed(loaded.error());
+  if (info.flags & PAL_SCENE_NO_MOTION) loaded->missing.clear();
+  if (info.scale > 0.0 && loaded->from_sequence)
+    loaded->spec.volumes[0].transform.scale = glm::dvec3(info.scale);
   auto content = std::make_shared<SceneContent>();
+  if (is_live) content->live = std::move(origin);
   content->context = use.shared();
   content->scene = std::move(*loaded);
-  content->keeps_size = (info.flags & PAL_SCENE_TRUE_SIZE) != 0;
+  content->keeps_size = (info.flags & PAL_SCENE_TRUE_SIZE) || info.scale > 0.0;
   if (info.flags & PAL_SCENE_MOVABLE) make_movable(content->scene);
   for (const std::string& note : content->scene.notes) content->context->say(note.c_str());
   *scene = reinterpret_cast<PalScene*>(Handle<SceneContent>::make(std::move(content)));
+  return PAL_OK;
+}
+
+PalResult replay(const PalScene* scene, const char* recording, const char* tubes,
+                 PalReplay* result) {
+  const Use use(of(scene));
+  if (!use) return refused_handle("scene");
+  if (!recording) return failed(PAL_BAD_INPUT, {"The path of the recording is missing"});
+  PalReplay known;
+  if (const PalResult read =
+          taken(result, offsetof(PalReplay, first_different), "PalReplay", known);
+      read != PAL_OK)
+    return read;
+  if (tubes)
+    if (const Status can = files::check_can_write_vtk(tubes); !can) return failed(can.error());
+  HandTubes released;
+  const auto replayed = sessions::replay_felt(use->scene, recording, released);
+  if (!replayed) return failed(replayed.error());
+  if (tubes)
+    if (const Status written = scenes::write_tubes(tubes, *released.tubes()); !written)
+      return failed(written.error());
+  known.is_cut_off = replayed->cut_off;
+  known.ticks = replayed->ticks;
+  known.different = replayed->different;
+  known.first_different = replayed->first_different;
+  std::memcpy(result, &known, result->size);
   return PAL_OK;
 }
 
@@ -178,6 +302,11 @@ PalResult pal_scene_text(const PalScene* scene, PalSceneText which, char* text, 
     text[written] = '\0';
     return PAL_OK;
   });
+}
+
+PalResult pal_scene_replay(const PalScene* scene, const char* recording, const char* tubes,
+                           PalReplay* replayed) {
+  return guarded([&] { return replay(scene, recording, tubes, replayed); });
 }
 
 PalResult pal_scene_volume(const PalScene* scene, uint32_t index, PalVolume* volume) {

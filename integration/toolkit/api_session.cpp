@@ -6,8 +6,10 @@
 
 #include "compute/motion/options.h"
 #include "integration/devices/force_devices.h"
+#include "integration/files/atomic_file.h"
 #include "integration/scenes/replay_key.h"
 #include "integration/scenes/tubes_file.h"
+#include "integration/sessions/simulated_hand.h"
 #include "integration/toolkit/session_content.h"
 #include "module/haptics/monotonic.h"
 
@@ -115,31 +117,97 @@ PalResult take_info(const PalDeviceInfo* given, DeviceInfo& info) {
   return PAL_OK;
 }
 
-PalResult take_device(const PalSessionInfo& info, std::unique_ptr<ForceDevice>& device) {
-  if (!info.device) {
-    auto own = devices::find_force_device(info.device_name ? info.device_name : "auto",
-                                          {"", "", !(info.flags & PAL_SESSION_NO_REAL_TIME)});
-    if (!own) return failed(own.error());
-    if (!*own)
-      return failed(PAL_NO_DEVICE,
-                    {"No force device answers: plug one in, or give one of your own (PalDevice)"});
-    device = std::move(*own);
-    return PAL_OK;
-  }
+/// How late a frame of a hand may be that nothing can hurt: it is simulated, or feels no force.
+constexpr double kHarmlessWatchdog_s = 0.05;
+
+/// The session's device, and the scene as that device reaches it.
+struct Felt {
+  LoadedScene scene;
+  DeviceInfo device;
+  desktop::MouseProbe* tool = nullptr;  ///< the device, where a tracked tool moves it
+  bool is_harmless = false;
+};
+
+/// Shrinks a sequence that may be to what the device reaches.
+void fit(Felt& felt, const SceneContent& of_scene) {
+  if (felt.scene.from_sequence && !of_scene.keeps_size) fit_to_reach(felt.scene, felt.device);
+}
+
+PalResult take_host_device(const PalDevice& given, SessionContent& content) {
   PalDevice host;
-  if (const PalResult read = taken(info.device, offsetof(PalDevice, user), "PalDevice", host);
+  if (const PalResult read = taken(&given, offsetof(PalDevice, user), "PalDevice", host);
       read != PAL_OK)
     return read;
   if (!host.exchange) return failed(PAL_BAD_INPUT, {"A PalDevice needs exchange"});
   DeviceInfo known;
   if (const PalResult read = take_info(host.info, known); read != PAL_OK) return read;
-  device = std::make_unique<HostDevice>(host, std::move(known));
+  auto device = std::make_unique<HostDevice>(host, std::move(known));
+  device->belongs_to(&content);
+  content.device = std::move(device);
+  return PAL_OK;
+}
+
+PalResult take_simulated(const PalSessionInfo& info, const SceneContent& of_scene, Felt& felt,
+                         SessionContent& content) {
+  if (!std::isfinite(info.lets_go_s) || info.lets_go_s < 0.0)
+    return failed(PAL_BAD_INPUT, {"PalSessionInfo.lets_go_s is finite and not below 0"});
+  sessions::HandChoice choice;
+  if (info.simulated_path) choice.path = info.simulated_path;
+  if (info.simulated_hand) choice.hand = info.simulated_hand;
+  if (info.lets_go_s > 0.0) choice.lets_go_at_s = info.lets_go_s;
+  felt.device = devices::SimulatedDevice({}).info();
+  fit(felt, of_scene);
+  // The path touches the scene where that stands now.
+  auto hand = sessions::simulated_hand(choice, felt.scene);
+  if (!hand) return failed(hand.error());
+  content.device = std::move(hand->device);
+  felt.is_harmless = true;
+  return PAL_OK;
+}
+
+PalResult take_tool(const PalSessionInfo& info, Felt& felt, SessionContent& content) {
+  auto tool = sessions::ToolSource::open(
+      info.device_name, info.tool ? info.tool : "",
+      [notes = content.notes](const std::string& note) { notes->say(note); });
+  if (!tool) return failed(tool.error());
+  content.tool = std::move(*tool);
+  auto probe = std::make_unique<desktop::MouseProbe>(sessions::tool_probe());
+  felt.tool = probe.get();
+  content.device = std::move(probe);
+  felt.is_harmless = true;
+  sessions::stand_in_true_size(felt.scene);
+  return PAL_OK;
+}
+
+PalResult take_device(const PalSessionInfo& info, const SceneContent& of_scene, Felt& felt,
+                      SessionContent& content) {
+  const std::string name = info.device_name ? info.device_name : "auto";
+  PalResult result = PAL_OK;
+  if (content.host_ticks) {
+    result = take_info(info.host, felt.device);
+  } else if (info.device) {
+    result = take_host_device(*info.device, content);
+  } else if (name == "simulated") {
+    return take_simulated(info, of_scene, felt, content);
+  } else if (openigtlink::is_place(name)) {
+    result = take_tool(info, felt, content);
+  } else {
+    auto own = devices::find_force_device(name, {"", "", !(info.flags & PAL_SESSION_NO_REAL_TIME)});
+    if (!own) return failed(own.error());
+    if (!*own)
+      return failed(PAL_NO_DEVICE,
+                    {"No force device answers: plug one in, or give one of your own (PalDevice)"});
+    content.device = std::move(*own);
+  }
+  if (result != PAL_OK) return result;
+  if (content.device) felt.device = content.device->info();
+  if (!felt.tool) fit(felt, of_scene);
   return PAL_OK;
 }
 
 /// What the host wants, checked.
 Result<SessionOptions> options_of(const PalSessionInfo& info, const SceneContent& of_scene,
-                                  const SessionContent* session) {
+                                  bool is_harmless, const SessionContent* session) {
   const auto refused = [](const char* sentence) { return Error{ErrorKind::kBadInput, sentence}; };
   for (const double number : {info.max_force_n, info.stiffness_n_per_m, info.watchdog_s})
     if (!std::isfinite(number) || number < 0.0)
@@ -149,11 +217,13 @@ Result<SessionOptions> options_of(const PalSessionInfo& info, const SceneContent
   options.haptics.safety.max_force_n =
       info.max_force_n > 0.0 ? info.max_force_n : of_scene.scene.spec.max_force_n;
   options.haptics.safety.dead_man = (info.flags & PAL_SESSION_DEAD_MAN) != 0;
-  if (info.watchdog_s > 0.0) {
-    options.haptics.safety.late_s = info.watchdog_s;
-    options.haptics.safety.stale_s =
-        std::max(options.haptics.safety.stale_s, 2.0 * info.watchdog_s);
-    options.servo.loop.watchdog_ns = int64_t(1e9 * info.watchdog_s);
+  const double watchdog_s = info.watchdog_s > 0.0 ? info.watchdog_s
+                            : is_harmless         ? kHarmlessWatchdog_s
+                                                  : 0.0;
+  if (watchdog_s > 0.0) {
+    options.haptics.safety.late_s = watchdog_s;
+    options.haptics.safety.stale_s = std::max(options.haptics.safety.stale_s, 2.0 * watchdog_s);
+    options.servo.loop.watchdog_ns = int64_t(1e9 * watchdog_s);
   }
   // A host's memory is the host's to lock.
   options.servo.real_time.lock_memory = false;
@@ -186,6 +256,65 @@ static_assert(int(SessionEvent::Kind::kNote) == PAL_EVENT_NOTE &&
               int(SessionEvent::Kind::kWholeMotion) == PAL_EVENT_WHOLE_MOTION &&
               int(SessionEvent::Kind::kMotionFailed) == PAL_EVENT_MOTION_FAILED);
 
+/// What a session may not be asked for together.
+PalResult check(const PalSessionInfo& info, const SceneContent& of_scene) {
+  if ((info.flags & PAL_SESSION_HOST_TICKS) && (info.device || info.device_name))
+    return failed(PAL_BAD_INPUT,
+                  {"A host that ticks has the device itself: give PalSessionInfo.host alone"});
+  if (info.serve_port > 65535) return failed(PAL_BAD_INPUT, {"A port is from 1 to 65535"});
+  if (info.recording && of_scene.live)
+    return failed(PAL_BAD_INPUT, {"What comes from a live source is no part of a recording"});
+  if (info.recording && !of_scene.scene.missing.empty())
+    return failed(PAL_BAD_INPUT, {"The motion of the scene is not known, and what is found "
+                                  "meanwhile is no part of a recording: give the motion"});
+  if (of_scene.live && (!of_scene.context->device || (info.flags & PAL_SESSION_NO_ESTIMATION)))
+    return failed(PAL_NO_DEVICE,
+                  {"Live frames are followed by estimating their motion: open the context with a "
+                   "device that computes, and the session with estimation"});
+  return PAL_OK;
+}
+
+/// What hears of every tick.
+Status start_listeners(const PalSessionInfo& info, const Felt& felt, SessionOptions& options,
+                       SessionContent& content) {
+  if (info.csv) {
+    auto table = sessions::TickLog::start(info.csv);
+    if (!table) return table.error();
+    content.table = std::move(*table);
+  }
+  if (info.black_box) {
+    if (const Status can = files::check_can_write_folder(info.black_box); !can) return can;
+    BlackBoxOptions box;
+    box.folder = info.black_box;
+    content.black_box = std::make_unique<BlackBox>(box);
+  }
+  if (info.recording) {
+    auto recorder =
+        Recorder::start(info.recording,
+                        text_of(scenes::ReplayKey{felt.scene.spec, felt.device,
+                                                  options.haptics.safety, info.tube_buttons}),
+                        1'000'000);
+    if (!recorder) return recorder.error();
+    content.recorder = std::move(*recorder);
+  }
+  options.servo.listeners = {content.recorder.get(), content.table.get(), content.black_box.get()};
+  return Nothing{};
+}
+
+/// Connects to the server of a live scene; what comes is followed once the session runs.
+Result<std::unique_ptr<sessions::LiveSource>> open_source(const PalSessionInfo& info,
+                                                          const SceneContent& of_scene,
+                                                          const LiveSequenceOptions& live) {
+  sessions::LiveSourceOptions options;
+  options.image = of_scene.live->image;
+  options.transform = of_scene.live->transform;
+  options.keep_cycles = !(info.flags & PAL_SESSION_FOLLOW);
+  options.preset = live.preset;
+  options.open_context = live.open_context;
+  options.on_note = live.on_note;
+  return sessions::LiveSource::open(of_scene.live->place, std::move(options));
+}
+
 PalResult open_session(PalScene* scene, const PalSessionInfo* given, PalSession** session) {
   const Use use(of(scene));
   if (!use) return refused_handle("scene");
@@ -195,48 +324,52 @@ PalResult open_session(PalScene* scene, const PalSessionInfo* given, PalSession*
           taken(given, offsetof(PalSessionInfo, max_force_n), "PalSessionInfo", info);
       read != PAL_OK)
     return read;
-  const bool host_ticks = (info.flags & PAL_SESSION_HOST_TICKS) != 0;
-  if (host_ticks && (info.device || info.device_name))
-    return failed(PAL_BAD_INPUT,
-                  {"A host that ticks has the device itself: give PalSessionInfo.host alone"});
-  DeviceInfo known;
-  std::unique_ptr<ForceDevice> device;
-  if (const PalResult read = host_ticks ? take_info(info.host, known) : take_device(info, device);
-      read != PAL_OK)
-    return read;
-  if (device) known = device->info();
-
-  auto content = std::make_shared<SessionContent>(use->context, std::move(device));
-  content->host_ticks = host_ticks;
-  auto options = options_of(info, *use, content.get());
+  if (const PalResult checked = check(info, *use); checked != PAL_OK) return checked;
+  auto content = std::make_shared<SessionContent>(use->context);
+  content->host_ticks = (info.flags & PAL_SESSION_HOST_TICKS) != 0;
+  Felt felt{use->scene, {}};
+  if (info.stiffness_n_per_m > 0.0) felt.scene.spec.stiffness_n_per_m = info.stiffness_n_per_m;
+  if (const PalResult device = take_device(info, *use, felt, *content); device != PAL_OK)
+    return device;
+  auto options = options_of(info, *use, felt.is_harmless, content.get());
   if (!options) return failed(options.error());
-  if (auto* const of_host = dynamic_cast<HostDevice*>(content->device())) {
-    of_host->belongs_to(content.get());
-    options->next_note = [of_host, told = false]() mutable -> std::string {
-      const Thrown thrown = of_host->thrown();
-      if (!thrown || std::exchange(told, true)) return {};
-      return fmt::format("The force goes to zero while the device gives no position: {}",
-                         thrown.sentence());
-    };
+  options->next_note = [notes = content->notes,
+                        of_host = dynamic_cast<HostDevice*>(content->device.get()),
+                        told = false]() mutable -> std::string {
+    const Thrown thrown = of_host ? of_host->thrown() : Thrown();
+    if (!thrown || std::exchange(told, true)) return notes->next();
+    return fmt::format("The force goes to zero while the device gives no position: {}",
+                       thrown.sentence());
+  };
+  if (const Status listening = start_listeners(info, felt, *options, *content); !listening)
+    return failed(listening.error());
+  if (info.serve_port > 0) {
+    auto server = sessions::FeltServer::start(uint16_t(info.serve_port));
+    if (!server) return failed(server.error());
+    content->server = std::move(*server);
   }
-  LoadedScene felt = use->scene;
-  if (info.stiffness_n_per_m > 0.0) felt.spec.stiffness_n_per_m = info.stiffness_n_per_m;
-  if (felt.from_sequence && !use->keeps_size) fit_to_reach(felt, known);
-  if (info.recording) {
-    if (!felt.missing.empty())
-      return failed(PAL_BAD_INPUT, {"The motion of the scene is not known, and what is found "
-                                    "meanwhile is no part of a recording: give the motion"});
-    auto recorder = Recorder::start(
-        info.recording, text_of(scenes::ReplayKey{felt.spec, known, options->haptics.safety}),
-        1'000'000);
-    if (!recorder) return failed(recorder.error());
-    content->recorder = std::move(*recorder);
-    options->servo.listeners[0] = content->recorder.get();
+  LiveSequenceOptions live;
+  if (info.preset) live.preset = info.preset;
+  live.open_context = options->motion.open_context;
+  live.keep_cycles = !(info.flags & PAL_SESSION_FOLLOW);
+  live.on_note = [notes = content->notes](const std::string& note) { notes->say(note); };
+  if (use->live && !use->live->place.empty()) {
+    auto source = open_source(info, *use, live);
+    if (!source) return failed(source.error());
+    content->source = std::move(*source);
   }
-  auto started = host_ticks ? Session::start_in_host(felt, known, std::move(*options))
-                            : Session::start(felt, *content->device(), std::move(*options));
+
+  auto started = content->host_ticks
+                     ? Session::start_in_host(felt.scene, felt.device, std::move(*options))
+                     : Session::start(felt.scene, *content->device, std::move(*options));
   if (!started) return failed(started.error());
   content->session = std::move(*started);
+  if (content->source)
+    content->source->begin(*content->session, use->live->grid);
+  else if (use->live)
+    content->follow(use->live->grid, std::move(live));
+  if (content->tool) content->tool->begin(*felt.tool, felt.scene.spec);
+  if (content->server) content->server->begin(*content->session);
   *session = reinterpret_cast<PalSession*>(Handle<SessionContent>::make(std::move(content)));
   return PAL_OK;
 }
@@ -250,11 +383,16 @@ PalResult with(const PalSession* session, const Work& work) noexcept {
   });
 }
 
+constexpr const char* kTooMuchWaits =
+    "Too many changes wait already: the haptic loop does not run, or try again later";
+
 PalResult sent(SessionContent& of_session, const ControlEvent& event) {
-  return of_session.session->send(event)
-             ? PAL_OK
-             : failed(PAL_NOT_YET, {"Too many changes wait already: the haptic loop does not run, "
-                                    "or try again later"});
+  return of_session.session->send(event) ? PAL_OK : failed(PAL_NOT_YET, {kTooMuchWaits});
+}
+
+PalResult both_sent(SessionContent& of_session, const ControlEvent& first,
+                    const ControlEvent& second) {
+  return of_session.session->send(first, second) ? PAL_OK : failed(PAL_NOT_YET, {kTooMuchWaits});
 }
 
 void fill(PalState& state, SessionContent& of_session) {
@@ -283,8 +421,19 @@ void fill(PalState& state, SessionContent& of_session) {
   }
   state.ticks = session.statistics().ticks.load();
   state.late_ticks = session.statistics().late.load();
+  const LiveNumbers live = of_session.live_numbers();
+  state.frames_received = live.received;
+  state.frames_felt = live.felt;
+  state.frame_delay_s = live.delay_median_s;
+  state.frame_cycle_s = live.cycle_s;
 }
 static_assert(int(PAL_MOST_VOLUMES) == SceneMoment::kMostVolumes);
+
+void fill(PalVolumeState& state, const VolumeMoment& volume) {
+  rows_of(volume.world_from_volume, state.world_from_volume);
+  state.time_s = volume.time_s;
+  state.rate = volume.rate;
+}
 
 void fill(PalTube& tube, const ReleasedTube& released, const SceneMoment& moment) {
   const StreamTube& line = *released.tube;
@@ -334,9 +483,7 @@ PalResult pal_session_close(PalSession** session) {
     // A view may keep the rest of it; what runs ends here.
     const auto content = closed(of(taken_out_of(session)));
     if (!content) return PAL_OK;
-    content->session->stop();
-    if (!content->recorder) return PAL_OK;
-    const palpate::Status written = content->recorder->finish();
+    const palpate::Status written = content->finish();
     return written ? PAL_OK : failed(written.error());
   });
 }
@@ -347,7 +494,7 @@ PalResult pal_session_stop(PalSession* session) {
       return failed(
           PAL_BAD_INPUT,
           {"A session can not be stopped from its own callback: stop it from another thread"});
-    of_session.session->stop();
+    of_session.stop();
     return PAL_OK;
   });
 }
@@ -385,6 +532,31 @@ PalResult pal_session_state(PalSession* session, PalState* state) {
   });
 }
 
+PalResult pal_session_volume(PalSession* session, uint32_t index, PalVolumeState* volume) {
+  return with(session, [&](SessionContent& of_session) {
+    PalVolumeState known;
+    if (const PalResult read =
+            taken(volume, offsetof(PalVolumeState, time_s), "PalVolumeState", known);
+        read != PAL_OK)
+      return read;
+    if (index >= of_session.session->scene()->volumes.size()) return PAL_END;
+    const palpate::SceneMoment moment = of_session.moment();
+    if (index >= uint32_t(moment.volume_count))
+      return failed(PAL_NOT_YET, {"There was no haptic frame yet"});
+    fill(known, moment.volumes[index]);
+    std::memcpy(volume, &known, volume->size);
+    return PAL_OK;
+  });
+}
+
+PalResult pal_session_push_frame(PalSession* session, const PalGrid* grid, PalSampleType type,
+                                 const void* samples, int64_t time_ns) {
+  return with(session, [&](SessionContent& of_session) {
+    const palpate::Status pushed = of_session.push(grid, type, samples, time_ns);
+    return pushed ? PAL_OK : failed(pushed.error());
+  });
+}
+
 PalResult pal_session_play(PalSession* session, int on) {
   return with(session, [&](SessionContent& of_session) {
     if (!of_session.session->can_play())
@@ -410,10 +582,8 @@ PalResult pal_session_set_mode(PalSession* session, uint32_t index, int on, doub
     if (index >= of_session.session->scene()->modes.size())
       return failed(PAL_BAD_INPUT, {"The scene has no such mode"});
     if (!(gain >= 0.0 && gain <= 1e6)) return failed(PAL_BAD_INPUT, {"A gain is from 0 to 1e6"});
-    const PalResult switched =
-        sent(of_session, {ControlEvent::Kind::kModeOn, int(index), on ? 1.0 : 0.0});
-    return switched == PAL_OK ? sent(of_session, {ControlEvent::Kind::kModeGain, int(index), gain})
-                              : switched;
+    return both_sent(of_session, {ControlEvent::Kind::kModeOn, int(index), on ? 1.0 : 0.0},
+                     {ControlEvent::Kind::kModeGain, int(index), gain});
   });
 }
 
@@ -463,7 +633,8 @@ PalResult pal_session_ask_tubes(PalSession* session, PalTubesAction action) {
 PalResult pal_session_tube(PalSession* session, uint32_t index, PalTube* tube) {
   return with(session, [&](SessionContent& of_session) {
     PalTube known;
-    if (const PalResult read = taken(tube, sizeof(PalTube), "PalTube", known); read != PAL_OK)
+    if (const PalResult read = taken(tube, offsetof(PalTube, length_unit), "PalTube", known);
+        read != PAL_OK)
       return read;
     const auto tubes = of_session.session->tubes();
     if (index >= tubes->size()) return PAL_END;

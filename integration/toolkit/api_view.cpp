@@ -105,7 +105,8 @@ PalResult render(ViewContent& of_view, const PalEye* given_eyes, uint32_t eye_co
   }
   PalImages host{};
   if (given_images)
-    if (const PalResult read = taken(given_images, sizeof(PalImages), "PalImages", host);
+    if (const PalResult read =
+            taken(given_images, offsetof(PalImages, inverse_depth_0), "PalImages", host);
         read != PAL_OK)
       return read;
   SessionContent& of_session = *of_view.of_session;

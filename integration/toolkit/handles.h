@@ -9,6 +9,7 @@
 #include <memory>
 #include <mutex>
 #include <new>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -221,9 +222,17 @@ struct ContextContent {
   }
 };
 
+/// Where the frames of a live scene come from.
+struct LiveOrigin {
+  Grid grid;                     ///< of the first one
+  std::string place;             ///< an OpenIGTLink server; empty: the host gives them
+  std::string image, transform;  ///< device names there
+};
+
 struct SceneContent {
   std::shared_ptr<ContextContent> context;
   LoadedScene scene;
+  std::optional<LiveOrigin> live;
   bool keeps_size = false;
   bool movable = false;
 };

@@ -328,14 +328,22 @@ enum {
      session opens. */
   PAL_SCENE_TRUE_SIZE = 1u << 1,
   /* The sequence has an end: it does not go on with its first frame after the last. */
-  PAL_SCENE_NOT_CYCLIC = 1u << 2
+  PAL_SCENE_NOT_CYCLIC = 1u << 2,
+  /* The one frame of `frames` is the first of a source without end, felt as a sequence without a
+     scene: the host gives the others to the session, see pal_session_push_frame(). */
+  PAL_SCENE_LIVE = 1u << 3,
+  /* Motion that nothing gives is not looked for: the frames are felt as they are. */
+  PAL_SCENE_NO_MOTION = 1u << 4
 };
 
 typedef struct PalSceneInfo {
   uint32_t size;            /* sizeof(PalSceneInfo) */
   uint32_t flags;           /* PAL_SCENE_... */
   const char* const* paths; /* a scene file (.json, .x3d), a folder, a 4D file, files of frames in
-                               order, the name of a PalFrames, or "heart", "shell", "molecule" */
+                               order, the name of a PalFrames, "heart", "shell", "molecule", or
+                               "igtl://HOST:PORT": the images of an OpenIGTLink server. Of these
+                               the first one is waited for, and each session that is opened
+                               connects for itself and follows those that come */
   uint32_t path_count;
   const char* json; /* instead of paths: a scene in the format of docs/scene-file.md */
   /* Where the paths of a scene begin; NULL: beside its file, or the working folder. */
@@ -350,10 +358,25 @@ typedef struct PalSceneInfo {
   double friction;          /* Coulomb's mu; 0: 0.2; below 0: none */
   double frames_per_second; /* 0: as the data say */
   const char* fields;       /* folder or file that `palpate motion` wrote; NULL: none */
+  /* Of a sequence without a scene, too; each as the option of the program of that name has it. */
+  const char* wall;   /* "values", "region" or "ridges"; NULL: what suits the data */
+  const char* values; /* "reference", "mean" or "own"; NULL: what suits the motion. Of a scene's
+                         volumes of files, too */
+  double width;       /* over so many values around iso_value the strength rises; 0: found */
+  double scale;       /* of its size; 0: as the flags say */
+  const char* const* segments; /* segmentation_count files, whose parts are the walls */
+  uint32_t segmentation_count;
+  uint32_t segments_frame;          /* the frame that a single segmentation is of */
+  const char* const* segment_names; /* segment_count of the parts; NULL: all */
+  uint64_t segment_count;
+  /* Of "igtl://HOST:PORT": */
+  const char* image;     /* the images of this device name; NULL: of the first that comes */
+  const char* transform; /* the transforms of this one move the volume; NULL: none do */
+  double wait_s;         /* the first image is waited for so long; 0: 10 */
 } PalSceneInfo;
 
-/* Reads the data and prepares them, on all cores: takes from parts of a second to many seconds.
-   [ANY] */
+/* Reads the data and prepares them, on all cores: takes from parts of a second to many seconds. Of
+   a server whose first image does not come in time PAL_NO_DEVICE. [ANY] */
 PAL_API PalResult pal_scene_open(PalContext* context, const PalSceneInfo* info, PalScene** scene);
 
 /* Nulls *scene. Sessions that use it go on. [ANY] */
@@ -383,6 +406,22 @@ typedef struct PalVolume {
 
 /* PAL_END after the last one. [ANY] */
 PAL_API PalResult pal_scene_volume(const PalScene* scene, uint32_t index, PalVolume* volume);
+
+/* What doing a recording again gave. */
+typedef struct PalReplay {
+  uint32_t size;       /* sizeof(PalReplay), set before the call */
+  uint32_t is_cut_off; /* 1: the recording ends before its session did */
+  uint64_t ticks;
+  uint64_t different;      /* of them, ticks whose output is not the recorded one, bit by bit */
+  int64_t first_different; /* the first of these; below 0: there is none */
+} PalReplay;
+
+/* Does a recording of this scene again (PalSessionInfo.recording, `palpate feel --record`), without
+   a device, and compares every bit. `tubes`: all stream tubes that the hand released then are
+   written there, as pal_session_save_tubes() does; NULL: not. PAL_BAD_INPUT if it is of another
+   scene, damaged, or lost ticks. [ANY] */
+PAL_API PalResult pal_scene_replay(const PalScene* scene, const char* recording, const char* tubes,
+                                   PalReplay* replay);
 
 /* ---- devices ----
 
@@ -443,7 +482,10 @@ enum {
   /* The haptic thread does not ask for real-time priority, locked memory and awake cores. */
   PAL_SESSION_NO_REAL_TIME = 1u << 2,
   /* A button of the device must be held, or the force goes to zero. */
-  PAL_SESSION_DEAD_MAN = 1u << 3
+  PAL_SESSION_DEAD_MAN = 1u << 3,
+  /* Of a live source every frame is followed, even where they repeat. Without it frames that repeat
+     become a cycle with one motion for all of them, at the pace of those that come. */
+  PAL_SESSION_FOLLOW = 1u << 4
 };
 
 typedef enum PalEventKind {
@@ -460,11 +502,15 @@ typedef struct PalSessionInfo {
   const PalDevice* device;   /* else: a device of the host's; NULL: one that palpate drives ... */
   const char* device_name;   /* ... as --device of the program has it: "falcon",
                                 "haply@localhost:10001"; NULL: the first that answers; each has a
-                                second for it */
+                                second for it. "simulated": a hand that is not there, see
+                                simulated_path. "igtl://HOST:PORT": a tracked tool, whose tip is
+                                where an OpenIGTLink server's transforms say in the patient space
+                                of the first volume; it gives no force, and the scene's place of
+                                the device does not count */
   double max_force_n;        /* 0: the scene's */
   double stiffness_n_per_m;  /* of the spring between hand and proxy; 0: the scene's */
   double watchdog_s;         /* ticks further apart bring the force down; 0: 0.005 */
-  const char* preset;        /* of the estimation; NULL: "balanced" */
+  const char* preset;        /* of the estimation; NULL: "balanced", of a live source "fast" */
   /* Called with what happens, on the session's threads; must not close it. NULL: not called. */
   void (*on_event)(void* user, PalEventKind kind, const char* sentence);
   void* user;
@@ -476,6 +522,23 @@ typedef struct PalSessionInfo {
   /* Bit k: button k of the device does what pal_session_ask_tubes() does: pressed, it lays a stream
      tube; again within half a second, it keeps them; held for a second, it clears them. 0: none. */
   uint32_t tube_buttons;
+  /* Every tick is written as a row of this table, until the session is closed. NULL: none. */
+  const char* csv;
+  /* The ticks around a fault are written into this folder, which is made when there are some. NULL:
+     nowhere. */
+  const char* black_box;
+  /* What is felt is sent to OpenIGTLink clients that connect to this port, from threads of low
+     priority: where the proxy is and the force ten times a second, the moved volume and its motion
+     at most twice; see docs/openigtlink.md. 0: nowhere. */
+  uint64_t serve_port;
+  /* Of the device "simulated": "press", "tap", "stroke", "circle", "sweep" or a file of
+     t_s,x_m,y_m,z_m; NULL: "press". */
+  const char* simulated_path;
+  const char* simulated_hand; /* "human", "loose", "firm" or "none"; NULL: "human" */
+  double lets_go_s;           /* the simulated hand lets go then; 0: never */
+  /* Of the device "igtl://HOST:PORT": the transforms of this device name; NULL: of the first that
+     come. */
+  const char* tool;
 } PalSessionInfo;
 
 /* Starts. The force begins at zero and comes in over two seconds. [ANY] */
@@ -485,12 +548,12 @@ PAL_API PalResult pal_session_open(PalScene* scene, const PalSessionInfo* info,
 /* Ramps the force to zero and waits for that, at most 0.6 s, then ends all threads of the session
    and nulls *session. A session that its host ticks is ended at once: call pal_session_stop()
    first, go on ticking until pal_session_at_rest(), then close. Its views go on
-   showing the last state. An error only where a recording could not be written; the session is
-   closed then, too. [ANY] */
+   showing the last state. An error only where a recording or a table could not be written; the
+   session is closed then, too. [ANY] */
 PAL_API PalResult pal_session_close(PalSession** session);
 
-/* The force goes to zero by a ramp, for good; waits for it where the haptic thread is palpate's.
- * [ANY] */
+/* The force goes to zero by a ramp, for good; waits for it where the haptic thread is palpate's. No
+   live frame is taken any more, and nothing is served. [ANY] */
 PAL_API PalResult pal_session_stop(PalSession* session);
 /* 1: it was stopped, and the force has been zero since. [ANY] */
 PAL_API int pal_session_at_rest(const PalSession* session);
@@ -527,16 +590,45 @@ typedef struct PalState {
     double rate;   /* it plays with, s per s */
   } volumes[PAL_MOST_VOLUMES];
   uint64_t ticks, late_ticks; /* so far; late: by the watchdog */
+  /* Of a live source: frames that came, and those that were felt, which is after `frame_delay_s`
+     (s, the median) from when they came. While they repeat and a cycle of them is felt, its length;
+     else 0. */
+  uint64_t frames_received, frames_felt;
+  double frame_delay_s, frame_cycle_s;
 } PalState;
 
 /* Waits for nothing but another thread in this very call. [ANY] */
 PAL_API PalResult pal_session_state(PalSession* session, PalState* state);
 
+/* A volume of the scene as it is in the newest haptic frame. */
+typedef struct PalVolumeState {
+  uint32_t size;                /* sizeof(PalVolumeState), set before the call */
+  uint32_t reserved;            /* 0 */
+  double world_from_volume[12]; /* three rows of four */
+  double time_s;                /* of its sequence */
+  double rate;                  /* it plays with, s per s */
+} PalVolumeState;
+
+/* The same as in PalState.volumes, which can not grow. PAL_NOT_YET before the first haptic frame,
+   PAL_END after the last volume. Waits as pal_session_state() does. [ANY] */
+PAL_API PalResult pal_session_volume(PalSession* session, uint32_t index, PalVolumeState* volume);
+
+/* The next frame of a scene with PAL_SCENE_LIVE. The material is taken along from the frame that is
+   felt to the newest one: a motion is estimated for each, which takes some tenths of a second, and
+   frames that come meanwhile are left out but for the last. grid: where it lies; NULL: where the
+   first one does. Another grid is resampled onto that of the first frame; a frame that lies all
+   elsewhere is left out, and an event of kind PAL_EVENT_NOTE says so. time_ns: CLOCK_MONOTONIC when
+   it was taken, from which delays and cycles are counted; 0: now. The samples are read during the
+   call. Frames are felt in the order of these calls: give them from one thread. [ANY] */
+PAL_API PalResult pal_session_push_frame(PalSession* session, const PalGrid* grid,
+                                         PalSampleType type, const void* samples, int64_t time_ns);
+
 /* Plays or pauses; PAL_NOT_YET while motion is awaited. Both are ramps. [ANY] */
 PAL_API PalResult pal_session_play(PalSession* session, int on);
 /* To a time of every moving volume's sequence, as a share of its length, 0 to 1; pauses. [ANY] */
 PAL_API PalResult pal_session_scrub(PalSession* session, double share);
-/* Mode `index` of the scene: on or off, and a factor on its strengths, by a ramp. [ANY] */
+/* Mode `index` of the scene: on or off, and a factor on its strengths, by a ramp. Both or, with
+   PAL_NOT_YET, neither. [ANY] */
 PAL_API PalResult pal_session_set_mode(PalSession* session, uint32_t index, int on, double gain);
 /* Where a movable volume is now: a rotation with equal or unequal scales along its axes, and a
    translation, three rows of four. It goes there on a smooth path: once per picture is enough.

@@ -1,27 +1,67 @@
 #pragma once
 
+#include <deque>
 #include <mutex>
+#include <optional>
+#include <string>
 
+#include "integration/sessions/felt_server.h"
+#include "integration/sessions/live_source.h"
+#include "integration/sessions/tick_log.h"
+#include "integration/sessions/tool_source.h"
 #include "integration/toolkit/handles.h"
+#include "module/haptics/black_box.h"
 #include "module/haptics/recording.h"
 #include "module/session/session.h"
 
 namespace palpate::toolkit {
 
+/// Sentences from any thread, which the session tells its host on a thread of its own, one after
+/// the other: so the host hears them without a lock of ours.
+class Notes {
+ public:
+  void say(const std::string& sentence) {
+    const std::lock_guard lock(mutex_);
+    if (sentences_.size() < kMost) sentences_.push_back(sentence);
+  }
+  /// The oldest, or nothing.
+  std::string next() {
+    const std::lock_guard lock(mutex_);
+    if (sentences_.empty()) return {};
+    std::string sentence = std::move(sentences_.front());
+    sentences_.pop_front();
+    return sentence;
+  }
+
+ private:
+  static constexpr size_t kMost = 256;
+  std::mutex mutex_;
+  std::deque<std::string> sentences_;
+};
+
 /// What a PalSession stands for.
 class SessionContent {
  public:
-  SessionContent(std::shared_ptr<ContextContent> context, std::unique_ptr<ForceDevice> device)
-      : context_(std::move(context)), device_(std::move(device)) {}
+  explicit SessionContent(std::shared_ptr<ContextContent> context) : context_(std::move(context)) {}
+  ~SessionContent() { (void)finish(); }
+  SessionContent(const SessionContent&) = delete;
+  SessionContent& operator=(const SessionContent&) = delete;
 
-  /// Of every tick; null: nothing is recorded. Outlives the session.
-  std::unique_ptr<Recorder> recorder;
+  std::shared_ptr<Notes> notes = std::make_shared<Notes>();
+  /// None where the host ticks; outlives the session, as the listeners do.
+  std::unique_ptr<ForceDevice> device;
+  std::unique_ptr<Recorder> recorder;        ///< of every tick; null: nothing is recorded
+  std::unique_ptr<sessions::TickLog> table;  ///< likewise
+  std::unique_ptr<BlackBox> black_box;       ///< likewise
   /// The session, once it has been started.
   std::unique_ptr<Session> session;
   bool host_ticks = false;
+  // What goes in and out while it runs, where it is wanted.
+  std::unique_ptr<sessions::ToolSource> tool;
+  std::unique_ptr<sessions::FeltServer> server;
+  std::unique_ptr<sessions::LiveSource> source;
 
   const std::shared_ptr<ContextContent>& context() const { return context_; }
-  ForceDevice* device() { return device_.get(); }
   /// The newest tick as an eye sees it. Any thread: waits for others in this call alone.
   SceneMoment moment() {
     const std::lock_guard lock(mutex_);
@@ -29,11 +69,33 @@ class SessionContent {
     return moment_;
   }
 
+  /// From now on push() has frames followed.
+  void follow(const Grid& grid, LiveSequenceOptions options) {
+    pushed_grid_ = grid;
+    pushed_ = std::make_unique<LiveSequence>(*session, 0, grid, std::move(options));
+  }
+  /// A frame of the host's, one at a time. kBadInput for a session without such a source, or after
+  /// stop().
+  Status push(const PalGrid* grid, PalSampleType type, const void* samples, int64_t time_ns);
+  /// What has become of live frames.
+  LiveNumbers live_numbers();
+
+  /// Nothing goes in or out any more, and the force goes to zero. Any thread.
+  void stop();
+  /// The same, and what is written is ended. kBadOutput if it is not whole. Once, by its last
+  /// owner.
+  Status finish();
+
  private:
   std::shared_ptr<ContextContent> context_;
-  std::unique_ptr<ForceDevice> device_;  ///< none where the host ticks; outlives the session
   std::mutex mutex_;
   SceneMoment moment_;
+  std::mutex pushing_, stopping_;
+  std::mutex live_mutex_;  ///< of the rest; never for long
+  Grid pushed_grid_;
+  std::unique_ptr<LiveSequence> pushed_;
+  LiveNumbers last_numbers_;
+  bool finished_ = false;
 };
 
 }  // namespace palpate::toolkit

@@ -39,6 +39,9 @@ class HostLoop {
 
   /// As those of Servo. A pose's time is monotonic time.
   bool send(const ControlEvent& event) noexcept { return ports_.events.push(event); }
+  bool send(const ControlEvent& first, const ControlEvent& second) noexcept {
+    return ports_.events.push(first, second);
+  }
   bool send(PoseUpdate pose) noexcept;
   bool newest(int reader, TickOutput& output) noexcept {
     return ports_.outputs[size_t(reader)].get(output);

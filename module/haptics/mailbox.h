@@ -33,6 +33,18 @@ class Ring {
     end_.store(end + 1, std::memory_order_release);
     return true;
   }
+  /// Writer: both, one after the other, or neither, as push().
+  bool push(const T& first, const T& second) noexcept {
+    const uint64_t end = end_.load(std::memory_order_relaxed);
+    if (end - begin_.load(std::memory_order_acquire) + 2 > kCapacity) {
+      dropped_.store(dropped_.load(std::memory_order_relaxed) + 2, std::memory_order_relaxed);
+      return false;
+    }
+    items_[end & (kCapacity - 1)] = first;
+    items_[(end + 1) & (kCapacity - 1)] = second;
+    end_.store(end + 2, std::memory_order_release);
+    return true;
+  }
   /// Reader: false if there is nothing.
   bool pop(T& item) noexcept {
     const uint64_t begin = begin_.load(std::memory_order_relaxed);

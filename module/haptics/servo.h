@@ -47,6 +47,10 @@ class Servo {
   /// Into the loop, in order, at most four per tick; false, and counted, if 256 wait already. One
   /// thread each; wait-free.
   bool send(const ControlEvent& event) noexcept { return ports_->events.push(event); }
+  /// Both or neither.
+  bool send(const ControlEvent& first, const ControlEvent& second) noexcept {
+    return ports_->events.push(first, second);
+  }
   bool send(const PoseUpdate& pose) noexcept { return ports_->poses.push(pose); }
   /// Events and poses that were refused. Any thread.
   uint64_t dropped() const noexcept { return ports_->events.dropped() + ports_->poses.dropped(); }

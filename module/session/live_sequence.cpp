@@ -56,11 +56,11 @@ void LiveSequence::prepare(LoadedScene& scene, size_t volume) {
   scene.spec.volumes[volume].rate = 0.0;
 }
 
-LiveSequence::LiveSequence(Session& session, size_t volume, const Volume& first,
+LiveSequence::LiveSequence(Session& session, size_t volume, const Grid& grid,
                            LiveSequenceOptions options)
     : session_(session),
       index_(volume),
-      grid_(first.grid),
+      grid_(grid),
       options_(std::move(options)),
       ring_(*session.scene()->volumes[volume].data) {
   watch_ = std::make_unique<Background>(5ms, [this] {

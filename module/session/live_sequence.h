@@ -58,9 +58,9 @@ class LiveSequence {
   /// Makes the volume of a scene that was loaded with standing() ready to be followed.
   static void prepare(LoadedScene& scene, size_t volume);
 
-  /// Starts at once. `session` is borrowed and has a scene that was prepared. `first` is what it
-  /// lets feel.
-  LiveSequence(Session& session, size_t volume, const Volume& first, LiveSequenceOptions options);
+  /// Starts at once. `session` is borrowed and has a scene that was prepared; `grid` is that of the
+  /// frame which it lets feel.
+  LiveSequence(Session& session, size_t volume, const Grid& grid, LiveSequenceOptions options);
   /// Ends what is estimated and waits for it.
   ~LiveSequence();
   LiveSequence(const LiveSequence&) = delete;

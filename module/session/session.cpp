@@ -215,6 +215,11 @@ bool Session::send(const ControlEvent& event) {
   return servo_ ? servo_->send(event) : host_ && host_->send(event);
 }
 
+bool Session::send(const ControlEvent& first, const ControlEvent& second) {
+  const std::lock_guard lock(mutex_);
+  return servo_ ? servo_->send(first, second) : host_ && host_->send(first, second);
+}
+
 /// With mutex_ held.
 bool Session::push(const PoseUpdate& pose) {
   return servo_ ? servo_->send(pose) : host_ && host_->send(pose);

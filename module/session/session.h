@@ -93,6 +93,8 @@ class Session {
 
   /// Into the loop; false if too much waits there already. Any thread.
   bool send(const ControlEvent& event);
+  /// Both, one after the other, or neither. Any thread.
+  bool send(const ControlEvent& first, const ControlEvent& second);
 
   /// What a key asks of the stream tubes, at the proxy of the next tick. Any thread.
   bool release_tube() { return send({ControlEvent::Kind::kReleaseTube}); }

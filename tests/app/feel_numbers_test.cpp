@@ -3,9 +3,9 @@
 
 #include <random>
 
-#include "integration/app/feel_numbers.h"
+#include "integration/sessions/feel_numbers.h"
 
-namespace palpate::app {
+namespace palpate::sessions {
 namespace {
 
 TickRow row_at(int tick, double force_n) {
@@ -78,4 +78,4 @@ TEST(FeelCounter, CountsWhatTheTicksSay) {
 }
 
 }  // namespace
-}  // namespace palpate::app
+}  // namespace palpate::sessions

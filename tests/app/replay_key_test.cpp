@@ -30,6 +30,7 @@ ReplayKey made_key() {
   key.safety.dead_man = true;
   key.safety.dead_man_buttons = 0xfffffffe;
   key.safety.seen_buttons = 0x80000000;
+  key.tube_buttons = 0x5;
   return key;
 }
 
@@ -50,6 +51,7 @@ TEST(ReplayKey, IsReadBackAsItWasWritten) {
   EXPECT_TRUE(read->safety.dead_man);
   EXPECT_EQ(read->safety.dead_man_buttons, 0xfffffffe);
   EXPECT_EQ(read->safety.seen_buttons, 0x80000000);
+  EXPECT_EQ(read->tube_buttons, 0x5U);
   EXPECT_EQ(read->scene.volumes.size(), shell_scene().volumes.size());
 }
 
@@ -61,6 +63,17 @@ TEST(ReplayKey, OfTheTimeBeforeHeadsetsIsReadAsOfARunThatNobodyHadToSee) {
   EXPECT_EQ(read->safety.seen_buttons, 0u);
   EXPECT_EQ(read->safety.dead_man_buttons, ~0u) << "any button";
   EXPECT_TRUE(read->safety.dead_man) << "the rest is as it was";
+}
+
+TEST(ReplayKey, OfTheTimeBeforeHostsIsReadWithTheProgramsTubeButtons) {
+  const std::string text = replaced(text_of(made_key()), ",\"tube_buttons\":5", "");
+  const auto read = parse_replay_key("a.ticks", text);
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_EQ(read->tube_buttons, 0U) << "each of them is the dead-man";
+  const auto free =
+      parse_replay_key("a.ticks", replaced(text, "\"dead_man\":true", "\"dead_man\":false"));
+  ASSERT_TRUE(free) << free.error().message;
+  EXPECT_EQ(free->tube_buttons, 0x3fffffffU) << "but the two that told of a headset";
 }
 
 TEST(ReplayKey, RefusesWhatPalpateNeverWrites) {

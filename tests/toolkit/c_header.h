@@ -29,7 +29,7 @@ extern const CStructure kCStructures[];
   X(PalGrid) X(PalVulkan) X(PalContextInfo) X(PalEstimatorInfo) X(PalProgress) X(PalMotionSummary) \
   X(PalFieldInfo) X(PalFrames) X(PalSceneInfo) X(PalVolume) X(PalDeviceInfo) X(PalReading)         \
   X(PalDevice) X(PalSessionInfo) X(PalTick) X(PalState) X(PalTube) X(PalViewInfo) X(PalEye)        \
-  X(PalImages) X(PalModeSpec) X(PalModeSite) X(PalModeKind)
+  X(PalImages) X(PalReplay) X(PalVolumeState) X(PalModeSpec) X(PalModeSite) X(PalModeKind)
 /* clang-format on */
 
 #endif

@@ -155,6 +155,12 @@ TEST_F(HostDevice, FindsMotionAndDrawsWithItsQueueLocked) {
   EXPECT_EQ(pal_view_render(opened.view, &wrong, 1, 64, 48, 0.0, nullptr), PAL_BAD_INPUT);
   EXPECT_EQ(pal_view_render(opened.view, &eye, 1, 640, 48, 0.0, nullptr), PAL_BAD_INPUT);
   EXPECT_EQ(pal_view_read(opened.view, 1, pixels.data(), nullptr), PAL_BAD_INPUT);
+  // An older program's images are looked at, and these have no format; no size is no structure.
+  PalImages images{};
+  images.size = offsetof(PalImages, inverse_depth_0);
+  EXPECT_EQ(pal_view_render(opened.view, &eye, 1, 64, 48, 0.0, &images), PAL_BAD_INPUT);
+  images.size = 4;
+  EXPECT_EQ(pal_view_render(opened.view, &eye, 1, 64, 48, 0.0, &images), PAL_BAD_VERSION);
 }
 
 TEST_F(HostDevice, WhoseLockThrowsFailsInASentence) {

@@ -452,6 +452,44 @@ TEST(CLibrary, SwitchesModesByARamp) {
   EXPECT_EQ(pal_session_scrub(opened.session, 1.5), PAL_BAD_INPUT);
 }
 
+TEST(CLibrary, SwitchesAModeAsAWholeOrNotAtAll) {
+  Opened opened;
+  open_ball(opened, BallFrames());
+  // 256 changes may wait: one, and 127 times two, leave room for half of the next one.
+  PAL_ASSERT_OK(pal_session_rearm(opened.session));
+  for (int k = 0; k < 127; ++k) PAL_ASSERT_OK(pal_session_set_mode(opened.session, 0, 1, 1.0));
+  EXPECT_EQ(pal_session_set_mode(opened.session, 0, 0, 1.0), PAL_NOT_YET);
+  PAL_EXPECT_OK(pal_session_rearm(opened.session));
+  HostHand hand{opened.session};
+  EXPECT_GT(hand.press(1.0), 0.0) << "the mode was switched off all the same";
+}
+
+TEST(CLibrary, TellsOfEachVolume) {
+  Opened opened;
+  open_ball(opened, BallFrames());
+  PalVolumeState volume{};
+  EXPECT_EQ(pal_session_volume(opened.session, 0, &volume), PAL_BAD_VERSION);
+  volume.size = sizeof volume;
+  EXPECT_EQ(pal_session_volume(opened.session, 0, &volume), PAL_NOT_YET);
+  HostHand hand{opened.session};
+  for (int k = 0; k < 100; ++k) hand.at(0.03);
+  PAL_ASSERT_OK(pal_session_volume(opened.session, 0, &volume));
+  PalState state{};
+  state.size = sizeof state;
+  PAL_ASSERT_OK(pal_session_state(opened.session, &state));
+  for (int k = 0; k < 12; ++k)
+    EXPECT_EQ(volume.world_from_volume[k], state.volumes[0].world_from_volume[k]) << k;
+  EXPECT_EQ(volume.world_from_volume[0], 1.0);
+  EXPECT_EQ(volume.time_s, state.volumes[0].time_s);
+  EXPECT_EQ(volume.rate, state.volumes[0].rate);
+  EXPECT_EQ(pal_session_volume(opened.session, 1, &volume), PAL_END);
+  // What stands behind an older program's structure is not touched.
+  volume.rate = -77.0;
+  volume.size = offsetof(PalVolumeState, rate);
+  PAL_ASSERT_OK(pal_session_volume(opened.session, 0, &volume));
+  EXPECT_EQ(volume.rate, -77.0);
+}
+
 TEST(CLibrary, TakesGarbageOfItsHostForAFault) {
   Opened opened;
   open_ball(opened, BallFrames());
@@ -583,6 +621,19 @@ class ShellTubes {
  private:
   int64_t time_ns_ = 5'000'000'000;
 };
+
+TEST(CLibrary, FillsTheShorterTubesOfOlderPrograms) {
+  ShellTubes shell;
+  PAL_ASSERT_OK(pal_session_ask_tubes(shell.opened.session, PAL_TUBES_RELEASE));
+  ASSERT_TRUE(shell.comes_to(1));
+  const char* const untouched = "untouched";
+  PalTube tube{};
+  tube.size = offsetof(PalTube, length_unit);
+  tube.length_unit = untouched;
+  PAL_ASSERT_OK(pal_session_tube(shell.opened.session, 0, &tube));
+  EXPECT_GT(tube.point_count, 3U);
+  EXPECT_EQ(tube.length_unit, untouched);
+}
 
 TEST(CLibrary, LaysStreamTubesThatGoWithTheMotion) {
   ShellTubes shell;

@@ -43,10 +43,16 @@ inside id person >/dev/null 2>&1 || inside useradd --create-home person
 step "palpate's packages"
 rm -rf "$root/packages" "$root/home/person/"*
 mkdir "$root/packages"
-for name in palpate libpalpate0 libpalpate-dev python3-palpate; do cp "$packages/${name}_"*.deb "$root/packages"; done
+cp "$packages"/*.deb "$root/packages"
+# All that cpack makes, so that each of them is installed and goes again.
+mapfile -t names < <(for file in "$root/packages/"*.deb; do dpkg-deb --field "$file" Package; done)
+[[ $(printf '%s\n' "${names[@]}" | sort -u | wc -l) -eq ${#names[@]} ]] || { echo "A package is there in two versions: ${names[*]}"; exit 1; }
+for name in palpate libpalpate0 libpalpate-dev python3-palpate palpate-lab palpate-cohort; do
+  [[ " ${names[*]} " == *" $name "* ]] || { echo "$name is not in $packages"; exit 1; }
+done
 inside sh -c 'apt-get install -y -qq --no-install-recommends /packages/*.deb' >"$root/palpate.log" 2>&1 ||
   { cat "$root/palpate.log"; exit 1; }
-inside dpkg-query -W -f '${Package} ${Version}: ${Depends}\n' palpate libpalpate0 libpalpate-dev python3-palpate
+inside dpkg-query -W -f '${Package} ${Version}: ${Depends}\n' "${names[@]}"
 mkdir "$root/home/person/data"
 cp "$data"/heart_cine/frame_*.mha "$data"/lung/pair_*.mha "$root/home/person/data"
 inside chown -R person: /home/person
@@ -81,7 +87,7 @@ step "my_mode.c"
 person 'palpate feel /usr/share/doc/libpalpate-dev/examples/my_mode.json --modes examples/libmy_mode.so --device simulated --headless pictures --seconds 4'
 
 step "palpate's packages go"
-inside apt-get purge -y -qq palpate libpalpate0 libpalpate-dev python3-palpate >>"$root/palpate.log" 2>&1
+inside apt-get purge -y -qq "${names[@]}" >>"$root/palpate.log" 2>&1
 left=$(palpate_files)
 [[ -z $left ]] || { echo "Files of palpate are left:"; echo "$left"; exit 1; }
 echo "No file of palpate is left."

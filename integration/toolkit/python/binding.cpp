@@ -8,6 +8,7 @@
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <deque>
 #include <exception>
 #include <future>
 #include <mutex>
@@ -308,58 +309,82 @@ std::unique_ptr<Motion> opened_motion(const Context& context, const std::string&
   return std::make_unique<Motion>(found);
 }
 
-/// A scene that is felt in Python's own loop, and its pictures.
+/// What Python gives by name, as the structures of palpate.h want it: what is None is 0 there.
+class Words {
+ public:
+  explicit Words(const py::dict& given) : given_(given) {}
+  const char* text(const char* name) {
+    const py::object value = of(name);
+    if (value.is_none()) return nullptr;
+    return kept_.emplace_back(value.cast<std::string>()).c_str();
+  }
+  double number(const char* name) const {
+    const py::object value = of(name);
+    return value.is_none() ? 0.0 : value.cast<double>();
+  }
+  uint32_t count(const char* name) const { return of(name).cast<uint32_t>(); }
+  /// Valid as long as this is.
+  const std::vector<const char*>& list(const char* name) {
+    auto& list = lists_.emplace_back();
+    for (const py::handle item : of(name))
+      list.push_back(kept_.emplace_back(item.cast<std::string>()).c_str());
+    return list;
+  }
+  py::object of(const char* name) const { return given_[name]; }
+
+ private:
+  py::dict given_;
+  std::deque<std::string> kept_;
+  std::deque<std::vector<const char*>> lists_;
+};
+
+/// Frames in memory in place of files, read where they are while a scene is opened.
+struct FramesInMemory {
+  /// frames: None, or a list of arrays; grid: size, spacing, origin, direction.
+  FramesInMemory(const Words& words, const char* name) {
+    const py::object given = words.of("frames");
+    info.size = sizeof info;
+    if (given.is_none()) return;
+    const auto grid = words.of("grid").cast<py::tuple>();
+    info.name = name;
+    info.grid =
+        grid_of(grid[0].cast<std::array<uint32_t, 3>>(), grid[1].cast<std::array<double, 3>>(),
+                grid[2].cast<std::array<double, 3>>(), grid[3].cast<std::array<double, 9>>());
+    for (const py::handle frame : given) {
+      arrays.push_back(frame.cast<py::array>());
+      if (!arrays.back().dtype().equal(arrays.front().dtype()))
+        throw py::type_error("the frames have samples of different types: convert them to one");
+      samples.push_back(samples_of(arrays.back(), info.grid));
+    }
+    times_s = words.of("times").cast<std::vector<double>>();
+    info.sample_type = type_of(arrays.front());
+    info.frames = samples.data();
+    info.frame_count = uint32_t(samples.size());
+    if (!times_s.empty()) info.times_s = times_s.data();
+  }
+  std::vector<py::array> arrays;
+  std::vector<const void*> samples;
+  std::vector<double> times_s;
+  PalFrames info{};
+};
+
+/// A scene that is felt, in Python's own loop or in palpate's, and its pictures.
 class Session {
  public:
-  Session(std::shared_ptr<Context> context, const std::vector<std::string>& paths,
-          const std::optional<std::string>& json, const std::optional<std::string>& folder,
-          const std::vector<std::string>& mode_libraries, const std::optional<double>& iso_value,
-          uint32_t scene_flags, double max_force_n, double workspace_radius_m,
-          double device_force_n, const std::optional<std::string>& preset)
+  Session(std::shared_ptr<Context> context, const py::dict& of_scene, const py::dict& of_session)
       : context_(std::move(context)) {
-    PalSceneInfo of_scene{};
-    of_scene.size = sizeof of_scene;
-    of_scene.flags = scene_flags;
-    std::vector<const char*> path_words, library_words;
-    for (const std::string& path : paths) path_words.push_back(path.c_str());
-    for (const std::string& library : mode_libraries) library_words.push_back(library.c_str());
-    of_scene.paths = path_words.data();
-    of_scene.path_count = uint32_t(path_words.size());
-    if (json) of_scene.json = json->c_str();
-    if (folder) of_scene.folder = folder->c_str();
-    of_scene.mode_libraries = library_words.data();
-    of_scene.mode_library_count = uint32_t(library_words.size());
-    if (iso_value) of_scene.iso_value = &*iso_value;
-    without_lock([&] { return pal_scene_open(context_->handle, &of_scene, &scene_.handle); });
-    PalDeviceInfo device{};
-    device.size = sizeof device;
-    device.name = "Python";
-    device.max_force_n = device_force_n;
-    device.workspace_radius_m = workspace_radius_m;
-    PalSessionInfo info{};
-    info.size = sizeof info;
-    info.flags = PAL_SESSION_HOST_TICKS;
-    info.host = &device;
-    info.max_force_n = max_force_n;
-    if (preset) info.preset = preset->c_str();
-    info.user = this;
-    info.on_event = [](void* user, PalEventKind, const char* sentence) {
-      auto* const self = static_cast<Session*>(user);
-      const std::lock_guard lock(self->mutex_);
-      self->events_.emplace_back(sentence);
-    };
-    without_lock([&] { return pal_session_open(scene_.handle, &info, &session_.handle); });
+    open_scene(Words(of_scene));
+    open_session(Words(of_session));
   }
-  ~Session() { close(); }
+  ~Session() {
+    const py::gil_scoped_release released;
+    end();
+  }
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
   void close() {
-    const py::gil_scoped_release released;
-    const std::lock_guard lock(view_mutex_);
-    pal_view_close(&view_.handle);
-    pal_session_close(&session_.handle);
-    pal_scene_close(&scene_.handle);
+    without_lock([&] { return end(); });
   }
 
   std::array<double, 3> tick(const std::array<double, 3>& position_m, int64_t time_ns,
@@ -381,6 +406,36 @@ class Session {
   }
   bool set_mode(uint32_t index, bool on, double gain) {
     return was_taken(pal_session_set_mode(session_.handle, index, on, gain));
+  }
+  /// grid: size, spacing, origin, direction; None: where the first frame lies.
+  void push_frame(const py::array& frame, const std::optional<py::tuple>& grid, int64_t time_ns) {
+    // Without frames in memory the library says that it takes none.
+    const bool takes_none = !grid && first_grid_.size[0] == 0;
+    PalGrid where = first_grid_;
+    if (grid)
+      where = grid_of(
+          (*grid)[0].cast<std::array<uint32_t, 3>>(), (*grid)[1].cast<std::array<double, 3>>(),
+          (*grid)[2].cast<std::array<double, 3>>(), (*grid)[3].cast<std::array<double, 9>>());
+    const PalSampleType type = type_of(frame);
+    const void* const samples = takes_none ? frame.data() : samples_of(frame, where);
+    without_lock([&] {
+      return pal_session_push_frame(session_.handle, takes_none ? nullptr : &where, type, samples,
+                                    time_ns);
+    });
+  }
+  py::dict replay(const std::string& recording, const std::optional<std::string>& tubes) const {
+    PalReplay found{};
+    found.size = sizeof found;
+    without_lock([&] {
+      return pal_scene_replay(scene_.handle, recording.c_str(), tubes ? tubes->c_str() : nullptr,
+                              &found);
+    });
+    using namespace py::literals;
+    const py::object first = found.first_different < 0
+                                 ? py::object(py::none())
+                                 : py::object(py::int_(found.first_different));
+    return py::dict("ticks"_a = found.ticks, "different"_a = found.different,
+                    "first_different"_a = first, "is_cut_off"_a = found.is_cut_off != 0);
   }
   std::string text(int which) const {
     size_t length = 0;
@@ -413,7 +468,9 @@ class Session {
         "proxy_m"_a = three(s.proxy_m), "force_n"_a = three(s.force_n),
         "cause"_a = std::string(s.cause), "cause_sentence"_a = std::string(s.cause_sentence),
         "can_play"_a = s.can_play != 0, "steps"_a = s.steps, "steps_known"_a = s.steps_known,
-        "volumes"_a = volumes, "ticks"_a = s.ticks, "late_ticks"_a = s.late_ticks);
+        "volumes"_a = volumes, "ticks"_a = s.ticks, "late_ticks"_a = s.late_ticks,
+        "frames_received"_a = s.frames_received, "frames_felt"_a = s.frames_felt,
+        "frame_delay_s"_a = s.frame_delay_s, "frame_cycle_s"_a = s.frame_cycle_s);
   }
   bool ask_tubes(int action) {
     return was_taken(pal_session_ask_tubes(session_.handle, PalTubesAction(action)));
@@ -477,6 +534,94 @@ class Session {
   }
 
  private:
+  void open_scene(Words words) {
+    const FramesInMemory frames(words, "frames");
+    first_grid_ = frames.info.grid;
+    PalSceneInfo info{};
+    info.size = sizeof info;
+    info.flags = words.count("flags");
+    const auto& paths = words.list("paths");
+    info.paths = paths.data();
+    info.path_count = uint32_t(paths.size());
+    info.json = words.text("json");
+    info.folder = words.text("folder");
+    info.frames = &frames.info;
+    info.frame_sets = frames.samples.empty() ? 0 : 1;
+    const auto& libraries = words.list("mode_libraries");
+    info.mode_libraries = libraries.data();
+    info.mode_library_count = uint32_t(libraries.size());
+    const double iso_value = words.number("iso_value");
+    if (!words.of("iso_value").is_none()) info.iso_value = &iso_value;
+    info.strength_n = words.number("strength_n");
+    // None is the usual friction, and 0 none at all.
+    if (!words.of("friction").is_none())
+      info.friction = words.number("friction") > 0.0 ? words.number("friction") : -1.0;
+    info.frames_per_second = words.number("frames_per_second");
+    info.fields = words.text("fields");
+    info.wall = words.text("wall");
+    info.values = words.text("values");
+    info.width = words.number("width");
+    info.scale = words.number("scale");
+    const auto& segments = words.list("segments");
+    info.segments = segments.data();
+    info.segmentation_count = uint32_t(segments.size());
+    info.segments_frame = words.count("segments_frame");
+    const auto& names = words.list("segment_names");
+    info.segment_names = names.data();
+    info.segment_count = names.size();
+    info.image = words.text("image");
+    info.transform = words.text("transform");
+    info.wait_s = words.number("wait_s");
+    without_lock([&] { return pal_scene_open(context_->handle, &info, &scene_.handle); });
+  }
+
+  void open_session(Words words) {
+    PalDeviceInfo host{};
+    host.size = sizeof host;
+    host.name = "Python";
+    host.max_force_n = words.number("device_force_n");
+    host.workspace_radius_m = words.number("workspace_radius_m");
+    PalSessionInfo info{};
+    info.size = sizeof info;
+    info.flags = words.count("flags");
+    // "auto" is the first device that answers, which has no name.
+    info.device_name = words.text("device");
+    if (!info.device_name) {
+      info.flags |= PAL_SESSION_HOST_TICKS;
+      info.host = &host;
+    } else if (std::string(info.device_name) == "auto") {
+      info.device_name = nullptr;
+    }
+    info.max_force_n = words.number("max_force_n");
+    info.stiffness_n_per_m = words.number("stiffness_n_per_m");
+    info.watchdog_s = words.number("watchdog_s");
+    info.preset = words.text("preset");
+    info.recording = words.text("record");
+    info.csv = words.text("csv");
+    info.black_box = words.text("black_box");
+    info.serve_port = words.count("serve");
+    info.simulated_path = words.text("path");
+    info.simulated_hand = words.text("hand");
+    info.lets_go_s = words.number("lets_go_s");
+    info.tool = words.text("tool");
+    info.user = this;
+    info.on_event = [](void* user, PalEventKind, const char* sentence) {
+      auto* const self = static_cast<Session*>(user);
+      const std::lock_guard lock(self->mutex_);
+      self->events_.emplace_back(sentence);
+    };
+    without_lock([&] { return pal_session_open(scene_.handle, &info, &session_.handle); });
+  }
+
+  /// Without the interpreter's lock.
+  PalResult end() {
+    const std::lock_guard lock(view_mutex_);
+    pal_view_close(&view_.handle);
+    const PalResult result = pal_session_close(&session_.handle);
+    pal_scene_close(&scene_.handle);
+    return result;
+  }
+
   /// The holder of view_mutex_.
   PalResult drawn(const PalEye& eye, uint32_t width, uint32_t height, uint32_t* to) {
     if (!view_.handle || width != width_ || height != height_) {
@@ -498,6 +643,7 @@ class Session {
   std::vector<std::string> events_;
   std::mutex view_mutex_;  ///< guards the view and its size
   uint32_t width_ = 0, height_ = 0;
+  PalGrid first_grid_{};  ///< of frames in memory
   Held<PalScene, pal_scene_close> scene_;
   Held<PalSession, pal_session_close> session_;
   Held<PalView, pal_view_close> view_;
@@ -516,6 +662,12 @@ PYBIND11_MODULE(_palpate, m) {
   m.attr("MOVABLE") = int(PAL_SCENE_MOVABLE);
   m.attr("TRUE_SIZE") = int(PAL_SCENE_TRUE_SIZE);
   m.attr("NOT_CYCLIC") = int(PAL_SCENE_NOT_CYCLIC);
+  m.attr("LIVE") = int(PAL_SCENE_LIVE);
+  m.attr("NO_MOTION") = int(PAL_SCENE_NO_MOTION);
+  m.attr("NO_ESTIMATION") = int(PAL_SESSION_NO_ESTIMATION);
+  m.attr("NO_REAL_TIME") = int(PAL_SESSION_NO_REAL_TIME);
+  m.attr("DEAD_MAN") = int(PAL_SESSION_DEAD_MAN);
+  m.attr("FOLLOW") = int(PAL_SESSION_FOLLOW);
   py::class_<Context, std::shared_ptr<Context>>(m, "Context")
       .def(py::init<const std::optional<std::string>&, bool>(), "device"_a = py::none(),
            "computes"_a = true)
@@ -532,10 +684,8 @@ PYBIND11_MODULE(_palpate, m) {
         "direction"_a, "preset"_a, "times_s"_a, "mask"_a, "flags"_a, "progress"_a);
   m.def("open_motion", &opened_motion, "context"_a, "path"_a);
   py::class_<Session>(m, "Session")
-      .def(py::init<std::shared_ptr<Context>, const std::vector<std::string>&,
-                    const std::optional<std::string>&, const std::optional<std::string>&,
-                    const std::vector<std::string>&, const std::optional<double>&, uint32_t, double,
-                    double, double, const std::optional<std::string>&>())
+      .def(py::init<std::shared_ptr<Context>, const py::dict&, const py::dict&>(), "context"_a,
+           "of_scene"_a, "of_session"_a)
       .def("close", &Session::close)
       .def("tick", &Session::tick, "position_m"_a, "time_ns"_a = 0, "buttons"_a = 0)
       .def("stop", &Session::stop)
@@ -545,6 +695,8 @@ PYBIND11_MODULE(_palpate, m) {
       .def("rearm", &Session::rearm)
       .def("place", &Session::place, "volume"_a, "world_from_volume"_a)
       .def("set_mode", &Session::set_mode, "index"_a, "on"_a, "gain"_a)
+      .def("push_frame", &Session::push_frame, "frame"_a, "grid"_a, "time_ns"_a)
+      .def("replay", &Session::replay, "recording"_a, "tubes"_a)
       .def("text", &Session::text, "which"_a)
       .def("events", &Session::events)
       .def("state", &Session::state)

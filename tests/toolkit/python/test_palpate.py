@@ -2,6 +2,7 @@
 
 import os
 import signal
+import socket
 import subprocess
 import sys
 import threading
@@ -221,7 +222,7 @@ def test_a_mask_is_honoured(pair):
     (lambda f, m: palpate.register(f.astype(complex), m), TypeError, "complex"),
     (lambda f, m: palpate.register(f, m, times=[0.0]), ValueError, "1 times"),
     (lambda f, m: palpate.register(f, m, times=[1.0, 0.5]), ValueError, "rise"),
-    (lambda f, m: palpate.register(f, m, device="no such device"), RuntimeError, "no such device"),
+    (lambda f, m: palpate.register(f, m, gpu="no such device"), RuntimeError, "no such device"),
 ])
 def test_what_can_not_be_is_said(pair, wrong, kind, words):
     with pytest.raises(kind, match=words):
@@ -397,6 +398,121 @@ def test_a_scene_goes_with_a_session_that_can_not_be_opened():
         fail()
     # Four scenes that stay are 460 MiB.
     assert resident_mib() - before < 100.0
+
+
+def comes(question, seconds=60.0):
+    """Asks again and again until it is so, for as long as a busy machine may need."""
+    end = time.monotonic() + seconds
+    while not question():
+        if time.monotonic() > end:
+            return False
+        time.sleep(0.005)
+    return True
+
+
+class Ticking:
+    """A thread that ticks a session, its hand at rest along z."""
+
+    def __init__(self, session, z_m):
+        self.force, self.z_m = (0.0, 0.0, 0.0), 0.06
+        self._session, self._wanted_m, self._over = session, z_m, threading.Event()
+        self._thread = threading.Thread(target=self._run)
+
+    def _run(self):
+        while not self._over.is_set():
+            self.z_m += min(max(self._wanted_m - self.z_m, -3e-5), 3e-5)
+            self.force = self._session.tick((0.0, 0.0, self.z_m))
+            time.sleep(0.001)
+
+    def __enter__(self):
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_):
+        self._over.set()
+        self._thread.join()
+
+
+def test_frames_that_are_pushed_are_felt():
+    middle = dict(origin=(-19.5, -19.5, -19.5), spacing=(1.0, 1.0, 1.0))
+    with palpate.Session(frames=ball(11), live=True, follow=True, preset="fast", true_size=True, **middle) as session:
+        with Ticking(session, 0.0095):
+            assert comes(lambda: session.state["in_contact"])
+            for frame, radius in enumerate((12, 13), 1):
+                session.push_frame(ball(radius), time_ns=time.monotonic_ns())
+                assert comes(lambda: session.state["frames_felt"] == frame), session.events()
+                assert comes(lambda: abs(session.state["proxy_m"][2] - 1e-3 * radius) < 5e-4), session.state["proxy_m"]
+            session.push_frame(ball(13)[:, :, 1:], origin=(-18.5, -19.5, -19.5))
+            with pytest.raises(ValueError, match="another shape"):
+                session.push_frame(ball(13)[1:])
+            assert comes(lambda: session.state["frames_received"] == 3)
+    with pytest.raises(ValueError, match="one frame"):
+        palpate.Session(frames=[ball(11), ball(12)], live=True)
+    with palpate.Session("shell", estimate=False) as session, pytest.raises(ValueError, match="takes no frames"):
+        session.push_frame(ball(11))
+
+
+def test_frames_in_memory_are_those_of_a_scene():
+    scene = """{"volumes": [{"name": "thing", "files": ["frames"]}],
+                "modes": [{"name": "wall", "kind": "surface", "volume": "thing", "strength": {"pairs": [[0, 0], [500, 0], [500, 3]]}}]}"""
+    with palpate.Session(json=scene, frames=ball(11), origin=(-19.5, -19.5, -19.5), estimate=False) as session:
+        with Ticking(session, 0.0095):
+            assert comes(lambda: session.state["in_contact"])
+            assert comes(lambda: abs(session.state["proxy_m"][2] - 0.011) < 5e-4), session.state["proxy_m"]
+    with palpate.Session(frames=np.stack([ball(11), ball(12)]), motion=False, wall="values", values="own", estimate=False) as session:
+        assert len(session.state["volumes"]) <= 1 and "values" in session.plan
+
+
+def test_a_simulated_hand_is_tabled_recorded_and_replayed(tmp_path):
+    record, csv, tubes = tmp_path / "ticks.bin", tmp_path / "ticks.csv", tmp_path / "tubes.vtk"
+    with palpate.Session("shell", estimate=False, device="simulated", path="tap", hand="firm", real_time=False, record=record,
+                         csv=csv) as session:
+        with pytest.raises(ValueError, match="thread of its own"):
+            session.tick((0.0, 0.0, 0.0))
+        assert comes(lambda: np.linalg.norm(session.state["force_n"]) > 0.3)
+        session.release_tube()
+        assert comes(lambda: len(session.tubes) == 1)
+        session.stop()
+        ticks = session.state["ticks"]
+    with palpate.Session("shell", estimate=False) as session:
+        assert session.replay(record, tubes=tubes) == {"ticks": ticks, "different": 0, "first_different": None, "is_cut_off": False}
+        with pytest.raises(ValueError):
+            session.replay(csv)
+    assert tubes.read_text().startswith("# vtk DataFile")
+    rows = csv.read_text().splitlines()
+    assert rows[0].startswith("t_s,dt_s,force_x_n") and len(rows) == ticks + 1
+
+
+def test_what_is_felt_is_served():
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    with palpate.Session("shell", estimate=False, serve=port) as session, Ticking(session, 0.06):
+        with socket.create_connection(("127.0.0.1", port), timeout=60.0) as client:
+            heard = b""
+            while b"palpate_proxy" not in heard or b"palpate_force" not in heard:
+                got = client.recv(65536)
+                assert got
+                heard += got
+        with pytest.raises(ValueError, match="can not be had"):
+            palpate.Session("shell", estimate=False, serve=port)
+
+
+@pytest.mark.parametrize("wrong, kind, words", [
+    (dict(wall="brick"), ValueError, "'brick'"),
+    (dict(values="all"), ValueError, "'all'"),
+    (dict(device="simulated", path="sideways"), ValueError, "sideways"),
+    (dict(device="simulated", hand="strong"), ValueError, "'strong'"),
+    (dict(csv="/nowhere/ticks.csv"), OSError, "/nowhere"),
+    (dict(serve=70000), ValueError, "port"),
+    (dict(scene="igtl://127.0.0.1:1", wait_s=0.2), RuntimeError, "does not answer within 0.2 s"),
+])
+def test_sessions_that_can_not_be_are_said(wrong, kind, words):
+    given = dict(frames=ball(11), estimate=False) | wrong
+    if "scene" in wrong:
+        del given["frames"]
+    with pytest.raises(kind, match=words):
+        palpate.Session(**given)
 
 
 def test_a_session_lays_stream_tubes(tmp_path):

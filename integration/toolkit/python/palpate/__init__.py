@@ -25,11 +25,11 @@ PRESETS = ("fast", "balanced", "best", "classic")
 _contexts = {}
 
 
-def _context(device=None):
+def _context(gpu=None):
     """The Vulkan device that computes; opened once for each name, and again after it was lost."""
-    context = _contexts.get(device)
+    context = _contexts.get(gpu)
     if context is None or context.failed:
-        context = _contexts[device] = _palpate.Context(device)
+        context = _contexts[gpu] = _palpate.Context(gpu)
     return context
 
 
@@ -120,6 +120,31 @@ def _frames_of(fixed, moving):
     if image.array.ndim != 4:
         raise ValueError(f"one volume of shape {image.array.shape} has no motion: give two, a list, or a 4D array (t, z, y, x)")
     return [image._replace(array=frame) for frame in image.array]
+
+
+def _grid_of(frames, spacing=None, origin=None, direction=None):
+    """Size, spacing, origin and direction of all frames; ValueError where they differ."""
+    first = frames[0]
+    for image in frames:
+        if image.array.ndim != 3:
+            raise ValueError(f"a volume has three dimensions (z, y, x), but one has the shape {image.array.shape}")
+        if image.array.shape != first.array.shape:
+            raise ValueError(f"the volumes have different shapes, {first.array.shape} and {image.array.shape}: resample them to one grid")
+        for name in ("spacing", "origin", "direction"):
+            a, b = getattr(image, name), getattr(first, name)
+            if a is not None and b is not None and not np.allclose(a, b, rtol=1e-4, atol=1e-3):
+                raise ValueError(f"the volumes differ in {name}, {list(b)} and {list(a)}: resample them to one grid")
+    return (list(first.array.shape[::-1]), _geometry(spacing, first.spacing, "spacing", (1.0, 1.0, 1.0)),
+            _geometry(origin, first.origin, "origin", (0.0, 0.0, 0.0)),
+            _geometry(direction, first.direction, "direction", (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)))
+
+
+def _path(path):
+    return None if path is None else os.fspath(path)
+
+
+def _paths(paths):
+    return [os.fspath(paths)] if isinstance(paths, (str, os.PathLike)) else [os.fspath(path) for path in paths]
 
 
 class Verdict(collections.namedtuple("Verdict", "trust reasons measured")):
@@ -222,7 +247,7 @@ class Motion:
 
 
 def register(fixed, moving=None, *, spacing=None, origin=None, direction=None, mask=None, preset="balanced", times=None,
-             cyclic=False, pairwise=False, verdict=True, progress=None, device=None):
+             cyclic=False, pairwise=False, verdict=True, progress=None, gpu=None):
     """Estimates how the material of `fixed` moves to `moving`, or through a sequence.
 
     fixed, moving: two volumes of the same shape and place. Without `moving` a sequence: a list of volumes, or a 4D array (t, z, y, x).
@@ -236,7 +261,7 @@ def register(fixed, moving=None, *, spacing=None, origin=None, direction=None, m
     cyclic: the last frame leads back to the first. pairwise: of a sequence only the fields from frame to frame.
     verdict: False: nothing is measured for a verdict, which is quicker.
     progress: called with what is done and its share of all, 0 to 1; what it raises ends the estimation.
-    device: a Vulkan device, by number or part of its name.
+    gpu: the Vulkan device that computes, by number or part of its name.
 
     Returns a Motion. ValueError and TypeError for what can not be registered; KeyboardInterrupt ends it soon. RuntimeError where the Vulkan
     device fails or is lost; the next call opens it anew.
@@ -245,18 +270,8 @@ def register(fixed, moving=None, *, spacing=None, origin=None, direction=None, m
     if len(frames) < 2:
         raise ValueError("motion is between volumes: give at least two")
     first = frames[0]
-    for image in frames:
-        if image.array.ndim != 3:
-            raise ValueError(f"a volume has three dimensions (z, y, x), but one has the shape {image.array.shape}")
-        if image.array.shape != first.array.shape:
-            raise ValueError(f"the volumes have different shapes, {first.array.shape} and {image.array.shape}: resample them to one grid")
-        for name in ("spacing", "origin", "direction"):
-            a, b = getattr(image, name), getattr(first, name)
-            if a is not None and b is not None and not np.allclose(a, b, rtol=1e-4, atol=1e-3):
-                raise ValueError(f"the volumes differ in {name}, {list(b)} and {list(a)}: resample them to one grid")
-    spacing = _geometry(spacing, first.spacing, "spacing", (1.0, 1.0, 1.0))
-    origin = _geometry(origin, first.origin, "origin", (0.0, 0.0, 0.0))
-    direction = _geometry(direction, first.direction, "direction", (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0))
+    grid = _grid_of(frames, spacing, origin, direction)
+    spacing, origin, direction = grid[1:]
     if times is None and first.step_s:
         times = [k * first.step_s for k in range(len(frames))]
     times = [] if times is None else [float(time) for time in times]
@@ -268,45 +283,109 @@ def register(fixed, moving=None, *, spacing=None, origin=None, direction=None, m
         mask = np.ascontiguousarray(np.asarray(_image_of(mask).array) != 0, dtype=np.uint8)
     flags = ((_palpate.CYCLIC if cyclic else 0) | (_palpate.PAIRWISE if pairwise else 0)
              | (0 if verdict else _palpate.NO_VERDICT))
-    shape = first.array.shape
-    found = _palpate.estimate(_context(device), [_taken(image.array) for image in frames], list(shape[::-1]), spacing, origin, direction,
-                              preset, times, mask, flags, progress)
+    found = _palpate.estimate(_context(gpu), [_taken(image.array) for image in frames], *grid, preset, times, mask, flags, progress)
     return Motion(found, spacing, origin, direction)
 
 
-def open_motion(path, *, device=None):
+def open_motion(path, *, gpu=None):
     """One motion for all frames of a sequence, from the file that Motion.save() and `palpate motion` write (sequence_motion.nrrd). Its fields
     are on the grid of the file."""
-    found = _palpate.open_motion(_context(device), os.fspath(path))
+    found = _palpate.open_motion(_context(gpu), os.fspath(path))
     return Motion(found, *found.geometry())
 
 
 class Session:
-    """A scene that is felt in a loop of Python's: about 1,000 times a second it is asked for the force.
+    """A scene that is felt: in a loop of Python's, which asks for the force about 1,000 times a second (tick()), or, with device=, by a
+    thread of palpate's. Lengths are m, forces N, in the device's space: x right, y up, z towards the user.
 
-    scene: a path (a scene file, a sequence, a folder), a list of paths, or "heart", "shell", "molecule"; or json=, a scene in the words of
-    docs/scene-file.md. Motion that nothing gives is found meanwhile. Lengths are m, forces N, in the device's space: x right, y up, z towards
-    the user.
+    scene: a path (a scene file, a sequence, a folder), a list of paths, "heart", "shell", "molecule", or "igtl://HOST:PORT": the images of
+        an OpenIGTLink server, felt as they arrive; or json=, a scene in the words of docs/scene-file.md, whose paths begin in folder=.
+    modes: libraries of haptic modes of your own.
+    frames: a volume, a list of them or a 4D array, as register() takes them, instead of a scene, or for the file "frames" of a scene.
+        spacing, origin, direction: as in register(); times: s, one per frame. live: the one frame is the first of a source without end:
+        give the others to push_frame() as they arrive.
+    Of a sequence without a scene: iso_value (of the surface; None: found), width, strength_n, friction, wall ("values", "region",
+        "ridges"), values ("reference", "mean", "own"), segments (files), segment_names, segments_frame, fields (what `palpate motion`
+        wrote), frames_per_second, cyclic, scale, true_size: as the options of `palpate feel`. motion=False: the frames as they are.
+    movable: what nothing moves may be placed, see place().
+    Of "igtl://...": image, transform: device names of the images, and of the transforms that move the volume; wait_s: for the first image.
+    device: "auto", "falcon", "haply@localhost:10001", ...; "simulated" (path: press, tap, stroke, circle, sweep or a file; hand: human,
+        loose, firm, none; lets_go_s); "igtl://HOST:PORT", a tracked tool (tool: the device name of its transforms); None: Python ticks, and
+        workspace_radius_m and device_force_n say what its device can do. dead_man: a button must be held. real_time=False: the system is
+        asked for no priority. watchdog_s: ticks further apart bring the force down.
+    max_force_n, stiffness_n_per_m: 0: the scene's.
+    serve: a port at which OpenIGTLink clients get what is felt. record: a file for replay(); csv: a table of all ticks; black_box: a folder
+        for the ticks around a fault.
+    preset: of motion that nothing gives, which is found meanwhile unless estimate=False; follow: of a live source every frame is followed,
+        even where they repeat. gpu: the Vulkan device that computes, by number or part of its name.
+
+    ValueError for what can not be; OSError for what can not be written; RuntimeError where no device answers.
     """
 
-    def __init__(self, scene=(), *, json=None, folder=None, modes=(), iso_value=None, cyclic=True, movable=False, true_size=False,
-                 max_force_n=0.0, workspace_radius_m=0.1, device_force_n=8.0, preset=None, device=None, estimate=True):
-        paths = [os.fspath(scene)] if isinstance(scene, (str, os.PathLike)) else [os.fspath(path) for path in scene]
+    def __init__(self, scene=(), *, json=None, folder=None, modes=(), frames=None, spacing=None, origin=None, direction=None, times=None,
+                 live=False, iso_value=None, width=None, strength_n=None, friction=None, wall=None, values=None, segments=(),
+                 segment_names=(), segments_frame=0, fields=None, frames_per_second=None, scale=None, cyclic=True, motion=True,
+                 movable=False, true_size=False, image=None, transform=None, wait_s=10.0, device=None, path=None, hand=None,
+                 lets_go_s=None, tool=None, dead_man=False, real_time=True, watchdog_s=None, max_force_n=0.0, stiffness_n_per_m=0.0,
+                 workspace_radius_m=0.1, device_force_n=8.0, serve=0, record=None, csv=None, black_box=None, preset=None, follow=False,
+                 gpu=None, estimate=True):
+        paths = _paths(scene)
+        arrays = grid = None
+        if frames is not None:
+            images = ([_image_of(frame) for frame in frames] if isinstance(frames, (list, tuple)) else
+                      [_image_of(frames)] if _image_of(frames).array.ndim == 3 else _frames_of(frames, None))
+            if not images:
+                raise ValueError("there are no frames")
+            grid = _grid_of(images, spacing, origin, direction)
+            arrays = [_taken(frame.array) for frame in images]
+            if times is None and images[0].step_s and len(images) > 1:
+                times = [k * images[0].step_s for k in range(len(images))]
+            if times is not None and len(times) != len(images):
+                raise ValueError(f"there are {len(images)} volumes, but {len(times)} times")
+            if json is None and not paths:
+                paths = ["frames"]
         flags = ((0 if cyclic else _palpate.NOT_CYCLIC) | (_palpate.MOVABLE if movable else 0)
-                 | (_palpate.TRUE_SIZE if true_size else 0))
-        context = _context(device) if estimate else _palpate.Context(None, False)
-        self._session = _palpate.Session(context, paths, json, folder if folder is None else os.fspath(folder),
-                                         [os.fspath(library) for library in modes], iso_value, flags, max_force_n,
-                                         workspace_radius_m, device_force_n, preset)
+                 | (_palpate.TRUE_SIZE if true_size else 0) | (_palpate.LIVE if live else 0) | (0 if motion else _palpate.NO_MOTION))
+        of_scene = {
+            "flags": flags, "paths": paths, "json": json, "folder": _path(folder), "mode_libraries": _paths(modes), "frames": arrays,
+            "grid": grid, "times": [] if times is None else [float(time) for time in times], "iso_value": iso_value, "width": width,
+            "strength_n": strength_n, "friction": friction, "wall": wall, "values": values, "segments": _paths(segments),
+            "segment_names": _paths(segment_names), "segments_frame": segments_frame, "fields": _path(fields),
+            "frames_per_second": frames_per_second, "scale": scale, "image": image, "transform": transform, "wait_s": wait_s}
+        flags = ((0 if estimate else _palpate.NO_ESTIMATION) | (0 if real_time else _palpate.NO_REAL_TIME)
+                 | (_palpate.DEAD_MAN if dead_man else 0) | (_palpate.FOLLOW if follow else 0))
+        of_session = {
+            "flags": flags, "device": device, "path": _path(path), "hand": hand, "lets_go_s": lets_go_s, "tool": tool,
+            "watchdog_s": watchdog_s, "max_force_n": max_force_n, "stiffness_n_per_m": stiffness_n_per_m,
+            "workspace_radius_m": workspace_radius_m, "device_force_n": device_force_n, "serve": serve, "record": _path(record),
+            "csv": _path(csv), "black_box": _path(black_box), "preset": preset}
+        context = _context(gpu) if estimate else _palpate.Context(None, False)
+        self._session = _palpate.Session(context, of_scene, of_session)
 
     def tick(self, position_m, time_ns=0, buttons=0):
-        """One haptic frame: the force (x, y, z), N, for a hand at `position_m`. time_ns: of a clock that runs evenly; 0: now."""
+        """One haptic frame: the force (x, y, z), N, for a hand at `position_m`. time_ns: of a clock that runs evenly; 0: now. ValueError
+        with device=, whose thread ticks."""
         return self._session.tick(position_m, time_ns, buttons)
+
+    def push_frame(self, frame, *, spacing=None, origin=None, direction=None, time_ns=0):
+        """The next frame of a live source (frames=, live=True): an array (z, y, x) or an image. Where neither says where it lies, it lies
+        where the first one does. The hand is carried to the newest frame; those that come while a motion is found are left out. time_ns:
+        time.monotonic_ns() when it was taken; 0: now."""
+        image = _image_of(frame)
+        grid = None
+        if any(known is not None for known in (spacing, origin, direction, image.spacing)):
+            grid = _grid_of([image], spacing, origin, direction)
+        self._session.push_frame(_taken(image.array), grid, time_ns)
+
+    def replay(self, recording, *, tubes=None):
+        """Does a recording of this scene (record=, `palpate feel --record`) again, and compares every bit. tubes: a file for the stream
+        tubes that were released then. A dict: "ticks", "different" (of them), "first_different" (None: there is none), "is_cut_off"."""
+        return self._session.replay(os.fspath(recording), _path(tubes))
 
     @property
     def state(self):
         """The newest haptic frame: hand, proxy and force in the world, contact, why the force is not the scene's, the volumes' places and
-        times, and how far the motion is known. A dict."""
+        times, how far the motion is known, and what has become of live frames. A dict."""
         return self._session.state()
 
     @property
@@ -394,7 +473,7 @@ class Session:
         return self._session.at_rest()
 
     def close(self):
-        """Ends it. Further calls fail with a ValueError."""
+        """Ends it. Further calls fail with a ValueError. OSError where a recording or a table could not be written whole."""
         self._session.close()
 
     def __enter__(self):

@@ -49,9 +49,9 @@ def register(
     pairwise: bool = False,
     verdict: bool = True,
     progress: Callable[[str, float], None] | None = None,
-    device: str | None = None,
+    gpu: str | None = None,
 ) -> Motion: ...
-def open_motion(path: str | PathLike[str], *, device: str | None = None) -> Motion: ...
+def open_motion(path: str | PathLike[str], *, gpu: str | None = None) -> Motion: ...
 
 class Session:
     def __init__(
@@ -61,18 +61,63 @@ class Session:
         json: str | None = None,
         folder: str | PathLike[str] | None = None,
         modes: Sequence[str | PathLike[str]] = (),
+        frames: Any = None,
+        spacing: Sequence[float] | None = None,
+        origin: Sequence[float] | None = None,
+        direction: ArrayLike | None = None,
+        times: Sequence[float] | None = None,
+        live: bool = False,
         iso_value: float | None = None,
+        width: float | None = None,
+        strength_n: float | None = None,
+        friction: float | None = None,
+        wall: str | None = None,
+        values: str | None = None,
+        segments: str | PathLike[str] | Sequence[str | PathLike[str]] = (),
+        segment_names: str | Sequence[str] = (),
+        segments_frame: int = 0,
+        fields: str | PathLike[str] | None = None,
+        frames_per_second: float | None = None,
+        scale: float | None = None,
         cyclic: bool = True,
+        motion: bool = True,
         movable: bool = False,
         true_size: bool = False,
+        image: str | None = None,
+        transform: str | None = None,
+        wait_s: float = 10.0,
+        device: str | None = None,
+        path: str | PathLike[str] | None = None,
+        hand: str | None = None,
+        lets_go_s: float | None = None,
+        tool: str | None = None,
+        dead_man: bool = False,
+        real_time: bool = True,
+        watchdog_s: float | None = None,
         max_force_n: float = 0.0,
+        stiffness_n_per_m: float = 0.0,
         workspace_radius_m: float = 0.1,
         device_force_n: float = 8.0,
+        serve: int = 0,
+        record: str | PathLike[str] | None = None,
+        csv: str | PathLike[str] | None = None,
+        black_box: str | PathLike[str] | None = None,
         preset: str | None = None,
-        device: str | None = None,
+        follow: bool = False,
+        gpu: str | None = None,
         estimate: bool = True,
     ) -> None: ...
     def tick(self, position_m: Sequence[float], time_ns: int = 0, buttons: int = 0) -> list[float]: ...
+    def push_frame(
+        self,
+        frame: Any,
+        *,
+        spacing: Sequence[float] | None = None,
+        origin: Sequence[float] | None = None,
+        direction: ArrayLike | None = None,
+        time_ns: int = 0,
+    ) -> None: ...
+    def replay(self, recording: str | PathLike[str], *, tubes: str | PathLike[str] | None = None) -> dict[str, Any]: ...
     @property
     def state(self) -> dict[str, Any]: ...
     @property

@@ -1,12 +1,13 @@
-#include "integration/app/felt_server.h"
+#include "integration/sessions/felt_server.h"
 
 #include <chrono>
 #include <cmath>
 
+#include "compute/vulkan/caught.h"
 #include "module/haptics/real_time.h"
 #include "module/session/moved_volume.h"
 
-namespace palpate::app {
+namespace palpate::sessions {
 namespace {
 
 using namespace std::chrono_literals;
@@ -35,8 +36,21 @@ Result<std::unique_ptr<FeltServer>> FeltServer::start(uint16_t port) {
 }
 
 void FeltServer::begin(Session& session) {
-  places_ = std::make_unique<Background>(kPlaces, [this, &session] { send_places(session); });
-  images_ = std::jthread([this, &session](std::stop_token stop) { send_images(stop, session); });
+  // What finds no memory is left out: the next one may.
+  places_ = std::make_unique<Background>(kPlaces, [this, &session] {
+    (void)caught([&]() -> Status {
+      send_places(session);
+      return Nothing{};
+    });
+  });
+  images_ = std::jthread([this, &session](std::stop_token stop) {
+    give_way(BackgroundWork::kEstimation);
+    while (!stop.stop_requested())
+      (void)caught([&]() -> Status {
+        send_images(stop, session);
+        return Nothing{};
+      });
+  });
 }
 
 void FeltServer::end() {
@@ -68,7 +82,6 @@ void FeltServer::send_places(Session& session) {
 }
 
 void FeltServer::send_images(std::stop_token stop, Session& session) {
-  give_way(BackgroundWork::kEstimation);
   std::shared_ptr<const MovingVolume> last;
   double last_s = -1.0;
   uint64_t last_connections = 0;
@@ -103,4 +116,4 @@ void FeltServer::send_images(std::stop_token stop, Session& session) {
   }
 }
 
-}  // namespace palpate::app
+}  // namespace palpate::sessions

@@ -6,12 +6,12 @@
 #include <vector>
 
 #include "compute/volume/result.h"
-#include "integration/app/feel_numbers.h"
+#include "integration/sessions/feel_numbers.h"
 #include "module/haptics/background.h"
 #include "module/haptics/mailbox.h"
 #include "module/haptics/servo_loop.h"
 
-namespace palpate::app {
+namespace palpate::sessions {
 
 /// Sums up a run for its summary and pictures, and writes every tick as CSV if asked. Its memory
 /// does not grow with the run. The servo thread hands them over
@@ -49,4 +49,4 @@ class TickLog final : public TickListener {
   std::unique_ptr<Background> background_;
 };
 
-}  // namespace palpate::app
+}  // namespace palpate::sessions

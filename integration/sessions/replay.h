@@ -7,7 +7,7 @@
 #include "module/haptics/recording.h"
 #include "module/session/hand_tubes.h"
 
-namespace palpate::app {
+namespace palpate::sessions {
 
 /// Runs a recording again with the scene as it was loaded now. kBadInput if it was made with
 /// another scene, is damaged, or lost ticks. `tubes` gets the stream tubes that the hand released,
@@ -18,4 +18,4 @@ Result<Replay> replay_felt(const LoadedScene& scene, const std::filesystem::path
 /// "every output is the recorded one, bit by bit", or where it is not.
 std::string replay_text(const Replay& replay);
 
-}  // namespace palpate::app
+}  // namespace palpate::sessions

@@ -1,11 +1,11 @@
-#include "integration/app/live_source.h"
+#include "integration/sessions/live_source.h"
 
 #include <fmt/format.h>
 
 #include <cmath>
 #include <glm/gtc/quaternion.hpp>
 
-namespace palpate::app {
+namespace palpate::sessions {
 namespace {
 
 using openigtlink::Rigid;
@@ -30,6 +30,32 @@ Transform in_volume_space(const Rigid& lps) {
 }
 
 }  // namespace
+
+Result<LoadedScene> live_scene(const std::string& name, const Volume& first,
+                               const scenes::SequenceChoices& choices, bool felt, bool placed,
+                               const scenes::OnDoing& doing) {
+  // It stands in place of a file's name.
+  std::string volume = name.empty() ? "live" : name;
+  for (char& c : volume)
+    if (c == '/' || c == '.') c = '_';
+  auto given = std::make_shared<scenes::GivenVolume>();
+  given->frames = LiveSequence::standing(first);
+  scenes::SequenceChoices of_live = choices;
+  of_live.given[volume] = given;
+  of_live.wall = scenes::FeltWall::kValues;  // no motion is known that would carry another
+  of_live.cyclic = true;
+  of_live.values = CarriedValues::kOwn;
+  of_live.frames_per_second = 0.0;
+  auto scene = felt ? scenes::load_scene({volume}, of_live, doing)
+                    : scenes::load_seen_scene({volume}, of_live, doing);
+  if (!scene) return scene;
+  LiveSequence::prepare(*scene, 0);
+  if (placed) {
+    scene->spec.volumes[0].drive.kind = DriveSpec::Kind::kSecondHand;
+    scene->spec.volumes[0].path = usual_path(DriveSpec::Kind::kSecondHand);
+  }
+  return scene;
+}
 
 Result<std::unique_ptr<LiveSource>> LiveSource::open(const std::string& place,
                                                      LiveSourceOptions options) {
@@ -63,15 +89,15 @@ void LiveSource::take(openigtlink::ArrivedImage image) {
   LiveSequence* sequence = nullptr;
   {
     const std::lock_guard lock(mutex_);
-    if (!first_) {
-      first_ = std::move(image);
+    sequence = sequence_.get();
+    if (!sequence) {
+      newest_ = std::move(image);
       changed_.notify_all();
       return;
     }
-    sequence = sequence_.get();
   }
   // end() stops this thread before it takes the sequence away.
-  if (sequence) sequence->push(image.volume, image.arrived_ns);
+  sequence->push(image.volume, image.arrived_ns);
 }
 
 /// The first transform is where the volume stands; what follows moves it from there. A jump moves
@@ -101,51 +127,44 @@ void LiveSource::take(const Rigid& rigid) {
 }
 
 Result<LoadedScene> LiveSource::load(const scenes::SequenceChoices& choices, bool felt,
-                                     const scenes::OnDoing& doing) {
-  const std::string name = place_;
-  std::string volume = "live";
-  auto given = std::make_shared<scenes::GivenVolume>();
+                                     const scenes::OnDoing& doing, double most_s) {
+  using Clock = std::chrono::steady_clock;
+  const auto begun = Clock::now();
+  openigtlink::ArrivedImage first;
   {
     std::unique_lock lock(mutex_);
-    while (!first_) {
+    while (!newest_) {
+      const bool connected = client_->is_connected();
       if (doing)
-        doing(client_->is_connected() ? "waiting for the first image from " + name
-                                      : "waiting for " + name);
+        doing(connected ? "waiting for the first image from " + place_ : "waiting for " + place_);
+      if (most_s > 0.0 && std::chrono::duration<double>(Clock::now() - begun).count() > most_s)
+        return Error{
+            ErrorKind::kNoDevice,
+            fmt::format("{} {} within {:.3g} s: start the OpenIGTLink server that sends "
+                        "the images, or wait longer",
+                        place_, connected ? "has sent no image" : "does not answer", most_s)};
       changed_.wait_for(lock, std::chrono::milliseconds(200),
-                        [this] { return first_.has_value(); });
+                        [this] { return newest_.has_value(); });
     }
-    given->frames = LiveSequence::standing(first_->volume);
-    if (!first_->device.empty()) volume = first_->device;
+    first = std::move(*newest_);
+    newest_.reset();
+    grid_ = first.volume.grid;
   }
-  // It stands in place of a file's name.
-  for (char& c : volume)
-    if (c == '/' || c == '.') c = '_';
-  scenes::SequenceChoices of_live = choices;
-  of_live.given[volume] = given;
-  of_live.wall = scenes::FeltWall::kValues;  // no motion is known that would carry another
-  of_live.cyclic = true;
-  of_live.values = CarriedValues::kOwn;
-  of_live.frames_per_second = 0.0;
-  auto scene =
-      felt ? scenes::load_scene({volume}, of_live) : scenes::load_seen_scene({volume}, of_live);
-  if (!scene) return scene;
-  LiveSequence::prepare(*scene, 0);
-  if (!options_.transform.empty()) {
-    scene->spec.volumes[0].drive.kind = DriveSpec::Kind::kSecondHand;
-    scene->spec.volumes[0].path = usual_path(DriveSpec::Kind::kSecondHand);
-  }
-  return scene;
+  return live_scene(first.device, first.volume, choices, felt, !options_.transform.empty());
 }
 
-void LiveSource::begin(Session& session) {
+void LiveSource::begin(Session& session, const Grid& grid) {
   const std::lock_guard lock(mutex_);
   LiveSequenceOptions options;
   options.preset = options_.preset;
   options.open_context = options_.open_context;
   options.keep_cycles = options_.keep_cycles;
   options.on_note = options_.on_note;
-  sequence_ = std::make_unique<LiveSequence>(session, 0, first_->volume, std::move(options));
+  sequence_ = std::make_unique<LiveSequence>(session, 0, grid, std::move(options));
   session_ = &session;
+  // What has come since load(); from now on the client's thread pushes.
+  if (newest_) sequence_->push(newest_->volume, newest_->arrived_ns);
+  newest_.reset();
   start_ = placed_ = session.scene()->volumes[0].spec.transform;
 }
 
@@ -161,6 +180,11 @@ void LiveSource::end() {
   client_.reset();
   const std::lock_guard lock(mutex_);
   sequence_.reset();
+}
+
+LiveNumbers LiveSource::numbers() const {
+  const std::lock_guard lock(mutex_);
+  return sequence_ ? sequence_->numbers() : last_numbers_;
 }
 
 std::string LiveSource::live_text() const {
@@ -198,4 +222,4 @@ std::string LiveSource::summary() const {
   return text;
 }
 
-}  // namespace palpate::app
+}  // namespace palpate::sessions

@@ -9,8 +9,17 @@
 #include "integration/openigtlink/client.h"
 #include "module/haptics/background.h"
 #include "module/scene/transform.h"
+#include "module/session/loaded_scene.h"
 
-namespace palpate::app {
+namespace palpate::sessions {
+
+/// What a tracked tool moves: a hand in the world, at its true size, that gives no force. Trackers
+/// send some ten places a second: it follows as slowly as a mouse.
+desktop::MouseProbeOptions tool_probe();
+
+/// The hand's space is the world around the middle of the first volume, for a hand that is felt at
+/// its true size.
+void stand_in_true_size(LoadedScene& scene);
 
 /// A tracked tool as the hand: the TRANSFORMs of an OpenIGTLink server say where its tip is, in the
 /// patient space of the first volume as that stands at the start. It gives no force.
@@ -29,6 +38,8 @@ class ToolSource {
   /// is then.
   void begin(desktop::MouseProbe& probe, const Transform& world_from_volume,
              const Transform& world_from_device);
+  /// The same in a scene as it is at its start; after stand_in_true_size().
+  void begin(desktop::MouseProbe& probe, const SceneSpec& spec);
   void end();
   static constexpr int64_t kSilence_ns = 300'000'000;
   static constexpr double kFastest_m_per_s = 3.0;
@@ -53,4 +64,4 @@ class ToolSource {
   std::unique_ptr<openigtlink::Client> client_;
 };
 
-}  // namespace palpate::app
+}  // namespace palpate::sessions

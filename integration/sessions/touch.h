@@ -6,7 +6,7 @@
 #include "integration/scenes/load_scene.h"
 #include "module/haptics/device.h"
 
-namespace palpate::app {
+namespace palpate::sessions {
 
 /// Where a simulated hand can press a surface of the scene's first frame: the first place at which
 /// a surface mode comes to half its strength, or a segment begins, on the way from the edge of the
@@ -16,4 +16,4 @@ namespace palpate::app {
 std::optional<devices::PathPlace> place_to_touch(const LoadedScene& scene,
                                                  const DeviceInfo& device);
 
-}  // namespace palpate::app
+}  // namespace palpate::sessions

@@ -6,7 +6,7 @@
 
 #include "module/haptics/servo_loop.h"
 
-namespace palpate::app {
+namespace palpate::sessions {
 
 /// What is kept of a tick for summary and pictures. Space: force of the device, places of the
 /// world.
@@ -82,4 +82,4 @@ class TickHistory {
   TickRow smallest_, largest_;
 };
 
-}  // namespace palpate::app
+}  // namespace palpate::sessions

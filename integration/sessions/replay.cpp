@@ -1,15 +1,14 @@
-#include "integration/app/replay.h"
+#include "integration/sessions/replay.h"
 
 #include <fmt/format.h>
 
-#include "integration/app/headset/gated_device.h"
 #include "integration/files/sentences.h"
 #include "integration/scenes/mode_library.h"
 #include "integration/scenes/replay_key.h"
 #include "module/haptics/scene.h"
 #include "module/haptics/scene_ticker.h"
 
-namespace palpate::app {
+namespace palpate::sessions {
 namespace {
 
 /// Does what the hand asked for in each tick.
@@ -50,7 +49,7 @@ Result<Replay> replay_felt(const LoadedScene& felt, const std::filesystem::path&
   HapticsOptions options;
   options.safety = key->safety;
   SceneTicker ticker(options, key->device);
-  ticker.take_buttons(tube_buttons(key->safety));
+  ticker.take_buttons(key->tube_buttons);
   ticker.offer(*assembled);
   CommandTaker taker(ticker, **assembled, tubes);
   return replay(*recording, ticker, &taker);
@@ -65,4 +64,4 @@ std::string replay_text(const Replay& replay) {
       replay.different, replay.first_different, replay.first_field, cut_off);
 }
 
-}  // namespace palpate::app
+}  // namespace palpate::sessions

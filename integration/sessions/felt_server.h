@@ -6,7 +6,7 @@
 #include "integration/openigtlink/server.h"
 #include "module/session/session.h"
 
-namespace palpate::app {
+namespace palpate::sessions {
 
 /// Sends what is felt to OpenIGTLink clients while it is felt, from threads of low priority: ten
 /// times a second where the proxy is (TRANSFORM "palpate_proxy") and the force (SENSOR
@@ -38,4 +38,4 @@ class FeltServer {
   std::jthread images_;
 };
 
-}  // namespace palpate::app
+}  // namespace palpate::sessions

@@ -1,10 +1,11 @@
-#include "integration/app/tick_log.h"
+#include "integration/sessions/tick_log.h"
 
 #include <fmt/format.h>
 
+#include "compute/vulkan/caught.h"
 #include "integration/files/sentences.h"
 
-namespace palpate::app {
+namespace palpate::sessions {
 namespace {
 
 constexpr const char* kHeader =
@@ -22,8 +23,14 @@ Result<std::unique_ptr<TickLog>> TickLog::start(const std::filesystem::path& csv
     if (!log->file_) return files::bad_output(csv, "can not be written: name a place that can");
     log->failed_ = std::fputs(kHeader, log->file_.get()) < 0;
   }
-  log->background_ = std::make_unique<Background>(std::chrono::milliseconds(50),
-                                                  [log = log.get()] { log->drain(); });
+  log->background_ =
+      std::make_unique<Background>(std::chrono::milliseconds(50), [log = log.get()] {
+        const Status drained = caught([&]() -> Status {
+          log->drain();
+          return Nothing{};
+        });
+        log->failed_ |= !drained;
+      });
   return log;
 }
 
@@ -72,8 +79,8 @@ Status TickLog::finish() {
   background_.reset();
   if (!file_) return Nothing{};
   failed_ |= std::fclose(file_.release()) != 0;
-  if (failed_) return files::bad_output(path_, "is not complete: the disk may be full");
+  if (failed_) return files::bad_output(path_, "is not complete: the disk or the memory may be full");
   return Nothing{};
 }
 
-}  // namespace palpate::app
+}  // namespace palpate::sessions

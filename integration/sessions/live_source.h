@@ -12,7 +12,14 @@
 #include "integration/scenes/load_scene.h"
 #include "module/session/live_sequence.h"
 
-namespace palpate::app {
+namespace palpate::sessions {
+
+/// The scene of a live source of that name: its first frame, which stands still until a
+/// LiveSequence follows what comes. `felt` false: only looked at. `placed`: transforms, or a host,
+/// say where the volume is. kBadInput in one sentence. Any thread.
+Result<LoadedScene> live_scene(const std::string& name, const Volume& first,
+                               const scenes::SequenceChoices& choices, bool felt, bool placed,
+                               const scenes::OnDoing& doing = {});
 
 struct LiveSourceOptions {
   std::string image;      ///< device name of the images; empty: the first one's
@@ -34,19 +41,25 @@ class LiveSource {
   LiveSource(const LiveSource&) = delete;
   LiveSource& operator=(const LiveSource&) = delete;
 
-  /// The scene with the first frame, which is waited for; `doing` hears so meanwhile.
+  /// The scene with the first frame, which is waited for; `doing` hears so meanwhile. kNoDevice if
+  /// none has come after `most_s` seconds; 0: there is no end to it.
   Result<LoadedScene> load(const scenes::SequenceChoices& choices, bool felt,
-                           const scenes::OnDoing& doing);
+                           const scenes::OnDoing& doing, double most_s = 0.0);
+  /// Of the first frame; after load().
+  const Grid& grid() const { return grid_; }
   /// Follows from now on. `session` is borrowed and feels what load() gave.
-  void begin(Session& session);
+  void begin(Session& session) { begin(session, grid_); }
+  /// The same for a scene that another source has loaded, whose first frame has that grid.
+  void begin(Session& session, const Grid& grid);
   /// No frame goes into the session any more. Before the session ends.
   void end();
 
   /// For the live line: "12 frames, 0.21 s behind"; and at the end, in full.
   std::string live_text() const;
   std::string summary() const;
-  /// What came and what became of it; after end().
-  const LiveNumbers& numbers() const { return last_numbers_; }
+  /// What has become of what came. Any thread.
+  LiveNumbers numbers() const;
+  /// What came; after end().
   const openigtlink::ClientNumbers& arrived() const { return client_numbers_; }
 
  private:
@@ -57,10 +70,11 @@ class LiveSource {
 
   LiveSourceOptions options_;
   std::string place_;
+  Grid grid_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  std::optional<openigtlink::ArrivedImage> first_;
-  LiveNumbers last_numbers_;  ///< after end(), with the next
+  std::optional<openigtlink::ArrivedImage> newest_;  ///< that came while nothing follows
+  LiveNumbers last_numbers_;                         ///< after end(), with the next
   openigtlink::ClientNumbers client_numbers_;
   Session* session_ = nullptr;
   std::unique_ptr<LiveSequence> sequence_;
@@ -71,4 +85,4 @@ class LiveSource {
   std::unique_ptr<openigtlink::Client> client_;
 };
 
-}  // namespace palpate::app
+}  // namespace palpate::sessions

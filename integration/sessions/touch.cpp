@@ -1,4 +1,4 @@
-#include "integration/app/touch.h"
+#include "integration/sessions/touch.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 #include "module/scene/segment_modes.h"
 
-namespace palpate::app {
+namespace palpate::sessions {
 namespace {
 
 constexpr double kStep_m = 0.25e-3;
@@ -194,4 +194,4 @@ std::optional<devices::PathPlace> place_to_touch(const LoadedScene& scene,
   return from_inside(surfaces, device);
 }
 
-}  // namespace palpate::app
+}  // namespace palpate::sessions

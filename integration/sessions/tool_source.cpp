@@ -1,18 +1,43 @@
-#include "integration/app/tool_source.h"
+#include "integration/sessions/tool_source.h"
 
 #include <fmt/format.h>
 
 #include <chrono>
 
 #include "module/haptics/monotonic.h"
+#include "module/scene/drive.h"
 
-namespace palpate::app {
+namespace palpate::sessions {
 namespace {
 
 constexpr std::chrono::milliseconds kPause{4};
 constexpr int64_t kShortest_ns = 20'000'000;  // transforms that come in one packet are no speed
 
+constexpr double kArm_m = 1.0;          // it is felt so far around the scene
+constexpr double kSpeed_m_per_s = 1.4;  // real movements are not held back; below what guards damp
+
+Transform place_at_start(const SceneSpec& spec) {
+  const VolumeSpec& first = spec.volumes.front();
+  return driven(first.drive, first.transform, 0.0);
+}
+
 }  // namespace
+
+desktop::MouseProbeOptions tool_probe() {
+  desktop::MouseProbeOptions options;
+  options.kind = "tool";
+  options.waits = true;
+  options.workspace_radius_m = kArm_m;
+  options.speed_m_per_s = kSpeed_m_per_s;
+  return options;
+}
+
+void stand_in_true_size(LoadedScene& scene) {
+  const FrameData& frame = *scene.data.front()->frames.front();
+  scene.spec.world_from_device = {};
+  scene.spec.world_from_device.translation_m =
+      place_at_start(scene.spec).world_from_volume(0.5 * (frame.low_m() + frame.high_m()));
+}
 
 Result<std::unique_ptr<ToolSource>> ToolSource::open(
     const std::string& place, const std::string& tool,
@@ -58,6 +83,10 @@ void ToolSource::begin(desktop::MouseProbe& probe, const Transform& world_from_v
   moves_ = std::make_unique<Background>(kPause, [this, &probe] { move(probe); });
 }
 
+void ToolSource::begin(desktop::MouseProbe& probe, const SceneSpec& spec) {
+  begin(probe, place_at_start(spec), spec.world_from_device);
+}
+
 /// On one thread: a probe is moved by one.
 void ToolSource::move(desktop::MouseProbe& probe) {
   glm::dvec3 tip_mm;
@@ -91,4 +120,4 @@ std::string ToolSource::summary() const {
   return text;
 }
 
-}  // namespace palpate::app
+}  // namespace palpate::sessions

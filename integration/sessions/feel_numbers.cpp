@@ -1,8 +1,8 @@
-#include "integration/app/feel_numbers.h"
+#include "integration/sessions/feel_numbers.h"
 
 #include <algorithm>
 
-namespace palpate::app {
+namespace palpate::sessions {
 namespace {
 
 void count_cause(FeelNumbers& numbers, const TickRow& row) {
@@ -90,4 +90,4 @@ void TickHistory::thin() {
   group_ = group_ == 1 ? 4 : 2 * group_;
 }
 
-}  // namespace palpate::app
+}  // namespace palpate::sessions

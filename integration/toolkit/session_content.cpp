@@ -1,0 +1,72 @@
+#include "integration/toolkit/session_content.h"
+
+#include <utility>
+
+#include "module/haptics/monotonic.h"
+
+namespace palpate::toolkit {
+
+Status SessionContent::push(const PalGrid* grid, PalSampleType type, const void* samples,
+                            int64_t time_ns) {
+  const auto refused = [](const char* sentence) { return Error{ErrorKind::kBadInput, sentence}; };
+  const int64_t now_ns = monotonic_ns();
+  const std::lock_guard one_at_a_time(pushing_);
+  // stop() takes it away only between two frames.
+  LiveSequence* sequence = nullptr;
+  {
+    const std::lock_guard lock(live_mutex_);
+    sequence = pushed_.get();
+  }
+  if (!sequence)
+    return refused(
+        "The session takes no frames: its scene was not opened with PAL_SCENE_LIVE, or it was "
+        "stopped");
+  if (time_ns < 0 || time_ns > now_ns)
+    return refused("The time of a frame is CLOCK_MONOTONIC when it was taken, not in the future");
+  Grid where = pushed_grid_;
+  if (grid) {
+    auto given = grid_of(*grid);
+    if (!given) return given.error();
+    where = *given;
+  }
+  auto frame = volume_of(where, type, samples);
+  if (!frame) return frame.error();
+  sequence->push(*frame, time_ns > 0 ? time_ns : now_ns);
+  return Nothing{};
+}
+
+LiveNumbers SessionContent::live_numbers() {
+  if (source) return source->numbers();
+  const std::lock_guard lock(live_mutex_);
+  return pushed_ ? pushed_->numbers() : last_numbers_;
+}
+
+void SessionContent::stop() {
+  const std::lock_guard one_at_a_time(stopping_);
+  if (!session) return;
+  if (server) server->end();
+  if (source) source->end();
+  {
+    const std::lock_guard pushing(pushing_);
+    std::unique_ptr<LiveSequence> ended;
+    {
+      const std::lock_guard lock(live_mutex_);
+      if (pushed_) last_numbers_ = pushed_->numbers();
+      ended = std::move(pushed_);
+    }
+  }
+  session->stop();
+  if (tool) tool->end();
+}
+
+Status SessionContent::finish() {
+  stop();
+  Status done = Nothing{};
+  if (!session || std::exchange(finished_, true)) return done;
+  if (recorder) done = recorder->finish();
+  if (!table) return done;
+  const Status written = table->finish();
+  return done ? written : done;
+}
+
+}  // namespace palpate::toolkit
