@@ -23,14 +23,13 @@ Result<std::unique_ptr<TickLog>> TickLog::start(const std::filesystem::path& csv
     if (!log->file_) return files::bad_output(csv, "can not be written: name a place that can");
     log->failed_ = std::fputs(kHeader, log->file_.get()) < 0;
   }
-  log->background_ =
-      std::make_unique<Background>(std::chrono::milliseconds(50), [log = log.get()] {
-        const Status drained = caught([&]() -> Status {
-          log->drain();
-          return Nothing{};
-        });
-        log->failed_ |= !drained;
-      });
+  log->background_ = std::make_unique<Background>(std::chrono::milliseconds(50), [log = log.get()] {
+    const Status drained = caught([&]() -> Status {
+      log->drain();
+      return Nothing{};
+    });
+    log->failed_ |= !drained;
+  });
   return log;
 }
 
@@ -79,7 +78,8 @@ Status TickLog::finish() {
   background_.reset();
   if (!file_) return Nothing{};
   failed_ |= std::fclose(file_.release()) != 0;
-  if (failed_) return files::bad_output(path_, "is not complete: the disk or the memory may be full");
+  if (failed_)
+    return files::bad_output(path_, "is not complete: the disk or the memory may be full");
   return Nothing{};
 }
 
