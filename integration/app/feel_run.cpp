@@ -253,18 +253,10 @@ class FeelRun {
     if (!scene) return scene;
     apply_choices(*scene);
     if (command_.hand) doing("looking for a surface to touch");
-    auto opened = open_force_device(choice, *scene);
+    const bool fit = command_.hand && scene->from_sequence && command_.scale == "fit";
+    auto opened = open_force_device(choice, *scene, fit);
     if (!opened) return opened.error();
     opened_ = std::move(*opened);
-    // Only now is it known how far the device reaches; a path that touches the data is found anew.
-    if (command_.hand && scene->from_sequence && command_.scale == "fit" && !opened_.tool) {
-      fit_to_reach(*scene, opened_.device->info());
-      if (opened_.simulated) {
-        auto again = open_force_device(choice, *scene);
-        if (!again) return again.error();
-        opened_ = std::move(*again);
-      }
-    }
     return scene;
   }
 

@@ -19,11 +19,13 @@ constexpr double kControllerSettle_per_s = 150.0, kControllerSpeed_m_per_s = 1.4
 
 constexpr double kMouseStart = 0.9;  // of the reach, towards the person: before all there is
 
-Result<OpenedDevice> simulated(const ForceDeviceChoice& choice, const LoadedScene& scene,
+Result<OpenedDevice> simulated(const ForceDeviceChoice& choice, LoadedScene& scene, bool fit,
                                std::string why) {
   auto options = simulated_options(choice);
   if (!options) return options.error();
-  const DeviceInfo info = devices::SimulatedDevice(*options).info();
+  const DeviceInfo info = devices::info_of(*options);
+  // Before a place to touch is looked for: it is where the data are then.
+  if (fit) fit_to_reach(scene, info);
   const auto touch = place_to_touch(scene, info);
   devices::PathPlace place;
   if (touch) {
@@ -159,7 +161,9 @@ Result<std::unique_ptr<ForceDevice>> find_force_device(const ForceDeviceChoice& 
                                     {"", choice.falcon_firmware.string(), choice.real_time});
 }
 
-Result<OpenedDevice> open_force_device(const ForceDeviceChoice& choice, const LoadedScene& scene) {
+namespace {
+
+Result<OpenedDevice> opened_for(const ForceDeviceChoice& choice, LoadedScene& scene, bool fit) {
   if (choice.device == "none") {
     // A probe that nobody moves, out of the way.
     OpenedDevice opened;
@@ -170,7 +174,8 @@ Result<OpenedDevice> open_force_device(const ForceDeviceChoice& choice, const Lo
     opened.why = "none: it is only looked at.";
     return opened;
   }
-  if (choice.device == "simulated") return simulated(choice, scene, "simulated device, as asked.");
+  if (choice.device == "simulated")
+    return simulated(choice, scene, fit, "simulated device, as asked.");
   if (choice.device == "mouse") return mouse("mouse, as asked; it gives no force.");
   if (choice.device == "tool") return tool();
   if (choice.device == "controller")
@@ -182,13 +187,23 @@ Result<OpenedDevice> open_force_device(const ForceDeviceChoice& choice, const Lo
       return controller(
           "controller, as no force device is there; vibration says what force it would be.");
     if (choice.has_window) return mouse("mouse, as no force device is there; it gives no force.");
-    return simulated(choice, scene, "simulated device, as no force device is there.");
+    return simulated(choice, scene, fit, "simulated device, as no force device is there.");
   }
   OpenedDevice opened;
   opened.device = std::move(*device);
   const DeviceInfo info = opened.device->info();
   opened.why = fmt::format("{}{}{}", info.name, info.place.empty() ? "" : ", " + info.place,
                            choice.device == "auto" ? ", which is there." : ", as asked.");
+  return opened;
+}
+
+}  // namespace
+
+Result<OpenedDevice> open_force_device(const ForceDeviceChoice& choice, LoadedScene& scene,
+                                       bool fit) {
+  auto opened = opened_for(choice, scene, fit);
+  if (opened && fit && !opened->simulated && !opened->tool)
+    fit_to_reach(scene, opened->device->info());
   return opened;
 }
 
