@@ -191,7 +191,7 @@ class FeelRun {
     announce(command_, *scene, opened_, live_ != nullptr, console_);
     console_.say("Seen      " + seen_.why);
     if (const Status ready = start_listeners(*scene); !ready) return fail(console_, ready.error());
-    const LoadedScene at_start = *scene;
+    const SceneSpec at_start = scene->spec;
     cancel.end_at_once(false);
     if (const Status started = start(std::move(*scene)); !started)
       return fail(console_, started.error());
@@ -247,6 +247,7 @@ class FeelRun {
       if (const Status opened = open_live(); !opened) return opened.error();
     scenes::SequenceChoices choices = command_.sequence;
     choices.finds_motion = !command_.no_motion && command_.record.empty();
+    choices.holds_frames = choices.finds_motion;
     auto scene = live            ? live_->load(choices, command_.hand, doing)
                  : command_.hand ? scenes::load_scene(command_.inputs, choices, doing)
                                  : scenes::load_seen_scene(command_.inputs, choices, doing);
@@ -329,11 +330,11 @@ class FeelRun {
     const FrameData& frame = *scene.data.front()->frames.front();
     scene.spec.world_from_device = {};
     scene.spec.world_from_device.translation_m =
-        place_at_start(scene).world_from_volume(0.5 * (frame.low_m() + frame.high_m()));
+        place_at_start(scene.spec).world_from_volume(0.5 * (frame.low_m() + frame.high_m()));
   }
 
-  static Transform place_at_start(const LoadedScene& scene) {
-    const VolumeSpec& first = scene.spec.volumes.front();
+  static Transform place_at_start(const SceneSpec& scene) {
+    const VolumeSpec& first = scene.volumes.front();
     return driven(first.drive, first.transform, 0.0);
   }
 
@@ -427,7 +428,7 @@ class FeelRun {
     return motion_known_s + opened_.path_s + 0.5;
   }
 
-  void feel(const LoadedScene& scene, std::stop_token stop) {
+  void feel(const SceneSpec& scene, std::stop_token stop) {
     if (outputs_) {
       GalleryOptions options;
       options.gpu = command_.gpu;
@@ -437,13 +438,13 @@ class FeelRun {
     }
     begin_eyes(scene);
     if (live_) live_->begin(*session_);
-    if (tool_) tool_->begin(*opened_.tool, place_at_start(scene), scene.spec.world_from_device);
+    if (tool_) tool_->begin(*opened_.tool, place_at_start(scene), scene.world_from_device);
     if (server_) {
       server_->begin(*session_);
       console_.say(fmt::format("Serve     {}, by OpenIGTLink at port {}",
                                command_.hand ? "what is felt" : "the moved volume and its motion",
                                server_->port()));
-      if (command_.json) tell_serving(scene);
+      if (command_.json) tell_serving();
     }
     const LiveMotion& motion = session_->motion();
     const auto begin = Clock::now();
@@ -490,21 +491,21 @@ class FeelRun {
     return false;
   }
 
-  void begin_eyes(const LoadedScene& scene) {
+  void begin_eyes(const SceneSpec& scene) {
     if (seen_.window) seen_.window->begin(*session_, opened_.mouse);
     if (!seen_.headset) return;
     HeadsetScene joined;
     joined.session = session_.get();
     joined.gate = gate_.get();
     joined.controller = opened_.controller;
-    joined.max_force_n = scene.spec.max_force_n;
+    joined.max_force_n = scene.max_force_n;
     joined.view = command_.view;
     joined.sound = command_.sound;
     joined.on_loss =
         command_.on_headset_loss == "ramp" ? OnHeadsetLoss::kRamp : OnHeadsetLoss::kGoOn;
     joined.calibration = calibration_;
     joined.device_centre_m =
-        scene.spec.world_from_device.world_from_volume(opened_.device->info().workspace_centre_m);
+        scene.world_from_device.world_from_volume(opened_.device->info().workspace_centre_m);
     seen_.headset->begin(joined);
   }
 
@@ -546,8 +547,9 @@ class FeelRun {
     std::fflush(stdout);
   }
 
-  void tell_serving(const LoadedScene& scene) {
-    const MovingVolume& first = *scene.data.front();
+  void tell_serving() {
+    const auto scene = session_->scene();
+    const MovingVolume& first = *scene->volumes.front().data;
     print({{"event", "serving"},
            {"port", server_->port()},
            {"volume", first.name},
