@@ -356,7 +356,10 @@ class FeelRun {
     auto log = TickLog::start(command_.csv);
     if (!log) return log.error();
     log_ = std::move(*log);
-    if (!command_.hand) return Nothing{};
+    if (!command_.hand) {
+      recorder_ = std::make_unique<Recorder>(std::vector<TickListener*>{log_.get()});
+      return Nothing{};
+    }
     if (!command_.tubes.empty())
       if (const Status can = files::check_can_write_vtk(command_.tubes); !can) return can;
     if (!command_.black_box.empty())
@@ -366,11 +369,15 @@ class FeelRun {
     const fs::path kept = state_folder();
     box.folder = !command_.black_box.empty() ? command_.black_box : kept.empty() ? "." : kept;
     black_box_ = std::make_unique<BlackBox>(box);
-    if (command_.record.empty()) return Nothing{};
+    std::vector<TickListener*> listeners = {log_.get(), black_box_.get()};
+    if (command_.record.empty()) {
+      recorder_ = std::make_unique<Recorder>(std::move(listeners));
+      return Nothing{};
+    }
     auto recorder = Recorder::start(command_.record,
                                     text_of(scenes::ReplayKey{scene.spec, opened_.device->info(),
                                                               haptics_options(scene).safety}),
-                                    1'000'000);
+                                    1'000'000, std::move(listeners));
     if (!recorder) return recorder.error();
     recorder_ = std::move(*recorder);
     return Nothing{};
@@ -393,8 +400,7 @@ class FeelRun {
     SessionOptions options;
     options.haptics = haptics;
     options.servo = servo_options(command_, haptics);
-    options.servo.listeners = {log_.get(), black_box_.get(), recorder_.get(),
-                               seen_.window ? seen_.window->listener() : nullptr};
+    options.servo.listeners = {recorder_.get(), seen_.window ? seen_.window->listener() : nullptr};
     const double wanted = scene.spec.stiffness_n_per_m;
     if (wants_second_hand_) second_hand_ = std::make_unique<devices::SpaceMouse>();
     ForceDevice* device = opened_.device.get();
@@ -476,9 +482,10 @@ class FeelRun {
     if (server_) server_->end();
     if (live_) live_->end();
     session_->stop();
+    recorded_ = recorder_->finish();
     if (tool_) tool_->end();
     display_lost_ = seen_.window && seen_.window->lost();
-    if (display_lost_) black_box_->write_last("display-lost");
+    if (display_lost_ && black_box_) black_box_->write_last("display-lost");
   }
 
   /// A headset goes on without the window that mirrors it.
@@ -582,15 +589,12 @@ class FeelRun {
 
   int finish() {
     Status done = log_->finish();
+    if (done) done = recorded_;
     if (!command_.hand) {
       if (live_) console_.say(live_->summary());
       tell_what_was_sent();
       if (command_.json) tell_served();
       return done ? kExitOk : fail(console_, done.error());
-    }
-    if (recorder_) {
-      const Status recorded = recorder_->finish();
-      if (done) done = recorded;
     }
     const std::shared_ptr<const ReleasedTubes> tubes = session_->tubes();
     if (!command_.tubes.empty() && done) done = scenes::write_tubes(command_.tubes, *tubes);
@@ -676,7 +680,8 @@ class FeelRun {
   bool display_lost_ = false;
   std::unique_ptr<TickLog> log_;
   std::unique_ptr<BlackBox> black_box_;
-  std::unique_ptr<Recorder> recorder_;
+  std::unique_ptr<Recorder> recorder_;  ///< tells both above, and writes the recording
+  Status recorded_ = Nothing{};
   std::unique_ptr<devices::SpaceMouse> second_hand_;
   std::optional<DeviceFault> second_hand_fault_;  ///< as it was told
   std::unique_ptr<FeltServer> server_;            ///< likewise
