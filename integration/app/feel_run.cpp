@@ -17,10 +17,10 @@
 #include "integration/app/exit_code.h"
 #include "integration/app/feel_report.h"
 #include "integration/app/felt_server.h"
-#include "integration/app/gallery.h"
 #include "integration/app/headset/viewers.h"
 #include "integration/app/live_source.h"
 #include "integration/app/outputs.h"
+#include "integration/app/picture_file.h"
 #include "integration/app/replay.h"
 #include "integration/app/state_folder.h"
 #include "integration/app/tick_log.h"
@@ -437,10 +437,10 @@ class FeelRun {
   void feel(const SceneSpec& scene, std::stop_token stop) {
     if (outputs_) {
       GalleryOptions options;
-      options.gpu = command_.gpu;
+      options.gpu.device = command_.gpu.device;
       options.view = command_.view;
       options.size = {command_.picture_size, command_.picture_size};
-      gallery_ = std::make_unique<Gallery>(*session_, options, console_);
+      gallery_ = std::make_unique<Gallery>(*session_, options);
     }
     begin_eyes(scene);
     if (live_) live_->begin(*session_);
@@ -639,7 +639,7 @@ class FeelRun {
     const charts::Timeline timeline = feel_timeline("", log_->numbers(), log_->rows());
     const std::string title =
         fmt::format("Feeling {}", command_.inputs.front().filename().string());
-    Status done = gallery_->stage(*outputs_, title, timeline.subtitle, timeline);
+    Status done = stage_views(*outputs_, gallery_->pictures(), title, timeline);
     if (!done) return done;
     const auto path = outputs_->stage("summary.txt");
     if (!path) return path.error();
