@@ -16,9 +16,9 @@
 #include "integration/app/cancel.h"
 #include "integration/app/exit_code.h"
 #include "integration/app/feel_report.h"
-#include "integration/app/gallery.h"
 #include "integration/app/headset/viewers.h"
 #include "integration/app/outputs.h"
+#include "integration/app/picture_file.h"
 #include "integration/app/state_folder.h"
 #include "integration/devices/spacemouse.h"
 #include "integration/files/atomic_file.h"
@@ -195,7 +195,7 @@ class FeelRun {
     announce(command_, *scene, opened_, live_ != nullptr, console_);
     console_.say("Seen      " + seen_.why);
     if (const Status ready = start_listeners(*scene); !ready) return fail(console_, ready.error());
-    const LoadedScene at_start = *scene;
+    const SceneSpec at_start = scene->spec;
     cancel.end_at_once(false);
     if (const Status started = start(std::move(*scene)); !started)
       return fail(console_, started.error());
@@ -251,24 +251,17 @@ class FeelRun {
       if (const Status opened = open_live(); !opened) return opened.error();
     scenes::SequenceChoices choices = command_.sequence;
     choices.finds_motion = !command_.no_motion && command_.record.empty();
+    choices.holds_frames = choices.finds_motion;
     auto scene = live            ? live_->load(choices, command_.hand, doing)
                  : command_.hand ? scenes::load_scene(command_.inputs, choices, doing)
                                  : scenes::load_seen_scene(command_.inputs, choices, doing);
     if (!scene) return scene;
     apply_choices(*scene);
     if (command_.hand) doing("looking for a surface to touch");
-    auto opened = open_force_device(choice, *scene);
+    const bool fit = command_.hand && scene->from_sequence && command_.scale == "fit";
+    auto opened = open_force_device(choice, *scene, fit);
     if (!opened) return opened.error();
     opened_ = std::move(*opened);
-    // Only now is it known how far the device reaches; a path that touches the data is found anew.
-    if (command_.hand && scene->from_sequence && command_.scale == "fit" && !opened_.tool) {
-      fit_to_reach(*scene, opened_.device->info());
-      if (opened_.simulated) {
-        auto again = open_force_device(choice, *scene);
-        if (!again) return again.error();
-        opened_ = std::move(*again);
-      }
-    }
     return scene;
   }
 
@@ -354,7 +347,10 @@ class FeelRun {
     auto log = TickLog::start(command_.csv);
     if (!log) return log.error();
     log_ = std::move(*log);
-    if (!command_.hand) return Nothing{};
+    if (!command_.hand) {
+      recorder_ = std::make_unique<Recorder>(std::vector<TickListener*>{log_.get()});
+      return Nothing{};
+    }
     if (!command_.tubes.empty())
       if (const Status can = files::check_can_write_vtk(command_.tubes); !can) return can;
     if (!command_.black_box.empty())
@@ -364,12 +360,16 @@ class FeelRun {
     const fs::path kept = state_folder();
     box.folder = !command_.black_box.empty() ? command_.black_box : kept.empty() ? "." : kept;
     black_box_ = std::make_unique<BlackBox>(box);
-    if (command_.record.empty()) return Nothing{};
+    std::vector<TickListener*> listeners = {log_.get(), black_box_.get()};
+    if (command_.record.empty()) {
+      recorder_ = std::make_unique<Recorder>(std::move(listeners));
+      return Nothing{};
+    }
     const SafetyOptions safety = haptics_options(scene).safety;
     auto recorder = Recorder::start(command_.record,
                                     text_of(scenes::ReplayKey{scene.spec, opened_.device->info(),
                                                               safety, tube_buttons(safety)}),
-                                    1'000'000);
+                                    1'000'000, std::move(listeners));
     if (!recorder) return recorder.error();
     recorder_ = std::move(*recorder);
     return Nothing{};
@@ -392,8 +392,7 @@ class FeelRun {
     SessionOptions options;
     options.haptics = haptics;
     options.servo = servo_options(command_, haptics);
-    options.servo.listeners = {log_.get(), black_box_.get(), recorder_.get(),
-                               seen_.window ? seen_.window->listener() : nullptr};
+    options.servo.listeners = {recorder_.get(), seen_.window ? seen_.window->listener() : nullptr};
     const double wanted = scene.spec.stiffness_n_per_m;
     if (wants_second_hand_) second_hand_ = std::make_unique<devices::SpaceMouse>();
     ForceDevice* device = opened_.device.get();
@@ -427,23 +426,23 @@ class FeelRun {
     return motion_known_s + opened_.path_s + 0.5;
   }
 
-  void feel(const LoadedScene& scene, std::stop_token stop) {
+  void feel(const SceneSpec& scene, std::stop_token stop) {
     if (outputs_) {
       GalleryOptions options;
-      options.gpu = command_.gpu;
+      options.gpu.device = command_.gpu.device;
       options.view = command_.view;
       options.size = {command_.picture_size, command_.picture_size};
-      gallery_ = std::make_unique<Gallery>(*session_, options, console_);
+      gallery_ = std::make_unique<Gallery>(*session_, options);
     }
     begin_eyes(scene);
     if (live_) live_->begin(*session_);
-    if (tool_) tool_->begin(*opened_.tool, scene.spec);
+    if (tool_) tool_->begin(*opened_.tool, scene);
     if (server_) {
       server_->begin(*session_);
       console_.say(fmt::format("Serve     {}, by OpenIGTLink at port {}",
                                command_.hand ? "what is felt" : "the moved volume and its motion",
                                server_->port()));
-      if (command_.json) tell_serving(scene);
+      if (command_.json) tell_serving();
     }
     const LiveMotion& motion = session_->motion();
     const auto begin = Clock::now();
@@ -475,9 +474,10 @@ class FeelRun {
     if (server_) server_->end();
     if (live_) live_->end();
     session_->stop();
+    recorded_ = recorder_->finish();
     if (tool_) tool_->end();
     display_lost_ = seen_.window && seen_.window->lost();
-    if (display_lost_) black_box_->write_last("display-lost");
+    if (display_lost_ && black_box_) black_box_->write_last("display-lost");
   }
 
   /// A headset goes on without the window that mirrors it.
@@ -490,21 +490,21 @@ class FeelRun {
     return false;
   }
 
-  void begin_eyes(const LoadedScene& scene) {
+  void begin_eyes(const SceneSpec& scene) {
     if (seen_.window) seen_.window->begin(*session_, opened_.mouse);
     if (!seen_.headset) return;
     HeadsetScene joined;
     joined.session = session_.get();
     joined.gate = gate_.get();
     joined.controller = opened_.controller;
-    joined.max_force_n = scene.spec.max_force_n;
+    joined.max_force_n = scene.max_force_n;
     joined.view = command_.view;
     joined.sound = command_.sound;
     joined.on_loss =
         command_.on_headset_loss == "ramp" ? OnHeadsetLoss::kRamp : OnHeadsetLoss::kGoOn;
     joined.calibration = calibration_;
     joined.device_centre_m =
-        scene.spec.world_from_device.world_from_volume(opened_.device->info().workspace_centre_m);
+        scene.world_from_device.world_from_volume(opened_.device->info().workspace_centre_m);
     seen_.headset->begin(joined);
   }
 
@@ -546,8 +546,9 @@ class FeelRun {
     std::fflush(stdout);
   }
 
-  void tell_serving(const LoadedScene& scene) {
-    const MovingVolume& first = *scene.data.front();
+  void tell_serving() {
+    const auto scene = session_->scene();
+    const MovingVolume& first = *scene->volumes.front().data;
     print({{"event", "serving"},
            {"port", server_->port()},
            {"volume", first.name},
@@ -580,15 +581,12 @@ class FeelRun {
 
   int finish() {
     Status done = log_->finish();
+    if (done) done = recorded_;
     if (!command_.hand) {
       if (live_) console_.say(live_->summary());
       tell_what_was_sent();
       if (command_.json) tell_served();
       return done ? kExitOk : fail(console_, done.error());
-    }
-    if (recorder_) {
-      const Status recorded = recorder_->finish();
-      if (done) done = recorded;
     }
     const std::shared_ptr<const ReleasedTubes> tubes = session_->tubes();
     if (!command_.tubes.empty() && done) done = scenes::write_tubes(command_.tubes, *tubes);
@@ -633,7 +631,7 @@ class FeelRun {
     const charts::Timeline timeline = feel_timeline("", log_->numbers(), log_->rows());
     const std::string title =
         fmt::format("Feeling {}", command_.inputs.front().filename().string());
-    Status done = gallery_->stage(*outputs_, title, timeline.subtitle, timeline);
+    Status done = stage_views(*outputs_, gallery_->pictures(), title, timeline);
     if (!done) return done;
     const auto path = outputs_->stage("summary.txt");
     if (!path) return path.error();
@@ -674,7 +672,8 @@ class FeelRun {
   bool display_lost_ = false;
   std::unique_ptr<TickLog> log_;
   std::unique_ptr<BlackBox> black_box_;
-  std::unique_ptr<Recorder> recorder_;
+  std::unique_ptr<Recorder> recorder_;  ///< tells both above, and writes the recording
+  Status recorded_ = Nothing{};
   std::unique_ptr<devices::SpaceMouse> second_hand_;
   std::optional<DeviceFault> second_hand_fault_;  ///< as it was told
   std::unique_ptr<FeltServer> server_;            ///< likewise

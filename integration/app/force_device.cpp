@@ -14,9 +14,9 @@ namespace {
 constexpr double kControllerSettle_per_s = 150.0;  // frames of 11 ms are joined
 constexpr double kMouseStart = 0.9;  // of the reach, towards the person: before all there is
 
-Result<OpenedDevice> simulated(const ForceDeviceChoice& choice, const LoadedScene& scene,
+Result<OpenedDevice> simulated(const ForceDeviceChoice& choice, LoadedScene& scene, bool fit,
                                const std::string& why) {
-  auto hand = sessions::simulated_hand({choice.hand, choice.path, choice.lets_go_at_s}, scene);
+  auto hand = sessions::simulated_hand({choice.hand, choice.path, choice.lets_go_at_s}, scene, fit);
   if (!hand) return hand.error();
   OpenedDevice opened;
   opened.why = why + " " + hand->sentence;
@@ -102,7 +102,9 @@ Result<std::unique_ptr<ForceDevice>> find_force_device(const ForceDeviceChoice& 
                                     {"", choice.falcon_firmware.string(), choice.real_time});
 }
 
-Result<OpenedDevice> open_force_device(const ForceDeviceChoice& choice, const LoadedScene& scene) {
+namespace {
+
+Result<OpenedDevice> opened_for(const ForceDeviceChoice& choice, LoadedScene& scene, bool fit) {
   if (choice.device == "none") {
     // A probe that nobody moves, out of the way.
     OpenedDevice opened;
@@ -113,7 +115,8 @@ Result<OpenedDevice> open_force_device(const ForceDeviceChoice& choice, const Lo
     opened.why = "none: it is only looked at.";
     return opened;
   }
-  if (choice.device == "simulated") return simulated(choice, scene, "simulated device, as asked.");
+  if (choice.device == "simulated")
+    return simulated(choice, scene, fit, "simulated device, as asked.");
   if (choice.device == "mouse") return mouse("mouse, as asked; it gives no force.");
   if (choice.device == "tool") return tool();
   if (choice.device == "controller")
@@ -125,13 +128,23 @@ Result<OpenedDevice> open_force_device(const ForceDeviceChoice& choice, const Lo
       return controller(
           "controller, as no force device is there; vibration says what force it would be.");
     if (choice.has_window) return mouse("mouse, as no force device is there; it gives no force.");
-    return simulated(choice, scene, "simulated device, as no force device is there.");
+    return simulated(choice, scene, fit, "simulated device, as no force device is there.");
   }
   OpenedDevice opened;
   opened.device = std::move(*device);
   const DeviceInfo info = opened.device->info();
   opened.why = fmt::format("{}{}{}", info.name, info.place.empty() ? "" : ", " + info.place,
                            choice.device == "auto" ? ", which is there." : ", as asked.");
+  return opened;
+}
+
+}  // namespace
+
+Result<OpenedDevice> open_force_device(const ForceDeviceChoice& choice, LoadedScene& scene,
+                                       bool fit) {
+  auto opened = opened_for(choice, scene, fit);
+  if (opened && fit && !opened->simulated && !opened->tool)
+    fit_to_reach(scene, opened->device->info());
   return opened;
 }
 

@@ -52,8 +52,10 @@ std::string devices_that_would_do();
 Result<std::unique_ptr<ForceDevice>> find_force_device(const ForceDeviceChoice& choice);
 
 /// What find_force_device() finds; else a controller where there is a headset, the mouse where
-/// there is a window, or the simulated device, its hand on a path that touches the scene. kBadInput
-/// in one sentence.
-Result<OpenedDevice> open_force_device(const ForceDeviceChoice& choice, const LoadedScene& scene);
+/// there is a window, or the simulated device, its hand on a path that touches the scene. fit: the
+/// scene is made to fit the device's reach, see fit_to_reach(); for a tracked tool it stays in true
+/// size. kBadInput in one sentence.
+Result<OpenedDevice> open_force_device(const ForceDeviceChoice& choice, LoadedScene& scene,
+                                       bool fit);
 
 }  // namespace palpate::app

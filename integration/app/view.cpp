@@ -8,8 +8,7 @@
 #include "integration/app/feel_run.h"
 #include "integration/app/option_checks.h"
 #include "integration/app/outputs.h"
-#include "integration/app/still_picture.h"
-#include "integration/charts/felt_page.h"
+#include "integration/app/picture_file.h"
 #include "integration/files/number_range.h"
 #include "integration/sessions/live_source.h"
 #include "module/scene/drive.h"
@@ -46,7 +45,8 @@ size_t frames_of(const LoadedScene& scene) {
   return most;
 }
 
-Status write_one_eye(const fs::path& path, const charts::Raster& raster) {
+Status write_one_eye(const fs::path& path, const Picture& picture) {
+  const charts::Raster raster = raster_of(picture);
   charts::Canvas canvas(raster.width, raster.height, charts::Color{});
   canvas.draw_raster(raster, {0.0, 0.0}, 0.0);
   return canvas.save(path.string());
@@ -75,10 +75,13 @@ Status draw(const FeelCommand& command, double frame, Console& console, std::sto
   const auto assembled = plan(scene->spec, scene->data, scene->kinds);
   if (!assembled) return assembled.error();
   const PictureSize size{command.picture_size, command.picture_size};
+  const auto viewer =
+      Viewer::open(vulkan::ContextOptions{.device = command.gpu.device}, command.view,
+                   {.most = size, .most_eyes = command.headless.empty() ? 1 : 2});
+  if (!viewer) return viewer.error();
+  if (const Status set = (*viewer)->update(*assembled); !set) return set;
   if (!command.picture.empty()) {
-    auto still = StillPicture::open(command.gpu, command.view, size, 1);
-    if (!still) return still.error();
-    const auto eyes = (*still)->take(*assembled, moment_at(*scene, frame));
+    const auto eyes = (*viewer)->take_all(moment_at(*scene, frame), size, 1);
     if (!eyes) return eyes.error();
     if (const Status written = write_one_eye(command.picture, eyes->front()); !written)
       return written;
@@ -87,18 +90,16 @@ Status draw(const FeelCommand& command, double frame, Console& console, std::sto
   if (command.headless.empty()) return Nothing{};
   auto outputs = Outputs::into(command.headless);
   if (!outputs) return outputs.error();
-  auto still = StillPicture::open(command.gpu, command.view, size, 2);
-  if (!still) return still.error();
   const size_t frames = frames_of(*scene);
   for (size_t k = 0; k < frames; ++k) {
     if (stop.stop_requested()) return Error{ErrorKind::kCancelled, "Stopped: nothing was written"};
     console.progress(double(k) / double(frames), "drawing");
-    auto eyes = (*still)->take(*assembled, moment_at(*scene, double(k)));
+    const auto eyes = (*viewer)->take_all(moment_at(*scene, double(k)), size, 2);
     if (!eyes) return eyes.error();
     const auto path = outputs->stage(fmt::format("frame_{}.png", k));
     if (!path) return path.error();
-    const Status written =
-        charts::write_stereo_view(path->string(), {(*eyes)[0], (*eyes)[1], {}, {}});
+    const Status written = charts::write_stereo_view(
+        path->string(), {raster_of((*eyes)[0]), raster_of((*eyes)[1]), {}, {}});
     if (!written) return outputs->in_place(written.error());
   }
   console.end_progress();

@@ -118,7 +118,7 @@ std::optional<ListedDevice> look_at_kind(const ForceDeviceKind& kind) {
 
 ListedDevice simulated() {
   ListedDevice listed;
-  listed.info = SimulatedDevice(SimulatedOptions()).info();
+  listed.info = info_of(SimulatedOptions());
   listed.usable = true;
   return listed;
 }

@@ -20,6 +20,22 @@ int64_t ns(double seconds) {
 
 }  // namespace
 
+DeviceInfo info_of(const SimulatedOptions& options) {
+  DeviceInfo info;
+  info.kind = "simulated";
+  info.name = "simulated device";
+  info.max_force_n = options.max_force_n;
+  // b / (T/2 + delay) at 1 kHz, of the device without the hand's help.
+  const double delay_s = options.read_delay_s + options.force_delay_s;
+  info.max_stiffness_n_per_m = options.body.damping_n_s_per_m / (0.5e-3 + delay_s);
+  info.workspace_centre_m = options.workspace_centre_m;
+  info.workspace_radius_m = options.workspace_radius_m;
+  info.resolution_m = options.resolution_m;
+  info.delay_s = delay_s;
+  info.buttons = options.buttons;
+  return info;
+}
+
 SimulatedDevice::SimulatedDevice(SimulatedOptions options)
     : options_(std::move(options)),
       body_(options_.body, options_.path.position_m(0.0)),
@@ -40,22 +56,6 @@ SimulatedDevice::SimulatedDevice(SimulatedOptions options)
   last_.position_m = body_.position_m();
   last_.time_ns = start_ns_;
   remember();
-}
-
-DeviceInfo SimulatedDevice::info() const {
-  DeviceInfo info;
-  info.kind = "simulated";
-  info.name = "simulated device";
-  info.max_force_n = options_.max_force_n;
-  // b / (T/2 + delay) at 1 kHz, of the device without the hand's help.
-  const double delay_s = options_.read_delay_s + options_.force_delay_s;
-  info.max_stiffness_n_per_m = options_.body.damping_n_s_per_m / (0.5e-3 + delay_s);
-  info.workspace_centre_m = options_.workspace_centre_m;
-  info.workspace_radius_m = options_.workspace_radius_m;
-  info.resolution_m = options_.resolution_m;
-  info.delay_s = delay_s;
-  info.buttons = options_.buttons;
-  return info;
 }
 
 DeviceReading SimulatedDevice::exchange(const DeviceCommand& command) noexcept {

@@ -37,13 +37,16 @@ struct SimulatedOptions {
   bool real_time = false;
 };
 
+/// What such a device is, without one.
+DeviceInfo info_of(const SimulatedOptions& options);
+
 /// A simulated device in a simulated hand. The same seed and the same times of exchange give the
 /// same bits, whether time passes by itself or by step().
 class SimulatedDevice : public ForceDevice {
  public:
   explicit SimulatedDevice(SimulatedOptions options);
 
-  DeviceInfo info() const override;
+  DeviceInfo info() const override { return info_of(options_); }
   /// Real-time safe. After a pause of more than half a second only the last half second is done.
   DeviceReading exchange(const DeviceCommand& command) noexcept override;
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -56,9 +57,10 @@ Result<std::vector<fs::path>> files_of(const std::vector<fs::path>& paths, const
 }
 
 /// What the surface to feel is found from: a copy of the first frame (lengths of vectors), and the
-/// range of the values in all of them.
+/// range of the values in all of them. And the frames from which motion is to be found.
 struct Samples {
   Volume first;
+  std::shared_ptr<const Sequence> all;  ///< null: they are given, or read again
   float low = std::numeric_limits<float>::infinity();
   float high = -std::numeric_limits<float>::infinity();
 
@@ -111,19 +113,34 @@ std::shared_ptr<const GivenVolume> given_for(const std::vector<fs::path>& files,
   return found == choices.given.end() ? nullptr : found->second;
 }
 
-/// The frames of files, or of what was given in their place, once more.
+Result<Frames> frames_in_memory(std::shared_ptr<const Sequence> sequence) {
+  Frames frames;
+  frames.name = sequence->name;
+  frames.grid = sequence->frames.front().grid;
+  frames.count = sequence->frames.size();
+  if (sequence->times_known) frames.times_s = sequence->times_s;
+  frames.in_memory = true;
+  frames.read = [sequence](size_t k) -> Result<Volume> { return sequence->frames[k]; };
+  return frames;
+}
+
+/// The frames once more. What was held of files is for whoever asks first, so that it does not stay
+/// in memory beside its splines; after that they are read from the files.
 std::function<Result<Frames>()> opener(const std::vector<fs::path>& files,
-                                       const SequenceChoices& choices) {
-  const auto given = given_for(files, choices);
-  if (!given) return [files] { return files::open_sequence(files); };
-  return [given]() -> Result<Frames> {
-    Frames frames;
-    frames.name = given->frames.name;
-    frames.grid = given->frames.frames.front().grid;
-    frames.count = given->frames.frames.size();
-    if (given->frames.times_known) frames.times_s = given->frames.times_s;
-    frames.read = [given](size_t k) -> Result<Volume> { return given->frames.frames[k]; };
-    return frames;
+                                       const SequenceChoices& choices,
+                                       std::shared_ptr<const Sequence> of_files) {
+  if (const auto given = given_for(files, choices))
+    return [given] { return frames_in_memory({given, &given->frames}); };
+  struct Held {
+    std::atomic_flag taken;
+    std::shared_ptr<const Sequence> sequence;
+  };
+  const auto held = std::make_shared<Held>();
+  held->sequence = std::move(of_files);
+  return [files, held] {
+    if (!held->taken.test_and_set() && held->sequence)
+      return frames_in_memory(std::move(held->sequence));
+    return files::open_sequence(files);
   };
 }
 
@@ -150,6 +167,12 @@ Result<Sequence> read_frames(const std::vector<fs::path>& inputs, const Sequence
   sequence.times_known = reader->times_known();
   if (sequence.times_known) sequence.times_s = reader->times_s();
   return sequence;
+}
+
+bool fits_once_more(const Sequence& sequence) {
+  double bytes = 0.0;
+  for (const Volume& frame : sequence.frames) bytes += double(frame.values.size()) * sizeof(float);
+  return bool(check_fits_memory("A sequence", bytes));
 }
 
 /// The reference frame, which the motion carries to all times: of the others only the mean knows.
@@ -275,6 +298,11 @@ Result<MovingVolume> read_volume_of(VolumeSpec& spec, const SequenceChoices& cho
     } else {
       auto frames = read_frames(spec.files, choices, samples, doing, notes);
       if (!frames) return frames.error();
+      // One motion for all of them asks for each more than once. Where only steps are found each is
+      // read again instead: a long sequence takes no more memory than its splines.
+      if (!given && choices.holds_frames && frames->frames.size() > 1 && spec.motions.empty() &&
+          spec.values != CarriedValues::kOwn && fits_once_more(*frames))
+        samples.all = std::make_shared<const Sequence>(*frames);
       data.frames = std::move(*frames);
     }
     if (!(samples.high > samples.low))
@@ -330,7 +358,8 @@ bool waits_for_motion(const MovingVolume& volume) {
 }
 
 /// Adds a volume with its data at its place.
-Status add(LoadedScene& scene, size_t v, const SequenceChoices& choices, MovingVolume volume) {
+Status add(LoadedScene& scene, size_t v, const SequenceChoices& choices, const Samples& samples,
+           MovingVolume volume) {
   VolumeSpec& spec = scene.spec.volumes[v];
   const auto start = start_transform(spec, volume);
   if (!start) return start.error();
@@ -345,8 +374,8 @@ Status add(LoadedScene& scene, size_t v, const SequenceChoices& choices, MovingV
                     "frames is known.",
                     spec.segments.from == SegmentsFrom::kFiles ? "segmentation" : "wall",
                     volume.segments_frame, spec.name));
-    scene.missing.push_back(
-        {v, opener(spec.files, choices), std::make_shared<const MovingVolume>(std::move(volume))});
+    scene.missing.push_back({v, opener(spec.files, choices, samples.all),
+                             std::make_shared<const MovingVolume>(std::move(volume))});
     scene.data.push_back(std::make_shared<const MovingVolume>(std::move(*standing)));
     return Nothing{};
   }
@@ -354,7 +383,7 @@ Status add(LoadedScene& scene, size_t v, const SequenceChoices& choices, MovingV
   const bool vectors = volume.frames.front()->is_vector();
   if (!volume.is_still() && volume.motions.empty() && !volume.whole && spec.source.empty() &&
       !vectors)
-    scene.missing.push_back({v, opener(spec.files, choices), nullptr});
+    scene.missing.push_back({v, opener(spec.files, choices, samples.all), nullptr});
   scene.data.push_back(std::make_shared<const MovingVolume>(std::move(volume)));
   return Nothing{};
 }
@@ -537,7 +566,7 @@ Result<LoadedScene> of_spec(std::string name, SceneSpec spec, const SequenceChoi
       if (v > 0 && scene.spec.modes.size() > before)
         scene.spec.modes.back().name += fmt::format(" of {}", of.name);
     }
-    if (const Status added = add(scene, v, choices, std::move(*volume)); !added)
+    if (const Status added = add(scene, v, choices, samples, std::move(*volume)); !added)
       return added.error();
   }
   return scene;
@@ -585,7 +614,8 @@ Result<LoadedScene> of_sequence(const std::vector<fs::path>& inputs, const Seque
     if (!felt) return felt.error();
   }
   scene.spec.volumes = {spec};
-  if (const Status added = add(scene, 0, choices, std::move(*volume)); !added) return added.error();
+  if (const Status added = add(scene, 0, choices, samples, std::move(*volume)); !added)
+    return added.error();
   return scene;
 }
 

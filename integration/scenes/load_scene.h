@@ -41,7 +41,10 @@ struct SequenceChoices {
   double frames_per_second = 0.0;  ///< 0: as the file says
   std::filesystem::path fields;    ///< of palpate motion: its folder, or its one file; empty: none
   bool cyclic = true;
-  bool finds_motion = true;             ///< what motion is missing is found while it is felt
+  bool finds_motion = true;  ///< what motion is missing is found while it is felt
+  /// The frames of files from which one motion for all of them is to be found stay in memory,
+  /// beside their splines, until that is asked of them: they are not read a second time.
+  bool holds_frames = false;
   std::optional<CarriedValues> values;  ///< of a scene file's volumes of files, too
   std::filesystem::path folder;         ///< where a scene file's paths begin; empty: beside it
   std::vector<std::filesystem::path> mode_libraries;  ///< with haptic modes that scenes may name

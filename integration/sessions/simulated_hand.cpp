@@ -32,10 +32,12 @@ Result<devices::SimulatedOptions> options_of(const HandChoice& choice) {
 
 }  // namespace
 
-Result<SimulatedHand> simulated_hand(const HandChoice& choice, const LoadedScene& scene) {
+Result<SimulatedHand> simulated_hand(const HandChoice& choice, LoadedScene& scene, bool fit) {
   auto options = options_of(choice);
   if (!options) return options.error();
-  const DeviceInfo info = devices::SimulatedDevice(*options).info();
+  const DeviceInfo info = devices::info_of(*options);
+  // Before a place to touch is looked for: it is where the data are then.
+  if (fit) fit_to_reach(scene, info);
   const auto touch = place_to_touch(scene, info);
   devices::PathPlace place;
   if (touch) {

@@ -24,8 +24,8 @@ struct SimulatedHand {
 };
 
 /// A simulated device whose hand follows a path that touches the scene; where there is no surface
-/// to press it goes round in circles. While motion is awaited it goes on. kBadInput in one
-/// sentence. Any thread.
-Result<SimulatedHand> simulated_hand(const HandChoice& choice, const LoadedScene& scene);
+/// to press it goes round in circles. While motion is awaited it goes on. fit: the scene is made to
+/// fit the device's reach first, see fit_to_reach(). kBadInput in one sentence. Any thread.
+Result<SimulatedHand> simulated_hand(const HandChoice& choice, LoadedScene& scene, bool fit);
 
 }  // namespace palpate::sessions

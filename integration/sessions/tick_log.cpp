@@ -23,13 +23,6 @@ Result<std::unique_ptr<TickLog>> TickLog::start(const std::filesystem::path& csv
     if (!log->file_) return files::bad_output(csv, "can not be written: name a place that can");
     log->failed_ = std::fputs(kHeader, log->file_.get()) < 0;
   }
-  log->background_ = std::make_unique<Background>(std::chrono::milliseconds(50), [log = log.get()] {
-    const Status drained = caught([&]() -> Status {
-      log->drain();
-      return Nothing{};
-    });
-    log->failed_ |= !drained;
-  });
   return log;
 }
 
@@ -51,16 +44,14 @@ void TickLog::hear(const TickInput& input, const TickOutput& output) noexcept {
   row.newton_steps = output.newton_steps;
   row.in_contact = output.command.in_contact;
   row.held = output.held;
-  ring_.push(row);
-}
-
-void TickLog::drain() {
-  TickRow row;
-  while (ring_.pop(row)) {
-    counter_.add(row);
-    history_.add(row);
-    if (file_) write(row);
-  }
+  counter_.add(row);
+  history_.add(row);
+  // The memory may be full.
+  if (file_)
+    failed_ |= !caught([&]() -> Status {
+      write(row);
+      return Nothing{};
+    });
 }
 
 void TickLog::write(const TickRow& r) {
@@ -75,7 +66,6 @@ void TickLog::write(const TickRow& r) {
 }
 
 Status TickLog::finish() {
-  background_.reset();
   if (!file_) return Nothing{};
   failed_ |= std::fclose(file_.release()) != 0;
   if (failed_)

@@ -155,11 +155,10 @@ PalResult take_simulated(const PalSessionInfo& info, const SceneContent& of_scen
   if (info.simulated_path) choice.path = info.simulated_path;
   if (info.simulated_hand) choice.hand = info.simulated_hand;
   if (info.lets_go_s > 0.0) choice.lets_go_at_s = info.lets_go_s;
-  felt.device = devices::SimulatedDevice({}).info();
-  fit(felt, of_scene);
-  // The path touches the scene where that stands now.
-  auto hand = sessions::simulated_hand(choice, felt.scene);
+  auto hand = sessions::simulated_hand(choice, felt.scene,
+                                       felt.scene.from_sequence && !of_scene.keeps_size);
   if (!hand) return failed(hand.error());
+  felt.device = hand->device->info();
   content.device = std::move(hand->device);
   felt.is_harmless = true;
   return PAL_OK;
@@ -277,27 +276,32 @@ PalResult check(const PalSessionInfo& info, const SceneContent& of_scene) {
 /// What hears of every tick.
 Status start_listeners(const PalSessionInfo& info, const Felt& felt, SessionOptions& options,
                        SessionContent& content) {
+  std::vector<TickListener*> listeners;
   if (info.csv) {
     auto table = sessions::TickLog::start(info.csv);
     if (!table) return table.error();
     content.table = std::move(*table);
+    listeners.push_back(content.table.get());
   }
   if (info.black_box) {
     if (const Status can = files::check_can_write_folder(info.black_box); !can) return can;
     BlackBoxOptions box;
     box.folder = info.black_box;
     content.black_box = std::make_unique<BlackBox>(box);
+    listeners.push_back(content.black_box.get());
   }
   if (info.recording) {
     auto recorder =
         Recorder::start(info.recording,
                         text_of(scenes::ReplayKey{felt.scene.spec, felt.device,
                                                   options.haptics.safety, info.tube_buttons}),
-                        1'000'000);
+                        1'000'000, std::move(listeners));
     if (!recorder) return recorder.error();
     content.recorder = std::move(*recorder);
+  } else if (!listeners.empty()) {
+    content.recorder = std::make_unique<Recorder>(std::move(listeners));
   }
-  options.servo.listeners = {content.recorder.get(), content.table.get(), content.black_box.get()};
+  options.servo.listeners = {content.recorder.get()};
   return Nothing{};
 }
 

@@ -50,9 +50,10 @@ class SessionContent {
   std::shared_ptr<Notes> notes = std::make_shared<Notes>();
   /// None where the host ticks; outlives the session, as the listeners do.
   std::unique_ptr<ForceDevice> device;
-  std::unique_ptr<Recorder> recorder;        ///< of every tick; null: nothing is recorded
-  std::unique_ptr<sessions::TickLog> table;  ///< likewise
-  std::unique_ptr<BlackBox> black_box;       ///< likewise
+  // What hears of every tick, where it is wanted. The recorder passes ticks on to the other two.
+  std::unique_ptr<sessions::TickLog> table;
+  std::unique_ptr<BlackBox> black_box;
+  std::unique_ptr<Recorder> recorder;
   /// The session, once it has been started.
   std::unique_ptr<Session> session;
   bool host_ticks = false;

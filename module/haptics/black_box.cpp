@@ -6,7 +6,6 @@
 #include <ctime>
 #include <fstream>
 
-#include "module/haptics/servo_clock.h"
 #include "module/haptics/tick_fields.h"
 
 namespace palpate {
@@ -118,93 +117,59 @@ bool is_trip(Cause cause, DeviceFault fault) noexcept {
   }
 }
 
-BlackBox::BlackBox(BlackBoxOptions options, bool by_itself) : options_(std::move(options)) {
+BlackBox::BlackBox(BlackBoxOptions options)
+    : options_(std::move(options)), ticks_(size_t(options_.ticks)) {
   assert(options_.ticks > options_.ticks_after && options_.ticks_after > 0);
-  for (Box& box : boxes_) box.entries.resize(size_t(options_.ticks));
-  if (!by_itself) return;
-  background_ = std::make_unique<Background>(std::chrono::milliseconds(50),
-                                             [this] { write_due(MonotonicClock().now_ns()); });
 }
 
-BlackBox::~BlackBox() = default;
-
 void BlackBox::hear(const TickInput& input, const TickOutput& output) noexcept {
-  Box& box = boxes_[current_];
-  box.entries[box.next] = {input, output};
-  box.next = (box.next + 1) % box.entries.size();
-  box.count = std::min(box.count + 1, box.entries.size());
+  ticks_[next_] = {input, output};
+  next_ = (next_ + 1) % ticks_.size();
+  count_ = std::min(count_ + 1, ticks_.size());
   // The cause of a device stays until the hand is free; its fault may be over before.
   if (output.fault != DeviceFault::kNone) last_fault_ = output.fault;
   const bool tripped = is_trip(output.cause, last_fault_);
   if (tripped && !was_tripped_ && ticks_to_go_ == 0) {
     ticks_to_go_ = options_.ticks_after + 1;
-    box.cause = output.cause;
+    cause_ = output.cause;
   }
   was_tripped_ = tripped;
   if (ticks_to_go_ == 0 || --ticks_to_go_ > 0) return;
-  Box& other = boxes_[1 - current_];
-  if (other.full.load(std::memory_order_acquire)) {
-    // The writer is still at the one before.
-    skipped_.fetch_add(1, std::memory_order_relaxed);
-    return;
+  if (last_file_ns_ && input.now_ns - *last_file_ns_ < options_.least_gap_ns) {
+    ++skipped_;
+  } else {
+    last_file_ns_ = input.now_ns;
+    write(word(cause_), int(count_) - 1 - options_.ticks_after);
   }
-  other.next = other.count = 0;
-  box.full.store(true, std::memory_order_release);
-  current_ = 1 - current_;
-}
-
-void BlackBox::write_due(int64_t now_ns) {
-  for (Box& box : boxes_) {
-    if (!box.full.load(std::memory_order_acquire)) continue;
-    const bool first = last_file_ns_ == 0;
-    if (first || now_ns - last_file_ns_ >= options_.least_gap_ns) {
-      last_file_ns_ = now_ns;
-      write(box, word(box.cause), int(box.count) - 1 - options_.ticks_after);
-    } else {
-      skipped_.fetch_add(1, std::memory_order_relaxed);
-    }
-    box.full.store(false, std::memory_order_release);
-  }
+  next_ = count_ = 0;
 }
 
 void BlackBox::write_last(const std::string& why) {
-  const Box& box = boxes_[current_];
-  if (box.count > 0) write(box, why, int(box.count) - 1);
+  if (count_ > 0) write(why, int(count_) - 1);
 }
 
-void BlackBox::write(const Box& box, const std::string& why, int trip) {
+void BlackBox::write(const std::string& why, int trip) {
   // What goes wrong with it shows when the file is opened.
   std::error_code ignored;
   std::filesystem::create_directories(options_.folder, ignored);
   const std::filesystem::path path = new_file(options_.folder, why);
   std::ofstream file(path);
   file << header() << '\n';
-  const size_t size = box.entries.size(), oldest = (box.next + size - box.count) % size;
-  for (size_t k = 0; k < box.count; ++k) {
-    const Entry& entry = box.entries[(oldest + k) % size];
+  const size_t size = ticks_.size(), oldest = (next_ + size - count_) % size;
+  for (size_t k = 0; k < count_; ++k) {
+    const HeardTick& tick = ticks_[(oldest + k) % size];
     std::string line = std::to_string(int(k) - trip);
-    visit_input(entry.input, Cells{line});
-    visit_output(entry.output, Cells{line});
-    file << line << poses_and_events(entry.input) << '\n';
+    visit_input(tick.input, Cells{line});
+    visit_output(tick.output, Cells{line});
+    file << line << poses_and_events(tick.input) << '\n';
   }
   file.close();
-  const std::lock_guard lock(mutex_);
   if (file) {
     files_.push_back(path);
   } else {
     trouble_ = "The last ticks could not be written to " + path.string() +
                ": choose a folder that exists, is writable and has room.";
   }
-}
-
-std::vector<std::filesystem::path> BlackBox::files() const {
-  const std::lock_guard lock(mutex_);
-  return files_;
-}
-
-std::optional<std::string> BlackBox::trouble() const {
-  const std::lock_guard lock(mutex_);
-  return trouble_;
 }
 
 }  // namespace palpate

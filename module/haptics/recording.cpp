@@ -10,6 +10,7 @@
 namespace palpate {
 namespace {
 
+constexpr std::chrono::milliseconds kPause{20};
 constexpr size_t kFooter = 1 + 3 * sizeof(uint64_t);
 
 /// Whether the bytes end as finish() ends a file: then a tick that reaches beyond the end was
@@ -58,7 +59,7 @@ void RecordingWriter::put(std::string_view bytes) {
   failed_ |= std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) != bytes.size();
 }
 
-void RecordingWriter::add(const TickInput& input, const TickOutput& output) {
+void RecordingWriter::hear(const TickInput& input, const TickOutput& output) noexcept {
   buffer_.clear();
   encode_tick(input, output, buffer_);
   put(buffer_);
@@ -82,14 +83,17 @@ Status RecordingWriter::finish(uint64_t lost) {
   return Nothing{};
 }
 
+Recorder::Recorder(std::optional<RecordingWriter> writer, std::vector<TickListener*> listeners)
+    : writer_(std::move(writer)),
+      listeners_(std::move(listeners)),
+      background_(std::make_unique<Background>(kPause, [this] { drain(); })) {}
+
 Result<std::unique_ptr<Recorder>> Recorder::start(const std::filesystem::path& path,
-                                                  std::string_view scene, int64_t period_ns) {
+                                                  std::string_view scene, int64_t period_ns,
+                                                  std::vector<TickListener*> listeners) {
   auto writer = RecordingWriter::create(path, scene, period_ns);
   if (!writer) return writer.error();
-  std::unique_ptr<Recorder> recorder(new Recorder(std::move(*writer)));
-  recorder->background_ = std::make_unique<Background>(std::chrono::milliseconds(20),
-                                                       [raw = recorder.get()] { raw->drain(); });
-  return recorder;
+  return std::unique_ptr<Recorder>(new Recorder(std::move(*writer), std::move(listeners)));
 }
 
 void Recorder::hear(const TickInput& input, const TickOutput& output) noexcept {
@@ -97,14 +101,17 @@ void Recorder::hear(const TickInput& input, const TickOutput& output) noexcept {
 }
 
 void Recorder::drain() {
-  Entry entry;
-  while (ring_.pop(entry)) writer_.add(entry.input, entry.output);
+  HeardTick tick;
+  while (ring_.pop(tick)) {
+    if (writer_) writer_->hear(tick.input, tick.output);
+    for (TickListener* listener : listeners_) listener->hear(tick.input, tick.output);
+  }
 }
 
 Status Recorder::finish() {
   assert(background_ && "a recording ends once");
   background_.reset();  // drains what is left
-  return writer_.finish(ring_.dropped());
+  return writer_ ? writer_->finish(ring_.dropped()) : Nothing{};
 }
 
 Result<Recording> Recording::read(const std::filesystem::path& path) {

@@ -3,8 +3,10 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "compute/volume/result.h"
 #include "module/haptics/background.h"
@@ -22,11 +24,11 @@ namespace palpate {
 /// About 300 bytes per tick: 1.1 GB per hour at 1 kHz.
 
 /// Writes one. Not real-time safe, one thread.
-class RecordingWriter {
+class RecordingWriter final : public TickListener {
  public:
   static Result<RecordingWriter> create(const std::filesystem::path& path, std::string_view scene,
                                         int64_t period_ns);
-  void add(const TickInput& input, const TickOutput& output);
+  void hear(const TickInput& input, const TickOutput& output) noexcept override;
   /// Writes the end. Without it the file counts as cut off: it can still be read as far as it goes.
   /// kBadOutput if anything could not be written.
   Status finish(uint64_t lost);
@@ -43,30 +45,33 @@ class RecordingWriter {
   bool failed_ = false;
 };
 
-/// Records what a Servo does: give it as a listener. The servo thread writes into a ring of 4,096
-/// ticks; a thread of its own writes the file. What does not fit is lost, counted and said in the
-/// file: the loop never waits. Must live longer than the Servo.
+/// Takes the ticks of a Servo off its thread: give it to the Servo as a listener. The servo thread
+/// writes into a ring of 4,096 ticks; a thread of its own passes them on, in order, to listeners
+/// that need not be real-time safe: a recording, a BlackBox, a table. What does not fit is lost,
+/// and counted: the loop never waits. Must live longer than the Servo, and its listeners longer
+/// than it.
 class Recorder : public TickListener {
  public:
+  explicit Recorder(std::vector<TickListener*> listeners)
+      : Recorder(std::nullopt, std::move(listeners)) {}
+  /// The same with a recording in a file. kBadInput, kBadOutput.
   static Result<std::unique_ptr<Recorder>> start(const std::filesystem::path& path,
-                                                 std::string_view scene, int64_t period_ns);
+                                                 std::string_view scene, int64_t period_ns,
+                                                 std::vector<TickListener*> listeners = {});
   /// Real-time safe.
   void hear(const TickInput& input, const TickOutput& output) noexcept override;
-  /// After the Servo has stopped: writes what is left and the end of the file. Without it the file
-  /// counts as cut off.
+  /// After the Servo has stopped, once: passes on what is left, and writes the end of the
+  /// recording. Without it that counts as cut off. kBadOutput if it could not be written.
   Status finish();
   uint64_t lost() const { return ring_.dropped(); }
 
  private:
-  struct Entry {
-    TickInput input;
-    TickOutput output;
-  };
-  explicit Recorder(RecordingWriter writer) : writer_(std::move(writer)) {}
+  Recorder(std::optional<RecordingWriter> writer, std::vector<TickListener*> listeners);
   void drain();
 
-  RecordingWriter writer_;
-  Ring<Entry, 4096> ring_;
+  std::optional<RecordingWriter> writer_;
+  std::vector<TickListener*> listeners_;
+  Ring<HeardTick, 4096> ring_;
   std::unique_ptr<Background> background_;
 };
 

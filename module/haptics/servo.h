@@ -14,7 +14,7 @@ namespace palpate {
 struct ServoOptions {
   LoopOptions loop;
   RealTimeOptions real_time;
-  /// Hear of every tick on the servo thread: a Recorder, a BlackBox. Borrowed, may be null.
+  /// Hear of every tick on the servo thread, as a Recorder does. Borrowed, may be null.
   TickListeners listeners = {};
 };
 

@@ -48,11 +48,17 @@ class ExchangePlan {
   bool fits_ = false;
 };
 
-/// Hears of every tick, on the servo thread, after its force was sent. Real-time safe.
+/// Hears of every tick after its force was sent. Given to a Servo: on its thread, so it must be
+/// real-time safe; given to a Recorder: on that one's thread, where it may take its time.
 class TickListener {
  public:
   virtual ~TickListener() = default;
   virtual void hear(const TickInput& input, const TickOutput& output) noexcept = 0;
+};
+
+struct HeardTick {
+  TickInput input;
+  TickOutput output;
 };
 
 /// Those who hear; null: nobody.

@@ -66,8 +66,12 @@ void LiveMotion::run(std::stop_token stop) {
   give_way(BackgroundWork::kEstimation);
   const auto start = std::chrono::steady_clock::now();
   const Status status = caught([&]() -> Status {
-    for (const Job& job : jobs_)
+    for (Job& job : jobs_) {
       if (const Status done = estimate(job, stop); !done) return done.error();
+      // What is felt now may be one frame alone: the others are not to stay in memory.
+      job.missing = {};
+      job.volume.reset();
+    }
     return Nothing{};
   });
   if (!status)
@@ -99,9 +103,10 @@ Status LiveMotion::estimate(const Job& job, std::stop_token stop) {
   options.motion = *preset;
   options.cyclic = job.cyclic;
   start_ns_ = monotonic_ns();
-  // Each frame is asked for more than once: all are kept.
+  // Each frame is asked for more than once: all are in memory then.
   const double bytes = double(frames->count) * double(frames->grid.count()) * sizeof(float);
-  const Status fits = check_fits_memory("One motion for the whole sequence", bytes);
+  const Status fits =
+      frames->in_memory ? Nothing{} : check_fits_memory("One motion for the whole sequence", bytes);
   if (job.whole && fits) return whole(job, *frames, *context, options, stop);
   if (job.missing.own && !fits) return fits;
   const Status done = step_by_step(job, *frames, *context, options, stop);
@@ -151,21 +156,21 @@ Status LiveMotion::step_by_step(const Job& job, Frames& frames,
 Status LiveMotion::whole(const Job& job, Frames& frames,
                          const std::shared_ptr<vulkan::Context>& context,
                          const EstimatorOptions& options, std::stop_token stop) {
-  // In memory: each frame is asked for more than once.
   std::vector<Volume> kept;
-  for (size_t k = 0; k < frames.count && !stop.stop_requested(); ++k) {
+  for (size_t k = 0; !frames.in_memory && k < frames.count && !stop.stop_requested(); ++k) {
     auto frame = frames.read(k);
     if (!frame) return frame.error();
     kept.push_back(std::move(*frame));
   }
+  const FrameReader again = [&kept](size_t k) -> Result<Volume> { return kept[k]; };
   if (stop.stop_requested()) return Nothing{};
   Status taken = Nothing{};
   SequenceMotionOptions of_sequence;
   of_sequence.estimator = options;
   SequenceReport report;
   const auto motion = estimate_sequence_motion(
-      context, frames.grid, job.volume->times.times_s,
-      [&](size_t k) -> Result<Volume> { return kept[k]; }, of_sequence,
+      context, frames.grid, job.volume->times.times_s, frames.in_memory ? frames.read : again,
+      of_sequence,
       [&](PairMotion pair) {
         if (taken) taken = take_pair(job, pair);
       },

@@ -3,11 +3,9 @@
 #include <memory>
 #include <mutex>
 #include <string>
-#include <thread>
 
-#include "module/session/session.h"
 #include "module/session/viewer.h"
-#include "module/view/picture.h"
+#include "module/view/resolution.h"
 
 namespace palpate {
 
@@ -26,35 +24,29 @@ struct LiveFrame {
   double picture_s = 0.0;  ///< that drawing and reading it back took
 };
 
-/// Draws what is felt again and again, on a thread of its own: the window goes on taking the mouse
-/// while a slow device draws.
+/// What is felt for a window: it goes on taking the mouse while a slow device draws.
 class LivePicture {
  public:
   /// Starts at once, and opens a device of its own; draws from the first want() on. `session` is
   /// borrowed, and its newest moment is read here alone.
   LivePicture(Session& session, const vulkan::ContextOptions& gpu);
-  ~LivePicture();
-  LivePicture(const LivePicture&) = delete;
-  LivePicture& operator=(const LivePicture&) = delete;
 
   /// From the next picture on. Any thread.
   void want(const WantedPicture& wanted);
   /// The last that was drawn; null before the first. Any thread.
   std::shared_ptr<const LiveFrame> newest() const;
   /// Why there are no pictures any more: a sentence, or nothing. Any thread.
-  std::string trouble() const;
+  std::string trouble() const { return thread_.trouble(); }
 
  private:
-  void run(std::stop_token stop);
-  Status draw(std::stop_token stop);
+  Result<std::chrono::milliseconds> draw(Viewer& viewer, const SceneMoment& moment);
 
   Session& session_;
-  vulkan::ContextOptions gpu_;
+  Resolution resolution_;
   mutable std::mutex mutex_;  ///< of what follows but the thread
   WantedPicture wanted_;
   std::shared_ptr<const LiveFrame> newest_;
-  std::string trouble_;
-  std::jthread thread_;
+  ViewerThread thread_;
 };
 
 }  // namespace palpate

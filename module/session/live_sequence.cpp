@@ -62,7 +62,8 @@ LiveSequence::LiveSequence(Session& session, size_t volume, const Grid& grid,
       index_(volume),
       grid_(grid),
       options_(std::move(options)),
-      ring_(*session.scene()->volumes[volume].data) {
+      ring_(*session.scene()->volumes[volume].data),
+      felt_(first) {
   watch_ = std::make_unique<Background>(5ms, [this] {
     // A delay that finds no memory is not counted.
     (void)caught([&]() -> Status {
@@ -319,14 +320,7 @@ Status LiveSequence::follow(const std::shared_ptr<vulkan::Context>& context, std
   size_t pushed = 0;
   Frame frame;
   // What is felt now is where the first motion begins.
-  {
-    const ScalarSamples samples = ring_.frames[slot_]->samples();
-    if (samples.values.size() != grid_.count())
-      return Error{ErrorKind::kBadInput, "What is felt has no samples to begin from"};
-    const Status begun =
-        (*estimator)->push(pushed++, Volume{grid_, {samples.values.begin(), samples.values.end()}});
-    if (!begun) return begun;
-  }
+  if (const Status begun = (*estimator)->push(pushed++, felt_); !begun) return begun;
   while (wait_for_frame(frame, stop, true)) {
     if (const Status taken = (*estimator)->push(pushed++, frame.volume); !taken) return taken;
     std::optional<PairMotion> pair;
@@ -384,7 +378,7 @@ void LiveSequence::hand_over(std::shared_ptr<const MovingVolume> volume, std::st
 void LiveSequence::move_to(Volume frame, int64_t arrived_ns, const PairMotion& pair,
                            std::stop_token stop) {
   auto map = MotionMap::of(pair.field, &pair.confidence);
-  auto data = sampled_scalar(std::move(frame));
+  auto data = sampled_scalar(frame);
   {
     // The hand is still on its way to the frame before.
     std::unique_lock lock(mutex_);
@@ -396,6 +390,7 @@ void LiveSequence::move_to(Volume frame, int64_t arrived_ns, const PairMotion& p
   ring_.motions[0].steps[slot_] = std::move(map);
   ring_.motions[0].steps[next] = nullptr;
   slot_ = next;
+  felt_ = std::move(frame);
   hand_over(std::make_shared<const MovingVolume>(ring_), stop);
   {
     const std::lock_guard lock(mutex_);
@@ -411,6 +406,7 @@ void LiveSequence::stand_at(const Volume& frame, std::stop_token stop) {
   for (auto& of : ring_.frames) of = data;
   for (auto& step : ring_.motions[0].steps) step = nullptr;
   slot_ = 0;
+  felt_ = frame;
   session_.send({ControlEvent::Kind::kRate, int(index_), 0.0});
   hand_over(std::make_shared<const MovingVolume>(ring_), stop);
   session_.send({ControlEvent::Kind::kScrub, int(index_), 0.0});

@@ -116,8 +116,9 @@ class LiveSequence {
   size_t index_;
   Grid grid_;
   LiveSequenceOptions options_;
-  MovingVolume ring_;  ///< the worker's alone, with slot_
+  MovingVolume ring_;  ///< the worker's alone, with slot_ and felt_
   size_t slot_ = 0;
+  Volume felt_;            ///< samples of the frame at slot_, which its spline does not give back
   Repetition repetition_;  ///< push()'s alone, with history_ and its bytes
   std::deque<Frame> history_;
   std::atomic<bool> searching_{true};

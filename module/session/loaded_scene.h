@@ -16,7 +16,9 @@ namespace palpate {
 /// A motion that nothing gives: to be estimated while the data are felt.
 struct MissingMotion {
   size_t volume = 0;
-  std::function<Result<Frames>()> open;  ///< the volume's frames, once more
+  /// The volume's frames once more, as they were read: their splines do not give them back. Any
+  /// thread.
+  std::function<Result<Frames>()> open;
   /// The volume with all its frames, where the scene has it standing still until one motion for all
   /// of them is known; else null.
   std::shared_ptr<const MovingVolume> own;

@@ -1,6 +1,14 @@
 #include "module/session/viewer.h"
 
+#include "compute/vulkan/caught.h"
+#include "module/haptics/real_time.h"
+
 namespace palpate {
+namespace {
+
+constexpr std::chrono::milliseconds kPause{2};  // before there is a moment
+
+}  // namespace
 
 Result<std::unique_ptr<Viewer>> Viewer::open(std::shared_ptr<vulkan::Context> context,
                                              const ViewChoices& choices,
@@ -12,6 +20,13 @@ Result<std::unique_ptr<Viewer>> Viewer::open(std::shared_ptr<vulkan::Context> co
   return viewer;
 }
 
+Result<std::unique_ptr<Viewer>> Viewer::open(const vulkan::ContextOptions& gpu,
+                                             const ViewChoices& choices,
+                                             const RendererOptions& options) {
+  const auto context = vulkan::Context::open(gpu);
+  return context ? open(*context, choices, options) : context.error();
+}
+
 Viewer::~Viewer() {
   if (renderer_) (void)renderer_->wait();
 }
@@ -20,11 +35,80 @@ Status Viewer::update(std::shared_ptr<const Scene> scene) {
   return picture_.update(std::move(scene)) ? renderer_->set_volumes(picture_.volumes()) : Nothing{};
 }
 
+Status Viewer::update(const Session& session) {
+  show(session.tubes());
+  return update(session.scene());
+}
+
 Status Viewer::start(const SceneMoment& moment, int64_t display_ns, std::span<const Eye> eyes,
                      PictureSize size, const HostImages* images) {
   shown_ = picture_.at(moment, display_ns, eyes[0]);
   return images ? renderer_->start(shown_, eyes, size, *images)
                 : renderer_->start(shown_, eyes, size);
+}
+
+Result<std::vector<Picture>> Viewer::take(const SceneMoment& moment, int64_t display_ns,
+                                          std::span<const Eye> eyes, PictureSize size) {
+  if (const Status started = start(moment, display_ns, eyes, size); !started)
+    return started.error();
+  std::vector<Picture> pictures;
+  for (size_t eye = 0; eye < eyes.size(); ++eye) {
+    auto picture = renderer_->read_back(int(eye));
+    if (!picture) return picture.error();
+    pictures.push_back(std::move(*picture));
+  }
+  return pictures;
+}
+
+Result<std::vector<Picture>> Viewer::take_all(const SceneMoment& moment, PictureSize size,
+                                              int eyes) {
+  glm::dvec3 low, high;
+  picture_.box(moment, low, high);
+  std::array<Eye, 2> before = eyes_before(low, high, size);
+  if (eyes == 1) before[0] = eye_before(low, high, size);
+  return take(moment, moment.now_ns, {before.data(), size_t(eyes)}, size);
+}
+
+ViewerThread::ViewerThread(Session& session, ViewerThreadOptions options, Draw draw)
+    : session_(session),
+      options_(std::move(options)),
+      draw_(std::move(draw)),
+      thread_([this](std::stop_token stop) { run(stop); }) {}
+
+void ViewerThread::stop() {
+  thread_.request_stop();
+  if (thread_.joinable()) thread_.join();
+}
+
+std::string ViewerThread::trouble() const {
+  const std::lock_guard lock(mutex_);
+  return trouble_;
+}
+
+void ViewerThread::run(std::stop_token stop) {
+  give_way(BackgroundWork::kPictures);
+  const Status drawn = caught([&] { return draw_until(stop); });
+  if (drawn) return;
+  const std::lock_guard lock(mutex_);
+  trouble_ = drawn.error().message;
+}
+
+Status ViewerThread::draw_until(std::stop_token stop) {
+  const auto viewer = Viewer::open(options_.gpu, options_.choices, options_.renderer);
+  if (!viewer) return viewer.error();
+  SceneMoment moment;
+  while (!stop.stop_requested()) {
+    const auto start = std::chrono::steady_clock::now();
+    const bool is_new = session_.newest(options_.reader, moment);
+    std::chrono::milliseconds pause = kPause;
+    if (moment.volume_count > 0) {
+      const auto drawn = draw_(**viewer, moment, is_new);
+      if (!drawn) return drawn.error();
+      pause = *drawn;
+    }
+    std::this_thread::sleep_until(start + pause);
+  }
+  return (*viewer)->renderer().wait();
 }
 
 }  // namespace palpate

@@ -9,6 +9,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "module/haptics/recording.h"
+
 namespace palpate {
 namespace {
 
@@ -49,17 +51,15 @@ class BlackBoxFile : public testing::Test {
   }
 
   std::filesystem::path folder_;
-  int ticks_ = 0;
+  int64_t ticks_ = 0;
 };
 
 TEST_F(BlackBoxFile, HoldsAThousandTicksAroundTheTrip) {
-  BlackBox box({.folder = folder_}, false);
+  BlackBox box({.folder = folder_});
   hear(box, 5000, Cause::kNone);
   hear(box, 100, Cause::kTooFast);  // tick 5001 trips; 99 after it
-  box.write_due(kSecond);
   EXPECT_TRUE(box.files().empty()) << "a hundred ticks after the trip have to be in it";
   hear(box, 1, Cause::kNone);
-  box.write_due(kSecond);
   ASSERT_EQ(box.files().size(), 1u);
   EXPECT_THAT(box.files()[0].filename().string(), testing::EndsWith("-too-fast.csv"));
 
@@ -81,10 +81,9 @@ TEST_F(BlackBoxFile, HoldsAThousandTicksAroundTheTrip) {
 }
 
 TEST_F(BlackBoxFile, IsShorterWhenTheTripComesEarly) {
-  BlackBox box({.folder = folder_}, false);
+  BlackBox box({.folder = folder_});
   hear(box, 10, Cause::kNone);
   hear(box, 101, Cause::kLate);
-  box.write_due(kSecond);
   ASSERT_EQ(box.files().size(), 1u);
   const auto rows = table(box.files()[0]);
   ASSERT_EQ(rows.size(), 112u);
@@ -93,67 +92,64 @@ TEST_F(BlackBoxFile, IsShorterWhenTheTripComesEarly) {
 }
 
 TEST_F(BlackBoxFile, IsNotWrittenForAStartAStopOrAFade) {
-  BlackBox box({.folder = folder_}, false);
+  BlackBox box({.folder = folder_});
   for (Cause cause :
        {Cause::kStarting, Cause::kDeadMan, Cause::kWorkspaceEdge, Cause::kFirstContact, Cause::kHot,
         Cause::kConfidence, Cause::kSceneEmpty, Cause::kStopped, Cause::kUnseen, Cause::kNone}) {
     hear(box, 300, cause);
-    box.write_due(kSecond);
   }
   EXPECT_TRUE(box.files().empty());
 }
 
 TEST_F(BlackBoxFile, IsNotWrittenForADeviceThatIsMissingFromTheStart) {
-  BlackBox box({.folder = folder_}, false);
+  BlackBox box({.folder = folder_});
   hear(box, 2000, Cause::kDevice);
-  box.write_due(kSecond);
   EXPECT_TRUE(box.files().empty());
   hear(box, 1, Cause::kNone);
   hear(box, 200, Cause::kDevice);
-  box.write_due(kSecond);
   EXPECT_EQ(box.files().size(), 1u);
 }
 
 TEST_F(BlackBoxFile, ComesAtMostOnceInTenSeconds) {
-  BlackBox box({.folder = folder_}, false);
+  BlackBox box({.folder = folder_});
   const auto trip_at = [&](int64_t now_ns) {
+    ticks_ = now_ns - 151;  // a hundred ticks after the trip it is due
     hear(box, 50, Cause::kNone);
     hear(box, 150, Cause::kEnergy);
-    box.write_due(now_ns);
   };
   trip_at(5 * kSecond);
   trip_at(6 * kSecond);
   trip_at(15 * kSecond - 1);
   EXPECT_EQ(box.files().size(), 1u);
   EXPECT_EQ(box.skipped(), 2u);
-  trip_at(15 * kSecond);
+  trip_at(16 * kSecond);
   ASSERT_EQ(box.files().size(), 2u);
   EXPECT_NE(box.files()[0], box.files()[1]);
 }
 
-TEST_F(BlackBoxFile, KeepsRecordingWhileTheWriterIsBusy) {
-  BlackBox box({.folder = folder_, .least_gap_ns = 0}, false);
-  for (int trip = 0; trip < 3; ++trip) {  // the writer sees none of them before the end
+TEST_F(BlackBoxFile, HoldsNoTickTwice) {
+  BlackBox box({.folder = folder_, .least_gap_ns = 0});
+  for (int trip = 0; trip < 3; ++trip) {
     hear(box, 50, Cause::kNone);
     hear(box, 150, Cause::kEnergy);
   }
-  box.write_due(kSecond);
-  EXPECT_EQ(box.files().size(), 1u);
-  EXPECT_EQ(box.skipped(), 2u);
-  hear(box, 50, Cause::kNone);
-  hear(box, 101, Cause::kEnergy);
-  box.write_due(2 * kSecond);
-  EXPECT_EQ(box.files().size(), 2u);
+  ASSERT_EQ(box.files().size(), 3u);
+  EXPECT_EQ(box.skipped(), 0u);
+  const auto first = table(box.files()[0]), second = table(box.files()[1]);
+  ASSERT_EQ(first.size(), 152u);
+  ASSERT_EQ(second.size(), 201u);
+  const size_t now = column(first[0], "now (ns)");
+  EXPECT_EQ(first.back()[now], "151");
+  EXPECT_EQ(second[1][now], "152");
 }
 
 TEST_F(BlackBoxFile, SaysWhenItCanNotBeWritten) {
   // A file stands where the folder should be.
   std::ofstream(folder_ / "none") << "a file";
-  BlackBox box({.folder = folder_ / "none"}, false);
+  BlackBox box({.folder = folder_ / "none"});
   hear(box, 1, Cause::kNone);
-  hear(box, 200, Cause::kClock);
   EXPECT_FALSE(box.trouble());
-  box.write_due(kSecond);
+  hear(box, 200, Cause::kClock);
   ASSERT_TRUE(box.trouble());
   EXPECT_THAT(*box.trouble(), testing::HasSubstr("folder that exists"));
   EXPECT_TRUE(box.files().empty());
@@ -161,23 +157,36 @@ TEST_F(BlackBoxFile, SaysWhenItCanNotBeWritten) {
 
 TEST_F(BlackBoxFile, MakesItsFolderWhenThereIsSomethingToKeep) {
   const std::filesystem::path folder = folder_ / "state/palpate";
-  BlackBox box({.folder = folder}, false);
+  BlackBox box({.folder = folder});
   hear(box, 1, Cause::kNone);
-  box.write_due(kSecond);
   EXPECT_FALSE(std::filesystem::exists(folder)) << "nothing happened";
   hear(box, 200, Cause::kClock);
-  box.write_due(2 * kSecond);
   ASSERT_EQ(box.files().size(), 1u);
   EXPECT_EQ(box.files()[0].parent_path(), folder);
 }
 
-TEST_F(BlackBoxFile, IsWrittenByItsOwnThread) {
+TEST_F(BlackBoxFile, IsWrittenOnARecordersThread) {
   BlackBox box({.folder = folder_});
-  hear(box, 1, Cause::kNone);
-  hear(box, 200, Cause::kClock);
-  for (int k = 0; k < 30'000 && box.files().empty(); ++k)
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  EXPECT_EQ(box.files().size(), 1u);
+  Recorder recorder({&box});
+  for (int k = 0; k < 202; ++k) {
+    TickOutput output;
+    output.cause = k == 0 ? Cause::kNone : Cause::kClock;
+    recorder.hear({}, output);
+  }
+  EXPECT_TRUE(recorder.finish());
+  ASSERT_EQ(box.files().size(), 1u);
+  EXPECT_EQ(table(box.files()[0]).size(), 103u);
+}
+
+TEST_F(BlackBoxFile, IsWrittenWithoutATripWhereThatIsAsked) {
+  BlackBox box({.folder = folder_});
+  hear(box, 300, Cause::kNone);
+  EXPECT_TRUE(box.files().empty());
+  box.write_last("display-lost");
+  ASSERT_EQ(box.files().size(), 1u);
+  const auto rows = table(box.files()[0]);
+  ASSERT_EQ(rows.size(), 301u);
+  EXPECT_EQ(rows.back()[0], "0");
 }
 
 }  // namespace

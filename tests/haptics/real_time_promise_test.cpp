@@ -196,11 +196,11 @@ TEST_F(RealTimePromise, IsKeptByTheLoopWithAWholeSceneRecorderBlackBoxAndNewScen
   const auto scene = plan(everything(), data);
   ASSERT_TRUE(scene) << scene.error().message;
   ASSERT_TRUE(ticker.offer(*scene));
-  auto recorder = Recorder::start(folder_ / "run.ticks", "everything", 1'000'000);
-  ASSERT_TRUE(recorder);
   BlackBox box({folder_, 1000, 100, 0});
+  auto recorder = Recorder::start(folder_ / "run.ticks", "everything", 1'000'000, {&box});
+  ASSERT_TRUE(recorder);
   ServoPorts ports;
-  ServoLoop loop(device, ticker, clock, ports, {}, {recorder->get(), &box});
+  ServoLoop loop(device, ticker, clock, ports, {}, {recorder->get()});
   int held = 0;
   TickOutput newest;
   for (int i = 0; i < 20'000; ++i) {
@@ -246,12 +246,12 @@ TEST_F(RealTimePromise, IsKeptByTheThreadItself) {
   const auto scene = plan(everything(), data_for_everything());
   ASSERT_TRUE(scene);
   ASSERT_TRUE(ticker.offer(*scene));
-  auto recorder = Recorder::start(folder_ / "thread.ticks", "everything", 1'000'000);
-  ASSERT_TRUE(recorder);
   BlackBox box({folder_, 1000, 100, 0});
+  auto recorder = Recorder::start(folder_ / "thread.ticks", "everything", 1'000'000, {&box});
+  ASSERT_TRUE(recorder);
   ServoOptions servo_options;
   servo_options.real_time = {.priority = 0, .core = -1, .lock_memory = false, .cores_awake = false};
-  servo_options.listeners = {recorder->get(), &box};
+  servo_options.listeners = {recorder->get()};
   auto servo = Servo::start(device, ticker, servo_options);
   ASSERT_TRUE(servo) << servo.error().message;
   for (int i = 0; i < 60'000 && (*servo)->statistics().ticks.load() < 600; ++i) {

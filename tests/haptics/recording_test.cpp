@@ -42,7 +42,7 @@ class RecordingFile : public testing::Test {
     TickOutput output;
     for (int k = 0; k < n; ++k) {
       test::random_tick(random, input, output);
-      writer->add(input, output);
+      writer->hear(input, output);
       encode_tick(input, output, ticks.emplace_back());
     }
     EXPECT_TRUE(writer->finish(lost));

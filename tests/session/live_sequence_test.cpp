@@ -139,6 +139,20 @@ TEST_F(LiveFrames, AreFollowedUnderTheHandWithoutAStepOfTheForce) {
   for (int k = 0; k < 500; ++k) EXPECT_NEAR(at(r_m), resting_n, 0.02);
 }
 
+TEST_F(LiveFrames, ThatComeOnceMoreDoNotMove) {
+  // With detail that a spline's coefficients do not have.
+  Volume first = shell_phantom(40, 8, 1, 0.0).frames[0];
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> noise(-20.0F, 20.0F);
+  for (float& value : first.values) value += noise(random);
+  begin(first, false);
+  for (size_t k = 1; k <= 2; ++k) {
+    live_->push(first, monotonic_ns());
+    ASSERT_TRUE(tick_until(0.07, [&] { return live_->numbers().felt >= k; }));
+    EXPECT_EQ(session_->scene()->volumes[0].data->motions[0].steps[k - 1]->largest_u_m(), 0.0) << k;
+  }
+}
+
 TEST_F(LiveFrames, AreFollowedAfterAnException) {
   const Sequence shell = shell_phantom(40, 8, 1, 0.0);
   to_throw_ = 1;

@@ -5,10 +5,12 @@
 
 #include <atomic>
 #include <chrono>
+#include <filesystem>
 #include <map>
 #include <thread>
 
 #include "compute/volume/phantom.h"
+#include "integration/files/write_volume.h"
 #include "integration/scenes/load_scene.h"
 #include "tests/support/device.h"
 
@@ -141,6 +143,41 @@ TEST_F(SessionWithMotion, FindsTheMotionOfFramesInMemoryUnderTheHand) {
     most_n = std::max(most_n, force_n);
   }
   EXPECT_GT(most_n - least_n, 0.3);
+}
+
+TEST(LoadedScene, GivesTheFramesThatWereReadWithoutReadingThemAgain) {
+  const Sequence shell = shell_phantom(24, 4, 1, 0.0);
+  const std::filesystem::path file =
+      std::filesystem::temp_directory_path() / "palpate_read_once.seq.nrrd";
+  ASSERT_TRUE(files::write_sequence(shell, file));
+  const auto loaded = [&](std::optional<CarriedValues> values) {
+    scenes::SequenceChoices choices;
+    choices.values = values;
+    choices.holds_frames = true;
+    choices.wall = scenes::FeltWall::kValues;
+    auto scene = scenes::load_scene({file}, choices);
+    EXPECT_TRUE(scene) << (scene ? "" : scene.error().message);
+    return scene ? std::move(*scene) : LoadedScene{};
+  };
+  const LoadedScene carried = loaded({}), own = loaded(CarriedValues::kOwn);
+  std::filesystem::remove(file);
+  ASSERT_EQ(carried.missing.size(), 1u);
+  ASSERT_EQ(own.missing.size(), 1u);
+  {
+    const auto frames = carried.missing[0].open();
+    ASSERT_TRUE(frames) << frames.error().message;
+    EXPECT_TRUE(frames->in_memory);
+    ASSERT_EQ(frames->count, shell.frames.size());
+    for (const size_t k : {3, 0, 1, 2, 1}) {
+      const auto frame = frames->read(k);
+      ASSERT_TRUE(frame);
+      EXPECT_TRUE(same_geometry(frame->grid, shell.frames[k].grid));
+      EXPECT_EQ(frame->values, shell.frames[k].values) << k;
+    }
+  }
+  // Nobody holds them any longer than that, and where a frame is asked for once nobody ever does.
+  EXPECT_FALSE(carried.missing[0].open());
+  EXPECT_FALSE(own.missing[0].open());
 }
 
 TEST_F(SessionWithMotion, EndsWhileItIsBeingFound) {

@@ -13,8 +13,8 @@ bool has_display() {
   return false;
 }
 
-Result<std::unique_ptr<DesktopLoop>> open_window(const ViewerChoice& choice) {
-  return DesktopLoop::open(choice.scene_name, choice.gpu, choice.view);
+Result<std::unique_ptr<desktop::DesktopLoop>> open_window(const ViewerChoice& choice) {
+  return desktop::DesktopLoop::open(choice.scene_name, {.device = choice.gpu.device}, choice.view);
 }
 
 Result<Viewers> in_headset(const ViewerChoice& choice, Viewers seen,

@@ -3,9 +3,9 @@
 #include <memory>
 #include <string>
 
-#include "integration/app/desktop_loop.h"
 #include "integration/app/gpu.h"
 #include "integration/app/headset/headset_loop.h"
+#include "integration/desktop/desktop_loop.h"
 
 namespace palpate::app {
 
@@ -24,7 +24,7 @@ struct ViewerChoice {
 /// Those who look on while a scene is felt, besides the pictures that go to files.
 struct Viewers {
   std::unique_ptr<HeadsetLoop> headset;
-  std::unique_ptr<DesktopLoop> window;
+  std::unique_ptr<desktop::DesktopLoop> window;
   std::string why;  ///< which, and why: a sentence
 };
 

@@ -1,4 +1,4 @@
-#include "integration/app/desktop_loop.h"
+#include "integration/desktop/desktop_loop.h"
 
 #include <fmt/format.h>
 
@@ -10,12 +10,8 @@
 #include "integration/desktop/help.h"
 #include "module/scene/drive.h"
 
-namespace palpate::app {
+namespace palpate::desktop {
 namespace {
-
-using desktop::Input;
-using desktop::Key;
-using desktop::KeyPress;
 
 constexpr int kWidth = 1120, kHeight = 760;
 constexpr double kTurn = 3.0;            // radians for a drag over the window's height
@@ -28,15 +24,15 @@ constexpr std::chrono::milliseconds kFrame{15};  // where the display does not m
 }  // namespace
 
 Result<std::unique_ptr<DesktopLoop>> DesktopLoop::open(const std::string& scene_name,
-                                                       const DeviceOptions& gpu,
+                                                       const vulkan::ContextOptions& gpu,
                                                        const ViewChoices& view) {
-  auto window = desktop::Window::open(fmt::format("palpate: {}", scene_name), kWidth, kHeight);
+  auto window = Window::open(fmt::format("palpate: {}", scene_name), kWidth, kHeight);
   if (!window) return window.error();
   return std::unique_ptr<DesktopLoop>(new DesktopLoop(std::move(*window), scene_name, gpu, view));
 }
 
-DesktopLoop::DesktopLoop(std::unique_ptr<desktop::Window> window, std::string scene_name,
-                         const DeviceOptions& gpu, const ViewChoices& view)
+DesktopLoop::DesktopLoop(std::unique_ptr<Window> window, std::string scene_name,
+                         const vulkan::ContextOptions& gpu, const ViewChoices& view)
     : window_(std::move(window)), scene_name_(std::move(scene_name)), gpu_(gpu), view_(view) {
   wait("is being read");
 }
@@ -44,14 +40,14 @@ DesktopLoop::DesktopLoop(std::unique_ptr<desktop::Window> window, std::string sc
 void DesktopLoop::wait(const std::string& doing) {
   // Data may take seconds to be read: nobody is to look at an empty window meanwhile.
   const double scale = window_->scale();
-  note_ = desktop::draw_note(scene_name_, {doing}, scale);
+  note_ = draw_note(scene_name_, {doing}, scale);
   const int edge = int(kEdge * scale);
-  const desktop::Overlay overlay{&note_, {edge, edge}};
+  const Overlay overlay{&note_, {edge, edge}};
   window_->poll();
   window_->show({}, {&overlay, 1});
 }
 
-void DesktopLoop::begin(Session& session, desktop::MouseProbe* mouse) {
+void DesktopLoop::begin(Session& session, MouseProbe* mouse) {
   session_ = &session;
   mouse_ = mouse;
   const auto felt = session.scene();
@@ -63,14 +59,14 @@ void DesktopLoop::begin(Session& session, desktop::MouseProbe* mouse) {
         driven(felt->volumes[v].spec.drive, felt->volumes[v].spec.transform, 0.0);
   glm::dvec3 centre;
   picture.bounds(start, centre, ball_m_);
-  camera_ = first_camera_ = desktop::camera_before(centre, ball_m_);
+  camera_ = first_camera_ = camera_before(centre, ball_m_);
   if (mouse_) {
     const Eye from = eye();
     const glm::dvec3 towards = glm::normalize(from.position_m - centre);
-    pointing_ = desktop::Pointing(centre + ball_m_ * towards);
+    pointing_ = Pointing(centre + ball_m_ * towards);
   }
   window_->poll();  // what was done while nothing could be seen is not meant for the scene
-  live_ = std::make_unique<LivePicture>(session, vulkan::ContextOptions{.device = gpu_.device});
+  live_ = std::make_unique<LivePicture>(session, gpu_);
 }
 
 Eye DesktopLoop::eye() const {
@@ -159,9 +155,9 @@ void DesktopLoop::move_probe(const Input& input) {
   const Transform& device = felt->world_from_device;
   if (input.in_window && !input.right && (input.moved || input.wheel != 0.0)) {
     const double reach_m = mouse_->info().workspace_radius_m * device.scale.x;
-    const double middle_m = desktop::depth_of(from, device.translation_m);
-    const desktop::Pointing::Depths depths{std::max(0.01, middle_m - reach_m),
-                                           std::max(0.02, middle_m + reach_m)};
+    const double middle_m = depth_of(from, device.translation_m);
+    const Pointing::Depths depths{std::max(0.01, middle_m - reach_m),
+                                  std::max(0.02, middle_m + reach_m)};
     pointing_.point(from, input.cursor, kNotch * ball_m_ * input.wheel, depths);
   }
   mouse_->hold(device.volume_from_world(pointing_.place_m()), input.left ? 1 : 0);
@@ -183,7 +179,7 @@ std::string DesktopLoop::phase_line() const {
 
 void DesktopLoop::draw(const TickOutput& tick, const std::string& note) {
   const double scale = window_->scale();
-  if (scale != help_scale_) help_ = desktop::draw_help(scale, mouse_ != nullptr, view_.hand);
+  if (scale != help_scale_) help_ = draw_help(scale, mouse_ != nullptr, view_.hand);
   std::vector<std::string> lines;
   const std::string trouble = live_->trouble();
   if (!trouble.empty()) lines.push_back("There is no picture: " + trouble);
@@ -193,8 +189,7 @@ void DesktopLoop::draw(const TickOutput& tick, const std::string& note) {
   if (view_.look != "auto") lines.push_back("look: " + view_.look);
   if (view_.hand && tick.cause != Cause::kNone) lines.push_back(sentence(tick.cause));
   const std::string text = fmt::format("{}", fmt::join(lines, "\n"));
-  if (text != note_text_ || scale != help_scale_)
-    note_ = desktop::draw_note(scene_name_, lines, scale);
+  if (text != note_text_ || scale != help_scale_) note_ = draw_note(scene_name_, lines, scale);
   note_text_ = text;
   help_scale_ = scale;
 
@@ -202,13 +197,13 @@ void DesktopLoop::draw(const TickOutput& tick, const std::string& note) {
   const int edge = int(kEdge * scale);
   const int plot_width = std::min(kPlotWidth, int((size.width - 2 * edge) / scale));
   const charts::Raster strip = plot_.draw(std::max(1, plot_width), kPlotHeight, scale);
-  desktop::Corners corners;
+  Corners corners;
   corners.plot = {size.width - strip.width - edge, size.height - strip.height - edge};
-  std::vector<desktop::Overlay> overlays = {{&note_, {edge, edge}}};
+  std::vector<Overlay> overlays = {{&note_, {edge, edge}}};
   if (shows_help_) {
     const glm::ivec2 plot = view_.hand ? glm::ivec2(strip.width, strip.height) : glm::ivec2(0);
-    corners = desktop::place_corners({size.width, size.height}, {help_.width, help_.height}, plot,
-                                     note_.height + 2 * edge, edge);
+    corners = place_corners({size.width, size.height}, {help_.width, help_.height}, plot,
+                            note_.height + 2 * edge, edge);
     overlays.push_back({&help_, corners.help});
   }
   if (view_.hand && corners.shows_plot) overlays.push_back({&strip, corners.plot});
@@ -216,4 +211,4 @@ void DesktopLoop::draw(const TickOutput& tick, const std::string& note) {
   window_->show(seen_ ? seen_->picture : kNothing, overlays);
 }
 
-}  // namespace palpate::app
+}  // namespace palpate::desktop

@@ -3,16 +3,15 @@
 #include <memory>
 #include <string>
 
-#include "integration/app/force_tap.h"
-#include "integration/app/gpu.h"
 #include "integration/desktop/camera.h"
 #include "integration/desktop/force_plot.h"
+#include "integration/desktop/force_tap.h"
 #include "integration/desktop/mouse_probe.h"
 #include "integration/desktop/pointing.h"
 #include "integration/desktop/window.h"
 #include "module/session/live_picture.h"
 
-namespace palpate::app {
+namespace palpate::desktop {
 
 /// The window in which a scene is seen while it is felt, and the mouse that may be the hand. All on
 /// the program's main thread.
@@ -20,7 +19,7 @@ class DesktopLoop {
  public:
   /// Opens the window. kNoDevice, in a sentence, where there is no display.
   static Result<std::unique_ptr<DesktopLoop>> open(const std::string& scene_name,
-                                                   const DeviceOptions& gpu,
+                                                   const vulkan::ContextOptions& gpu,
                                                    const ViewChoices& view);
 
   /// To be given to the servo: what it hears is plotted.
@@ -30,7 +29,7 @@ class DesktopLoop {
   void wait(const std::string& doing);
   /// From now on this is seen. `mouse` moves the probe; null: another device does, and the mouse
   /// turns the view. All are borrowed until end().
-  void begin(Session& session, desktop::MouseProbe* mouse);
+  void begin(Session& session, MouseProbe* mouse);
   /// Takes what the person did, shows what is felt; takes as long as a frame of a display.
   /// note: a line for the person, or nothing.
   void frame(const TickOutput& tick, const std::string& note);
@@ -43,33 +42,33 @@ class DesktopLoop {
   bool lost() const { return window_->lost(); }
 
  private:
-  DesktopLoop(std::unique_ptr<desktop::Window> window, std::string scene_name,
-              const DeviceOptions& gpu, const ViewChoices& view);
-  void press(const desktop::KeyPress& press, const desktop::Input& input);
-  void steer(const desktop::Input& input);
-  void move_probe(const desktop::Input& input);
+  DesktopLoop(std::unique_ptr<Window> window, std::string scene_name,
+              const vulkan::ContextOptions& gpu, const ViewChoices& view);
+  void press(const KeyPress& press, const Input& input);
+  void steer(const Input& input);
+  void move_probe(const Input& input);
   void draw(const TickOutput& tick, const std::string& note);
   std::string phase_line() const;
   Eye eye() const;
 
-  std::unique_ptr<desktop::Window> window_;
+  std::unique_ptr<Window> window_;
   std::string scene_name_;
-  DeviceOptions gpu_;
+  vulkan::ContextOptions gpu_;
   ViewChoices view_;
   ForceTap tap_;
-  desktop::ForcePlot plot_;
+  ForcePlot plot_;
   charts::Raster help_, note_;
   double help_scale_ = 0.0;
   std::string note_text_;
   bool shows_help_ = true;
 
   Session* session_ = nullptr;
-  desktop::MouseProbe* mouse_ = nullptr;
-  desktop::Camera first_camera_, camera_;
-  desktop::Pointing pointing_{glm::dvec3(0.0)};
+  MouseProbe* mouse_ = nullptr;
+  Camera first_camera_, camera_;
+  Pointing pointing_{glm::dvec3(0.0)};
   double ball_m_ = 0.1;  ///< radius around all volumes, world
   std::unique_ptr<LivePicture> live_;
   std::shared_ptr<const LiveFrame> seen_;
 };
 
-}  // namespace palpate::app
+}  // namespace palpate::desktop

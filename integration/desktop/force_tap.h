@@ -3,7 +3,7 @@
 #include "module/haptics/mailbox.h"
 #include "module/haptics/servo_loop.h"
 
-namespace palpate::app {
+namespace palpate::desktop {
 
 /// The force of every tick, for a plot: heard on the servo thread, taken by one other. Real-time
 /// safe; what nobody takes for eight seconds is lost.
@@ -23,4 +23,4 @@ class ForceTap final : public TickListener {
   Ring<Sample, 8192> samples_;
 };
 
-}  // namespace palpate::app
+}  // namespace palpate::desktop

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "integration/app/outputs.h"
+#include "integration/charts/felt_page.h"
+#include "module/session/gallery.h"
+
+namespace palpate::app {
+
+/// A picture as charts take it, opaque.
+charts::Raster raster_of(const Picture& picture);
+
+/// Stages view_1.png, ... and page.png: what was seen and felt. kBadOutput.
+Status stage_views(Outputs& outputs, const std::vector<StereoPicture>& pictures,
+                   const std::string& title, const charts::Timeline& timeline);
+
+}  // namespace palpate::app

@@ -1,0 +1,88 @@
+#include "module/session/gallery.h"
+
+#include <algorithm>
+
+namespace palpate {
+namespace {
+
+constexpr std::chrono::milliseconds kFrame{33};
+constexpr std::chrono::milliseconds kStillFrame{500};  // while motion is estimated: let it
+constexpr std::chrono::milliseconds kPause{1};         // where nothing is new
+
+constexpr double kStronger = 1.2;  // force, of one picture to another that is as good
+
+bool moves(const SceneMoment& moment) {
+  return std::any_of(moment.volumes.begin(), moment.volumes.end(),
+                     [](const VolumeMoment& volume) { return volume.rate != 0.0; });
+}
+
+}  // namespace
+
+Gallery::Gallery(Session& session, const GalleryOptions& options)
+    : session_(session),
+      options_(options),
+      kept_(size_t(options.pictures)),
+      thread_(session,
+              {.gpu = options.gpu,
+               .choices = options.view,
+               .renderer = {.most = options.size, .most_eyes = 2},
+               .reader = MomentReader::kPictures},
+              [this](Viewer& viewer, const SceneMoment& moment,
+                     bool is_new) -> Result<std::chrono::milliseconds> {
+                if (!is_new) return kPause;
+                return draw(viewer, moment);
+              }) {}
+
+double Gallery::median_ms() const {
+  if (frame_ms_.empty()) return 0.0;
+  std::vector<double> sorted = frame_ms_;
+  std::nth_element(sorted.begin(), sorted.begin() + sorted.size() / 2, sorted.end());
+  return sorted[sorted.size() / 2];
+}
+
+std::vector<StereoPicture> Gallery::pictures() const {
+  std::vector<StereoPicture> pictures;
+  for (const Kept& kept : kept_)
+    if (kept.any) pictures.push_back(kept.picture);
+  return pictures;
+}
+
+Result<std::chrono::milliseconds> Gallery::draw(Viewer& viewer, const SceneMoment& moment) {
+  const auto start = Clock::now();
+  const auto seconds_since = [](Clock::time_point then) {
+    return std::chrono::duration<double>(Clock::now() - then).count();
+  };
+  if (const Status set = viewer.update(session_); !set) return set.error();
+  auto pictures = viewer.take_all(moment, options_.size, 2);
+  if (!pictures) return pictures.error();
+  frame_ms_.push_back(1e3 * seconds_since(start));
+  if (first_picture_s_ == 0.0) first_picture_s_ = seconds_since(begin_);
+  keep(moment, viewer.shown(), std::move(*pictures));
+  return moves(moment) ? kFrame : kStillFrame;
+}
+
+/// One picture per stretch of the cycle: one while touching and moving is better than one of the
+/// still frame, and that better than one in free space; of two alike, one where far more is felt.
+void Gallery::keep(const SceneMoment& moment, const ViewScene& scene,
+                   std::vector<Picture> pictures) {
+  size_t bin = 0;
+  double pointer = 0.0;
+  const bool moving = moves(moment);
+  for (size_t v = 0; v < scene.volumes.size(); ++v) {
+    const MovingVolume& volume = *scene.volumes[v].data;
+    if (volume.is_still()) continue;
+    pointer = scene.volumes[v].pointer.frame + scene.volumes[v].pointer.phase;
+    const double share = pointer / double(std::max(1, volume.times.steps()));
+    bin = std::min(kept_.size() - 1, size_t(share * double(kept_.size())));
+    break;
+  }
+  Kept& kept = kept_[bin];
+  const int worth = 2 * moment.in_contact + moving, before = 2 * kept.touching + kept.moving;
+  const double force_n = glm::length(moment.force_n);
+  const bool stronger = worth == before && force_n > kStronger * kept.picture.force_n;
+  if (kept.any && worth <= before && !stronger) return;
+  kept = {true, moment.in_contact, moving, {}};
+  kept.picture = {{std::move(pictures[0]), std::move(pictures[1])}, pointer, force_n};
+}
+
+}  // namespace palpate

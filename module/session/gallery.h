@@ -1,0 +1,61 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "module/session/viewer.h"
+
+namespace palpate {
+
+struct GalleryOptions {
+  vulkan::ContextOptions gpu;
+  ViewChoices view;
+  PictureSize size{384, 384};
+  int pictures = 4;  ///< phases, evenly spread
+};
+
+/// A picture for two eyes, and what was felt then.
+struct StereoPicture {
+  std::array<Picture, 2> eyes;  ///< left, right
+  double frame = 0.0;           ///< of the first moving volume, with its phase
+  double force_n = 0.0;
+};
+
+/// Looks on while a scene is felt, without any display: draws both eyes again and again on a thread
+/// of its own, as a headset would ask for it, and keeps one stereo picture per phase, in contact if
+/// there was any.
+class Gallery {
+ public:
+  /// Starts to look once the device is opened and the volumes are on it. `session` is borrowed.
+  Gallery(Session& session, const GalleryOptions& options);
+
+  void stop() { thread_.stop(); }
+  /// Why there are no pictures: a sentence, or nothing. After stop(), as all that follows.
+  std::string trouble() const { return thread_.trouble(); }
+  /// Frames drawn, and what they took, ms.
+  size_t frames() const { return frame_ms_.size(); }
+  double median_ms() const;
+  double first_picture_s() const { return first_picture_s_; }
+  /// In the order of their phases; phases that were not seen are left out.
+  std::vector<StereoPicture> pictures() const;
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  struct Kept {
+    bool any = false, touching = false, moving = false;
+    StereoPicture picture;
+  };
+  Result<std::chrono::milliseconds> draw(Viewer& viewer, const SceneMoment& moment);
+  void keep(const SceneMoment& moment, const ViewScene& scene, std::vector<Picture> pictures);
+
+  Session& session_;
+  GalleryOptions options_;
+  Clock::time_point begin_ = Clock::now();
+  std::vector<Kept> kept_;
+  std::vector<double> frame_ms_;
+  double first_picture_s_ = 0.0;
+  ViewerThread thread_;
+};
+
+}  // namespace palpate
