@@ -18,7 +18,8 @@ constexpr double kInverse3Radius_m = 0.08, kMinverseRadius_m = 0.04;
 // A position is taken in one period of the servo loop and used in the next.
 constexpr double kDelay_s = 1e-3;
 constexpr int64_t kEventsWait_ns = 100'000'000, kCloseWait_ns = 100'000'000;
-constexpr int64_t kEventsAgain_ns = 1'000'000'000;  // after their socket broke
+constexpr int64_t kEventsAgain_ns =
+    1'000'000'000;  // their socket is opened no more often than that
 
 class HaplyLink final : public DeviceLink {
  public:
@@ -103,6 +104,7 @@ class HaplyLink final : public DeviceLink {
     if (!first) return DeviceFault::kTimeout;
     if (!place_origin()) return DeviceFault::kGarbage;
     // Old services give none; then what the states say must do.
+    events_tried_ns_ = now_ns();
     if (options_.events_port)
       events_ = WebSocket::connect(options_.host, options_.events_port, kEventsWait_ns);
     return DeviceFault::kNone;
@@ -196,21 +198,24 @@ class HaplyLink final : public DeviceLink {
     }
     if (events_ && !events_->is_open()) {
       events_.reset();
-      events_again_ns_ = now_ns() + kEventsAgain_ns;
+      // At once where it has lasted: what is said meanwhile nobody hears.
+      events_again_ns_ = events_tried_ns_ + kEventsAgain_ns;
     }
   }
 
-  /// After the socket of the events broke. What was said holds until an event says otherwise: the
-  /// brake is still on, as far as anybody knows.
+  /// After the socket of the events broke. What was said holds until an event says otherwise, or
+  /// the device is unplugged: the brake is still on, as far as anybody knows, since no state says
+  /// it.
   void listen_again() {
     if (!events_again_ns_ || now_ns() < *events_again_ns_) return;
     // Within an exchange, so it has the time of an answer. A port that nobody listens at says so at
     // once.
+    events_tried_ns_ = now_ns();
     events_ = WebSocket::connect(options_.host, options_.events_port, options_.answer_wait_ns);
     if (events_)
       events_again_ns_.reset();
     else
-      events_again_ns_ = now_ns() + kEventsAgain_ns;
+      events_again_ns_ = events_tried_ns_ + kEventsAgain_ns;
   }
 
   static DeviceFault fault_of(const haply::DeviceState& device) {
@@ -241,6 +246,7 @@ class HaplyLink final : public DeviceLink {
   std::optional<glm::dvec3> origin_m_;      ///< of a service without presets
   int owed_ = 0;                            ///< messages without an answer yet
   DeviceFault said_ = DeviceFault::kNone;   ///< by an event, until another one
+  int64_t events_tried_ns_ = 0;             ///< when their socket was opened last
   std::optional<int64_t> events_again_ns_;  ///< when their socket is to be opened again; none: not
 };
 

@@ -23,6 +23,7 @@ inline constexpr NumberRange kStrengths_n{0.0, 1000.0};  ///< a surface may hold
 inline constexpr NumberRange kFrictions{0.0, 10.0};
 inline constexpr NumberRange kSmoothings_mm{0.0, 100.0};
 inline constexpr NumberRange kSoftnesses_m{1e-6, 10.0};  ///< of a charge
+inline constexpr NumberRange kRawSizes{1.0, 65'536.0};   ///< samples along an axis
 inline constexpr NumberRange kFrameRates{0.001, 1e5};    ///< frames per second
 
 /// False for what is not finite, too.

@@ -8,21 +8,9 @@
 
 #include "compute/volume/grid.h"
 #include "compute/volume/result.h"
+#include "compute/volume/sample_type.h"
 
 namespace palpate::files {
-
-enum class SampleType {
-  kInt8,
-  kUint8,
-  kInt16,
-  kUint16,
-  kInt32,
-  kUint32,
-  kInt64,
-  kUint64,
-  kFloat,
-  kDouble
-};
 
 size_t bytes_of(SampleType type);
 

@@ -3,6 +3,7 @@
 #include "compute/volume/memory.h"
 #include "integration/files/frame_source.h"
 #include "integration/files/raster_file.h"
+#include "integration/files/raw_header.h"
 #include "integration/files/read_sequence.h"
 #include "integration/files/samples.h"
 #include "integration/files/sentences.h"
@@ -36,6 +37,24 @@ Result<VectorFrame> vectors_of(const Raster& raster, size_t frame) {
     for (glm::vec3& v : vectors.values) v = {-v.x, -v.y, v.z};
   }
   return vectors;
+}
+
+/// The header of a file that has none, and whether the file fits it: that is all there is to tell a
+/// wrong size by.
+Result<Raster> fitting_raw_header(const fs::path& file, const RawSamples& samples) {
+  auto raster = raw_header(file, samples);
+  if (!raster) return raster;
+  std::error_code error;
+  const auto bytes = fs::file_size(file, error);
+  if (error) return bad_input(file, "can not be read: check its name and its permissions");
+  if (bytes != raster->byte_count())
+    return bad_input(
+        file,
+        "holds {} bytes, but {} x {} x {} samples of {} bytes are {}: correct what the "
+        "scene says of it",
+        bytes, samples.size.x, samples.size.y, samples.size.z,
+        bytes_of(raster->type) * raster->component_count(), raster->byte_count());
+  return raster;
 }
 
 }  // namespace
@@ -98,6 +117,25 @@ bool holds_vectors(const std::vector<fs::path>& inputs) {
   if (files.empty()) return false;
   const auto raster = read_raster_header(files.front());
   return raster && raster->component_count() == 3;
+}
+
+Result<Volume> read_raw_volume(const fs::path& file, const RawSamples& samples) {
+  const auto raster = fitting_raw_header(file, samples);
+  if (!raster) return raster.error();
+  auto frames = open_raster_frames(*raster);
+  if (!frames) return frames.error();
+  return (*frames)->frame(0);
+}
+
+Result<VectorFrame> read_raw_vectors(const fs::path& file, const RawSamples& samples) {
+  const auto raster = fitting_raw_header(file, samples);
+  if (!raster) return raster.error();
+  if (is_colour_picture(*raster)) return refuse_colours(*raster);
+  auto vectors = vectors_of(*raster, 0);
+  if (!vectors) return vectors.error();
+  // From the axes of a scene: see raw_header().
+  for (glm::vec3& v : vectors->values) v = {v.x, -v.z, v.y};
+  return vectors;
 }
 
 Result<Field> read_field(const fs::path& file, Notes* notes) {

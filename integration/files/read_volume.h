@@ -8,6 +8,7 @@
 #include "compute/volume/result.h"
 #include "compute/volume/vector_frame.h"
 #include "compute/volume/volume.h"
+#include "module/scene/raw_samples.h"
 
 namespace palpate::files {
 
@@ -31,6 +32,12 @@ Result<std::vector<VectorFrame>> read_vectors(const std::vector<std::filesystem:
 /// Whether read_vectors() is the one to ask: the first file holds three values per voxel. False for
 /// what can not be read: whoever reads it then says why.
 bool holds_vectors(const std::vector<std::filesystem::path>& inputs);
+
+/// The one volume, or the one frame of vectors along L, P, S, of a file without a header. kBadInput
+/// with a sentence if it is not just as long as that takes, or holds values that are not finite.
+/// Any thread.
+Result<Volume> read_raw_volume(const std::filesystem::path& file, const RawSamples& samples);
+Result<VectorFrame> read_raw_vectors(const std::filesystem::path& file, const RawSamples& samples);
 
 /// An ITK displacement field: three components per voxel, mm along L, P, S, in any of the file
 /// formats. NIfTI vectors with the intent "displacement vector" are turned from RAS. kBadInput with

@@ -135,8 +135,15 @@ class SceneReader {
       o.refuse("files", v.files.empty()
                             ? "the volume has no data: give \"files\" or a \"source\""
                             : "the volume has a source already: give only one of the two");
+    read_raw(o, "raw", v.raw);
+    if (v.raw && v.files.size() != 1)
+      o.refuse("raw", "it says what is in one file without a header: name just one file");
     const json* motions = o.list("motions");
     if (!motions || !o.good()) return;
+    if (v.raw)
+      return o.refuse("motions",
+                      "a file without a header is one volume, which stands still: leave "
+                      "this out");
     if (!v.source.empty())
       return o.refuse("motions", "synthetic data bring their own: leave this out");
     for (size_t k = 0; k < motions->size() && o.good(); ++k)
@@ -323,6 +330,12 @@ const std::vector<std::pair<std::string_view, CarriedValues>> SceneWords::kValue
     {"reference", CarriedValues::kReference},
     {"mean", CarriedValues::kMean},
     {"own", CarriedValues::kOwn}};
+const std::vector<std::pair<std::string_view, SampleType>> SceneWords::kSampleTypes = {
+    {"int8", SampleType::kInt8},     {"uint8", SampleType::kUint8},
+    {"int16", SampleType::kInt16},   {"uint16", SampleType::kUint16},
+    {"int32", SampleType::kInt32},   {"uint32", SampleType::kUint32},
+    {"int64", SampleType::kInt64},   {"uint64", SampleType::kUint64},
+    {"float32", SampleType::kFloat}, {"float64", SampleType::kDouble}};
 const std::vector<std::pair<std::string_view, SegmentsFrom>> SceneWords::kDerivedSegments = {
     {"region", SegmentsFrom::kRegion}, {"ridges", SegmentsFrom::kRidges}};
 

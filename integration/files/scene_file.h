@@ -46,6 +46,7 @@ struct SceneWords {
   static const std::vector<std::pair<std::string_view, PosePath>> kPaths;
   static const std::vector<std::pair<std::string_view, BackTracking>> kBackTrackings;
   static const std::vector<std::pair<std::string_view, CarriedValues>> kValues;
+  static const std::vector<std::pair<std::string_view, SampleType>> kSampleTypes;
   /// Of values; files go without a word.
   static const std::vector<std::pair<std::string_view, SegmentsFrom>> kDerivedSegments;
 };

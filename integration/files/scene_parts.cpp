@@ -299,6 +299,29 @@ SegmentSpec segment_of(const json& value, const std::string& place, JsonReading&
 
 }  // namespace
 
+void read_raw(JsonObject& parent, const char* key, std::optional<RawSamples>& out) {
+  const json* value = parent.find(key);
+  if (!value) return;
+  JsonObject o(*value, parent.place(key), parent.reading());
+  RawSamples raw;
+  glm::dvec3 size;
+  if (!o.vector("size", size, kRawSizes) && o.good())
+    o.refuse("size", "it is missing: say how many samples there are along i, j and k");
+  if (o.good() && size != glm::floor(size)) o.refuse("size", "whole numbers are expected");
+  if (o.good()) raw.size = glm::ivec3(size);
+  if (!o.choice("type", raw.type, SceneWords::kSampleTypes) && o.good())
+    o.refuse("type", "it is missing: say what a number is, as \"uint8\" or \"float32\"");
+  double components = raw.components;
+  if (o.number("components", components)) {
+    if (components != 1.0 && components != 3.0)
+      o.refuse("components", "1 is expected, or 3 for vectors");
+    raw.components = components == 3.0 ? 3 : 1;
+  }
+  o.vector("spacing_m", raw.spacing_m, kPositive);
+  o.finish();
+  if (o.good()) out = raw;
+}
+
 void read_segments(JsonObject& parent, const char* key, SegmentsSpec& out) {
   const json* value = parent.find(key);
   if (!value) return;

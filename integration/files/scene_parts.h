@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "integration/files/json_object.h"
@@ -30,6 +31,9 @@ std::vector<std::filesystem::path> read_paths(JsonObject& o, const char* key);
 /// reach below 0.
 void read_transfer(JsonObject& parent, const char* key, TransferFunction& out,
                    const NumberRange& range);
+
+/// What is in a file without a header.
+void read_raw(JsonObject& parent, const char* key, std::optional<RawSamples>& out);
 
 /// Segmentations of a volume and their parts.
 void read_segments(JsonObject& parent, const char* key, SegmentsSpec& out);

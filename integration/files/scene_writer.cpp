@@ -96,6 +96,7 @@ class SceneWriter {
                               {"strength_v_m", c.strength_v_m},
                               {"softness_m", c.softness_m}});
     if (!v.files.empty()) o["files"] = paths(v.files);
+    if (v.raw) o["raw"] = raw(*v.raw);
     for (const MotionSpec& m : v.motions) {
       Json motion = {{"name", m.name}, {"fields", paths(m.fields)}};
       if (!m.confidences.empty()) motion["confidences"] = paths(m.confidences);
@@ -127,6 +128,15 @@ class SceneWriter {
     const Json view = seen(v.seen);
     if (!view.empty()) o["view"] = view;
     if (v.segments.any()) o["segments"] = segments(v.segments);
+    return o;
+  }
+
+  static Json raw(const RawSamples& r) {
+    const RawSamples usual;
+    Json o = {{"size", {r.size.x, r.size.y, r.size.z}},
+              {"type", word_of(SceneWords::kSampleTypes, r.type)}};
+    put(o, "components", r.components, usual.components);
+    put(o, "spacing_m", r.spacing_m, usual.spacing_m);
     return o;
   }
 

@@ -175,6 +175,23 @@ bool fits_once_more(const Sequence& sequence) {
   return bool(check_fits_memory("A sequence", bytes));
 }
 
+/// The volume of a file without a header.
+Result<Sequence> raw_frames(const VolumeSpec& spec, Samples& samples) {
+  auto volume = files::read_raw_volume(spec.files.front(), *spec.raw);
+  if (!volume) return volume.error();
+  samples.add(*volume);
+  Sequence sequence;
+  sequence.name = spec.files.front().string();
+  sequence.frames.push_back(std::move(*volume));
+  return sequence;
+}
+
+Result<std::vector<VectorFrame>> raw_vectors(const VolumeSpec& spec) {
+  auto vectors = files::read_raw_vectors(spec.files.front(), *spec.raw);
+  if (!vectors) return vectors.error();
+  return std::vector{std::move(*vectors)};
+}
+
 /// The reference frame, which the motion carries to all times: of the others only the mean knows.
 /// Where each frame's own values are wanted, all frames and the fields between them.
 Status read_whole(const fs::path& file, VolumeSpec& spec, const SequenceChoices& choices,
@@ -279,8 +296,9 @@ Result<MovingVolume> read_volume_of(VolumeSpec& spec, const SequenceChoices& cho
   if (!spec.source.empty()) return build(spec);
   VolumeData data;
   const auto given = given_for(spec.files, choices);
-  if (!given && files::holds_vectors(spec.files)) {
-    auto vectors = files::read_vectors(spec.files);
+  const bool is_raw = spec.raw.has_value() && !given;
+  if (!given && (is_raw ? spec.raw->components == 3 : files::holds_vectors(spec.files))) {
+    auto vectors = is_raw ? raw_vectors(spec) : files::read_vectors(spec.files);
     if (!vectors) return vectors.error();
     for (const VectorFrame& frame : *vectors) samples.add(lengths_of(frame));
     if (!(samples.high > 0.0F))
@@ -296,7 +314,8 @@ Result<MovingVolume> read_volume_of(VolumeSpec& spec, const SequenceChoices& cho
       const Status read = read_whole(whole, spec, choices, data, samples, doing, notes);
       if (!read) return read.error();
     } else {
-      auto frames = read_frames(spec.files, choices, samples, doing, notes);
+      auto frames = is_raw ? raw_frames(spec, samples)
+                           : read_frames(spec.files, choices, samples, doing, notes);
       if (!frames) return frames.error();
       // One motion for all of them asks for each more than once. Where only steps are found each is
       // read again instead: a long sequence takes no more memory than its splines.

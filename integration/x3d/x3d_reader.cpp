@@ -17,6 +17,7 @@
 #include "integration/files/scene_file.h"
 #include "integration/files/sentences.h"
 #include "integration/x3d/mode_nodes.h"
+#include "integration/x3d/raw_types.h"
 #include "integration/x3d/x3d_fields.h"
 #include "integration/x3d/x3d_file.h"
 #include "integration/x3d/xml_tree.h"
@@ -961,16 +962,62 @@ class SceneReader {
     for (const Node& child : children(node)) {
       const auto loader = resolve(child);
       if (!loader) return;
-      if (loader->name() == "RawImageLoader")
+      if (loader->name() == "RawImageLoader" && sequence)
         return refuse(*loader,
-                      "samples without a header are not read here: write a .nhdr or .mhd beside "
-                      "them and name that");
-      if (is_loader(loader->name()))
+                      "samples without a header are one volume here, none of a sequence: write a "
+                      ".nhdr or .mhd beside them and name that");
+      if (loader->name() == "RawImageLoader")
+        volume.raw = raw_samples(*loader, !volume.box_m);
+      else if (is_loader(loader->name()))
         used_.insert(*loader);
       else
         leave_out(*loader);
     }
     finish(node);
+  }
+
+  /// What H3D's loader says of a file without a header. Nothing after a refusal.
+  std::optional<RawSamples> raw_samples(const Node& node, bool needs_spacing) {
+    RawSamples raw;
+    const char* const edges[] = {"width", "height", "depth"};
+    for (int k = 0; k < 3; ++k) {
+      double samples = 1.0;
+      number(node, edges[k], samples, files::kRawSizes);
+      if (samples != std::floor(samples)) refuse(node, edges[k], "a whole number is expected");
+      if (good()) raw.size[k] = int(samples);
+    }
+    // What H3D takes where nothing is said: colours of 24 bits, which are no data.
+    raw.components = 3;
+    word(node, "pixelType", raw.components, {{"LUMINANCE", 1}, {"VEC3", 3}, {"RGB", 3}});
+    std::string kind = "UNSIGNED";
+    word<std::string>(node, "pixelComponentType", kind,
+                      {{"UNSIGNED", "UNSIGNED"}, {"SIGNED", "SIGNED"}, {"RATIONAL", "RATIONAL"}});
+    double bits = 24.0;
+    number(node, "bitsPerPixel", bits);
+    const auto type = raw_type(kind, bits / raw.components);
+    if (!type && good())
+      refuse(node, "bitsPerPixel",
+             fmt::format("a number of such a pixel has 8, 16, 32 or 64 bits, a RATIONAL one 32 or "
+                         "64, and a pixel {} of them",
+                         raw.components));
+    glm::dvec3 spacing_m(0.0);
+    vector(node, "pixelSize", spacing_m, files::kNotNegative);
+    finish(node);
+    for (const Node& child : children(node)) leave_out(child);
+    const bool has_spacing = glm::all(glm::greaterThan(spacing_m, glm::dvec3(0.0)));
+    if (needs_spacing && !has_spacing)
+      refuse(node, "pixelSize",
+             "it is missing: without a header only it says how large the volume is, in metres");
+    if (!good()) return std::nullopt;
+    raw.type = *type;
+    if (has_spacing) raw.spacing_m = spacing_m;
+    return raw;
+  }
+
+  static std::optional<SampleType> raw_type(const std::string& kind, double bits) {
+    for (const auto& [name, number, type] : kRawTypes)
+      if (name == kind && number == bits) return type;
+    return std::nullopt;
   }
 
   void vectors(const Node& node, VolumeSpec& volume) {
@@ -981,9 +1028,7 @@ class SceneReader {
       if (is_texture(one->name()) && volume.files.empty())
         texture(*one, volume);
       else if (one->name() == "RawImageLoader")
-        return refuse(*one,
-                      "samples without a header are not read here: write a .nhdr or .mhd beside "
-                      "them and name that");
+        volume.raw = raw_samples(*one, !volume.box_m);
       else if (is_loader(one->name()))
         used_.insert(*one);
       else if (!is_name(child))

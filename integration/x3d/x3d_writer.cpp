@@ -8,6 +8,7 @@
 
 #include "integration/files/scene_file.h"
 #include "integration/x3d/mode_nodes.h"
+#include "integration/x3d/raw_types.h"
 #include "integration/x3d/x3d_fields.h"
 #include "integration/x3d/x3d_file.h"
 
@@ -221,7 +222,7 @@ class SceneWriter {
                                v.name)};
     note_losses(v);
     const int opened = place(v);
-    if (v.cycle_s > 0.0) clock_ = sensor(v.cycle_s, v.cyclic);
+    if (is_sequence(v) && v.cycle_s > 0.0) clock_ = sensor(v.cycle_s, v.cyclic);
     std::string data = def(v.name);
     const std::string type = v.source == "charges" ? "VectorElectroPotential"
                              : v.box_m             ? "VolumeData"
@@ -285,6 +286,7 @@ class SceneWriter {
     note(v.back_tracking != usual.back_tracking, "back_tracking");
     note(v.frames_per_second != usual.frames_per_second, "frames_per_second");
     note(!v.cyclic && !(v.cycle_s > 0.0), "cyclic");
+    note(v.raw && v.cycle_s > 0.0, "cycle_s");
     note(v.rate != usual.rate, "rate");
     note(v.values.has_value(), "values");
     note(v.blend_values != usual.blend_values, "blend_values");
@@ -336,11 +338,29 @@ class SceneWriter {
     close(type);
   }
 
+  static bool is_sequence(const VolumeSpec& v) {
+    return !v.raw && (v.files.size() > 1 || v.cycle_s > 0.0);
+  }
+
+  void loader(const VolumeSpec& v) {
+    if (!v.raw) return;
+    const RawSamples& raw = *v.raw;
+    const RawType* type = std::find_if(std::begin(kRawTypes), std::end(kRawTypes),
+                                       [&](const RawType& one) { return one.type == raw.type; });
+    line("<RawImageLoader containerField='imageLoader'" + attribute("width", text_of(raw.size.x)) +
+         attribute("height", text_of(raw.size.y)) + attribute("depth", text_of(raw.size.z)) +
+         attribute("pixelType", raw.components == 3 ? "VEC3" : "LUMINANCE") +
+         attribute("pixelComponentType", type->kind) +
+         attribute("bitsPerPixel", text_of(raw.components * type->bits)) +
+         attribute("pixelSize", text_of(raw.spacing_m)) + "/>");
+  }
+
   void vector_volume(const VolumeSpec& v, const std::string& name) {
     const char* type = "VectorVolume";
-    if (v.files.size() == 1 && !(v.cycle_s > 0.0)) {
+    if (!is_sequence(v)) {
       open(type + attribute("DEF", name) + " containerField='vectorVolume'" + urls(v.files));
       name_metadata(v.name, name);
+      loader(v);
     } else {
       open(type + attribute("DEF", name) + " containerField='vectorVolume'");
       name_metadata(v.name, name);
@@ -350,9 +370,12 @@ class SceneWriter {
   }
 
   void texture(const VolumeSpec& v) {
-    if (v.files.size() == 1 && !(v.cycle_s > 0.0)) {
-      line("<ImageTexture3D containerField='voxels'" + urls(v.files) + "/>");
-      return;
+    if (!is_sequence(v)) {
+      const std::string texture = "ImageTexture3D containerField='voxels'" + urls(v.files);
+      if (!v.raw) return line("<" + texture + "/>");
+      open(texture);
+      loader(v);
+      return close("ImageTexture3D");
     }
     const std::string frames = def(v.name + "_frames");
     line(fmt::format("<{} containerField='voxels'{}{}/>", kSequenceNode, attribute("DEF", frames),

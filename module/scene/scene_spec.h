@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "module/scene/look.h"
+#include "module/scene/raw_samples.h"
 #include "module/scene/transfer.h"
 #include "module/scene/transform.h"
 
@@ -180,6 +181,7 @@ struct VolumeSpec {
   std::string source;                ///< "heart", "shell", "molecule", "charges", or empty: files
   std::vector<PointCharge> charges;  ///< of the source "charges": their potential, V
   std::vector<std::filesystem::path> files;  ///< frames, as palpate motion takes them
+  std::optional<RawSamples> raw;             ///< the only file has no header: what is in it
   std::vector<MotionSpec> motions;
   Transform transform;  ///< world_from_volume at the start
   bool centred = true;  ///< files: put the middle of the data at the transform's translation

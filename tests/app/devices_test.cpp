@@ -4,9 +4,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <signal.h>
+
 #include <atomic>
 #include <cmath>
 #include <cstdlib>
+#include <sstream>
 #include <thread>
 
 #include "tests/app/program.h"
@@ -55,10 +58,27 @@ class Environment {
   const char* name_;
 };
 
-/// Feels the shell for a while; a device of a busy machine must not trip the watchdog.
+/// Whether a line of the program says that the hand touches and is pushed: "... 1.14 N ...
+/// touching".
+bool says_touched(const std::string& said) {
+  std::istringstream lines(said);
+  for (std::string line; std::getline(lines, line);) {
+    const size_t unit = line.find(" N ");
+    if (unit == std::string::npos || line.find("touching") == std::string::npos) continue;
+    if (std::strtod(line.c_str() + line.rfind(' ', unit - 1), nullptr) > 0.2) return true;
+  }
+  return false;
+}
+
+/// Feels the shell until the hand is pushed, at most a minute: the hand of a busy machine is slow,
+/// and a device there must not trip the watchdog.
 Outcome feel_shell(const TemporaryFolder& folder, const std::string& device) {
-  return run({"feel", "shell", "--device", device, "--seconds", "6", "--watchdog", "1000", "--csv",
-              folder / "ticks.csv", "--black-box", folder / "."});
+  Program program({"feel", "shell", "--device", device, "--seconds", "60", "--watchdog", "1000",
+                   "--csv", folder / "ticks.csv", "--black-box", folder / "."});
+  while (!program.ended() && !says_touched(program.said()))
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  program.signal(SIGINT);
+  return program.wait();
 }
 
 /// Where the run's force is the scene's, and ends at zero.

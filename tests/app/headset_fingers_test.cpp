@@ -203,7 +203,7 @@ TEST_F(FingersInAHeadset, TwoTapsKeepTheStreamTubes) {
 TEST_F(FingersInAHeadset, AControllersTriggerPressedTwiceKeepsThem) {
   MadeHeadset made;
   made.say("rate 30");
-  made.say("view 160 120");
+  made.say("view 32 24");
   made.say("hand 1 " + text_of(kMiddle_m + glm::dvec3(0.012, 0.02, 0.015)));
   Program felt(feel("molecule", {"--tubes", folder / "tubes.vtk"}));
   ASSERT_TRUE(says(felt, "starting")) << felt.said();
@@ -231,7 +231,7 @@ TEST_F(FingersInAHeadset, AControllersTriggerLaysAStreamTube) {
   const std::string file = folder / "tubes.vtk";
   MadeHeadset made;
   made.say("rate 30");
-  made.say("view 160 120");
+  made.say("view 32 24");
   made.say("hand 1 " + text_of(kMiddle_m + glm::dvec3(0.012, 0.02, 0.015)));
   Program felt(feel("molecule", {"--tubes", file}));
   // The path that the molecule guides along is felt everywhere in it.

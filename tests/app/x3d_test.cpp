@@ -7,6 +7,7 @@
 
 #include "tests/app/program.h"
 #include "tests/app/scenes.h"
+#include "tests/app/ticks.h"
 
 namespace palpate::app {
 namespace {
@@ -106,6 +107,82 @@ TEST(X3d, GetsFilesAsBoxesOfTheirSize) {
   // 48 voxels of 8/3 mm at half their size; four frames at 5 a second.
   EXPECT_THAT(text_of(folder / "a.x3d"),
               AllOf(HasSubstr("dimensions='0.064"), HasSubstr("cycleInterval='0.8'")));
+}
+
+template <class T>
+void write_raw(const std::string& file, const std::vector<T>& numbers) {
+  std::ofstream(file, std::ios::binary)
+      .write(reinterpret_cast<const char*>(numbers.data()),
+             std::streamsize(numbers.size() * sizeof(T)));
+}
+
+/// The samples of an image, once with a header and once without: the same scene.
+TEST(X3d, TakesSamplesWithoutAHeaderAsThoseWithOne) {
+  NEEDS_DEVICE();
+  const TemporaryFolder folder;
+  Volume frame = small_heart().frames.front();
+  frame.grid.spacing_mm = glm::dvec3(2.5);
+  frame.grid.origin_mm = glm::dvec3(0.0);
+  frame.grid.direction = glm::dmat3(1, 0, 0, 0, 0, 1, 0, -1, 0);  // the axes of a scene
+  ASSERT_TRUE(files::write_volume(frame, folder / "with.mha"));
+  write_raw(folder / "without.raw", frame.values);
+  const auto scene = [&](const std::string& name, const std::string& texture) {
+    std::ofstream(folder / name) << "<X3D><Scene><VolumeData DEF='heart' dimensions='0.1 0.12 0.1'>"
+                                 << texture << "</VolumeData></Scene></X3D>";
+    return (folder / name).string();
+  };
+  const std::string with = scene("with.x3d", "<ImageTexture3D url='\"with.mha\"'/>");
+  const std::string without =
+      scene("without.x3d",
+            "<ImageTexture3D url='\"without.raw\"'><RawImageLoader containerField='imageLoader' "
+            "width='48' height='48' depth='48' pixelType='LUMINANCE' "
+            "pixelComponentType='RATIONAL' bitsPerPixel='32' pixelSize='0.0025 0.0025 "
+            "0.0025'/></ImageTexture3D>");
+  EXPECT_EQ(plan_of(without), plan_of(with));
+  EXPECT_THAT(plan_of(without), HasSubstr("felt by    surface"));
+  for (const std::string& one : {with, without}) {
+    const Outcome drawn = run({"view", one, "--picture", one + ".png", "--picture-size", "64"});
+    ASSERT_EQ(drawn.exit_code, 0) << drawn.err;
+  }
+  EXPECT_EQ(text_of(without + ".png"), text_of(with + ".png"));
+  // Through JSON and back, with nothing lost.
+  const Outcome there = run({"convert", without, folder / "a.json"});
+  ASSERT_EQ(there.exit_code, 0) << there.err;
+  const Outcome back = run({"convert", folder / "a.json", folder / "again.x3d"});
+  ASSERT_EQ(back.exit_code, 0) << back.err;
+  EXPECT_EQ(back.out.find("Note"), std::string::npos) << back.out;
+  EXPECT_EQ(plan_of(folder / "again.x3d"), plan_of(without));
+  std::ofstream(folder / "without.raw", std::ios::app) << "x";
+  const Outcome longer = run({"plan", without});
+  EXPECT_EQ(longer.exit_code, 2);
+  EXPECT_THAT(longer.err, HasSubstr("48 x 48 x 48 samples of 4 bytes"));
+}
+
+/// What flows along y in the file pushes along y in the scene.
+TEST(X3d, FeelsVectorsWithoutAHeaderAlongTheAxesOfTheScene) {
+  const TemporaryFolder folder;
+  std::vector<float> flow;
+  for (int k = 0; k < 8 * 8 * 8; ++k) flow.insert(flow.end(), {0.0F, 1.0F, 0.0F});
+  write_raw(folder / "flow.raw", flow);
+  std::ofstream(folder / "flow.x3d") << R"(<X3D><Scene><PalpateVectorForceMode gain='0.5'>
+      <VectorVolume url='"flow.raw"'><RawImageLoader width='8' height='8' depth='8' pixelType='VEC3'
+        pixelComponentType='RATIONAL' bitsPerPixel='96' pixelSize='0.004 0.004 0.004'/></VectorVolume>
+      <PiecewiseFunction containerField='strength' segments='0 1'/>
+    </PalpateVectorForceMode></Scene></X3D>)";
+  std::ofstream(folder / "path.csv") << "0,0,0.04,0\n3,0,0.04,0\n4,0,0,0\n20,0,0,0\n";
+  const Outcome felt =
+      run({"feel", folder / "flow.x3d", "--device", "simulated", "--path", folder / "path.csv",
+           "--headset", "off", "--seconds", "8", "--csv", folder / "ticks.csv", "--watchdog",
+           "1000", "--black-box", folder / "."});
+  ASSERT_EQ(felt.exit_code, 0) << felt.err;
+  const Table ticks(folder / "ticks.csv");
+  double most_n = 0.0;
+  for (size_t row = 0; row < ticks.size(); ++row) {
+    most_n = std::max(most_n, ticks.number(row, "force_y_n"));
+    EXPECT_NEAR(ticks.number(row, "force_x_n"), 0.0, 1e-9) << row;
+    EXPECT_NEAR(ticks.number(row, "force_z_n"), 0.0, 1e-9) << row;
+  }
+  EXPECT_GT(most_n, 0.1);
 }
 
 TEST(X3d, SaysInOneSentenceWhatIsWrong) {

@@ -333,6 +333,22 @@ def runs_on_what_else_snakemake_drives(folder: Path) -> None:
     check((folder / "submitted").read_text().count("\n") == 2, "each was a job of the cluster")
 
 
+def says_what_there_is_to_do_and_does_nothing(folder: Path) -> None:
+    make_pairs(folder, 2, 32)
+    before = sorted(folder.iterdir())
+    done = run(folder, "out", "--dry-run")
+    check(done.returncode == 0 and re.search(r"^sequence +2 ", done.stdout, re.M), f"{done.returncode} {done.stdout} {done.stderr}")
+    check(sorted(folder.iterdir()) in (before, sorted([*before, folder / "work flow"])), "no folder is made")
+    (folder / "moving_01.mha").write_bytes(b"this is no image at all")
+    check(run(folder, "out", "--no-pictures").returncode == 4, "one can not be used")
+    before = {path: path.stat().st_mtime_ns for path in (folder / "out").rglob("*") if ".snakemake" not in path.parts and path.is_file()}
+    for options, words in (((), "Nothing to be done"), (("--retry",), r"^sequence +1 ")):
+        done = run(folder, "out", "--no-pictures", "--dry-run", *options)
+        check(done.returncode == 0 and re.search(words, done.stdout + done.stderr, re.M), f"{options}: {done.returncode} {done.stdout} {done.stderr}")
+    after = {path: path.stat().st_mtime_ns for path in (folder / "out").rglob("*") if ".snakemake" not in path.parts and path.is_file()}
+    check(before == after, "nothing of it changes")
+
+
 def says_which_paths_it_can_not_have(folder: Path) -> None:
     make_pairs(folder, 1, 32)
     (folder / "braces.csv").write_text("name,sequence\na,fixed_{0}.mha;moving_00.mha\n")
@@ -539,9 +555,40 @@ def a_signal_cancels_the_jobs(folder: Path) -> None:
         work.terminate()
         said = work.communicate(timeout=120)[0]
         check(work.returncode == 143 and "3 not done yet" in said, f"{work.returncode} {said}")
-        wait_for(lambda: not jobs(), f"no job is left: {jobs()}", 30)
-        done = run(folder, "out", "--no-pictures", "--slurm", "--jobs", "3", "--memory-mb", "100", environment=slurm.environment)
-        check(done.returncode in (0, 3, 4) and "lost" not in states(folder / "out").values(), f"{done.returncode} {done.stdout} {done.stderr}")
+        wait_for(lambda: not jobs(), f"no job is left: {jobs()}")
+        # Being cancelled was no attempt: none is left for a sequence that fails.
+        done = run(folder, "out", "--no-pictures", "--slurm", "--jobs", "3", "--memory-mb", "100", "--retries", "0", environment=slurm.environment)
+        found = rows(folder / "out")
+        check(done.returncode in (0, 3, 4) and all(row["attempt"] == "1" for row in found.values()),
+              f"{done.returncode} {found} {done.stdout} {done.stderr}")
+
+
+def jobs_that_nobody_waits_for_are_not_doubled(folder: Path) -> None:
+    make_pairs(folder, 2, 32)
+    fake = program(folder / "palpate", f'touch "{folder}/begun"\nexec sleep 600\n')
+    options = ("--no-pictures", "--slurm", "--jobs", "2", "--memory-mb", "100")
+    with running_slurm() as slurm:
+        work = start(folder, "out", "--palpate", fake, *options, environment=slurm.environment)
+        wait_for((folder / "begun").exists, "a job begins")
+
+        def queued() -> list[str]:
+            told = subprocess.run(["squeue", "-h", "-t", "PENDING,RUNNING", "-o", "%i"], env=slurm.environment, capture_output=True, text=True,
+                                  check=True)
+            return sorted(told.stdout.split())
+
+        wait_for(lambda: len(queued()) == 2, "both are jobs")
+        # As when the power of the machine goes that Snakemake runs on, but not that of the nodes.
+        kill_with_children(work.pid)
+        work.communicate()
+        before = queued()
+        done = run(folder, "out", *options, environment=slurm.environment)
+        check(done.returncode == 2 and "still has 2 jobs of an earlier run" in done.stderr and " ".join(before) in done.stderr,
+              f"{done.returncode} {done.stdout} {done.stderr}")
+        check(done.stderr.count("\n") == 1 and queued() == before, f"one sentence, and no job more: {done.stderr} {queued()}")
+        subprocess.run(["scancel", *before], env=slurm.environment, check=True)
+        wait_for(lambda: not queued(), "they are cancelled")
+        done = run(folder, "out", *options, environment=slurm.environment)
+        check(done.returncode in (0, 3, 4) and "left" not in states(folder / "out").values(), f"{done.returncode} {done.stdout} {done.stderr}")
 
 
 def a_node_is_killed_in_the_middle(folder: Path) -> None:
@@ -571,8 +618,9 @@ def a_node_is_killed_in_the_middle(folder: Path) -> None:
 TESTS = {"package": (is_in_a_package, has_a_page_and_completions),
          "local": (says_what_is_wrong_with_a_table, goes_on_where_it_stopped_and_repeats_nothing, what_a_machine_loses_is_begun_again,
                    a_job_that_is_killed_as_a_whole_is_in_the_table, a_signal_ends_all_of_it, only_one_works_in_a_folder,
-                   runs_on_what_else_snakemake_drives, says_which_paths_it_can_not_have),
-         "slurm": (slurm_says_how_a_job_was_killed, a_signal_cancels_the_jobs, a_node_is_killed_in_the_middle)}
+                   runs_on_what_else_snakemake_drives, says_what_there_is_to_do_and_does_nothing, says_which_paths_it_can_not_have),
+         "slurm": (slurm_says_how_a_job_was_killed, a_signal_cancels_the_jobs, jobs_that_nobody_waits_for_are_not_doubled,
+                   a_node_is_killed_in_the_middle)}
 
 
 def adopt_orphans() -> None:

@@ -32,7 +32,7 @@ class MailboxRig : public DeviceRig {
       // Where there is no device nothing is dealt with, and in a call that hangs nothing ever is.
       const bool works = reading.fault == DeviceFault::kNone || reading.fresh;
       const auto end = std::chrono::steady_clock::now() +
-                       (works ? std::chrono::milliseconds(500) : std::chrono::milliseconds(1));
+                       (works ? std::chrono::milliseconds(5000) : std::chrono::milliseconds(1));
       while (device->counts().served == served_ && std::chrono::steady_clock::now() < end)
         std::this_thread::sleep_for(std::chrono::microseconds(20));
       served_ = device->counts().served;

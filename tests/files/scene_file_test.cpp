@@ -66,6 +66,7 @@ void expect_same(const SceneSpec& a, const SceneSpec& b) {
     EXPECT_EQ(v.name, w.name);
     EXPECT_EQ(v.source, w.source);
     EXPECT_EQ(v.files, w.files);
+    EXPECT_EQ(v.raw, w.raw);
     ASSERT_EQ(v.motions.size(), w.motions.size());
     for (size_t m = 0; m < v.motions.size(); ++m) {
       EXPECT_EQ(v.motions[m].name, w.motions[m].name);
@@ -153,7 +154,9 @@ const char* const kEverything = R"({
        {"pose": {"rotation": {"axis": [1, 0, 0], "degrees": 20}},
         "translation_m": {"cycle_s": 3, "loop": false, "keys": [[0, [0, 0, 0]], [0.5, [1, 2, 3]]]},
         "scale": {"keys": [[0, [1, 1, 1]], [1, [2, 2, 2]]]}},
-       {"pose": {"scale": 2}}, {"pose": {"matrix": [[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]]}}]}}
+       {"pose": {"scale": 2}}, {"pose": {"matrix": [[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]]}}]}},
+    {"name": "f", "files": "f.raw",
+     "raw": {"size": [4, 3, 2], "type": "float32", "components": 3, "spacing_m": [0.001, 0.002, 0.003]}}
   ],
   "modes": [
     {"name": "m0", "kind": "surface", "volume": "a", "motion": "front", "scalar": "gradient-magnitude", "vector": "gradient",
@@ -239,6 +242,9 @@ TEST(SceneFile, ReadsEveryKey) {
   EXPECT_EQ(e.drive.poses[1].translation_m.values[1], glm::dvec3(1, 2, 3));
   EXPECT_EQ(e.drive.poses[1].scale.cycle_s, 1.0);
   EXPECT_EQ(e.drive.poses[1].scale.values[1], glm::dvec3(2.0));
+  EXPECT_FALSE(e.raw);
+  EXPECT_EQ(s.volumes[5].raw,
+            (RawSamples{{4, 3, 2}, SampleType::kFloat, 3, {0.001, 0.002, 0.003}}));
   ASSERT_EQ(s.modes.size(), 6u);
   const ModeSpec& m = s.modes[0];
   EXPECT_EQ(m.motion, "front");
@@ -278,6 +284,29 @@ TEST(SceneFile, RefusesBoxesChargesAndKeysThatCanNotBe) {
               AllOf(HasSubstr("volumes[0].drive"), HasSubstr("rise")));
   EXPECT_THAT(drive(R"("kind": "keys", "poses": [{"translation_m": {"cycle_s": 0, "keys": []}}])"),
               HasSubstr("cycle_s"));
+}
+
+TEST(SceneFile, RefusesWhatCanNotBeInAFileWithoutAHeader) {
+  const auto of_raw = [&](const std::string& raw, const std::string& files = "\"a.raw\"") {
+    return refusal("{\"volumes\": [{\"name\": \"a\", \"files\": " + files + ", \"raw\": {" + raw +
+                   "}}]," + kMode + "}");
+  };
+  const std::string type = R"("type": "uint8", )";
+  EXPECT_THAT(of_raw(R"("type": "uint8")"), HasSubstr("volumes[0].raw.size: it is missing"));
+  EXPECT_THAT(of_raw(R"("size": [4, 3, 2])"), HasSubstr("volumes[0].raw.type: it is missing"));
+  EXPECT_THAT(of_raw(R"("size": [4, 3, 2], "type": "float")"), HasSubstr("\"float32\""));
+  EXPECT_THAT(of_raw(type + R"("size": [4, 3, 0])"), HasSubstr("raw.size"));
+  EXPECT_THAT(of_raw(type + R"("size": [4, 3, 2.5])"), HasSubstr("whole numbers"));
+  EXPECT_THAT(of_raw(type + R"("size": [4, 3, 1e9])"), HasSubstr("raw.size"));
+  EXPECT_THAT(of_raw(type + R"("size": [4, 3, 2], "components": 2)"), HasSubstr("raw.components"));
+  EXPECT_THAT(of_raw(type + R"("size": [4, 3, 2], "spacing_m": [1, 1, 0])"),
+              HasSubstr("raw.spacing_m"));
+  EXPECT_THAT(of_raw(type + R"("size": [4, 3, 2])", R"(["a.raw", "b.raw"])"),
+              HasSubstr("just one file"));
+  EXPECT_THAT(refusal(R"({"volumes": [{"name": "a", "files": "a.raw", "motions": [{"fields": "f"}],
+                          "raw": {"size": [4, 3, 2], "type": "uint8"}}], )" +
+                      kMode + "}"),
+              HasSubstr("volumes[0].motions: a file without a header"));
 }
 
 TEST(SceneFile, SaysHowVolumesAreSeen) {

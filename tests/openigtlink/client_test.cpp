@@ -63,7 +63,7 @@ class Heard {
 };
 
 template <class Condition>
-bool wait_for(Condition condition, std::chrono::milliseconds most = 8s) {
+bool wait_for(Condition condition, std::chrono::milliseconds most = 30s) {
   const auto give_up = std::chrono::steady_clock::now() + most;
   while (!condition()) {
     if (std::chrono::steady_clock::now() > give_up) return false;

@@ -22,7 +22,7 @@ using namespace std::chrono_literals;
 
 template <class Condition>
 bool wait_for(Condition condition) {
-  const auto give_up = std::chrono::steady_clock::now() + 20s;
+  const auto give_up = std::chrono::steady_clock::now() + 60s;
   while (!condition()) {
     if (std::chrono::steady_clock::now() > give_up) return false;
     std::this_thread::sleep_for(5ms);

@@ -107,7 +107,7 @@ class WireServer {
 
   uint16_t port() const { return port_; }
   /// Waits for the next one who connects. False: nobody in time.
-  bool accept_one(int wait_ms = 5000) {
+  bool accept_one(int wait_ms = 30'000) {
     drop();
     pollfd polled{listener_, POLLIN, 0};
     if (poll(&polled, 1, wait_ms) <= 0) return false;

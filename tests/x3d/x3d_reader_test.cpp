@@ -436,6 +436,44 @@ TEST(X3dReader, DrawsTubesWhereVhtkDraws) {
                           "Fields without effect here: StreamTubes.radius, StreamTubes.source."));
 }
 
+/// As the scenes for H3D have it: the size of a file that says nothing of itself.
+TEST(X3dReader, ReadsSamplesWithoutAHeader) {
+  const X3dScene scene = accepted(
+      "<VectorVolume url='flume.raw'><RawImageLoader width='40' height='20' depth='10' "
+      "bitsPerPixel='96' pixelType='VEC3' pixelComponentType='SIGNED' pixelSize='0.015 0.015 "
+      "0.06'/></VectorVolume><VolumeData dimensions='0.1 0.1 0.1'><Image3DTexture "
+      "url='\"ct.raw\"'><RawImageLoader containerField='imageLoader' width='64' height='64' "
+      "depth='32' pixelType='LUMINANCE' bitsPerPixel='16'/></Image3DTexture></VolumeData>");
+  EXPECT_THAT(scene.notes, IsEmpty());
+  const VolumeSpec &flume = scene.spec.volumes.at(0), &ct = scene.spec.volumes.at(1);
+  EXPECT_THAT(flume.files, ElementsAre("folder/flume.raw"));
+  EXPECT_EQ(flume.raw, (RawSamples{{40, 20, 10}, SampleType::kInt32, 3, {0.015, 0.015, 0.06}}));
+  EXPECT_FALSE(flume.box_m);
+  EXPECT_THAT(ct.files, ElementsAre("folder/ct.raw"));
+  EXPECT_EQ(ct.raw, (RawSamples{{64, 64, 32}, SampleType::kUint16, 1, glm::dvec3(0.001)}));
+  EXPECT_EQ(ct.box_m, glm::dvec3(0.1));
+}
+
+TEST(X3dReader, RefusesSamplesWithoutAHeaderThatCanNotBe) {
+  const auto of_loader = [](const std::string& fields) {
+    return refusal("<VectorVolume url='a.raw'><RawImageLoader " + fields + "/></VectorVolume>");
+  };
+  EXPECT_THAT(of_loader("width='0'"), is_sentence("width"));
+  EXPECT_THAT(of_loader("height='2.5'"), is_sentence("height: a whole number"));
+  EXPECT_THAT(of_loader("depth='1e9'"), is_sentence("depth"));
+  EXPECT_THAT(of_loader("pixelType='BGRA'"), is_sentence("pixelType: one of LUMINANCE, VEC3, RGB"));
+  EXPECT_THAT(of_loader("pixelComponentType='FLOAT'"), is_sentence("pixelComponentType"));
+  EXPECT_THAT(of_loader("bitsPerPixel='16'"), is_sentence("bitsPerPixel"));
+  EXPECT_THAT(of_loader("bitsPerPixel='48' pixelComponentType='RATIONAL'"),
+              is_sentence("bitsPerPixel"));
+  EXPECT_THAT(of_loader("pixelSize='1 1'"), is_sentence("pixelSize"));
+  EXPECT_THAT(of_loader("pixelSize='1 -1 1'"), is_sentence("pixelSize"));
+  EXPECT_THAT(of_loader("width='3'"), is_sentence("pixelSize: it is missing"));
+  EXPECT_THAT(refusal("<VolumeData><PalpateSequenceTexture3D url='a.raw'><RawImageLoader "
+                      "width='3'/></PalpateSequenceTexture3D></VolumeData>"),
+              is_sentence("one volume here"));
+}
+
 TEST(X3dReader, RefusesInOneSentence) {
   EXPECT_THAT(refusal_of("<X3D><Scene>"), is_sentence("is no XML at line 1"));
   EXPECT_THAT(refusal_of(""), is_sentence("is no XML"));
@@ -462,8 +500,6 @@ TEST(X3dReader, RefusesInOneSentence) {
   EXPECT_THAT(refusal("<VolumeData USE='w'/>"), is_sentence("no node before it is called 'w'"));
   EXPECT_THAT(refusal("<VolumeData><ImageTexture3D url='\"http://a/b.nrrd\"'/></VolumeData>"),
               is_sentence("nothing is fetched"));
-  EXPECT_THAT(refusal("<VectorVolume url='a.raw'><RawImageLoader width='3'/></VectorVolume>"),
-              is_sentence("RawImageLoader"));
   EXPECT_THAT(refusal("<unit category='length' name='mm' conversionFactor='0.001'/>" + kVolume),
               is_sentence("metres"));
 }

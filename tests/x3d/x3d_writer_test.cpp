@@ -59,12 +59,20 @@ SceneSpec sayable() {
   inner.scale = {{0.0, 1.0}, {glm::dvec3(1.0), glm::dvec3(1.1)}, 1.25, false};
   flow.drive.poses = {outer, inner};
   flow.path = PosePath::kExact;
+  VolumeSpec bytes, bare;
+  bytes.name = "bytes";
+  bytes.files = {"/data/bytes.raw"};
+  bytes.raw = {{64, 32, 16}, SampleType::kInt16, 1, glm::dvec3(0.001)};
+  bytes.box_m = glm::dvec3(0.2);
+  bare.name = "bare";
+  bare.files = {"/data/bare.raw"};
+  bare.raw = {{4, 3, 2}, SampleType::kFloat, 3, {0.0025, 0.015, 0.06}};
   VolumeSpec charges;
   charges.name = "charges";
   charges.source = "charges";
   charges.charges = {{{0.1, 0.2, 0.3}, -1.5, 0.01}, {{0.0, 0.0, 0.1}, 2.5, 0.02}};
   charges.box_m = glm::dvec3(0.5);
-  scene.volumes = {chest, heart, flow, charges};
+  scene.volumes = {chest, heart, flow, charges, bytes, bare};
   const auto mode = [&](const char* name, const char* kind, const char* volume) -> ModeSpec& {
     ModeSpec m;
     m.name = name;
@@ -112,6 +120,7 @@ void expect_same(const SceneSpec& a, const SceneSpec& b) {
     EXPECT_EQ(v.source, w.source);
     EXPECT_EQ(v.charges, w.charges);
     EXPECT_EQ(v.files, w.files);
+    EXPECT_EQ(v.raw, w.raw);
     EXPECT_EQ(v.box_m, w.box_m);
     EXPECT_EQ(v.cycle_s, w.cycle_s);
     EXPECT_EQ(v.cyclic, w.cyclic);

@@ -40,8 +40,7 @@ constexpr double kUneven = 0.1;       // of the mean step between frames
 constexpr double kAxis = 1e-3;        // radians: an axis is along the patient's
 constexpr std::string_view kRecording = "palpate-ticks";
 
-std::string type_name(files::SampleType type) {
-  using files::SampleType;
+std::string type_name(SampleType type) {
   if (type == SampleType::kFloat) return "32-bit numbers";
   if (type == SampleType::kDouble) return "64-bit numbers";
   const bool is_unsigned = type == SampleType::kUint8 || type == SampleType::kUint16 ||
