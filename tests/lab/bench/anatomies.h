@@ -37,6 +37,16 @@ std::vector<CaseSource> known_cases(const std::filesystem::path& data);
 /// Folders of `data` that are missing give no pairs.
 std::vector<CaseSource> large_motion_cases(const std::filesystem::path& data);
 
+/// The kit's pairs and the lung in other sizes, 22 to 256 voxels along a side, and shells of fine
+/// voxels. "half_": each voxel the mean of two along every axis. "twice_": read by a cubic between
+/// the samples, with as much white noise as the image has. The truth is the same in mm. Folders of
+/// `data` that are missing give no pairs.
+std::vector<CaseSource> sized_cases(const std::filesystem::path& data);
+
+/// The value at a continuous index by Catmull-Rom's cubic, the border value held outside. Any
+/// thread.
+double cubic(const Volume& image, glm::dvec3 index);
+
 /// Mean endpoint error at the truth's samples in a mask, mm. Throws Mismatch if the mask is empty.
 double mean_error_mm(const Field& found, const KnownCase& pair, const Mask& mask);
 

@@ -64,27 +64,6 @@ Volume material(const Volume& source, Motion::Kind kind) {
   return image;
 }
 
-/// Cubic (Catmull-Rom) interpolation at a continuous index, border held.
-double cubic(const Volume& image, glm::dvec3 index) {
-  const glm::dvec3 base = glm::floor(index);
-  std::array<std::array<double, 4>, 3> weights{};
-  for (int a = 0; a < 3; ++a) {
-    const double t = index[a] - base[a];
-    weights[size_t(a)] = {((2.0 - t) * t - 1.0) * t / 2.0, ((3.0 * t - 5.0) * t * t + 2.0) / 2.0,
-                          ((4.0 - 3.0 * t) * t + 1.0) * t / 2.0, (t - 1.0) * t * t / 2.0};
-  }
-  double sum = 0.0;
-  for (int c = 0; c < 4; ++c)
-    for (int b = 0; b < 4; ++b)
-      for (int a = 0; a < 4; ++a) {
-        const glm::ivec3 at = glm::clamp(glm::ivec3(base) + glm::ivec3(a, b, c) - 1, glm::ivec3(0),
-                                         image.grid.size - 1);
-        sum += weights[0][size_t(a)] * weights[1][size_t(b)] * weights[2][size_t(c)] *
-               image.at(at.x, at.y, at.z);
-      }
-  return sum;
-}
-
 /// The motion of an image, at places in voxels of its finest axis.
 class Moved {
  public:

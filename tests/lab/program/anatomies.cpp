@@ -36,7 +36,8 @@ struct AnatomiesCommand {
   std::vector<std::string> presets = {"fast", "balanced", "best"};
   std::vector<std::string> candidates;
   int runs = 0;
-  bool leave_one_out = false, peers = false, no_large = false, confidence = false, quick = false;
+  bool leave_one_out = false, peers = false, no_sizes = false, no_large = false, confidence = false,
+       quick = false;
   DeviceOptions device;
   RowFiles rows;
 };
@@ -331,9 +332,22 @@ Result<std::string> page_of(const std::vector<Variant>& variants, const std::vec
   return html(page);
 }
 
+/// Pairs that are told about together.
+struct Kind {
+  std::string name;  ///< as it stands after "Every pair"; empty: the usual ones
+  std::vector<CaseSource> (*cases)(const fs::path& data);
+};
+
+std::vector<Kind> kinds_of(const AnatomiesCommand& command) {
+  std::vector<Kind> kinds = {{"", known_cases}};
+  if (!command.no_sizes) kinds.push_back({" in other sizes", sized_cases});
+  if (!command.no_large) kinds.push_back({" of large motion", large_motion_cases});
+  return kinds;
+}
+
 /// Pairs or anatomies whose name holds what was asked for.
-std::vector<CaseSource> sources_of(const AnatomiesCommand& command, bool large) {
-  auto sources = large ? large_motion_cases(command.data) : known_cases(command.data);
+std::vector<CaseSource> sources_of(const AnatomiesCommand& command, const Kind& kind) {
+  auto sources = kind.cases(command.data);
   std::erase_if(sources, [&](const CaseSource& source) {
     return source.name.find(command.only) == std::string::npos &&
            source.anatomy.find(command.only) == std::string::npos;
@@ -363,20 +377,18 @@ int run(const AnatomiesCommand& command) {
   const std::vector<Variant> variants = variants_of(command, *context);
   Rows rows("anatomies", context->get());
   std::vector<Measured> usual;
-  for (const bool large : {false, true}) {
-    if (large && command.no_large) break;
-    const std::vector<CaseSource> sources = sources_of(command, large);
+  for (const Kind& kind : kinds_of(command)) {
+    const std::vector<CaseSource> sources = sources_of(command, kind);
     if (sources.empty()) continue;
-    const std::string kind = large ? " of large motion" : "";
     std::vector<Measured> all;
     rows.add([&] {
       all = measure_all(sources, variants, command, console);
-      return pairs_table("Every pair" + kind, variants, all, command.runs);
+      return pairs_table("Every pair" + kind.name, variants, all, command.runs);
     });
-    rows.add({summary_table("Every anatomy" + kind, variants, all)});
+    rows.add({summary_table("Every anatomy" + kind.name, variants, all)});
     if (command.leave_one_out)
-      rows.add({left_out_table("Leaving one anatomy out" + kind, variants, all)});
-    if (!large) usual = std::move(all);
+      rows.add({left_out_table("Leaving one anatomy out" + kind.name, variants, all)});
+    if (kind.name.empty()) usual = std::move(all);
   }
   if (rows.tables().empty())
     return fail(console, {ErrorKind::kBadInput,
@@ -410,6 +422,7 @@ Command add_anatomies(CLI::App& program) {
       "--leave-one-out", command->leave_one_out,
       "What each anatomy gets when the choice is made on all others, ITK's Demons beside");
   app->add_flag("--peers", command->peers, "ITK's Demons beside");
+  app->add_flag("--no-sizes", command->no_sizes, "Leave the pairs in other sizes out");
   app->add_flag("--no-large", command->no_large, "Leave the pairs of large motion out");
   app->add_option("--only", command->only, "Pairs or anatomies whose name holds this");
   app->add_option("--runs", command->runs, "Timed runs after the first, of which the median counts")
