@@ -4,16 +4,16 @@
 
 namespace palpate {
 
-BrickList active_bricks(const BrickList& bricks, std::span<const BrickLook> looks, glm::ivec3 cells,
-                        const RestRule& rule) {
-  assert(looks.size() >= bricks.size());
+BrickList active_bricks(const BrickList& bricks, std::span<const BrickMeasure> measures,
+                        glm::ivec3 cells, const RestRule& rule) {
+  assert(measures.size() >= bricks.size());
   const glm::ivec3 n = brick_count(cells);
   std::vector<bool> near_motion(size_t(n.x) * size_t(n.y) * size_t(n.z), false);
   const auto at = [&](glm::ivec3 b) {
     return size_t(b.x) + size_t(n.x) * (size_t(b.y) + size_t(n.y) * size_t(b.z));
   };
   for (size_t i = 0; i < bricks.size(); ++i) {
-    if (double(looks[i].moved) < rule.moved) continue;
+    if (double(measures[i].moved) < rule.moved) continue;
     // The window and the filter carry motion into the neighbours.
     const glm::ivec3 b = unpacked(bricks[i]);
     for (int k = 0; k < 27; ++k) {
@@ -26,8 +26,8 @@ BrickList active_bricks(const BrickList& bricks, std::span<const BrickLook> look
   BrickList active;
   for (size_t i = 0; i < bricks.size(); ++i) {
     const bool empty =
-        double(looks[i].structure) < rule.structure && double(looks[i].reach) < rule.reach;
-    const bool masked_out = looks[i].structure == 0.0F;
+        double(measures[i].structure) < rule.structure && double(measures[i].reach) < rule.reach;
+    const bool masked_out = measures[i].structure == 0.0F;
     if (near_motion[at(unpacked(bricks[i]))] && !empty && !masked_out) active.push_back(bricks[i]);
   }
   return active;

@@ -25,7 +25,7 @@ ClassicSolver::ClassicSolver(std::shared_ptr<vulkan::Context> context,
                 vulkan::Buffer::Kind::kHostVisible),
       recorder_(context_) {
   for (const LevelPlan& level : plan_.levels) {
-    LevelImages& images = levels_.emplace_back();
+    ClassicLevelImages& images = levels_.emplace_back();
     for (vulkan::Image* image : {&images.field, &images.other}) {
       *image = vulkan::Image(context_, level.image_size, VK_FORMAT_R32G32B32A32_SFLOAT);
       recorder_.prepare(*image);
@@ -55,7 +55,7 @@ void ClassicSolver::record_iteration(vulkan::Recorder& recorder, size_t l,
                                      const FramePyramid& fixed, const FramePyramid& moving,
                                      const BrickList& bricks, const vulkan::Buffer& list) {
   const LevelPlan& level = plan_.levels[l];
-  LevelImages& images = levels_[l];
+  ClassicLevelImages& images = levels_[l];
   const glm::dvec3 sigma = sigma_voxels(plan_, l);
   // The Gaussian must end in `field`: it swaps the images once per axis it smooths, the force once
   // more.

@@ -20,7 +20,7 @@ class ClassicSolver : public FieldSolver {
   void download(Field& field, Confidence& confidence) override;
 
  private:
-  struct LevelImages {
+  struct ClassicLevelImages {
     vulkan::Image field, other;
   };
   void begin_level(size_t l);
@@ -31,7 +31,7 @@ class ClassicSolver : public FieldSolver {
   std::shared_ptr<vulkan::Context> context_;
   std::shared_ptr<MotionKernels> kernels_;
   const MotionPlan plan_;
-  std::vector<LevelImages> levels_;
+  std::vector<ClassicLevelImages> levels_;
   vulkan::Buffer download_;
   vulkan::Recorder recorder_;
 };

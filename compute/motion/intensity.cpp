@@ -12,8 +12,8 @@ namespace palpate {
 namespace {
 
 constexpr size_t kSamples = 300000;
-constexpr float kLargestScaled =
-    60.0F;  // beyond: a metal artefact or a broken file; keeps fp16 sums finite
+// beyond: a metal artefact or a broken file; keeps fp16 sums finite
+constexpr float kLargestScaled = 60.0F;
 
 // In SDs of the noise. Half and twice that gave 5 to 10 % more error; 2.6 helps balanced and best
 // by 2 % and costs fast 4 % and, under another contrast, balanced 3 % (docs/decisions).

@@ -32,12 +32,12 @@
 #include "spirv/motion/sliding_cost_loads.h"
 #include "spirv/motion/sliding_find.h"
 #include "spirv/motion/sliding_find_loads.h"
-#include "spirv/motion/sliding_look.h"
-#include "spirv/motion/sliding_look_loads.h"
 #include "spirv/motion/sliding_moments.h"
 #include "spirv/motion/sliding_moments_loads.h"
 #include "spirv/motion/sliding_take.h"
 #include "spirv/motion/sliding_take_loads.h"
+#include "spirv/motion/sliding_work.h"
+#include "spirv/motion/sliding_work_loads.h"
 #include "spirv/motion/smooth_cost.h"
 #include "spirv/motion/tv_dual.h"
 #include "spirv/motion/tv_dual_loads.h"
@@ -164,9 +164,9 @@ const vulkan::Kernel& MotionKernels::sliding_cost(bool own) {
 const vulkan::Kernel& MotionKernels::sliding_find() {
   return get({k_motion_sliding_find, k_motion_sliding_find_loads}, "brb", sizeof(SlidingFindPush));
 }
-const vulkan::Kernel& MotionKernels::sliding_look() {
-  return get({k_motion_sliding_look, k_motion_sliding_look_loads}, "brrib",
-             sizeof(SlidingLookPush));
+const vulkan::Kernel& MotionKernels::sliding_work() {
+  return get({k_motion_sliding_work, k_motion_sliding_work_loads}, "brrib",
+             sizeof(SlidingWorkPush));
 }
 const vulkan::Kernel& MotionKernels::sliding_choose() {
   return get({k_motion_sliding_choose, k_motion_sliding_choose_loads}, "brrir",

@@ -44,7 +44,7 @@ class MotionKernels {
   const vulkan::Kernel& choose();
   const vulkan::Kernel& sliding_moments();
   const vulkan::Kernel& sliding_cost(bool own);
-  const vulkan::Kernel& sliding_look();
+  const vulkan::Kernel& sliding_work();
   const vulkan::Kernel& sliding_find();
   const vulkan::Kernel& sliding_choose();
   const vulkan::Kernel& sliding_take();

@@ -24,9 +24,9 @@ struct LevelOptions {
 /// noise, over twice their variance and `flat`. The share s rises smoothly from 0 at rho = `low` to
 /// 1 at `high`; where it is 0 nothing changes (shaders/motion/update_two.comp).
 struct YieldOptions {
-  double window =
-      0.0;            ///< SD of the narrow window, whose step is added by the share s, in h; 0: off
-  double low = 0.02;  ///< rho from which on the level yields
+  /// SD of the narrow window, whose step is added by the share s, in h; 0: off
+  double window = 0.0;
+  double low = 0.02;         ///< rho from which on the level yields
   double high = 0.06;        ///< rho at which it yields wholly
   double damping = 0.15;     ///< alpha where s is 1
   double smoothness = 0.15;  ///< weight of the total variation where s is 1, in h
@@ -71,29 +71,29 @@ struct MotionOptions {
   double damping = 0.1;       ///< alpha of the normal equations, per h; dimensionless
   double momentum = 0.7;      ///< share of the last change that is added before the next
   double largest_step = 1.0;  ///< of one update, in h
-  double huber_mm =
-      0.03;              ///< differences of neighbours below this are smoothed, above kept as edges
+  /// differences of neighbours below this are smoothed, above kept as edges
+  double huber_mm = 0.03;
   int filter_steps = 2;  ///< dual steps of the total variation filter per iteration, warm-started
-  bool checkerboard =
-      true;  ///< read half the voxels, by turns, in all but the first iteration of a level
+  /// read half the voxels, by turns, in all but the first iteration of a level
+  bool checkerboard = true;
   bool normalise = true;  ///< local normalisation of intensities; off for images of equal contrast
   double normalise_window = 2.9;  ///< SD of the window of local normalisation, in h
-  double noise =
-      0.0;  ///< floor f of local normalisation, in units of p99 - p1; 0: from the image's noise
-  double converged =
-      0.02;  ///< bricks that move less than this (in h) per iteration rest; 0: none do
-  double structure =
-      0.25;  ///< bricks with a smaller mean squared normalised intensity that stay in place rest
+  /// floor f of local normalisation, in units of p99 - p1; 0: from the image's noise
+  double noise = 0.0;
+  /// bricks that move less than this (in h) per iteration rest; 0: none do
+  double converged = 0.02;
+  /// bricks with a smaller mean squared normalised intensity that stay in place rest
+  double structure = 0.25;
   /// How far around a mask frames are prepared, so that the discrete start for large motion finds
   /// its partners there; 0: no discrete start. How far it looks says search_reach.
   double search_mm = 24.0;
-  double search_above =
-      0.07;  ///< rho (see YieldOptions) of a level above which the discrete start looks further
+  /// rho (see YieldOptions) of a level above which the discrete start looks further
+  double search_above = 0.07;
   double search_reach = 4.0;      ///< how far it looks from the field there is, in the level's h
   double search_work = 1e7;       ///< voxels times labels that it may take on a level
   double min_determinant = 0.01;  ///< no voxel corner of the result has a smaller det(I + grad u)
-  double classic_sigma_mm =
-      0.0;  ///< classic only: SD of the Gaussian over the field; 0: one voxel of the level
+  /// classic only: SD of the Gaussian over the field; 0: one voxel of the level
+  double classic_sigma_mm = 0.0;
 };
 
 /// "fast", "balanced", "best" or "classic"; nothing for another name.

@@ -8,8 +8,8 @@
 namespace palpate {
 namespace {
 
-constexpr int kCoarsestWidth =
-    24;  // voxels: wide enough for structure, narrow enough that any motion is a few voxels
+// voxels: wide enough for structure, narrow enough that any motion is a few voxels
+constexpr int kCoarsestWidth = 24;
 constexpr int kNodeVoxels = 2;         // voxels per node along each axis
 constexpr size_t kFinestSearched = 2;  // level after which the discrete start still searches
 constexpr int kSmallestCells = 2;      // a field needs a neighbour to be smooth with
@@ -118,7 +118,7 @@ uint64_t solver_bytes(const MotionPlan& plan) {
     uint64_t bricks = 0;
     for (const LevelPlan& level : plan.levels)
       bricks = std::max(bricks, count(brick_count(level.cells)));
-    bytes += bricks * sizeof(BrickLook);
+    bytes += bricks * sizeof(BrickMeasure);
   }
   // SlidingBorders.
   if (has_sliding_step(plan)) {

@@ -28,8 +28,8 @@ struct MotionPlan {
   std::vector<LevelPlan> levels;
   Grid field;                 ///< grid of the result, see result_level()
   uint64_t device_bytes = 0;  ///< peak on the device while pairs are solved
-  int slabs =
-      1;  ///< pieces along k into which the finest images are cut; more than 1: kept on the host
+  /// pieces along k into which the finest images are cut; more than 1: kept on the host
+  int slabs = 1;
   MotionOptions options;
 };
 

@@ -32,8 +32,8 @@ struct Match {
   size_t textured_moving = 0;  ///< textured in moving at the same place, before any motion
   size_t compared = 0;
   size_t clear = 0;
-  double correlation_before =
-      0.0;                         ///< mean over the clear blocks, F against M; 0 if there are none
+  /// mean over the clear blocks, F against M; 0 if there are none
+  double correlation_before = 0.0;
   double correlation_after = 0.0;  ///< the same, F against W
   double mismatched = 1.0;  ///< share of the clear blocks whose correlation after is below 0.5
   double leaving = 0.0;     ///< share of the voxels of textured blocks that u takes out of moving

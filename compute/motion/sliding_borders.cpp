@@ -120,7 +120,7 @@ const vulkan::Image& SlidingBorders::record_smooth(const BrickList& bricks) {
 
 /// Reads the field on the finer cells; the candidates (bits) of each brick that lie across a border
 /// in the solved one, and the bricks in which it is steep enough to fold.
-SlidingBorders::Found SlidingBorders::begin(const vulkan::Image& solved) {
+SlidingBorders::SteepCandidates SlidingBorders::begin(const vulkan::Image& solved) {
   const vulkan::Sampler& nearest = kernels_->nearest();
   const glm::ivec3 ratio = level_.cell / fine_.cell;
   const glm::dvec3 scale = 1.0 / glm::dvec3(ratio);
@@ -138,7 +138,7 @@ SlidingBorders::Found SlidingBorders::begin(const vulkan::Image& solved) {
                                               glm::vec4(level_.cell_mm, 0), different_},
                      slice_groups(coarse_bricks_));
   recorder_.run();
-  Found found;
+  SteepCandidates found;
   const BrickList all = all_bricks(fine_.cells);
   const auto work = work_.as<uint32_t>();
   for (size_t i = 0; i < all.size(); ++i) {
@@ -149,16 +149,17 @@ SlidingBorders::Found SlidingBorders::begin(const vulkan::Image& solved) {
 }
 
 /// Of these bricks, those in which the intensities do not fit, with the candidates that might.
-SlidingBorders::Candidates SlidingBorders::look(const BrickList& bricks, const FramePyramid& fixed,
-                                                const vulkan::Image& costs) {
+SlidingBorders::Candidates SlidingBorders::find_work(const BrickList& bricks,
+                                                     const FramePyramid& fixed,
+                                                     const vulkan::Image& costs) {
   const double sd = fixed.noise() / kNoiseFloor / options_.limit;
   const double noise = 2.0 * sd * sd;  // cost of a difference of two frames' noise
   list(bricks, list_);
   recorder_.fill(work_, 0);
   recorder_.dispatch(
-      kernels_->sliding_look(),
+      kernels_->sliding_work(),
       {list_, {costs, kernels_->nearest()}, {field_, kernels_->nearest()}, chosen_, work_},
-      shaders::SlidingLookPush{
+      shaders::SlidingWorkPush{
           wide(fine_.cells),
           wide(step_),
           {float(options_.share), float(options_.noise * noise), float(noise), 0},
@@ -184,7 +185,7 @@ bool SlidingBorders::solve(const FramePyramid& fixed, const FramePyramid& moving
     return result;
   };
   // 1. The field as it is, and the bricks in which motions nearby differ.
-  const Found found = begin(solved);
+  const SteepCandidates found = begin(solved);
   const BrickList bordering = with(found.candidates, ~0U);
 
   // 2. Of these, bricks in which the intensities do not fit.
@@ -196,7 +197,7 @@ bool SlidingBorders::solve(const FramePyramid& fixed, const FramePyramid& moving
     recorder_.restart();
     means = &record_means(fixed, moving, solved);
     record_cost(-1, fixed, moving, *means, near);
-    wanted = look(bordering, fixed, record_smooth(near));
+    wanted = find_work(bordering, fixed, record_smooth(near));
   }
   report.sliding_bricks = double(wanted.size()) / double(all_bricks(fine_.cells).size());
 

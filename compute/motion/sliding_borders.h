@@ -30,7 +30,7 @@ class SlidingBorders {
 
  private:
   using Candidates = std::map<uint32_t, uint32_t>;  // bits, of bricks
-  struct Found {
+  struct SteepCandidates {
     Candidates candidates;
     BrickList steep;
   };
@@ -39,8 +39,9 @@ class SlidingBorders {
   void record_cost(int first, const FramePyramid& fixed, const FramePyramid& moving,
                    const vulkan::Image& means, const BrickList& near);
   const vulkan::Image& record_smooth(const BrickList& bricks);
-  Found begin(const vulkan::Image& solved);
-  Candidates look(const BrickList& bricks, const FramePyramid& fixed, const vulkan::Image& costs);
+  SteepCandidates begin(const vulkan::Image& solved);
+  Candidates find_work(const BrickList& bricks, const FramePyramid& fixed,
+                       const vulkan::Image& costs);
 
   std::shared_ptr<vulkan::Context> context_;
   std::shared_ptr<MotionKernels> kernels_;

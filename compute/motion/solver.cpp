@@ -17,8 +17,8 @@
 namespace palpate {
 namespace {
 
-constexpr int kBatch =
-    5;  // iterations per submission: also how often convergence and stop are looked at
+// iterations per submission: also how often convergence and stop are looked at
+constexpr int kBatch = 5;
 constexpr double kAllIsNoise = 2.0;    // r^2 of normalised frames that share nothing
 constexpr double kLeastCounted = 0.1;  // share of a cell's voxels below which it says nothing
 constexpr double kChoiceSigma = 1.0;   // cells: over what two fields leave, to choose by it
@@ -97,11 +97,11 @@ PairSolver::PairSolver(std::shared_ptr<vulkan::Context> context,
     most_bricks = std::max(most_bricks, all_bricks(level.cells).size());
   active_list_ =
       vulkan::Buffer(context_, most_bricks * sizeof(uint32_t), vulkan::Buffer::Kind::kFilledByHost);
-  looks_ = vulkan::Buffer(context_, most_bricks * sizeof(BrickLook));
+  measures_ = vulkan::Buffer(context_, most_bricks * sizeof(BrickMeasure));
   counts_ =
       vulkan::Buffer(context_, most_bricks * sizeof(uint32_t), vulkan::Buffer::Kind::kHostVisible);
-  read_looks_ =
-      vulkan::Buffer(context_, most_bricks * sizeof(BrickLook), vulkan::Buffer::Kind::kHostVisible);
+  read_measures_ = vulkan::Buffer(context_, most_bricks * sizeof(BrickMeasure),
+                                  vulkan::Buffer::Kind::kHostVisible);
   if (plan_.slabs > 1) {
     const glm::ivec3 size{plan_.image.size.x, plan_.image.size.y, slabs_of(plan_).front().depth};
     for (vulkan::Image* slab : {&fixed_slab_, &moving_slab_}) {
@@ -303,7 +303,7 @@ bool PairSolver::iterate(size_t l, const FramePyramid& fixed, const FramePyramid
         const int turn = plan_.options.checkerboard && report.iterations > 0 ? k % 2 : -1;
         record_iteration(batch_, l, fixed, moving, turn);
       }
-      if (prunes || bounded) record_look(batch_, l);
+      if (prunes || bounded) record_measure(batch_, l);
       batch_size = size;
     }
     batch_.run();
@@ -311,16 +311,17 @@ bool PairSolver::iterate(size_t l, const FramePyramid& fixed, const FramePyramid
     report.brick_iterations += size * double(active_.size());
     report.all_brick_iterations += size * all;
     done(report.iterations);
-    const std::span<BrickLook> looks = read_looks_.as<BrickLook>().first(active_.size());
-    if (bounded && std::any_of(looks.begin(), looks.end(), [&](const BrickLook& look) {
-          return double(look.reach) * level.h_mm > moving.reach_mm();
+    const std::span<BrickMeasure> measures =
+        read_measures_.as<BrickMeasure>().first(active_.size());
+    if (bounded && std::any_of(measures.begin(), measures.end(), [&](const BrickMeasure& measure) {
+          return double(measure.reach) * level.h_mm > moving.reach_mm();
         })) {
       return false;
     }
     if (!prunes || report.iterations == wanted) continue;
     const RestRule rule{plan_.options.converged * size,
                         plan_.options.normalise ? plan_.options.structure : 0.0};
-    BrickList left = active_bricks(active_, looks, level.cells, rule);
+    BrickList left = active_bricks(active_, measures, level.cells, rule);
     if (left.size() == active_.size()) continue;
     activate(std::move(left));
     batch_size = 0;
@@ -641,21 +642,21 @@ void PairSolver::record_step(vulkan::Recorder& recorder, size_t l, int colour) {
       groups);
 }
 
-void PairSolver::record_look(vulkan::Recorder& recorder, size_t l) {
+void PairSolver::record_measure(vulkan::Recorder& recorder, size_t l) {
   const LevelPlan& level = plan_.levels[l];
   LevelImages& i = levels_[l];
-  const uint64_t bytes = active_.size() * sizeof(BrickLook);
-  recorder.fill(looks_, 0, bytes);
+  const uint64_t bytes = active_.size() * sizeof(BrickMeasure);
+  recorder.fill(measures_, 0, bytes);
   recorder.dispatch(kernels_->measure(),
                     {active_list_,
                      {i.field, kernels_->nearest()},
                      {i.seen, kernels_->nearest()},
                      i.seen,
                      {windowed(l)[2], kernels_->nearest()},
-                     looks_},
+                     measures_},
                     shaders::MeasurePush{wide(level.cells), {float(1.0 / level.h_mm), 0, 0, 0}},
                     brick_groups(active_));
-  recorder.copy(looks_, read_looks_, bytes);
+  recorder.copy(measures_, read_measures_, bytes);
 }
 
 }  // namespace palpate

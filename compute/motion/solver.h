@@ -79,7 +79,7 @@ class PairSolver : public FieldSolver {
                         const FramePyramid& moving, int colour);
   void record_step(vulkan::Recorder& recorder, size_t l, int colour);
   void record_filter(vulkan::Recorder& recorder, size_t l);
-  void record_look(vulkan::Recorder& recorder, size_t l);
+  void record_measure(vulkan::Recorder& recorder, size_t l);
   /// False if something moved out of the moving frame's reach.
   bool iterate(size_t l, const FramePyramid& fixed, const FramePyramid& moving,
                const std::stop_token& stop, LevelReport& report,
@@ -97,7 +97,7 @@ class PairSolver : public FieldSolver {
   std::unique_ptr<SlidingBorders> sliding_;  // only if the plan has one
   BrickList active_;                         // the bricks in work
   vulkan::Buffer active_list_;               // the same on the device
-  vulkan::Buffer looks_, read_looks_;        // BrickLook of each, on the device and here
+  vulkan::Buffer measures_, read_measures_;  // BrickMeasure of each, on the device and here
   vulkan::Image fixed_slab_, moving_slab_;   // where slabs of the finest images visit the device
   double noise_ = 0.0;                       // what it leaves on the level above one that yields
   vulkan::Buffer counts_;                    // cells that fold, of each brick

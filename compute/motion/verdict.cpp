@@ -175,11 +175,11 @@ Verdict judged(const Evidence& evidence, const Limits& limits) {
 }
 
 Verdict judged(const SequenceEvidence& evidence, const Limits& limits) {
-  struct Part {
+  struct PartVerdict {
     Verdict verdict;
     std::string where;
   };
-  std::vector<Part> parts;
+  std::vector<PartVerdict> parts;
   for (size_t k = 0; k < evidence.frames.size(); ++k) {
     const FrameEvidence& frame = evidence.frames[k];
     if (k != evidence.reference)
@@ -193,10 +193,11 @@ Verdict judged(const SequenceEvidence& evidence, const Limits& limits) {
     judge_distances({.drift = evidence.drift}, limits, bench);
     parts.push_back({bench.verdict(), "Cycle"});
   }
-  std::stable_sort(parts.begin(), parts.end(),
-                   [](const Part& a, const Part& b) { return a.verdict.trust > b.verdict.trust; });
+  std::stable_sort(parts.begin(), parts.end(), [](const PartVerdict& a, const PartVerdict& b) {
+    return a.verdict.trust > b.verdict.trust;
+  });
   Verdict whole;
-  for (const Part& part : parts) add(whole, part.verdict, part.where);
+  for (const PartVerdict& part : parts) add(whole, part.verdict, part.where);
   return whole;
 }
 

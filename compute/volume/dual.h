@@ -3,9 +3,8 @@
 #include <cmath>
 #include <glm/glm.hpp>
 
-/// Dual numbers: a value and its exact derivative by place, carried through a formula together
-/// (forward differentiation). A formula written for any number type gives its gradient so without
-/// being written twice.
+/// Dual numbers: a value and its exact derivative by place, computed together (forward
+/// differentiation). A formula that is written for any number type then also gives its gradient.
 namespace palpate::dual {
 
 /// A value and its gradient.

@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-/// The frames that are worked on, wherever they come from: geometry now, samples when asked.
+/// Frames from any source: their geometry, and a function that reads samples on demand.
 struct Frames {
   std::string name;  ///< for people
   Grid grid;

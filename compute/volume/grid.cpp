@@ -7,8 +7,7 @@ namespace palpate {
 
 bool same_geometry(const Grid& a, const Grid& b) {
   if (a.size != b.size) return false;
-  // Corner by corner: one test sees spacing, origin and direction in the unit that matters, the
-  // voxel.
+  // Corner by corner: one test compares spacing, origin and direction, in voxels.
   const double tolerance_mm = 1e-3 * a.finest_mm();
   for (int corner = 0; corner < 8; ++corner) {
     const glm::dvec3 index =
@@ -48,8 +47,8 @@ double gap_mm(const Grid& a, const Grid& b) {
     return grid.lps_from_index(
         glm::clamp(grid.index_from_lps(lps_mm), glm::dvec3(-0.5), glm::dvec3(grid.size) - 0.5));
   };
-  // Projecting onto two convex sets in turn leads to their nearest points. Boxes face each other
-  // with faces, edges or corners: a few rounds are exact to far below a voxel.
+  // Projecting alternately onto two convex sets converges to their nearest points. Boxes face each
+  // other with faces, edges or corners: a few rounds are exact to far below a voxel.
   constexpr int kRounds = 1000;
   glm::dvec3 in_a = a.lps_from_index(0.5 * glm::dvec3(a.size - 1)), in_b = nearest(b, in_a);
   for (int round = 0; round < kRounds; ++round) {

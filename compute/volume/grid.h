@@ -19,9 +19,9 @@ struct Grid {
   glm::dvec3 spacing_mm{1.0};  ///< distance between neighbours along i, j, k; > 0
   glm::dvec3 origin_mm{0.0};   ///< LPS position of the centre of sample (0, 0, 0)
   glm::dmat3 direction{1.0};   ///< columns are the unit vectors of i, j, k in LPS; determinant +1
-  /// The file of this image has its j axis the other way round, because its axes are left-handed.
-  /// Not part of the geometry: readers set it, writers give images on this grid the axes of that
-  /// file, nothing else looks at it.
+  /// The file of this image has left-handed axes, and its j axis was reversed when it was read. Not
+  /// part of the geometry: readers set it, writers give images on this grid the axes of that file,
+  /// nothing else uses it.
   bool j_reversed_in_file = false;
 
   size_t count() const { return size_t(size.x) * size_t(size.y) * size_t(size.z); }
@@ -36,7 +36,7 @@ struct Grid {
     return (glm::transpose(direction) * (lps_mm - origin_mm)) / spacing_mm;
   }
   /// Edge of the finest axis, the unit in which "voxel" is meant for anisotropic grids. The
-  /// thickness of a single slice is none, unless there is nothing else.
+  /// thickness of a single slice does not count, unless there is no other axis.
   double finest_mm() const {
     double finest = std::numeric_limits<double>::infinity();
     for (int axis = 0; axis < 3; ++axis)

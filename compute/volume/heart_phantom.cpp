@@ -18,18 +18,18 @@ namespace {
 constexpr double kEdgeVoxels = 1.5;
 
 /// A tissue: its value, and how far its texture goes from it.
-struct Tissue {
+struct TissueTexture {
   double value, texture, fine_mm, coarse_mm;
   uint32_t seed;
 };
-constexpr Tissue kLung{60.0, 45.0, 5.0, 11.0, 10};
-constexpr Tissue kVenousBlood{190.0, 35.0, 5.0, 9.0, 20};
-constexpr Tissue kArterialBlood{210.0, 35.0, 5.0, 9.0, 30};
-constexpr Tissue kFat{900.0, 40.0, 4.0, 8.0, 40};
-constexpr Tissue kAtrium{720.0, 40.0, 3.5, 8.0, 50};
-constexpr Tissue kMuscle{540.0, 55.0, 3.5, 9.0, 60};
-constexpr Tissue kArtery{1100.0, 30.0, 5.0, 9.0, 70};
-constexpr Tissue kVein{1300.0, 30.0, 5.0, 9.0, 80};
+constexpr TissueTexture kLung{60.0, 45.0, 5.0, 11.0, 10};
+constexpr TissueTexture kVenousBlood{190.0, 35.0, 5.0, 9.0, 20};
+constexpr TissueTexture kArterialBlood{210.0, 35.0, 5.0, 9.0, 30};
+constexpr TissueTexture kFat{900.0, 40.0, 4.0, 8.0, 40};
+constexpr TissueTexture kAtrium{720.0, 40.0, 3.5, 8.0, 50};
+constexpr TissueTexture kMuscle{540.0, 55.0, 3.5, 9.0, 60};
+constexpr TissueTexture kArtery{1100.0, 30.0, 5.0, 9.0, 70};
+constexpr TissueTexture kVein{1300.0, 30.0, 5.0, 9.0, 80};
 
 // --- Vectors of plain or dual numbers
 // -------------------------------------------------------------
@@ -264,8 +264,7 @@ glm::dvec3 frame_of(glm::dvec3 p, const Phase& phase) {
 // --- Shapes: distances to surfaces, below 0 inside
 // ------------------------------------------------
 
-/// Farther away than this a distance need not be more than a lower bound: it is out of reach of
-/// every fillet, also of the fat's around what is painted.
+/// Farther away than this a distance need not be more than a lower bound: no fillet reaches it.
 constexpr double kFar = 24.0;
 
 struct Ellipsoid {
@@ -290,7 +289,7 @@ struct Ellipsoid {
 };
 
 /// A point of a tube's axis, and how thick the tube is there.
-struct Knot {
+struct TubeKnot {
   glm::dvec3 at;
   double radius;
 };
@@ -298,11 +297,11 @@ struct Knot {
 /// A tube through knots: the union of round cones.
 class Tube {
  public:
-  Tube(std::initializer_list<Knot> knots) : count_(knots.size()) {
+  Tube(std::initializer_list<TubeKnot> knots) : count_(knots.size()) {
     assert(count_ >= 2 && count_ <= knots_.size());
     std::copy(knots.begin(), knots.end(), knots_.begin());
     glm::dvec3 low(1e300), high(-1e300);
-    for (const Knot& k : knots)
+    for (const TubeKnot& k : knots)
       low = glm::min(low, k.at - k.radius), high = glm::max(high, k.at + k.radius);
     middle_ = 0.5 * (low + high);
     half_ = 0.5 * (high - low);
@@ -333,7 +332,7 @@ class Tube {
            on * (knots_[k + 1].radius - knots_[k].radius);
   }
 
-  std::array<Knot, 10> knots_;
+  std::array<TubeKnot, 10> knots_;
   size_t count_;
   glm::dvec3 middle_, half_;
 };
@@ -352,7 +351,7 @@ const Tube kAorta{{{-3, 10, -7}, 13},   {{-7, 22, -3}, 12.5},    {{-10, 32, -1},
 const Tube kArchBranches[] = {{{{-8, 44, -5}, 6}, {{-11, 58, -4}, 5}, {{-18, 80, 0}, 4.5}},
                               {{{-1, 48, -12}, 5}, {{0, 62, -11}, 4}, {{3, 80, -9}, 3.8}},
                               {{{6, 48, -19}, 5}, {{10, 62, -20}, 4.2}, {{16, 80, -18}, 4}}};
-/// Where the right ventricle goes over into the pulmonary trunk.
+/// The transition from the right ventricle to the pulmonary trunk.
 const Tube kConus{{{2, 2, 14}, 16}, {{6, 12, 17}, 14.5}, {{8, 20, 15}, 13}};
 const Tube kTrunk{{{6, 13, 15}, 10},   {{8, 20, 14}, 12},  {{9, 28, 10}, 12.3},
                   {{11, 36, 1}, 11.5}, {{14, 40, -8}, 10}, {{28, 41, -19}, 8.5},
@@ -382,7 +381,7 @@ NumberOf<Point> beyond_cut(const Point& p) {
 }
 
 template <class Point>
-auto value_in(const Point& p, const Tissue& tissue, uint32_t seed) {
+auto value_in(const Point& p, const TissueTexture& tissue, uint32_t seed) {
   return NumberOf<Point>(tissue.value + tissue.texture * texture::tissue(seed + tissue.seed, p,
                                                                          tissue.fine_mm,
                                                                          tissue.coarse_mm));
@@ -396,20 +395,20 @@ class Painter {
   Painter(const Point& p, double edge_mm, uint32_t seed) : p_(p), edge_mm_(edge_mm), seed_(seed) {}
 
   /// Tissue where the distance is below 0.
-  void paint(const Number& distance, const Tissue& tissue) {
+  void paint(const Number& distance, const TissueTexture& tissue) {
     if (hidden() || dual::value(distance) >= 0.5 * edge_mm_) return;
     const Number cover = left_ * texture::soft_step(Number(-1.0 * distance), edge_mm_);
     sum_ = sum_ + cover * value_in(p_, tissue, seed_);
     left_ = left_ - cover;
   }
   /// A wall around blood.
-  void paint(const Number& distance, const Number& wall_mm, const Tissue& wall,
-             const Tissue& blood) {
+  void paint(const Number& distance, const Number& wall_mm, const TissueTexture& wall,
+             const TissueTexture& blood) {
     paint(Number(distance + wall_mm), blood);
     paint(distance, wall);
   }
   bool hidden() const { return !(dual::value(left_) > 1e-12); }
-  Number over(const Tissue& background) {
+  Number over(const TissueTexture& background) {
     return hidden() ? sum_ : Number(sum_ + left_ * value_in(p_, background, seed_));
   }
 
@@ -436,7 +435,7 @@ NumberOf<Point> material_value(const Point& p, double edge_mm, uint32_t seed) {
   using Number = NumberOf<Point>;
   Painter<Point> painter(p, edge_mm, seed);
   const Number left = kLeft.distance(p);
-  // Deep in the muscle or the blood of the left ventricle nothing else needs to be looked at.
+  // Deep in the muscle or the blood of the left ventricle no other distance is needed.
   painter.paint(kMitral.distance(p), kArterialBlood);
   painter.paint(kAortic.distance(p), kArterialBlood);
   if (dual::value(left) < 0.0) {
@@ -452,8 +451,8 @@ NumberOf<Point> material_value(const Point& p, double edge_mm, uint32_t seed) {
   Number aorta = kAorta.distance(p);
   for (const Tube& branch : kArchBranches) aorta = joined(aorta, branch.distance(p), 3.0);
   const Number trunk = joined(kTrunk.distance(p), kRightPulmonary.distance(p), 3.0);
-  const auto vessel = [&](const Number& distance, double wall_mm, const Tissue& wall,
-                          const Tissue& blood) {
+  const auto vessel = [&](const Number& distance, double wall_mm, const TissueTexture& wall,
+                          const TissueTexture& blood) {
     painter.paint(larger(Number(distance + wall_mm), cut), blood);
     painter.paint(larger(distance, cut), wall);
   };

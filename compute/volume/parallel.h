@@ -9,7 +9,7 @@ namespace palpate {
 
 /// Calls work(begin, end) on disjoint ranges that cover [0, count), on as many threads as the
 /// machine has, and returns when all are done. `cost` is the work of one item in elementary steps
-/// (an addition or so): small jobs stay on the calling thread, because starting a thread costs tens
+/// (an addition or so): small jobs run on the calling thread, because starting a thread costs tens
 /// of microseconds. work must not throw. Any thread.
 template <class Work>
 void parallel_ranges(int count, double cost, const Work& work) {

@@ -43,10 +43,10 @@ double beat_phase(int frame, int frames) {
 }
 
 /// b(r) / r, which is finite at the centre.
-template <class Number>
-Number stretch(const Number& r_mm) {
-  const Number t = r_mm / kReachMm;
-  const Number q = 1.0 - t * t;
+template <class Length>
+Length stretch(const Length& r_mm) {
+  const Length t = r_mm / kReachMm;
+  const Length q = 1.0 - t * t;
   if (!(dual::value(q) > 0.0)) return 0.0;
   return kAmplitudeMm / kReachMm * q * q * q;
 }
@@ -86,9 +86,9 @@ Point shell_material(const Point& lps_mm, double s) {
 
 /// The inner radius of the wall in the material state, in the direction of a material point r from
 /// the centre.
-template <class Point, class Number>
-Number inner_radius(const Point& material_mm, const Number& r, uint32_t seed) {
-  const Number bump =
+template <class Point, class Length>
+Length inner_radius(const Point& material_mm, const Length& r, uint32_t seed) {
+  const Length bump =
       texture::smooth_noise(texture::mixed(seed + 7), material_mm * (kBumpsPerRadius / r));
   return kInnerMm + kBumpMm * bump;
 }
@@ -100,21 +100,21 @@ double inner_radius(glm::dvec3 material_mm, uint32_t seed) {
 template <class Point>
 auto material_value(const Point& material_mm, double growth, double edge_mm, uint32_t seed) {
   const auto r = dual::length(material_mm);
-  using Number = std::remove_cvref_t<decltype(r)>;
-  const Number away = dual::value(r) > 1e-6 ? r : Number(1e-6);
+  using Length = std::remove_cvref_t<decltype(r)>;
+  const Length away = dual::value(r) > 1e-6 ? r : Length(1e-6);
   // Lengths along the radius are `growth` times longer in the frame than in the material state; the
   // scanner's blur is one of the frame.
-  const Number inside = (r - inner_radius(material_mm, away, seed)) * growth;
-  const Number outside = (r - kOuterMm) * growth;
-  const Number blood = kBlood + 40.0 * texture::tissue(seed + 10, material_mm, 5.0, 9.0);
-  const Number wall = kWall + 150.0 * texture::tissue(seed + 20, material_mm, 4.0, 8.0);
-  const Number lung = kLung + 80.0 * texture::tissue(seed + 30, material_mm, 5.0, 11.0);
-  const Number filled = blood + (wall - blood) * texture::soft_step(inside, edge_mm);
-  return Number(filled + (lung - filled) * texture::soft_step(outside, edge_mm));
+  const Length inside = (r - inner_radius(material_mm, away, seed)) * growth;
+  const Length outside = (r - kOuterMm) * growth;
+  const Length blood = kBlood + 40.0 * texture::tissue(seed + 10, material_mm, 5.0, 9.0);
+  const Length wall = kWall + 150.0 * texture::tissue(seed + 20, material_mm, 4.0, 8.0);
+  const Length lung = kLung + 80.0 * texture::tissue(seed + 30, material_mm, 5.0, 11.0);
+  const Length filled = blood + (wall - blood) * texture::soft_step(inside, edge_mm);
+  return Length(filled + (lung - filled) * texture::soft_step(outside, edge_mm));
 }
 
-/// Growth at the outer wall stands for the whole wall: it only scales the blur, by 10 % at most
-/// elsewhere.
+/// The growth at the outer wall is used for the whole wall: it only scales the blur, which is wrong
+/// by at most 10 % elsewhere.
 double wall_growth(double s) {
   const double t2 = (kOuterMm / kReachMm) * (kOuterMm / kReachMm);
   return 1.0 + s * kAmplitudeMm / kReachMm * (1.0 - t2) * (1.0 - t2) * (1.0 - 7.0 * t2);
@@ -135,11 +135,11 @@ Volume shell_frame(const Grid& grid, double s, uint32_t seed, uint32_t noise_see
 }
 
 /// The geometry of the sliding pair in voxels, which are mm.
-struct Tube {
+struct SlidingTube {
   glm::dvec2 centre, half;
   double organ_start, organ_end, length, shift;
 
-  Tube(int size, double shift_voxels)
+  SlidingTube(int size, double shift_voxels)
       : centre(0.5 * (size - 1)),
         half(kTubeHalfWidth * size, kTubeHalfHeight * size),
         organ_start(0.5 * (size - 1) - 0.5 * (kOrganLength * size + shift_voxels)),
@@ -161,7 +161,7 @@ struct Tube {
   }
 };
 
-Volume sliding_frame(const Grid& grid, const Tube& tube, double shift, uint32_t seed,
+Volume sliding_frame(const Grid& grid, const SlidingTube& tube, double shift, uint32_t seed,
                      uint32_t noise_seed, double noise_sd) {
   Volume frame{grid, std::vector<float>(grid.count())};
   for_each_sample(grid, 300.0, [&](size_t offset, glm::dvec3 p) {
@@ -248,7 +248,7 @@ SlidingPhantom sliding_phantom(int size, double shift_voxels, uint32_t seed, dou
   assert(std::abs(shift_voxels) < size / 3.0);
   Grid grid;
   grid.size = glm::ivec3(size);
-  const Tube tube(size, shift_voxels);
+  const SlidingTube tube(size, shift_voxels);
   const double noise_sd = noise * kSlidingRange;
   const auto frame = [&](double shift, uint32_t noise_seed) {
     return sliding_frame(grid, tube, shift, seed, texture::mixed(noise_seed), noise_sd);

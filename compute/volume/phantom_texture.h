@@ -39,13 +39,13 @@ inline double gaussian_like(uint32_t seed, size_t sample) {
 /// two continuous derivatives. Point: glm::dvec3, or dual::Point for the gradient too.
 template <class Point>
 auto smooth_noise(uint32_t seed, const Point& point) {
-  using Number = std::remove_cvref_t<decltype(point.x)>;
+  using Scalar = std::remove_cvref_t<decltype(point.x)>;
   const glm::dvec3 cell =
       glm::floor(glm::dvec3(dual::value(point.x), dual::value(point.y), dual::value(point.z)));
-  const auto eased = [](const Number& f) -> Number {
+  const auto eased = [](const Scalar& f) -> Scalar {
     return f * f * f * (f * (f * 6.0 - 15.0) + 10.0);
   };
-  const Number wx = eased(point.x - cell.x), wy = eased(point.y - cell.y),
+  const Scalar wx = eased(point.x - cell.x), wy = eased(point.y - cell.y),
                wz = eased(point.z - cell.z);
   const glm::ivec3 c(cell);
   const auto lattice = [&](int i, int j, int k) {
@@ -54,16 +54,16 @@ auto smooth_noise(uint32_t seed, const Point& point) {
     const uint32_t z = uint32_t(c.z + k) * 0xcb1ab31fU;
     return 2.0 * uniform(seed ^ x ^ y ^ z) - 1.0;
   };
-  const auto along_x = [&](int j, int k) -> Number {
+  const auto along_x = [&](int j, int k) -> Scalar {
     const double low = lattice(0, j, k);
     return low + wx * (lattice(1, j, k) - low);
   };
-  const auto along_y = [&](int k) -> Number {
-    const Number low = along_x(0, k);
+  const auto along_y = [&](int k) -> Scalar {
+    const Scalar low = along_x(0, k);
     return low + wy * (along_x(1, k) - low);
   };
-  const Number near = along_y(0);
-  return Number(near + wz * (along_y(1) - near));
+  const Scalar near = along_y(0);
+  return Scalar(near + wz * (along_y(1) - near));
 }
 
 /// Structures of two sizes, in [-1, 1].
@@ -74,9 +74,9 @@ auto tissue(uint32_t seed, const Point& point_mm, double fine_mm, double coarse_
 }
 
 /// 0 well below the edge, 1 well above, smooth over `width` around it.
-template <class Number>
-Number soft_step(const Number& distance, double width) {
-  const Number t = distance / width + 0.5;
+template <class Scalar>
+Scalar soft_step(const Scalar& distance, double width) {
+  const Scalar t = distance / width + 0.5;
   if (!(dual::value(t) > 0.0)) return 0.0;
   if (dual::value(t) >= 1.0) return 1.0;
   return t * t * (3.0 - 2.0 * t);

@@ -8,19 +8,19 @@
 #include "compute/volume/grid.h"
 #include "compute/volume/parallel.h"
 
-/// Trilinear interpolation of samples with any number of channels: what volume.cpp and field.cpp
-/// share.
+/// Trilinear interpolation of samples with any number of channels: shared by volume.cpp and
+/// field.cpp.
 namespace palpate::interpolation {
 
-/// The two neighbours of a continuous index on one axis and the weight of the upper one; the border
-/// value is held.
-struct Taps {
+/// The two neighbours of a continuous index on one axis and the weight of the upper one; clamped at
+/// the border.
+struct LinearTaps {
   int low = 0;
   int high = 0;
   float weight = 0.0F;
 };
 
-inline Taps taps(double index, int size) {
+inline LinearTaps taps(double index, int size) {
   // In this order NaN becomes 0, so that no caller's mistake reads outside the samples.
   const double inside = std::max(0.0, std::min(index, double(size - 1)));
   const int low = std::min(int(inside), std::max(0, size - 2));
@@ -30,9 +30,9 @@ inline Taps taps(double index, int size) {
 /// Trilinear value at a continuous index, written to out[0 .. channels).
 template <int channels>
 void sample_at(const float* values, const Grid& grid, glm::dvec3 index, double* out) {
-  const Taps x = taps(index.x, grid.size.x);
-  const Taps y = taps(index.y, grid.size.y);
-  const Taps z = taps(index.z, grid.size.z);
+  const LinearTaps x = taps(index.x, grid.size.x);
+  const LinearTaps y = taps(index.y, grid.size.y);
+  const LinearTaps z = taps(index.z, grid.size.z);
   const auto row = [&](int j, int k, int c) {
     const float* start = values + grid.offset(0, j, k) * channels + c;
     const double low = start[size_t(x.low) * channels];
@@ -57,8 +57,8 @@ inline bool parallel_axes(const Grid& a, const Grid& b) {
   return apart * longest < 1e-3;
 }
 
-inline std::vector<Taps> axis_taps(double first, double step, int count, int size) {
-  std::vector<Taps> result;
+inline std::vector<LinearTaps> axis_taps(double first, double step, int count, int size) {
+  std::vector<LinearTaps> result;
   result.reserve(size_t(count));
   for (int i = 0; i < count; ++i) result.push_back(taps(first + step * i, size));
   return result;
@@ -70,17 +70,17 @@ template <int channels>
 void resample_parallel(const float* values, const Grid& from, const Grid& onto, float* out) {
   const glm::dvec3 first = from.index_from_lps(onto.origin_mm);
   const glm::dvec3 step = onto.spacing_mm / from.spacing_mm;
-  const std::vector<Taps> tx = axis_taps(first.x, step.x, onto.size.x, from.size.x);
-  const std::vector<Taps> ty = axis_taps(first.y, step.y, onto.size.y, from.size.y);
-  const std::vector<Taps> tz = axis_taps(first.z, step.z, onto.size.z, from.size.z);
+  const std::vector<LinearTaps> tx = axis_taps(first.x, step.x, onto.size.x, from.size.x);
+  const std::vector<LinearTaps> ty = axis_taps(first.y, step.y, onto.size.y, from.size.y);
+  const std::vector<LinearTaps> tz = axis_taps(first.z, step.z, onto.size.z, from.size.z);
   const size_t length = size_t(from.size.x) * channels;
   const double slice_cost = 4.0 * channels * onto.size.y * double(onto.size.x + from.size.x);
   parallel_ranges(onto.size.z, slice_cost, [&](int begin, int end) {
     std::vector<float> blended(length);
     for (int k = begin; k < end; ++k) {
       for (int j = 0; j < onto.size.y; ++j) {
-        const Taps& y = ty[size_t(j)];
-        const Taps& z = tz[size_t(k)];
+        const LinearTaps& y = ty[size_t(j)];
+        const LinearTaps& z = tz[size_t(k)];
         const float* a = values + from.offset(0, y.low, z.low) * channels;
         const float* b = values + from.offset(0, y.high, z.low) * channels;
         const float* c = values + from.offset(0, y.low, z.high) * channels;
@@ -94,7 +94,7 @@ void resample_parallel(const float* values, const Grid& from, const Grid& onto, 
         }
         float* target = out + onto.offset(0, j, k) * channels;
         for (int i = 0; i < onto.size.x; ++i) {
-          const Taps& x = tx[size_t(i)];
+          const LinearTaps& x = tx[size_t(i)];
           const float* low = blended.data() + size_t(x.low) * channels;
           const float* high = blended.data() + size_t(x.high) * channels;
           for (int channel = 0; channel < channels; ++channel) {
@@ -126,7 +126,7 @@ void resample_general(const float* values, const Grid& from, const Grid& onto, f
 }
 
 /// Interleaved samples of `from` on the grid `onto`, trilinear in physical space, border values
-/// held outside.
+/// clamped outside.
 template <int channels>
 void resample(const float* values, const Grid& from, const Grid& onto, float* out) {
   if (parallel_axes(from, onto)) {

@@ -7,7 +7,7 @@
 
 namespace palpate {
 
-/// Why something that depends on the outside world (a file, a device, a driver) did not work.
+/// Why something failed that depends on the outside world (a file, a device, a driver).
 enum class ErrorKind {
   kBadInput,      ///< The user's data or arguments are wrong: say what to change. Exit code 2.
   kBadOutput,     ///< The result could not be written: nothing was touched. Exit code 2.
@@ -24,8 +24,7 @@ struct Error {
 };
 
 /// A value, or the reason why there is none. Library code never prints and never exits: it returns
-/// this. Reason: Error, or the own error type of a folder whose callers must tell more kinds of
-/// trouble apart.
+/// this. Reason: Error, or a folder's own error type, where callers must distinguish more kinds.
 template <class T, class Reason = Error>
 class [[nodiscard]] Result {
  public:

@@ -38,16 +38,17 @@ struct TimeBasis {
 };
 
 /// One motion for a whole sequence: the material that is at X (LPS mm) in the reference frame is at
-/// X + u(X, t) at time t. All frames are told from one place, so nothing adds up over a cycle: its
-/// drift is zero by construction, where fields that follow each other drift. u is zero at the
-/// reference frame's time but for rounding and what harmonics leave there.
+/// X + u(X, t) at time t. All frames are described from one frame, so errors do not add up over a
+/// cycle: its drift is zero by construction, where fields from frame to frame drift. At the
+/// reference frame's time u is zero but for rounding and for the error of the harmonics.
 ///
 /// Cyclic data have u as harmonics of the cycle,
 ///   u(X, t) = c_0(X) + sum_h [a_h(X) cos(2 pi h t / T) + b_h(X) sin(2 pi h t / T)],
-/// smooth in time and periodic. Without harmonics u is known at the frames and goes in smooth
-/// curves between them.
+/// smooth in time and periodic. Without harmonics u is known at the frames and is a smooth curve
+/// between them.
 struct SequenceMotion {
-  size_t reference = 0;  ///< the frame that tells all others; the one nearest to the mean
+  /// the frame from which all others are described; the one nearest to the mean
+  size_t reference = 0;
   TimeBasis basis;
   std::vector<Field> terms;  ///< basis.terms() of them, mm, LPS, on one grid
 

@@ -24,8 +24,8 @@ constexpr int kMargin = 7;
 constexpr double kThick = 1.5;
 
 /// The samples of a grid along one of its axes.
-struct Lines {
-  Lines(const Grid& grid, int axis)
+struct GridLines {
+  GridLines(const Grid& grid, int axis)
       : length(grid.size[axis]),
         stride(axis == 0   ? 1
                : axis == 1 ? size_t(grid.size.x)
@@ -45,7 +45,7 @@ struct Lines {
 /// samples gathered in `buffer`, and puts back what it leaves there.
 template <class Work>
 void along(std::vector<float>& values, const Grid& grid, int axis, const Work& work) {
-  const Lines lines(grid, axis);
+  const GridLines lines(grid, axis);
   parallel_ranges(lines.count, 20.0 * lines.length, [&](int begin, int end) {
     std::vector<float> line(size_t(lines.length));
     auto scratch = work.scratch(lines.length);
@@ -107,7 +107,7 @@ struct EnvelopeAlong {
   }
 };
 
-/// A Gaussian along an axis, the border value held.
+/// A Gaussian along an axis, the border value clamped.
 struct GaussianAlong {
   explicit GaussianAlong(double sigma_samples) {
     const int radius = int(std::ceil(3.5 * sigma_samples));
@@ -241,7 +241,7 @@ Mask with_slices_between(const Mask& mask, int axis, int steps) {
   fine.grid.size[axis] = (mask.grid.size[axis] - 1) * steps + 1;
   fine.grid.spacing_mm[axis] = h / steps;
   fine.values.resize(fine.grid.count());
-  const Lines from(mask.grid, axis), to(fine.grid, axis);
+  const GridLines from(mask.grid, axis), to(fine.grid, axis);
   parallel_ranges(from.count, 20.0 * to.length, [&](int begin, int end) {
     for (int n = begin; n < end; ++n) {
       const float* const line = &distance[from.start(n)];

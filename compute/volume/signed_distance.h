@@ -4,8 +4,8 @@
 
 namespace palpate {
 
-/// The volume after a Gaussian with this standard deviation, mm, >= 0; border values held outside.
-/// Uses all cores.
+/// The volume after a Gaussian with this standard deviation, mm, >= 0; border values clamped
+/// outside. Uses all cores.
 Volume smoothed(const Volume& volume, double sigma_mm);
 
 /// The exact Euclidean distance of each sample to the mask's border, mm, above 0 inside: the border

@@ -22,11 +22,11 @@ struct Mask {
   std::vector<uint8_t> values;
 };
 
-/// The value at a continuous index, trilinear, the border value held outside. Any thread; does not
-/// allocate.
+/// The value at a continuous index, trilinear, the border value clamped outside. Any thread; does
+/// not allocate.
 double sample(const Volume& volume, glm::dvec3 index);
 
-/// The volume on another grid, trilinear in physical space, border values held outside.
+/// The volume on another grid, trilinear in physical space, border values clamped outside.
 Volume resampled(const Volume& volume, const Grid& onto);
 
 /// The mask at the sample centres of another grid, nearest neighbour; outside of it nothing counts.

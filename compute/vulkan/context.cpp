@@ -153,7 +153,7 @@ const char* kind_of(VkPhysicalDeviceType type) {
   }
 }
 
-DeviceInfo describe(VkPhysicalDevice device, int index) {
+GpuInfo describe(VkPhysicalDevice device, int index) {
   VkPhysicalDeviceDriverProperties driver{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES};
   VkPhysicalDeviceProperties2 properties{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2};
   VkPhysicalDeviceProperties first;
@@ -163,7 +163,7 @@ DeviceInfo describe(VkPhysicalDevice device, int index) {
   VkPhysicalDeviceMemoryProperties memory;
   vkGetPhysicalDeviceMemoryProperties(device, &memory);
 
-  DeviceInfo info;
+  GpuInfo info;
   info.index = index;
   info.name = first.deviceName;
   info.driver = std::string(driver.driverName) + " " + driver.driverInfo;
@@ -183,10 +183,10 @@ DeviceInfo describe(VkPhysicalDevice device, int index) {
 
 /// The user's choice by index or part of the name; without one the first usable GPU, else the first
 /// usable device.
-Result<int> choose(const std::vector<DeviceInfo>& devices, const std::string& wanted) {
+Result<int> choose(const std::vector<GpuInfo>& devices, const std::string& wanted) {
   std::string known;
   int best = -1;
-  for (const DeviceInfo& device : devices) {
+  for (const GpuInfo& device : devices) {
     known += (known.empty() ? "" : ", ") + std::to_string(device.index) + " " + device.name +
              (device.usable ? "" : " (lacks " + device.missing + ")");
     const bool match = wanted == std::to_string(device.index) ||
@@ -214,14 +214,14 @@ Result<int> choose(const std::vector<DeviceInfo>& devices, const std::string& wa
 /// The index in `devices` of the device that `maker` insists on.
 Result<int> choose_through(DeviceMaker& maker, VkInstance instance,
                            const std::vector<VkPhysicalDevice>& devices,
-                           const std::vector<DeviceInfo>& infos) {
+                           const std::vector<GpuInfo>& infos) {
   VkPhysicalDevice wanted = VK_NULL_HANDLE;
   const VkResult asked = maker.choose_device(instance, &wanted);
   if (asked != VK_SUCCESS) return Failure(asked, "asking which device drives the display").error();
   const auto at = std::find(devices.begin(), devices.end(), wanted);
   if (at == devices.end())
     return Error{ErrorKind::kNoDevice, "The device that drives the display is not listed here."};
-  const DeviceInfo& info = infos[size_t(at - devices.begin())];
+  const GpuInfo& info = infos[size_t(at - devices.begin())];
   if (info.usable) return info.index;
   return Error{ErrorKind::kNoDevice, "The device that drives the display, " + info.name +
                                          ", can not do what palpate needs: it lacks " +
@@ -247,10 +247,10 @@ void check(VkResult result, const char* doing) {
   if (result != VK_SUCCESS) throw Failure(result, doing);
 }
 
-std::vector<DeviceInfo> list_devices() {
+std::vector<GpuInfo> list_devices() {
   VkInstance instance = VK_NULL_HANDLE;
   if (create_instance(false, &instance) != VK_SUCCESS) return {};
-  std::vector<DeviceInfo> found;
+  std::vector<GpuInfo> found;
   for (VkPhysicalDevice device : physical_devices(instance))
     found.push_back(describe(device, int(found.size())));
   vkDestroyInstance(instance, nullptr);
@@ -291,7 +291,7 @@ Result<std::shared_ptr<Context>> Context::open(const ContextOptions& options) {
   if (validation) self->listen();
 
   const std::vector<VkPhysicalDevice> devices = physical_devices(self->instance_);
-  std::vector<DeviceInfo> infos;
+  std::vector<GpuInfo> infos;
   for (VkPhysicalDevice device : devices) infos.push_back(describe(device, int(infos.size())));
   const Result<int> index = options.maker
                                 ? choose_through(*options.maker, self->instance_, devices, infos)

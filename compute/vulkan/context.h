@@ -31,7 +31,7 @@ class Failure : public std::runtime_error {
 void check(VkResult result, const char* doing);
 
 /// What a person wants to know of a device before choosing it.
-struct DeviceInfo {
+struct GpuInfo {
   int index = 0;  ///< as `--gpu` takes it
   std::string name;
   std::string driver;  ///< name and version
@@ -45,7 +45,7 @@ struct DeviceInfo {
 
 /// Every Vulkan device that the loader finds, usable or not, in the loader's order; empty if there
 /// is no driver.
-std::vector<DeviceInfo> list_devices();
+std::vector<GpuInfo> list_devices();
 
 /// Somebody who must stand between the context and the three calls that make it: the runtime of a
 /// headset adds the extensions that it needs and insists on the device that drives the display.
@@ -106,7 +106,7 @@ class Context {
   VkDevice device() const { return device_; }
   VkPhysicalDevice physical_device() const { return physical_device_; }
   uint32_t queue_family() const { return queue_family_; }
-  const DeviceInfo& info() const { return info_; }
+  const GpuInfo& info() const { return info_; }
   const VkPhysicalDeviceLimits& limits() const { return limits_; }
   bool is_cpu() const { return is_cpu_; }
   /// Whether kernels may load from storage images of r8, r16f and rg32f too.
@@ -152,7 +152,7 @@ class Context {
   std::function<void()> lock_queue_, unlock_queue_;
   VkPhysicalDeviceLimits limits_{};
   VkPhysicalDeviceMemoryProperties memory_{};
-  DeviceInfo info_;
+  GpuInfo info_;
   bool is_cpu_ = false;
   bool loads_extended_formats_ = false;
   uint64_t memory_cap_ = 0;

@@ -38,7 +38,8 @@ class Image {
   VkFormat format_ = VK_FORMAT_UNDEFINED;
 };
 
-/// The sampler kernels read images through: normalised coordinates, border held, nearest or linear.
+/// The sampler kernels read images through: normalised coordinates, border clamped, nearest or
+/// linear.
 class Sampler {
  public:
   Sampler() = default;

@@ -40,15 +40,15 @@ struct Declarations {
     }
   }
 
-  struct Image {
+  struct ImageType {
     bool is_buffer = false, is_stored = false;
   };
-  struct Pointer {
+  struct PointerType {
     uint32_t storage_class = 0, type = 0;
   };
-  std::map<uint32_t, Image> images;             ///< by type
+  std::map<uint32_t, ImageType> images;         ///< by type
   std::map<uint32_t, uint32_t> sampled_images;  ///< the image type, by type
-  std::map<uint32_t, Pointer> pointers;         ///< by type
+  std::map<uint32_t, PointerType> pointers;     ///< by type
   std::map<uint32_t, uint32_t> pointer_types;   ///< by variable
   std::map<uint32_t, uint32_t> variables;       ///< by binding
 

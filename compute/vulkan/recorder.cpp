@@ -275,8 +275,8 @@ void Recorder::run() {
   wait();
 }
 
-std::vector<Recorder::Stamp> Recorder::timestamps() {
-  std::vector<Stamp> stamps;
+std::vector<Recorder::TimerStamp> Recorder::timestamps() {
+  std::vector<TimerStamp> stamps;
   if (stamp_names_.empty()) return stamps;
   std::vector<uint64_t> ticks(stamp_names_.size());
   check(vkGetQueryPoolResults(context_->device(), queries_, 0, uint32_t(ticks.size()),

@@ -71,11 +71,11 @@ class Recorder {
   void start();
   void wait();
 
-  struct Stamp {
+  struct TimerStamp {
     std::string name;
     double seconds;  ///< since the first stamp
   };
-  std::vector<Stamp> timestamps();
+  std::vector<TimerStamp> timestamps();
 
  private:
   void bind(const Kernel& kernel, const std::vector<Binding>& bindings, const void* push);

@@ -38,7 +38,7 @@ std::vector<fs::path> fields_in(const fs::path& folder, std::string_view prefix)
 }
 
 /// What is checked, whatever form it had.
-struct Told {
+struct CheckedMotion {
   SequenceMotion motion;
   std::string form;          ///< for a person
   std::vector<Field> steps;  ///< the fields from frame to frame, where these are what was given
@@ -66,7 +66,7 @@ bool leads_back(const fs::path& file) {
   return !number.empty() && number.find_first_not_of('0') == std::string::npos;
 }
 
-Result<Told> read_told(const SequenceCheck& command, const std::vector<double>& times_s) {
+Result<CheckedMotion> read_told(const SequenceCheck& command, const std::vector<double>& times_s) {
   std::vector<fs::path> inputs = command.inputs;
   if (inputs.size() == 1 && is_folder(inputs.front())) {
     const fs::path folder = inputs.front();
@@ -79,7 +79,7 @@ Result<Told> read_told(const SequenceCheck& command, const std::vector<double>& 
                               "holds no motion of a sequence: name the folder that 'palpate "
                               "motion' filled");
   }
-  Told told;
+  CheckedMotion told;
   if (inputs.size() == 1 && files::holds_sequence_motion(inputs.front())) {
     auto motion = files::read_sequence_motion(inputs.front());
     if (!motion) return motion.error();

@@ -152,7 +152,7 @@ class Demo {
   Status draw_beat() {
     const auto path = outputs_.stage("beat.png");
     if (!path) return path.error();
-    std::vector<charts::Moment> moments;
+    std::vector<charts::SequenceStep> moments;
     for (size_t k = 0; k < beat_.frames.frames.size(); ++k) {
       moments.push_back({&beat_.frames.frames[k], &fields_[k],
                          fmt::format("frame {} \u2192 {}", k, (k + 1) % beat_.frames.frames.size()),

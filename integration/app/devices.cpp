@@ -22,7 +22,7 @@ int default_device() {
   return context ? (*context)->info().index : -1;
 }
 
-nlohmann::json json_of(const vulkan::DeviceInfo& device, bool is_default) {
+nlohmann::json json_of(const vulkan::GpuInfo& device, bool is_default) {
   return {{"index", device.index},
           {"name", device.name},
           {"kind", device.kind},
@@ -35,7 +35,7 @@ nlohmann::json json_of(const vulkan::DeviceInfo& device, bool is_default) {
           {"default", is_default}};
 }
 
-void print_table(const std::vector<vulkan::DeviceInfo>& devices, int chosen) {
+void print_table(const std::vector<vulkan::GpuInfo>& devices, int chosen) {
   size_t name_width = 4, kind_width = 4, driver_width = 6;
   for (const auto& device : devices) {
     name_width = std::max(name_width, device.name.size());

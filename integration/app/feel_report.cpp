@@ -59,7 +59,7 @@ std::string summary_text(const FeelNumbers& n, const ServoStatistics& statistics
   if (n.most_newton_steps > 0)
     text += fmt::format(
         "Motion    inverted in {} steps at most, to {:.2g} um; {} ticks held their point\n",
-        n.most_newton_steps, 1e6 * n.worst_residual_m, n.held);
+        n.most_newton_steps, 1e6 * n.worst_residual_m, n.frozen);
   text += fmt::format(
       "Energy    the scene gave {:.2f} mJ to the hand and took {:.2f} mJ; {:.2f} mJ were refused\n",
       1e3 * energy.put_in_j, 1e3 * energy.dissipated_j, 1e3 * energy.refused_j);

@@ -158,10 +158,10 @@ class FeelRun {
   int run(CancelOnSignal& cancel) {
     cancel.end_at_once(true);
     ForceDeviceChoice choice = command_.device;
-    if (const Status looking = open_eyes(); !looking) return fail(console_, looking.error());
+    if (const Status looking = choose_viewers(); !looking) return fail(console_, looking.error());
     choice.real_time = !command_.no_real_time;
-    choice.has_window = seen_.window != nullptr;
-    choice.has_headset = seen_.headset != nullptr;
+    choice.has_window = viewers_.window != nullptr;
+    choice.has_headset = viewers_.headset != nullptr;
     if (!command_.hand) choice.device = "none";
     if (!command_.tool.empty()) {
       auto tool =
@@ -190,10 +190,10 @@ class FeelRun {
     wants_second_hand_ = std::any_of(volumes.begin(), volumes.end(), [](const VolumeSpec& volume) {
       return volume.drive.kind == DriveSpec::Kind::kSecondHand;
     });
-    if (seen_.headset) fit_to_headset(*scene);
+    if (viewers_.headset) fit_to_headset(*scene);
     if (opened_.controller || opened_.tool) sessions::stand_in_true_size(*scene);
     announce(command_, *scene, opened_, live_ != nullptr, console_);
-    console_.say("Seen      " + seen_.why);
+    console_.say("Seen      " + viewers_.why);
     if (const Status ready = start_listeners(*scene); !ready) return fail(console_, ready.error());
     const SceneSpec at_start = scene->spec;
     cancel.end_at_once(false);
@@ -232,8 +232,8 @@ class FeelRun {
         const std::lock_guard lock(mutex);
         now = doing;
       }
-      if (seen_.window) seen_.window->wait(now);
-      if (seen_.window && (seen_.window->closed() || seen_.window->lost())) {
+      if (viewers_.window) viewers_.window->wait(now);
+      if (viewers_.window && (viewers_.window->closed() || viewers_.window->lost())) {
         // Nothing is written yet, and reading can not be asked to stop.
         console_.complain("palpate: The window was closed before anything was felt.");
         std::_Exit(kExitInternal);
@@ -254,7 +254,7 @@ class FeelRun {
     choices.holds_frames = choices.finds_motion;
     auto scene = live            ? live_->load(choices, command_.hand, doing)
                  : command_.hand ? scenes::load_scene(command_.inputs, choices, doing)
-                                 : scenes::load_seen_scene(command_.inputs, choices, doing);
+                                 : scenes::load_shown_scene(command_.inputs, choices, doing);
     if (!scene) return scene;
     apply_choices(*scene);
     if (command_.hand) doing("looking for a surface to touch");
@@ -289,7 +289,7 @@ class FeelRun {
     return Nothing{};
   }
 
-  Status open_eyes() {
+  Status choose_viewers() {
     if (!command_.calibration.empty()) {
       auto stored = files::read_calibration(command_.calibration);
       if (!stored) return stored.error();
@@ -304,10 +304,10 @@ class FeelRun {
     choice.scene_name = command_.inputs.front().filename().string();
     choice.gpu = command_.gpu;
     choice.view = command_.view;
-    auto seen = open_viewers(choice);
-    if (!seen) return seen.error();
-    seen_ = std::move(*seen);
-    if (!command_.hand && !seen_.window && !seen_.headset && command_.serve_port == 0)
+    auto viewers = open_viewers(choice);
+    if (!viewers) return viewers.error();
+    viewers_ = std::move(*viewers);
+    if (!command_.hand && !viewers_.window && !viewers_.headset && command_.serve_port == 0)
       return Error{ErrorKind::kNoDevice,
                    "There is no display and no headset to view it in: --picture FILE.png or "
                    "--headless FOLDER draws pictures without"};
@@ -348,7 +348,7 @@ class FeelRun {
     if (!log) return log.error();
     log_ = std::move(*log);
     if (!command_.hand) {
-      recorder_ = std::make_unique<Recorder>(std::vector<TickListener*>{log_.get()});
+      recorder_ = std::make_unique<TickRecorder>(std::vector<TickListener*>{log_.get()});
       return Nothing{};
     }
     if (!command_.tubes.empty())
@@ -362,14 +362,15 @@ class FeelRun {
     black_box_ = std::make_unique<BlackBox>(box);
     std::vector<TickListener*> listeners = {log_.get(), black_box_.get()};
     if (command_.record.empty()) {
-      recorder_ = std::make_unique<Recorder>(std::move(listeners));
+      recorder_ = std::make_unique<TickRecorder>(std::move(listeners));
       return Nothing{};
     }
     const SafetyOptions safety = haptics_options(scene).safety;
-    auto recorder = Recorder::start(command_.record,
-                                    text_of(scenes::ReplayKey{scene.spec, opened_.device->info(),
-                                                              safety, tube_buttons(safety)}),
-                                    1'000'000, std::move(listeners));
+    auto recorder =
+        TickRecorder::start(command_.record,
+                            text_of(scenes::ReplayKey{scene.spec, opened_.device->info(), safety,
+                                                      tube_buttons(safety)}),
+                            1'000'000, std::move(listeners));
     if (!recorder) return recorder.error();
     recorder_ = std::move(*recorder);
     return Nothing{};
@@ -380,9 +381,9 @@ class FeelRun {
     const bool harmless =
         opened_.simulated || opened_.mouse || opened_.controller || opened_.tool || !command_.hand;
     HapticsOptions haptics = app::haptics_options(command_, scene.spec, harmless);
-    if (seen_.headset) {
-      haptics.safety.seen_buttons = GatedDevice::kSeen;
-      haptics.safety.dead_man_buttons = ~GatedDevice::kSeen;
+    if (viewers_.headset) {
+      haptics.safety.shown_buttons = GatedDevice::kShown;
+      haptics.safety.dead_man_buttons = ~GatedDevice::kShown;
     }
     return haptics;
   }
@@ -392,14 +393,15 @@ class FeelRun {
     SessionOptions options;
     options.haptics = haptics;
     options.servo = servo_options(command_, haptics);
-    options.servo.listeners = {recorder_.get(), seen_.window ? seen_.window->listener() : nullptr};
+    options.servo.listeners = {recorder_.get(),
+                               viewers_.window ? viewers_.window->listener() : nullptr};
     const double wanted = scene.spec.stiffness_n_per_m;
     if (wants_second_hand_) second_hand_ = std::make_unique<devices::SpaceMouse>();
     ForceDevice* device = opened_.device.get();
-    if (seen_.headset) {
+    if (viewers_.headset) {
       gate_ = std::make_unique<GatedDevice>(*device);
       if (command_.on_headset_loss == "go-on")
-        gate_->seen_until(std::numeric_limits<int64_t>::max());
+        gate_->shown_until(std::numeric_limits<int64_t>::max());
       device = gate_.get();
     }
     options.second_hand = second_hand_.get();
@@ -434,7 +436,7 @@ class FeelRun {
       options.size = {command_.picture_size, command_.picture_size};
       gallery_ = std::make_unique<Gallery>(*session_, options);
     }
-    begin_eyes(scene);
+    begin_viewers(scene);
     if (live_) live_->begin(*session_);
     if (tool_) tool_->begin(*opened_.tool, scene);
     if (server_) {
@@ -450,10 +452,10 @@ class FeelRun {
     double motion_known_s = motion.is_done() ? 0.0 : 1e12;
     double now_s = 0.0;
     while (now_s < end_s(motion_known_s) && !stop.stop_requested() && !emergency::is_asked() &&
-           !(seen_.window && seen_.window->closed()) && !display_was_needed_and_lost() &&
-           !(seen_.headset && seen_.headset->ended())) {
-      if (seen_.window)
-        seen_.window->frame(tick, motion_text(motion));
+           !(viewers_.window && viewers_.window->closed()) && !display_was_needed_and_lost() &&
+           !(viewers_.headset && viewers_.headset->ended())) {
+      if (viewers_.window)
+        viewers_.window->frame(tick, motion_text(motion));
       else
         std::this_thread::sleep_for(std::chrono::milliseconds(50));
       now_s = std::chrono::duration<double>(Clock::now() - begin).count();
@@ -467,8 +469,8 @@ class FeelRun {
       if (motion.is_done() && motion_known_s == 1e12) motion_known_s = now_s;
     }
     console_.end_progress();
-    if (seen_.window) seen_.window->end();
-    if (seen_.headset) seen_.headset->end();
+    if (viewers_.window) viewers_.window->end();
+    if (viewers_.headset) viewers_.headset->end();
     tell_headset();
     if (gallery_) gallery_->stop();
     if (server_) server_->end();
@@ -476,23 +478,23 @@ class FeelRun {
     session_->stop();
     recorded_ = recorder_->finish();
     if (tool_) tool_->end();
-    display_lost_ = seen_.window && seen_.window->lost();
+    display_lost_ = viewers_.window && viewers_.window->lost();
     if (display_lost_ && black_box_) black_box_->write_last("display-lost");
   }
 
   /// A headset goes on without the window that mirrors it.
   bool display_was_needed_and_lost() {
-    if (!seen_.window || !seen_.window->lost()) return false;
-    if (!seen_.headset) return true;
-    seen_.window->end();
-    seen_.window.reset();
+    if (!viewers_.window || !viewers_.window->lost()) return false;
+    if (!viewers_.headset) return true;
+    viewers_.window->end();
+    viewers_.window.reset();
     console_.complain("palpate: The display of the window has gone away; the headset goes on.");
     return false;
   }
 
-  void begin_eyes(const SceneSpec& scene) {
-    if (seen_.window) seen_.window->begin(*session_, opened_.mouse);
-    if (!seen_.headset) return;
+  void begin_viewers(const SceneSpec& scene) {
+    if (viewers_.window) viewers_.window->begin(*session_, opened_.mouse);
+    if (!viewers_.headset) return;
     HeadsetScene joined;
     joined.session = session_.get();
     joined.gate = gate_.get();
@@ -505,12 +507,13 @@ class FeelRun {
     joined.calibration = calibration_;
     joined.device_centre_m =
         scene.world_from_device.world_from_volume(opened_.device->info().workspace_centre_m);
-    seen_.headset->begin(joined);
+    viewers_.headset->begin(joined);
   }
 
   void tell_headset() {
-    if (!seen_.headset) return;
-    for (const std::string& sentence : seen_.headset->news()) console_.say("Headset   " + sentence);
+    if (!viewers_.headset) return;
+    for (const std::string& sentence : viewers_.headset->news())
+      console_.say("Headset   " + sentence);
   }
 
   /// When it comes, goes or can not be used.
@@ -615,7 +618,7 @@ class FeelRun {
     if (!command_.tubes.empty() && done)
       console_.say(fmt::format("Wrote     {}", command_.tubes.string()));
     if (gallery_ && done) tell_gallery();
-    if (seen_.headset) tell_headset_numbers();
+    if (viewers_.headset) tell_headset_numbers();
     if (!done) return fail(console_, done.error());
     if (!display_lost_) return kExitOk;
     console_.complain(
@@ -640,7 +643,7 @@ class FeelRun {
   }
 
   void tell_headset_numbers() {
-    const HeadsetLoop::Numbers& numbers = seen_.headset->numbers();
+    const HeadsetLoop::Numbers& numbers = viewers_.headset->numbers();
     console_.say(fmt::format(
         "Headset   {} frames in {} sessions, {} of them with a picture{}", numbers.frames,
         numbers.sessions, numbers.drawn,
@@ -672,14 +675,14 @@ class FeelRun {
   bool display_lost_ = false;
   std::unique_ptr<TickLog> log_;
   std::unique_ptr<BlackBox> black_box_;
-  std::unique_ptr<Recorder> recorder_;  ///< tells both above, and writes the recording
+  std::unique_ptr<TickRecorder> recorder_;  ///< tells both above, and writes the recording
   Status recorded_ = Nothing{};
   std::unique_ptr<devices::SpaceMouse> second_hand_;
   std::optional<DeviceFault> second_hand_fault_;  ///< as it was told
   std::unique_ptr<FeltServer> server_;            ///< likewise
   std::unique_ptr<LiveSource> live_;              ///< ends before session_ does: see feel()
   std::unique_ptr<Session> session_;  ///< ends its servo thread before what is above goes
-  Viewers seen_;                      ///< look at session_
+  Viewers viewers_;                   ///< look at session_
   std::unique_ptr<Gallery> gallery_;  ///< likewise
 };
 

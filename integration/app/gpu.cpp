@@ -54,7 +54,7 @@ OpenedContext open_device(std::future<OpenedContext> opening, const DeviceOption
         "commands.");
   OpenedContext context = opening.get();
   if (context) {
-    const vulkan::DeviceInfo& info = (*context)->info();
+    const vulkan::GpuInfo& info = (*context)->info();
     console.say(fmt::format("Device    {} ({})", info.name, info.kind));
     console.detail(fmt::format("Vulkan    {}.{}, driver {}, {} of memory, {} in one buffer at most",
                                info.api_major, info.api_minor, info.driver,

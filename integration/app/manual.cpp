@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 using Apps = std::vector<const CLI::App*>;
 
 /// What an option's value is, for the shells.
-enum class Value { kNone, kWords, kFile, kFolder, kPath, kOther };
+enum class OptionValue { kNone, kWords, kFile, kFolder, kPath, kOther };
 
 std::string without(std::string text, const std::string& what) {
   const size_t at = text.find(what);
@@ -43,16 +43,16 @@ std::vector<std::string> words_of(const CLI::Option& option) {
   return words;
 }
 
-Value value_of(const CLI::Option& option) {
-  if (option.get_items_expected_max() == 0) return Value::kNone;
-  if (!words_of(option).empty()) return Value::kWords;
+OptionValue value_of(const CLI::Option& option) {
+  if (option.get_items_expected_max() == 0) return OptionValue::kNone;
+  if (!words_of(option).empty()) return OptionValue::kWords;
   // Outputs are named OUTPUT, OUTPUT_FILE or OUTPUT_DIR.
   std::string type = option.get_type_name();
   if (type.starts_with("OUTPUT")) type = type.size() > 7 ? type.substr(7) : "PATH";
-  if (type.starts_with("FILE")) return Value::kFile;
-  if (type.starts_with("DIR")) return Value::kFolder;
-  if (type.starts_with("PATH")) return Value::kPath;
-  return Value::kOther;
+  if (type.starts_with("FILE")) return OptionValue::kFile;
+  if (type.starts_with("DIR")) return OptionValue::kFolder;
+  if (type.starts_with("PATH")) return OptionValue::kPath;
+  return OptionValue::kOther;
 }
 
 /// "-o", "--output": as they are typed.
@@ -236,10 +236,10 @@ std::string bash_values(const CLI::Option& option, const std::vector<std::string
   std::vector<std::string> words = words_of(option);
   words.insert(words.end(), more.begin(), more.end());
   switch (value_of(option)) {
-    case Value::kFolder:
+    case OptionValue::kFolder:
       return "_palpate_paths -d";
-    case Value::kFile:
-    case Value::kPath:
+    case OptionValue::kFile:
+    case OptionValue::kPath:
       return "_palpate_paths -f";
     default:
       return words.empty() ? ":" : bash_words(words);
@@ -276,7 +276,7 @@ std::string bash_completion(const CLI::App& program) {
   text += "    esac\n  done\n  case \"$command $prev\" in\n";
   for (const CLI::App* app : apps)
     for (const CLI::Option* option : shown_options(*app)) {
-      if (value_of(*option) == Value::kNone) continue;
+      if (value_of(*option) == OptionValue::kNone) continue;
       std::vector<std::string> patterns;
       for (const std::string& name : spellings(*option))
         patterns.push_back(fmt::format("'{} {}'", full_name(*app), name));
@@ -293,7 +293,7 @@ std::string bash_completion(const CLI::App& program) {
     if (app->get_name() == "help") names = names_of(shown_commands(program));
     const auto positionals = shown_positionals(*app);
     std::string values = names.empty() ? ":" : bash_words(names);
-    if (!positionals.empty() && value_of(*positionals.front()) != Value::kOther)
+    if (!positionals.empty() && value_of(*positionals.front()) != OptionValue::kOther)
       values = bash_values(*positionals.front(), names);
     text += fmt::format("    '{}') {} ;;\n", full_name(*app), values);
   }
@@ -327,16 +327,16 @@ std::vector<std::string> zsh_words(const CLI::Option& option) {
 
 std::string zsh_value(const CLI::Option& option) {
   switch (value_of(option)) {
-    case Value::kNone:
+    case OptionValue::kNone:
       return "";
-    case Value::kWords:
+    case OptionValue::kWords:
       return fmt::format(":value:({})", fmt::join(zsh_words(option), " "));
-    case Value::kFolder:
+    case OptionValue::kFolder:
       return ":folder:_files -/";
-    case Value::kFile:
-    case Value::kPath:
+    case OptionValue::kFile:
+    case OptionValue::kPath:
       return ":file:_files";
-    case Value::kOther:
+    case OptionValue::kOther:
       return ":value:";
   }
   return "";
@@ -374,7 +374,7 @@ std::string zsh_completion(const CLI::App& program) {
                           positionals.empty() ? "" : "        *) _files ;;\n");
     } else if (!positionals.empty()) {
       const CLI::Option& first = *positionals.front();
-      const bool any = value_of(first) == Value::kOther;
+      const bool any = value_of(first) == OptionValue::kOther;
       text += fmt::format(" \\\n    '*{}'\n", any ? ":value:" : zsh_value(first));
     } else {
       text += "\n";

@@ -247,17 +247,17 @@ int conclude(const MotionCommand& command, double slowest_s, const std::optional
 }
 
 /// What a run found, before anything of it is published.
-struct Found {
+struct MotionResults {
   nlohmann::json summary;
   std::optional<Verdict> verdict;
   double slowest_s = 0.0;  ///< of a pair
 };
 
 /// Fields of consecutive frames, each written and judged while the next is estimated.
-Result<Found> find_pairs(const MotionCommand& command, const std::string& preset, Frames& frames,
-                         const std::shared_ptr<vulkan::Context>& context,
-                         const EstimatorOptions& estimator, Outputs& outputs, Console& console,
-                         std::stop_token stop) {
+Result<MotionResults> find_pairs(const MotionCommand& command, const std::string& preset,
+                                 Frames& frames, const std::shared_ptr<vulkan::Context>& context,
+                                 const EstimatorOptions& estimator, Outputs& outputs,
+                                 Console& console, std::stop_token stop) {
   EstimationJob job{frames.grid, frames.count, frames.read, estimator};
   job.options.backward = !command.no_verdict;
   DeliveryOptions options;
@@ -274,7 +274,7 @@ Result<Found> find_pairs(const MotionCommand& command, const std::string& preset
       context, job, [&](EstimatedPair pair) { return delivery.take(pair); }, console, stop);
   if (done) done = delivery.close_cycle();
   if (!done) return done.error();
-  Found found;
+  MotionResults found;
   found.summary = summary_of(command, preset, frames, *context, delivery);
   found.slowest_s = delivery.slowest_s();
   if (options.judge) found.verdict = delivery.verdict();
@@ -287,10 +287,10 @@ std::string sequence_text(const SequenceMotion& motion, double seconds) {
 }
 
 /// One motion for all frames, then what follows from it.
-Result<Found> find_whole(const MotionCommand& command, const std::string& preset, Frames& frames,
-                         const std::shared_ptr<vulkan::Context>& context,
-                         const EstimatorOptions& estimator, Outputs& outputs, Console& console,
-                         std::stop_token stop) {
+Result<MotionResults> find_whole(const MotionCommand& command, const std::string& preset,
+                                 Frames& frames, const std::shared_ptr<vulkan::Context>& context,
+                                 const EstimatorOptions& estimator, Outputs& outputs,
+                                 Console& console, std::stop_token stop) {
   const Error stopped{ErrorKind::kCancelled, "Stopped as asked: no output was written or changed"};
   const auto kept = all_frames(frames, stop);
   if (!kept) return kept.error();
@@ -300,7 +300,7 @@ Result<Found> find_whole(const MotionCommand& command, const std::string& preset
   options.estimator.cyclic = command.cyclic;
   std::vector<double> times_s = frames.times_s;
   if (times_s.empty()) times_s = files::counted_times(frames.count);
-  Found found;
+  MotionResults found;
   SequenceReport report;
   std::vector<Confidence> step_confidence(frames.count);
   const auto begin = std::chrono::steady_clock::now();

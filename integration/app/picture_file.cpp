@@ -4,8 +4,8 @@
 
 namespace palpate::app {
 
-charts::Raster raster_of(const Picture& picture) {
-  charts::Raster raster{picture.width, picture.height, {}};
+charts::Bitmap raster_of(const Picture& picture) {
+  charts::Bitmap raster{picture.width, picture.height, {}};
   raster.pixels.reserve(picture.colours.size());
   // R in the lowest byte becomes R above G above B, opaque.
   for (const uint32_t c : picture.colours)

@@ -10,7 +10,7 @@
 namespace palpate::app {
 
 /// A picture as charts take it, opaque.
-charts::Raster raster_of(const Picture& picture);
+charts::Bitmap raster_of(const Picture& picture);
 
 /// Stages view_1.png, ... and page.png: what was seen and felt. kBadOutput.
 Status stage_views(Outputs& outputs, const std::vector<StereoPicture>& pictures,

@@ -19,12 +19,12 @@ namespace {
 namespace fs = std::filesystem;
 
 /// All volumes at frame `at` of the sequence (counted from 0, phases in between).
-SceneMoment moment_at(const LoadedScene& scene, double at) {
-  SceneMoment moment;
-  moment.volume_count = std::min(int(scene.data.size()), SceneMoment::kMostVolumes);
-  for (int v = 0; v < moment.volume_count; ++v) {
+SceneSnapshot snapshot_at(const LoadedScene& scene, double at) {
+  SceneSnapshot snapshot;
+  snapshot.volume_count = std::min(int(scene.data.size()), SceneSnapshot::kMostVolumes);
+  for (int v = 0; v < snapshot.volume_count; ++v) {
     const FrameTimes& times = scene.data[size_t(v)]->times;
-    VolumeMoment& volume = moment.volumes[size_t(v)];
+    VolumeSnapshot& volume = snapshot.volumes[size_t(v)];
     const VolumeSpec& spec = scene.spec.volumes[size_t(v)];
     volume.world_from_volume = driven(spec.drive, spec.transform, 0.0);
     // A sequence that is shorter stays at its last frame.
@@ -36,7 +36,7 @@ SceneMoment moment_at(const LoadedScene& scene, double at) {
     const double share = at < last + 1.0 ? at - double(before) : 0.0;
     volume.time_s = times.times_s[before] + share * (next_s - times.times_s[before]);
   }
-  return moment;
+  return snapshot;
 }
 
 size_t frames_of(const LoadedScene& scene) {
@@ -46,17 +46,17 @@ size_t frames_of(const LoadedScene& scene) {
 }
 
 Status write_one_eye(const fs::path& path, const Picture& picture) {
-  const charts::Raster raster = raster_of(picture);
+  const charts::Bitmap raster = raster_of(picture);
   charts::Canvas canvas(raster.width, raster.height, charts::Color{});
   canvas.draw_raster(raster, {0.0, 0.0}, 0.0);
   return canvas.save(path.string());
 }
 
 /// The scene, or of a live source its first frame.
-Result<LoadedScene> seen_scene(const FeelCommand& command, Console& console) {
+Result<LoadedScene> shown_scene(const FeelCommand& command, Console& console) {
   const std::string place = command.inputs.front().string();
   if (!openigtlink::is_place(place))
-    return scenes::load_seen_scene(command.inputs, command.sequence);
+    return scenes::load_shown_scene(command.inputs, command.sequence);
   sessions::LiveSourceOptions options;
   options.image = command.live_image;
   options.on_note = [&console](const std::string& note) { console.say("Live      " + note); };
@@ -66,7 +66,7 @@ Result<LoadedScene> seen_scene(const FeelCommand& command, Console& console) {
 
 /// Writes what was asked for without any display: one picture, or every frame for two eyes.
 Status draw(const FeelCommand& command, double frame, Console& console, std::stop_token stop) {
-  auto scene = seen_scene(command, console);
+  auto scene = shown_scene(command, console);
   if (!scene) return scene.error();
   for (const std::string& note : scene->notes) console.say("Note      " + note);
   if (frame >= double(frames_of(*scene)))
@@ -81,7 +81,7 @@ Status draw(const FeelCommand& command, double frame, Console& console, std::sto
   if (!viewer) return viewer.error();
   if (const Status set = (*viewer)->update(*assembled); !set) return set;
   if (!command.picture.empty()) {
-    const auto eyes = (*viewer)->take_all(moment_at(*scene, frame), size, 1);
+    const auto eyes = (*viewer)->take_all(snapshot_at(*scene, frame), size, 1);
     if (!eyes) return eyes.error();
     if (const Status written = write_one_eye(command.picture, eyes->front()); !written)
       return written;
@@ -94,7 +94,7 @@ Status draw(const FeelCommand& command, double frame, Console& console, std::sto
   for (size_t k = 0; k < frames; ++k) {
     if (stop.stop_requested()) return Error{ErrorKind::kCancelled, "Stopped: nothing was written"};
     console.progress(double(k) / double(frames), "drawing");
-    const auto eyes = (*viewer)->take_all(moment_at(*scene, double(k)), size, 2);
+    const auto eyes = (*viewer)->take_all(snapshot_at(*scene, double(k)), size, 2);
     if (!eyes) return eyes.error();
     const auto path = outputs->stage(fmt::format("frame_{}.png", k));
     if (!path) return path.error();

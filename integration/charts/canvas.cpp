@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-// Inter where it is installed; fontconfig puts the system's own sans serif in its place where not.
+// Inter where it is installed; where it is not, fontconfig uses the system's sans serif.
 constexpr const char* kFontFamily = "Inter";
 
 cairo_status_t append_to_file(void* file, const unsigned char* data, unsigned length) {
@@ -181,7 +181,7 @@ void Canvas::draw_text_upwards(const std::string& text, glm::dvec2 at, const Tex
   cairo_restore(cairo_);
 }
 
-void Canvas::draw_raster(const Raster& raster, glm::dvec2 corner, double radius_px) {
+void Canvas::draw_raster(const Bitmap& raster, glm::dvec2 corner, double radius_px) {
   cairo_surface_t* image =
       cairo_image_surface_create(CAIRO_FORMAT_ARGB32, raster.width, raster.height);
   if (cairo_surface_status(image) == CAIRO_STATUS_SUCCESS) {
@@ -211,8 +211,8 @@ void Canvas::pop_clip() {
   cairo_restore(cairo_);
 }
 
-Raster Canvas::raster() const {
-  Raster raster;
+Bitmap Canvas::raster() const {
+  Bitmap raster;
   if (!good()) return raster;
   cairo_surface_flush(surface_);
   raster.width = cairo_image_surface_get_width(surface_);

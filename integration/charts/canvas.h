@@ -14,7 +14,7 @@ struct _cairo_surface;
 
 namespace palpate::charts {
 
-/// Where a text stands on its anchor point.
+/// How a text is aligned with its anchor point.
 enum class Align { kLeft, kCentre, kRight };
 
 struct TextStyle {
@@ -22,13 +22,13 @@ struct TextStyle {
   bool bold = false;
   Color color{0.13, 0.15, 0.19};
   Align align = Align::kLeft;
-  double max_width_px =
-      1e9;  ///< longer text is set smaller, down to three quarters, then cut with an ellipsis
+  /// longer text is set smaller, down to three quarters, then cut with an ellipsis
+  double max_width_px = 1e9;
   bool halo = false;  ///< a soft dark edge, for text on pictures
 };
 
 /// Pixels of a picture inside the page, row by row from the top; 0xAARRGGBB, premultiplied alpha.
-struct Raster {
+struct Bitmap {
   int width = 0;
   int height = 0;
   std::vector<uint32_t> pixels;
@@ -38,7 +38,7 @@ struct Raster {
 class Canvas {
  public:
   Canvas(int width_px, int height_px, Color paper);
-  /// See-through at first: to be laid over something else.
+  /// Transparent at first, to be laid over something else.
   Canvas(int width_px, int height_px);
   ~Canvas();
   Canvas(const Canvas&) = delete;
@@ -63,14 +63,14 @@ class Canvas {
 
   /// Puts a raster with rounded corners; it must have the size in pixels of the place where it
   /// goes.
-  void draw_raster(const Raster& raster, glm::dvec2 corner, double radius_px);
+  void draw_raster(const Bitmap& raster, glm::dvec2 corner, double radius_px);
 
   /// Nothing is drawn outside the box until pop_clip().
   void push_clip(glm::dvec2 corner, glm::dvec2 size, double radius_px);
   void pop_clip();
 
   /// What was drawn so far; empty if there was no memory for it.
-  Raster raster() const;
+  Bitmap raster() const;
 
   /// Writes the page as PNG: whole or not at all (temporary file beside it, then rename). Errors:
   /// kBadOutput, kOutOfMemory.

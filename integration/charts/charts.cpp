@@ -37,7 +37,7 @@ glm::dvec3 focus_of(const Field& field, const Mask* mask) {
 Status write_frame(const std::string& path, const Volume& frame, const Field* field,
                    const Caption& caption, const Mask* mask) {
   if (auto ok = checked(path, frame.grid, frame.values.size(), "the frame"); !ok) return ok;
-  const Box box = box_of(frame.grid);
+  const BoundingBox box = box_of(frame.grid);
   const Range window = window_of(frame);
   if (!field) {
     Content content = frame_content(frame, window);
@@ -105,7 +105,7 @@ Status write_confidence_map(const std::string& path, const Confidence& confidenc
   }
   Content content = confidence_content(confidence, frame_grid);
   add_letters(&content, true);
-  const Box box = box_of(frame_grid);
+  const BoundingBox box = box_of(frame_grid);
   Page page = views_page(caption, box, box.centre_mm(), {&content});
   set_key(&page, {ColorMap::kConfidence, {0.0, 1.0}, "confidence, 0 is a guess"});
   return write_page(path, page, laid_out(page));

@@ -77,17 +77,17 @@ struct PairPicture {
 Status write_pair_overview(const std::string& path, const PairPicture& pair,
                            const Caption& caption);
 
-/// One moment of a sequence: a frame and the field that leads from it to the next.
-struct Moment {
+/// One step of a sequence: a frame and the field that leads from it to the next.
+struct SequenceStep {
   const Volume* frame = nullptr;
   const Field* field = nullptr;  ///< none after the last frame of a sequence that is not cyclic
   std::string label;             ///< "frame 0 \u2192 1"
   std::string sublabel;          ///< "t = 0.5 s"
 };
 
-/// A sequence on one page: one row per moment, three views with arrows, one key and one window for
-/// all. Longer ones than 12 moments are thinned out evenly, and the picture says so.
-Status write_sequence_strip(const std::string& path, const std::vector<Moment>& moments,
+/// A sequence on one page: one row per step, three views with arrows, one key and one window for
+/// all. Of more than 12 steps only 12 are drawn, evenly spread, and the picture says so.
+Status write_sequence_strip(const std::string& path, const std::vector<SequenceStep>& steps,
                             const Caption& caption);
 
 }  // namespace palpate::charts

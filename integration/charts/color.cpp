@@ -42,8 +42,8 @@ Color exact_color(ColorMap map, double t) {
     case ColorMap::kGray:
       return {t, t, t};
     case ColorMap::kMotion: {
-      // The screen has least chroma in the middle, among the blue-greens: a bow keeps clear of that
-      // edge.
+      // The screen has least chroma in the middle, for blue-green: the curve is bent away from that
+      // limit.
       const double bow = (2.0 * t - 1.0) * (2.0 * t - 1.0);
       return color_from_lch(24.0 + 68.0 * t, 27.0 + 28.0 * bow, 308.0 - 212.0 * t);
     }
@@ -61,10 +61,10 @@ Color exact_color(ColorMap map, double t) {
 // The chroma search is too slow for every pixel; 512 steps are finer than an 8-bit screen tells
 // apart.
 constexpr int kSteps = 512;
-using Table = std::array<Color, kSteps>;
+using ColorTable = std::array<Color, kSteps>;
 
-Table table_of(ColorMap map) {
-  Table table;
+ColorTable table_of(ColorMap map) {
+  ColorTable table;
   for (int n = 0; n < kSteps; ++n) table[size_t(n)] = exact_color(map, double(n) / (kSteps - 1));
   return table;
 }
@@ -84,7 +84,7 @@ Color color_from_lch(double lightness, double chroma, double hue_deg) {
 }
 
 Color color_at(ColorMap map, double t) {
-  static const std::array<Table, 5> tables = {
+  static const std::array<ColorTable, 5> tables = {
       table_of(ColorMap::kGray), table_of(ColorMap::kMotion), table_of(ColorMap::kError),
       table_of(ColorMap::kDifference), table_of(ColorMap::kConfidence)};
   t = std::isnan(t) ? 0.0 : std::clamp(t, 0.0, 1.0);

@@ -9,8 +9,8 @@ struct Color {
   double b = 0;
 };
 
-/// What a number may be turned into a colour for. All maps are straight lines in CIE lightness, so
-/// that equal steps of the number look like equal steps, in grey print too.
+/// What a colour map is used for. All maps are straight lines in CIE lightness, so that equal steps
+/// of the number look like equal steps, in grey print too.
 enum class ColorMap {
   kGray,        ///< frames: black to white
   kMotion,      ///< how far: dark violet over teal to yellow
@@ -19,8 +19,7 @@ enum class ColorMap {
   kConfidence,  ///< how sure: pale sand to deep teal
 };
 
-/// The colour at t in [0, 1] of a map; t outside is held at the ends, NaN is the low end. Any
-/// thread.
+/// The colour at t in [0, 1] of a map; t outside is clamped, NaN is the low end. Any thread.
 Color color_at(ColorMap map, double t);
 
 /// A colour from CIE lightness [0, 100], chroma and hue in degrees; chroma is lowered until the

@@ -7,7 +7,7 @@ namespace palpate::charts {
 namespace {
 
 double confidence_at(const Confidence& confidence, glm::dvec3 lps_mm) {
-  // Nearest: confidence is a verdict on a cell, and blending two verdicts would invent a third.
+  // Nearest: a confidence belongs to a cell; blending two would give a value that neither has.
   const Grid& grid = confidence.grid;
   const glm::dvec3 index = glm::clamp(glm::round(grid.index_from_lps(lps_mm)), glm::dvec3(0.0),
                                       glm::dvec3(grid.size - 1));
@@ -95,8 +95,8 @@ Content difference_content(const Volume& fixed, const Volume& moving, const Fiel
           false};
 }
 
-Raster rasterised(const Content& content, const Panel& panel) {
-  Raster raster{int(panel.size_px.x), int(panel.size_px.y), {}};
+Bitmap rasterised(const Content& content, const Panel& panel) {
+  Bitmap raster{int(panel.size_px.x), int(panel.size_px.y), {}};
   raster.pixels.reserve(size_t(raster.width) * size_t(raster.height));
   for (int row = 0; row < raster.height; ++row) {
     for (int column = 0; column < raster.width; ++column) {

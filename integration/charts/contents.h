@@ -14,13 +14,13 @@
 namespace palpate::charts {
 
 /// Draws on top of a panel.
-using Overlay = std::function<void(Canvas&, const Panel&)>;
+using PanelOverlay = std::function<void(Canvas&, const Panel&)>;
 
 /// What a panel shows: a colour for each point of space (none where there are no data), and what is
 /// drawn over it. Refers to the volumes and fields it was made from: they must outlive it.
 struct Content {
   std::function<std::optional<Color>(glm::dvec3 lps_mm)> color;
-  std::vector<Overlay> overlays;
+  std::vector<PanelOverlay> overlays;
   bool dark = true;  ///< whether letters on it must be light
 };
 
@@ -51,6 +51,6 @@ double difference_at(const Volume& fixed, const Volume& moving, const Field* fie
 bool inside(const Mask* mask, glm::dvec3 lps_mm);
 
 /// Samples a content at the middle of every pixel of a panel; transparent where it has no data.
-Raster rasterised(const Content& content, const Panel& panel);
+Bitmap rasterised(const Content& content, const Panel& panel);
 
 }  // namespace palpate::charts

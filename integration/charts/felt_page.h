@@ -11,7 +11,7 @@ namespace palpate::charts {
 
 /// A view for two eyes. Rasters of one size.
 struct StereoView {
-  Raster left, right;
+  Bitmap left, right;
   std::string label;     ///< "phase 1.25"
   std::string sublabel;  ///< "2.1 N"
 };

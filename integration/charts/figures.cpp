@@ -21,7 +21,7 @@ Status checked(const std::string& path, const Grid& grid, size_t samples, const 
 
 namespace {
 
-Page page_with(const Caption& caption, const Box& box, glm::dvec3 focus_lps_mm) {
+Page page_with(const Caption& caption, const BoundingBox& box, glm::dvec3 focus_lps_mm) {
   Page page;
   page.heading = {caption.title, caption.subtitle};
   page.box = box;
@@ -33,7 +33,7 @@ Page page_with(const Caption& caption, const Box& box, glm::dvec3 focus_lps_mm) 
 
 }  // namespace
 
-Page views_page(const Caption& caption, const Box& box, glm::dvec3 focus_lps_mm,
+Page views_page(const Caption& caption, const BoundingBox& box, glm::dvec3 focus_lps_mm,
                 const std::vector<const Content*>& rows) {
   Page page = page_with(caption, box, focus_lps_mm);
   const std::vector<View> views = views_of(box);
@@ -49,7 +49,7 @@ Page views_page(const Caption& caption, const Box& box, glm::dvec3 focus_lps_mm,
   return page;
 }
 
-Page table_page(const Caption& caption, const Box& box, glm::dvec3 focus_lps_mm,
+Page table_page(const Caption& caption, const BoundingBox& box, glm::dvec3 focus_lps_mm,
                 const std::vector<const Content*>& columns) {
   Page page = page_with(caption, box, focus_lps_mm);
   for (const View view : views_of(box)) {

@@ -16,11 +16,11 @@ namespace palpate::charts {
 Status checked(const std::string& path, const Grid& grid, size_t samples, const char* what);
 
 /// A page of `contents.size()` rows by the views of the box, headings and footnote included.
-Page views_page(const Caption& caption, const Box& box, glm::dvec3 focus_lps_mm,
+Page views_page(const Caption& caption, const BoundingBox& box, glm::dvec3 focus_lps_mm,
                 const std::vector<const Content*>& rows);
 
 /// The page with one content per column and one view per row.
-Page table_page(const Caption& caption, const Box& box, glm::dvec3 focus_lps_mm,
+Page table_page(const Caption& caption, const BoundingBox& box, glm::dvec3 focus_lps_mm,
                 const std::vector<const Content*>& columns);
 
 /// "mean 3.9, p95 12, max 15 mm"

@@ -75,7 +75,7 @@ double arrow_stretch(double long_motion_mm, double px_per_mm) {
   return round_down_125(fitting);
 }
 
-Overlay arrows(const Field& field, ArrowLook look) {
+PanelOverlay arrows(const Field& field, ArrowLook look) {
   return [&field, look](Canvas& canvas, const Panel& panel) {
     for (const double y : lattice(panel.corner_px.y, panel.size_px.y, kArrowSpacingPx)) {
       for (const double x : lattice(panel.corner_px.x, panel.size_px.x, kArrowSpacingPx)) {
@@ -99,7 +99,7 @@ Overlay arrows(const Field& field, ArrowLook look) {
   };
 }
 
-Overlay carried_lattice(const Field& field, const Grid& where, Color color) {
+PanelOverlay carried_lattice(const Field& field, const Grid& where, Color color) {
   return [&field, where, color](Canvas& canvas, const Panel& panel) {
     const auto xs = lattice(panel.corner_px.x, panel.size_px.x, kLatticeSpacingPx);
     const auto ys = lattice(panel.corner_px.y, panel.size_px.y, kLatticeSpacingPx);
@@ -124,7 +124,7 @@ Overlay carried_lattice(const Field& field, const Grid& where, Color color) {
   };
 }
 
-Overlay orientation_letters(bool light) {
+PanelOverlay orientation_letters(bool light) {
   return [light](Canvas& canvas, const Panel& panel) {
     const ViewAxes& axes = axes_of(panel.view);
     TextStyle style{14.0,           true, light ? Color{1, 1, 1} : Color{0.35, 0.38, 0.43},
@@ -138,7 +138,7 @@ Overlay orientation_letters(bool light) {
   };
 }
 
-Overlay scale_bar(bool light) {
+PanelOverlay scale_bar(bool light) {
   return [light](Canvas& canvas, const Panel& panel) {
     const double length_mm = round_down_125(0.34 * panel.size_px.x / panel.px_per_mm);
     const double length_px = length_mm * panel.px_per_mm;

@@ -17,16 +17,16 @@ struct ArrowLook {
 
 /// Arrows from x to x + stretch u(x), in-plane part, coloured by the whole length of u; a dot where
 /// the motion goes through the plane. The field must outlive the overlay.
-Overlay arrows(const Field& field, ArrowLook look);
+PanelOverlay arrows(const Field& field, ArrowLook look);
 
 /// A square lattice carried by the field, x to x + u(x), in-plane part; red dots where det(1 +
 /// du/dx) <= 0 in 3-D. are filled red.
-Overlay carried_lattice(const Field& field, const Grid& where, Color color);
+PanelOverlay carried_lattice(const Field& field, const Grid& where, Color color);
 
 /// R, L, A, P, S, I at the edges.
-Overlay orientation_letters(bool light);
+PanelOverlay orientation_letters(bool light);
 
 /// A bar of a round length with its label, in a lower corner.
-Overlay scale_bar(bool light);
+PanelOverlay scale_bar(bool light);
 
 }  // namespace palpate::charts

@@ -34,13 +34,13 @@ Status check_pair(const std::string& path, const PairPicture& pair) {
 }
 
 // One column of the overview while the page is put together.
-struct Part {
+struct OverviewColumn {
   Content content;
   Heading heading;
   ColorKey key;
 };
 
-std::vector<Part> difference_parts(const PairPicture& pair) {
+std::vector<OverviewColumn> difference_parts(const PairPicture& pair) {
   const auto before = spread_values(pair.fixed->grid, pair.mask, [&](glm::dvec3 x) {
     return difference_at(*pair.fixed, *pair.moving, nullptr, x);
   });
@@ -63,7 +63,7 @@ std::vector<Part> difference_parts(const PairPicture& pair) {
            {ColorMap::kDifference, range, "moving minus fixed"}}};
 }
 
-Part error_part(const PairPicture& pair) {
+OverviewColumn error_part(const PairPicture& pair) {
   const auto misses = spread_values(pair.truth->grid, pair.mask, [&](glm::dvec3 x) {
     return glm::length(sample_at_lps(*pair.field, x) - sample_at_lps(*pair.truth, x));
   });
@@ -74,7 +74,7 @@ Part error_part(const PairPicture& pair) {
           {ColorMap::kError, range, "distance from the truth, mm"}};
 }
 
-Part confidence_part(const PairPicture& pair) {
+OverviewColumn confidence_part(const PairPicture& pair) {
   std::vector<double> values(pair.confidence->values.begin(), pair.confidence->values.end());
   const auto low = std::count_if(values.begin(), values.end(), [](double c) { return c < 0.5; });
   return {confidence_content(*pair.confidence, pair.fixed->grid),
@@ -83,14 +83,14 @@ Part confidence_part(const PairPicture& pair) {
           {ColorMap::kConfidence, {0.0, 1.0}, "0 is a guess, 1 is sure"}};
 }
 
-Part fixed_part(const PairPicture& pair, Range range_mm) {
+OverviewColumn fixed_part(const PairPicture& pair, Range range_mm) {
   return {frame_content(*pair.fixed, dimmed(window_of(*pair.fixed))),
           {"Fixed frame", "and where each point goes"},
           {ColorMap::kMotion, range_mm, "length of the motion, mm"}};
 }
 
-Part motion_part(const PairPicture& pair, Range range_mm) {
-  Part part{
+OverviewColumn motion_part(const PairPicture& pair, Range range_mm) {
+  OverviewColumn part{
       motion_content(*pair.field, pair.fixed->grid, range_mm),
       {pair.mask ? "Motion inside the mask" : "Motion", motion_numbers(*pair.field, pair.mask)},
       {ColorMap::kMotion, range_mm, "length of the motion, mm"}};
@@ -107,15 +107,15 @@ Status write_pair_overview(const std::string& path, const PairPicture& pair,
     return glm::length(sample_at_lps(*pair.field, x));
   });
   const Range range_mm = round_range(lengths);
-  std::vector<Part> parts;
+  std::vector<OverviewColumn> parts;
   parts.push_back(fixed_part(pair, range_mm));
-  for (Part& part : difference_parts(pair)) parts.push_back(std::move(part));
+  for (OverviewColumn& part : difference_parts(pair)) parts.push_back(std::move(part));
   parts.push_back(motion_part(pair, range_mm));
   if (pair.truth) parts.push_back(error_part(pair));
   if (pair.confidence) parts.push_back(confidence_part(pair));
 
   std::vector<const Content*> contents;
-  for (const Part& part : parts) contents.push_back(&part.content);
+  for (const OverviewColumn& part : parts) contents.push_back(&part.content);
   Page page =
       table_page(caption, box_of(pair.fixed->grid), focus_of(*pair.field, pair.mask), contents);
   for (size_t n = 0; n < parts.size(); ++n) page.columns[n] = {parts[n].heading, {parts[n].key}};
@@ -151,46 +151,46 @@ struct StripScale {
   glm::dvec3 focus_lps_mm{0.0};
 };
 
-StripScale strip_scale(const std::vector<Moment>& moments, const std::vector<size_t>& rows) {
+StripScale strip_scale(const std::vector<SequenceStep>& steps, const std::vector<size_t>& rows) {
   StripScale scale;
   const Field* most_moving = nullptr;
   double most = -1.0;
   bool first = true;
   for (const size_t row : rows) {
-    const Range window = window_of(*moments[row].frame);
+    const Range window = window_of(*steps[row].frame);
     scale.window.low = first ? window.low : std::min(scale.window.low, window.low);
     scale.window.high = first ? window.high : std::max(scale.window.high, window.high);
     first = false;
-    if (!moments[row].field) continue;
-    const std::vector<double> lengths = sampled_lengths_mm(*moments[row].field);
+    if (!steps[row].field) continue;
+    const std::vector<double> lengths = sampled_lengths_mm(*steps[row].field);
     scale.lengths_mm.insert(scale.lengths_mm.end(), lengths.begin(), lengths.end());
     const double size = root_mean_square(lengths);
     if (size > most) {
       most = size;
-      most_moving = moments[row].field;
+      most_moving = steps[row].field;
     }
   }
   scale.focus_lps_mm =
-      most_moving ? focus_of(*most_moving) : box_of(moments.front().frame->grid).centre_mm();
+      most_moving ? focus_of(*most_moving) : box_of(steps.front().frame->grid).centre_mm();
   return scale;
 }
 
-Status check_moments(const std::string& path, const std::vector<Moment>& moments) {
-  if (moments.empty()) {
+Status check_steps(const std::string& path, const std::vector<SequenceStep>& steps) {
+  if (steps.empty()) {
     return Error{ErrorKind::kBadInput,
                  fmt::format("The picture {} can not be drawn: the sequence has no frame.", path)};
   }
-  for (const Moment& moment : moments) {
-    if (!moment.frame) {
+  for (const SequenceStep& step : steps) {
+    if (!step.frame) {
       return Error{
           ErrorKind::kBadInput,
-          fmt::format("The picture {} can not be drawn: '{}' has no frame.", path, moment.label)};
+          fmt::format("The picture {} can not be drawn: '{}' has no frame.", path, step.label)};
     }
-    if (auto ok = checked(path, moment.frame->grid, moment.frame->values.size(), "a frame"); !ok) {
+    if (auto ok = checked(path, step.frame->grid, step.frame->values.size(), "a frame"); !ok) {
       return ok;
     }
-    if (!moment.field) continue;
-    if (auto ok = checked(path, moment.field->grid, moment.field->u_mm.size(), "a field"); !ok) {
+    if (!step.field) continue;
+    if (auto ok = checked(path, step.field->grid, step.field->u_mm.size(), "a field"); !ok) {
       return ok;
     }
   }
@@ -199,36 +199,36 @@ Status check_moments(const std::string& path, const std::vector<Moment>& moments
 
 }  // namespace
 
-Status write_sequence_strip(const std::string& path, const std::vector<Moment>& moments,
+Status write_sequence_strip(const std::string& path, const std::vector<SequenceStep>& steps,
                             const Caption& caption) {
-  if (auto ok = check_moments(path, moments); !ok) return ok;
-  const std::vector<size_t> rows = thinned(moments.size());
-  const StripScale scale = strip_scale(moments, rows);
+  if (auto ok = check_steps(path, steps); !ok) return ok;
+  const std::vector<size_t> rows = thinned(steps.size());
+  const StripScale scale = strip_scale(steps, rows);
   const Range range_mm = round_range(scale.lengths_mm);
   std::vector<Content> contents;
   for (const size_t row : rows) {
-    contents.push_back(frame_content(*moments[row].frame, dimmed(scale.window)));
+    contents.push_back(frame_content(*steps[row].frame, dimmed(scale.window)));
   }
   std::vector<const Content*> shown;
   for (const Content& content : contents) shown.push_back(&content);
-  Page page = views_page(caption, box_of(moments.front().frame->grid), scale.focus_lps_mm, shown);
+  Page page = views_page(caption, box_of(steps.front().frame->grid), scale.focus_lps_mm, shown);
   page.wide_row_headings = true;
   page.wanted_width_px = 300.0 * double(page.columns.size());
-  for (const size_t row : rows) page.rows.push_back({moments[row].label, moments[row].sublabel});
+  for (const size_t row : rows) page.rows.push_back({steps[row].label, steps[row].sublabel});
   page.columns[page.columns.size() / 2].keys = {
       {ColorMap::kMotion, range_mm, "length of the motion to the next frame, mm"}};
   const Layout layout = laid_out(page);
   const double stretch = arrow_stretch(quantile(scale.lengths_mm, 0.99), layout.px_per_mm);
   page.footnote = stretch_note(stretch) + "  " + page.footnote;
-  if (rows.size() < moments.size()) {
+  if (rows.size() < steps.size()) {
     page.footnote =
-        fmt::format("{} of {} frames are shown.  ", rows.size(), moments.size()) + page.footnote;
+        fmt::format("{} of {} frames are shown.  ", rows.size(), steps.size()) + page.footnote;
   }
   for (size_t n = 0; n < rows.size(); ++n) {
-    const Moment& moment = moments[rows[n]];
-    if (moment.field) {
+    const SequenceStep& step = steps[rows[n]];
+    if (step.field) {
       contents[n].overlays.push_back(
-          arrows(*moment.field, {range_mm, stretch, nullptr, &moment.frame->grid}));
+          arrows(*step.field, {range_mm, stretch, nullptr, &step.frame->grid}));
     }
     if (n == 0) {
       contents[n].overlays.push_back(orientation_letters(true));

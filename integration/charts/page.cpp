@@ -62,7 +62,7 @@ Panel panel_of(const Page& page, View view, double px_per_mm) {
 
 void draw_key(Canvas& canvas, const ColorKey& key, glm::dvec2 corner, double width) {
   constexpr double kThick = 11.0;
-  Raster bar{int(width), int(kThick), {}};
+  Bitmap bar{int(width), int(kThick), {}};
   for (int row = 0; row < bar.height; ++row) {
     for (int x = 0; x < bar.width; ++x) {
       const Color c = color_at(key.map, (x + 0.5) / bar.width);
@@ -90,7 +90,7 @@ void draw_panel(Canvas& canvas, const Content& content, const Panel& panel) {
   canvas.fill_box(panel.corner_px, panel.size_px, kNoData, 1.0, kRadius);
   canvas.draw_raster(rasterised(content, panel), panel.corner_px, kRadius);
   canvas.push_clip(panel.corner_px, panel.size_px, kRadius);
-  for (const Overlay& overlay : content.overlays) overlay(canvas, panel);
+  for (const PanelOverlay& overlay : content.overlays) overlay(canvas, panel);
   canvas.pop_clip();
   canvas.draw_box(panel.corner_px + 0.5, panel.size_px - 1.0, kInk, 0.22, kRadius);
 }

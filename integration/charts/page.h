@@ -40,7 +40,7 @@ struct Page {
   bool wide_row_headings = false;
   std::vector<std::vector<Cell>> cells;
   std::string footnote;
-  Box box;  ///< what every panel shows
+  BoundingBox box;  ///< what every panel shows
   glm::dvec3 focus_lps_mm{0.0};
   double wanted_width_px = 1800;  ///< of all panels together
 };

@@ -9,8 +9,8 @@
 namespace palpate::charts {
 namespace {
 
-// A view whose shorter side is under this share of the volume's longest is a sliver: nothing can be
-// seen on it.
+// A view whose shorter side is under this share of the volume's longest is too thin to show
+// anything.
 constexpr double kSliver = 0.04;
 
 }  // namespace
@@ -26,8 +26,8 @@ const ViewAxes& axes_of(View view) {
   return axes[static_cast<size_t>(view)];
 }
 
-Box box_of(const Grid& grid) {
-  Box box{glm::dvec3(INFINITY), glm::dvec3(-INFINITY)};
+BoundingBox box_of(const Grid& grid) {
+  BoundingBox box{glm::dvec3(INFINITY), glm::dvec3(-INFINITY)};
   for (int corner = 0; corner < 8; ++corner) {
     const glm::dvec3 far(corner & 1, (corner >> 1) & 1, corner >> 2);
     const glm::dvec3 lps_mm = grid.lps_from_index(far * glm::dvec3(grid.size) - 0.5);
@@ -37,13 +37,13 @@ Box box_of(const Grid& grid) {
   return box;
 }
 
-glm::dvec2 extent_on(View view, const Box& box) {
+glm::dvec2 extent_on(View view, const BoundingBox& box) {
   const ViewAxes& axes = axes_of(view);
   const glm::dvec3 extent = box.extent_mm();
   return {std::abs(glm::dot(axes.right, extent)), std::abs(glm::dot(axes.down, extent))};
 }
 
-std::vector<View> views_of(const Box& box) {
+std::vector<View> views_of(const BoundingBox& box) {
   const glm::dvec3 extent = box.extent_mm();
   const double longest = std::max({extent.x, extent.y, extent.z});
   std::vector<View> views;

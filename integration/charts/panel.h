@@ -33,7 +33,7 @@ struct ViewAxes {
 const ViewAxes& axes_of(View view);
 
 /// The smallest box along LPS that holds a grid with all of its voxels.
-struct Box {
+struct BoundingBox {
   glm::dvec3 low_mm;
   glm::dvec3 high_mm;
 
@@ -41,13 +41,13 @@ struct Box {
   glm::dvec3 centre_mm() const { return 0.5 * (low_mm + high_mm); }
 };
 
-Box box_of(const Grid& grid);
+BoundingBox box_of(const Grid& grid);
 
 /// The extent in mm of a box on a view: across and down.
-glm::dvec2 extent_on(View view, const Box& box);
+glm::dvec2 extent_on(View view, const BoundingBox& box);
 
 /// The views on which a box is more than a sliver: three for a volume, one for a single slice.
-std::vector<View> views_of(const Box& box);
+std::vector<View> views_of(const BoundingBox& box);
 
 /// A plane of the patient on the page. Oblique volumes are cut along LPS all the same, so that
 /// letters, lengths and angles on the page are true.

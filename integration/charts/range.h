@@ -9,7 +9,7 @@
 
 namespace palpate::charts {
 
-/// From which number to which a map of colours or greys goes; high > low.
+/// The range of numbers of a map of colours or greys; high > low.
 struct Range {
   double low = 0;
   double high = 1;
@@ -21,7 +21,7 @@ struct Range {
 double quantile(std::vector<double> values, double q);
 
 /// The window in which a frame is shown: the 0.5 and 99.5 percentiles of its values, so that a few
-/// hot voxels do not turn the rest black. A constant volume gets a window around its value.
+/// bright voxels do not make the rest black. A constant volume gets a window around its value.
 Range window_of(const Volume& volume);
 
 /// 0 to a round number that just holds the largest of `values` but for the highest half percent.

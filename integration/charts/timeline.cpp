@@ -18,7 +18,7 @@ constexpr Color kBack{0.975, 0.978, 0.984};
 constexpr Color kShade{0.96, 0.70, 0.36};
 
 /// A strip's place on the page and what its pixels mean.
-struct Frame {
+struct StripLayout {
   glm::dvec2 corner, size;
   Range x, y;
 
@@ -35,7 +35,7 @@ Range range_of(const Strip& strip) {
         high = std::max(high, value);
       }
   if (low > high) low = 0.0, high = 1.0;
-  // Air above and below, and an axis that starts at zero if it nearly does.
+  // Space above and below; the axis starts at zero if it would nearly do so.
   const double air = 0.06 * std::max(high - low, 1e-12);
   if (low >= 0.0 && low < 0.4 * high)
     low = 0.0;
@@ -48,7 +48,7 @@ Range range_of(const Strip& strip) {
   return {low, high};
 }
 
-void draw_axes(Canvas& canvas, const Frame& frame, const Strip& strip, bool last,
+void draw_axes(Canvas& canvas, const StripLayout& frame, const Strip& strip, bool last,
                const std::string& x_title) {
   canvas.fill_box(frame.corner, frame.size, kBack, 1.0, 4.0);
   for (const double tick :
@@ -78,7 +78,7 @@ void draw_axes(Canvas& canvas, const Frame& frame, const Strip& strip, bool last
 }
 
 /// The curve as one line; where several samples share a pixel, from their least to their greatest.
-void draw_curve(Canvas& canvas, const Frame& frame, const std::vector<double>& x,
+void draw_curve(Canvas& canvas, const StripLayout& frame, const std::vector<double>& x,
                 const Curve& curve) {
   std::vector<glm::dvec2> line;
   const auto flush = [&] {
@@ -115,8 +115,8 @@ void draw_curve(Canvas& canvas, const Frame& frame, const std::vector<double>& x
   flush();
 }
 
-void draw_strip(Canvas& canvas, const Frame& frame, const Timeline& timeline, const Strip& strip,
-                bool last) {
+void draw_strip(Canvas& canvas, const StripLayout& frame, const Timeline& timeline,
+                const Strip& strip, bool last) {
   draw_axes(canvas, frame, strip, last, timeline.x_title);
   canvas.push_clip(frame.corner, frame.size, 4.0);
   for (const Span& span : strip.spans) {
@@ -177,10 +177,10 @@ Status draw_timeline(Canvas& canvas, const Timeline& timeline, double y_px) {
   double y = y_px + kGap;
   for (size_t k = 0; k < timeline.strips.size(); ++k) {
     const Strip& strip = timeline.strips[k];
-    const Frame frame{{kLeft, y},
-                      {timeline.width_px - kLeft - kMargin, height * strip.share / shares},
-                      {first, last > first ? last : first + 1.0},
-                      range_of(strip)};
+    const StripLayout frame{{kLeft, y},
+                            {timeline.width_px - kLeft - kMargin, height * strip.share / shares},
+                            {first, last > first ? last : first + 1.0},
+                            range_of(strip)};
     draw_strip(canvas, frame, timeline, strip, k + 1 == timeline.strips.size());
     y += frame.size.y + kGap;
   }

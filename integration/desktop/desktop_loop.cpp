@@ -53,7 +53,7 @@ void DesktopLoop::begin(Session& session, MouseProbe* mouse) {
   const auto felt = session.scene();
   ScenePicture picture(view_);
   picture.update(felt);
-  SceneMoment start;
+  SceneSnapshot start;
   for (size_t v = 0; v < picture.volumes().size(); ++v)
     start.volumes[v].world_from_volume =
         driven(felt->volumes[v].spec.drive, felt->volumes[v].spec.transform, 0.0);
@@ -83,57 +83,58 @@ void DesktopLoop::frame(const TickOutput& tick, const std::string& note) {
   live_->want({eye(), window_->size_px(), view_});
   ForceTap::Sample sample;
   while (tap_.take(sample)) plot_.add(1e-9 * double(sample.now_ns), sample.force_n);
-  if (auto newest = live_->newest()) seen_ = std::move(newest);
+  if (auto newest = live_->newest()) shown_ = std::move(newest);
   draw(tick, note);
   std::this_thread::sleep_until(start + kFrame);
 }
 
 void DesktopLoop::press(const KeyPress& press, const Input& input) {
   switch (press.key) {
-    case Key::kPlay:
+    case KeyAction::kPlay:
       session_->toggle_play();
       break;
-    case Key::kBack:
-    case Key::kForward:
-      if (seen_)
-        session_->scrub(seen_->moment, press.key == Key::kForward ? kScrubStep : -kScrubStep);
+    case KeyAction::kBack:
+    case KeyAction::kForward:
+      if (shown_)
+        session_->scrub(shown_->snapshot,
+                        press.key == KeyAction::kForward ? kScrubStep : -kScrubStep);
       break;
-    case Key::kClip:
+    case KeyAction::kClip:
       view_.cut_open = !view_.cut_open;
       break;
-    case Key::kLook: {
+    case KeyAction::kLook: {
       const std::vector<std::string> names = preset_names();
       if (size_t(press.number) < names.size()) view_.look = names[size_t(press.number)];
       break;
     }
-    case Key::kRecentre:
+    case KeyAction::kRecentre:
       if (mouse_)
         pointing_.recentre(
             eye(), input.cursor,
             camera_.target_m + ball_m_ * glm::normalize(eye().position_m - camera_.target_m));
       break;
-    case Key::kReset:
+    case KeyAction::kReset:
       camera_ = first_camera_;
       pointing_.keep(eye(), input.cursor);
       break;
-    case Key::kNearer:
-    case Key::kFurther:
-      camera_ = zoom(camera_, press.key == Key::kNearer ? kZoom : 1.0 / kZoom);
+    case KeyAction::kNearer:
+    case KeyAction::kFurther:
+      camera_ = zoom(camera_, press.key == KeyAction::kNearer ? kZoom : 1.0 / kZoom);
       pointing_.keep(eye(), input.cursor);
       break;
-    case Key::kTube:
+    case KeyAction::kTube:
       if (view_.hand) session_->release_tube();
       break;
-    case Key::kKeepTubes:
+    case KeyAction::kKeepTubes:
       if (view_.hand) session_->keep_tubes();
       break;
-    case Key::kClearTubes:
+    case KeyAction::kClearTubes:
       if (view_.hand) session_->clear_tubes();
       break;
-    case Key::kHelp:
+    case KeyAction::kHelp:
       shows_help_ = !shows_help_;
       break;
-    case Key::kQuit:
+    case KeyAction::kQuit:
       break;  // the window closes by itself
   }
 }
@@ -165,12 +166,12 @@ void DesktopLoop::move_probe(const Input& input) {
 
 std::string DesktopLoop::phase_line() const {
   const auto felt = session_->scene();
-  for (int v = 0; seen_ && v < std::min(int(felt->volumes.size()), seen_->moment.volume_count);
+  for (int v = 0; shown_ && v < std::min(int(felt->volumes.size()), shown_->snapshot.volume_count);
        ++v) {
     const MovingVolume& volume = *felt->volumes[size_t(v)].data;
     if (volume.is_still()) continue;
-    const FramePointer at = pointer_at(volume.times, seen_->moment.volumes[size_t(v)].time_s);
-    const bool moves = seen_->moment.volumes[size_t(v)].rate != 0.0;
+    const FramePointer at = pointer_at(volume.times, shown_->snapshot.volumes[size_t(v)].time_s);
+    const bool moves = shown_->snapshot.volumes[size_t(v)].rate != 0.0;
     return fmt::format("frame {:.1f} of {}{}", at.frame + at.phase, volume.times.times_s.size(),
                        moves ? "" : ", paused");
   }
@@ -183,7 +184,7 @@ void DesktopLoop::draw(const TickOutput& tick, const std::string& note) {
   std::vector<std::string> lines;
   const std::string trouble = live_->trouble();
   if (!trouble.empty()) lines.push_back("There is no picture: " + trouble);
-  if (trouble.empty() && !seen_) lines.push_back("The first picture is being drawn.");
+  if (trouble.empty() && !shown_) lines.push_back("The first picture is being drawn.");
   if (const std::string phase = phase_line(); !phase.empty()) lines.push_back(phase);
   if (!note.empty()) lines.push_back(note);
   if (view_.look != "auto") lines.push_back("look: " + view_.look);
@@ -196,8 +197,8 @@ void DesktopLoop::draw(const TickOutput& tick, const std::string& note) {
   const PictureSize size = window_->size_px();
   const int edge = int(kEdge * scale);
   const int plot_width = std::min(kPlotWidth, int((size.width - 2 * edge) / scale));
-  const charts::Raster strip = plot_.draw(std::max(1, plot_width), kPlotHeight, scale);
-  Corners corners;
+  const charts::Bitmap strip = plot_.draw(std::max(1, plot_width), kPlotHeight, scale);
+  OverlayCorners corners;
   corners.plot = {size.width - strip.width - edge, size.height - strip.height - edge};
   std::vector<Overlay> overlays = {{&note_, {edge, edge}}};
   if (shows_help_) {
@@ -208,7 +209,7 @@ void DesktopLoop::draw(const TickOutput& tick, const std::string& note) {
   }
   if (view_.hand && corners.shows_plot) overlays.push_back({&strip, corners.plot});
   static const Picture kNothing;
-  window_->show(seen_ ? seen_->picture : kNothing, overlays);
+  window_->show(shown_ ? shown_->picture : kNothing, overlays);
 }
 
 }  // namespace palpate::desktop

@@ -57,7 +57,7 @@ class DesktopLoop {
   ViewChoices view_;
   ForceTap tap_;
   ForcePlot plot_;
-  charts::Raster help_, note_;
+  charts::Bitmap help_, note_;
   double help_scale_ = 0.0;
   std::string note_text_;
   bool shows_help_ = true;
@@ -68,7 +68,7 @@ class DesktopLoop {
   Pointing pointing_{glm::dvec3(0.0)};
   double ball_m_ = 0.1;  ///< radius around all volumes, world
   std::unique_ptr<LivePicture> live_;
-  std::shared_ptr<const LiveFrame> seen_;
+  std::shared_ptr<const LiveFrame> shown_;
 };
 
 }  // namespace palpate::desktop

@@ -3,11 +3,11 @@
 namespace palpate::desktop {
 
 /// When the connection to the X server breaks (it crashed, or an ssh tunnel ended), Xlib prints a
-/// sentence of its own and ends the process from within whatever was called: a hand that is held
-/// would get no ramp and a recording no end. After this call the connection is only marked as lost
-/// and calls return; nothing more may be asked of the display then, not even to close the window.
-/// To be called after glfwInit(), from the thread of the window. Does nothing where the window is
-/// not X11's.
+/// sentence of its own and ends the process from within whatever was called: the force would end
+/// without a ramp and a recording without its end. After this call the connection is only marked as
+/// lost and calls return; nothing more may be asked of the display then, not even to close the
+/// window. To be called after glfwInit(), from the thread of the window. Does nothing where the
+/// window is not X11's.
 void survive_display_loss();
 
 /// True from the loss on. Any thread.

@@ -4,8 +4,8 @@
 
 namespace palpate::desktop {
 
-/// Turns the steps of a mouse (60 to 1,000 a second, as large as the hand was fast) into a motion
-/// that a hand could make: a critically damped spring pulls the place after its target,
+/// Turns the steps of a mouse (60 to 1,000 a second, of any size) into a motion that a hand could
+/// make: a critically damped spring pulls the place after its target,
 ///   x'' = w^2 (target - x) - 2 w x',
 /// solved exactly for each step, so that any dt is stable and the place never overshoots from rest.
 /// The pull is bounded as if the target were never further away than 2 v / w: that keeps the speed

@@ -30,7 +30,7 @@ double readable_top(double force_n) {
 
 double ForcePlot::peak_n() const {
   double peak = 0.0;
-  for (const Sample& sample : samples_) peak = std::max(peak, sample.force_n);
+  for (const PlottedForce& sample : samples_) peak = std::max(peak, sample.force_n);
   return peak;
 }
 
@@ -42,7 +42,7 @@ void ForcePlot::add(double time_s, double force_n) {
   top_n_ = readable_top(peak_n());
 }
 
-charts::Raster ForcePlot::draw(int width, int height, double scale) const {
+charts::Bitmap ForcePlot::draw(int width, int height, double scale) const {
   const glm::dvec2 whole = scale * glm::dvec2(width, height);
   Canvas canvas(int(whole.x), int(whole.y));
   canvas.fill_box({0.0, 0.0}, whole, kPaper, 0.80, 9.0 * scale);
@@ -77,10 +77,10 @@ void ForcePlot::draw_curve(Canvas& canvas, glm::dvec2 corner, glm::dvec2 size, d
   if (samples_.size() < 2) return;
   const double now_s = samples_.back().time_s;
   std::vector<glm::dvec2> curve;
-  for (const Sample& sample : samples_) {
+  for (const PlottedForce& sample : samples_) {
     const double x = corner.x + size.x * (1.0 - (now_s - sample.time_s) / seconds_);
     const double y = corner.y + size.y * (1.0 - sample.force_n / top_n_);
-    // Several samples in a pixel: the greatest stands for them, so that no peak is lost.
+    // Of several samples in a pixel the greatest is drawn, so that no peak is lost.
     if (curve.size() > 1 && x - curve.back().x < 0.5 * scale)
       curve.back().y = std::min(curve.back().y, y);
     else

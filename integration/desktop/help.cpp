@@ -17,20 +17,20 @@ constexpr Color kInk{0.93, 0.94, 0.96};
 constexpr Color kQuiet{0.70, 0.74, 0.80};
 constexpr double kRow = 19.0, kEdge = 14.0, kColumn = 112.0;
 
-using Line = std::pair<const char*, const char*>;
-constexpr std::array<Line, 5> kWithProbe = {{
+using HelpLine = std::pair<const char*, const char*>;
+constexpr std::array<HelpLine, 5> kWithProbe = {{
     {"Mouse", "moves the probe"},
     {"Left button", "lays a stream tube"},
     {"Wheel", "probe in and out"},
     {"Right drag", "turn the view"},
     {"Right + wheel, \u00b1", "closer, further"},
 }};
-constexpr std::array<Line, 2> kWithoutProbe = {{
+constexpr std::array<HelpLine, 2> kWithoutProbe = {{
     {"Drag", "turn the view"},
     {"Wheel, \u00b1", "closer, further"},
 }};
-constexpr Line kTubes{"T  K  X", "stream tube: lay, keep, clear"};
-constexpr std::array<Line, 7> kKeys = {{
+constexpr HelpLine kTubes{"T  K  X", "stream tube: lay, keep, clear"};
+constexpr std::array<HelpLine, 7> kKeys = {{
     {"Space", "play or pause"},
     {"\u2190  \u2192", "back, forward in time"},
     {"C", "cut open"},
@@ -42,8 +42,8 @@ constexpr std::array<Line, 7> kKeys = {{
 
 }  // namespace
 
-charts::Raster draw_help(double scale, bool probe, bool hand) {
-  std::vector<Line> lines;
+charts::Bitmap draw_help(double scale, bool probe, bool hand) {
+  std::vector<HelpLine> lines;
   if (probe)
     lines.assign(kWithProbe.begin(), kWithProbe.end());
   else
@@ -65,8 +65,9 @@ charts::Raster draw_help(double scale, bool probe, bool hand) {
   return canvas.raster();
 }
 
-Corners place_corners(glm::ivec2 window, glm::ivec2 help, glm::ivec2 plot, int top, int edge) {
-  Corners corners;
+OverlayCorners place_corners(glm::ivec2 window, glm::ivec2 help, glm::ivec2 plot, int top,
+                             int edge) {
+  OverlayCorners corners;
   corners.plot = window - plot - edge;
   corners.help = {edge, window.y - help.y - edge};
   if (corners.help.x + help.x + edge <= corners.plot.x) return corners;
@@ -76,7 +77,7 @@ Corners place_corners(glm::ivec2 window, glm::ivec2 help, glm::ivec2 plot, int t
   return corners;
 }
 
-charts::Raster draw_note(const std::string& title, const std::vector<std::string>& lines,
+charts::Bitmap draw_note(const std::string& title, const std::vector<std::string>& lines,
                          double scale) {
   const TextStyle head{.size_px = 14.0 * scale, .bold = true, .color = kInk};
   const TextStyle quiet{.size_px = 12.0 * scale, .color = kQuiet};

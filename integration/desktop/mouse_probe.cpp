@@ -9,7 +9,7 @@ namespace palpate::desktop {
 namespace {
 
 constexpr double kMostOfScenes_n = 100.0;
-constexpr double kLongest_s = 0.010;  // a thread that slept does not make up for it in one jump
+constexpr double kLongest_s = 0.010;  // a thread that was late does not make up for it in one jump
 constexpr double kSeen_m = 1e-4;      // about a pixel at arm's length
 
 bool is_finite(glm::dvec3 v) noexcept {
@@ -20,7 +20,7 @@ bool is_finite(glm::dvec3 v) noexcept {
 
 MouseProbe::MouseProbe(const MouseProbeOptions& options)
     : options_(options),
-      held_{options.start_m, 0, !options.waits},
+      position_{options.start_m, 0, !options.waits},
       follower_(options.start_m, options.settle_per_s, options.speed_m_per_s),
       there_(!options.waits) {}
 
@@ -51,8 +51,8 @@ DeviceReading MouseProbe::exchange(const DeviceCommand&) noexcept {
 }
 
 DeviceReading MouseProbe::exchange_at(int64_t now_ns) noexcept {
-  newest_.get(held_);
-  if (!held_.there) {
+  newest_.get(position_);
+  if (!position_.there) {
     there_ = false;
     DeviceReading nothing;
     nothing.position_m = last_m_;
@@ -60,15 +60,16 @@ DeviceReading MouseProbe::exchange_at(int64_t now_ns) noexcept {
     nothing.fault = DeviceFault::kNoHand;
     return nothing;
   }
-  if (!there_) follower_ = Follower(held_.place_m, options_.settle_per_s, options_.speed_m_per_s);
+  if (!there_)
+    follower_ = Follower(position_.place_m, options_.settle_per_s, options_.speed_m_per_s);
   there_ = true;
   const double dt_s = started_ ? 1e-9 * double(now_ns - last_ns_) : 0.0;
   last_ns_ = now_ns;
   started_ = true;
   DeviceReading reading;
-  reading.position_m = last_m_ = follower_.step(held_.place_m, std::min(dt_s, kLongest_s));
+  reading.position_m = last_m_ = follower_.step(position_.place_m, std::min(dt_s, kLongest_s));
   reading.time_ns = now_ns;
-  reading.buttons = held_.buttons;
+  reading.buttons = position_.buttons;
   reading.fresh = true;
   return reading;
 }

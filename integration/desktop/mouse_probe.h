@@ -9,18 +9,19 @@
 
 namespace palpate::desktop {
 
-/// How a mouse, or whatever else tells places but gives no force, is taken for a hand.
+/// How a mouse, or another source of positions without force, is used as a hand.
 struct MouseProbeOptions {
   std::string kind = "mouse";
   glm::dvec3 start_m{0.0};  ///< device space
   bool waits = false;       ///< is not there before the first hold()
   double workspace_radius_m = 0.08;
   double settle_per_s = 60.0;   ///< of the follower: a hand's own quickest movements still pass
-  double speed_m_per_s = 0.75;  ///< half of what the guards take for a hand that is too fast
+  double speed_m_per_s = 0.75;  ///< half of the speed from which on the guards damp
 };
 
-/// A mouse as a force device: it gives places and is asked for forces that it can not give. All
-/// guards run as for any hand, so that what is drawn as an arrow is what a device would push with.
+/// A mouse as a force device: it gives positions, and ignores the forces that it is sent. All
+/// guards run as for any hand, so that the arrow that is drawn is the force that a device would
+/// give.
 ///
 /// Its numbers, which the guards take: max_force_n 300, as motors may hold a third of their most
 /// for ever and no scene asks for more than 100 N: the scene's own limit is the one that counts,
@@ -35,26 +36,26 @@ class MouseProbe final : public ForceDevice {
   /// Where the mouse holds the probe now, device space (kept within the workspace), and which
   /// buttons are down. Not finite: ignored. Wait-free; one thread.
   void hold(glm::dvec3 place_m, uint32_t buttons) noexcept;
-  /// Nobody holds it any more (DeviceFault::kNoHand), until the next hold(): there it begins anew,
-  /// for a hand that comes from elsewhere must not be drawn through the scene. As hold().
+  /// No hand (DeviceFault::kNoHand) until the next hold(). The probe then begins there, since a
+  /// hand that comes from elsewhere must not be drawn through the scene. As hold().
   void let_go() noexcept;
 
   DeviceInfo info() const override;
-  /// Real-time safe. Every position is fresh: the follower is asked for the moment itself.
+  /// Real-time safe. Every position is fresh: the follower gives the one of now.
   DeviceReading exchange(const DeviceCommand& command) noexcept override;
   /// The same at a given monotonic time: exchange() without a clock.
   DeviceReading exchange_at(int64_t now_ns) noexcept;
 
  private:
-  struct Held {
+  struct MousePosition {
     glm::dvec3 place_m{0.0};
     uint32_t buttons = 0;
     bool there = true;
   };
 
   MouseProbeOptions options_;
-  Newest<Held> newest_;
-  Held held_;  ///< the servo's
+  Newest<MousePosition> newest_;
+  MousePosition position_;  ///< the servo's
   Follower follower_;
   glm::dvec3 last_m_{0.0};  ///< that was given
   int64_t last_ns_ = 0;

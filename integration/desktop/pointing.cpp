@@ -36,7 +36,8 @@ void Pointing::point(const Eye& eye, InPicture cursor, double m_forward, const D
 }
 
 void Pointing::keep(const Eye& eye, InPicture cursor) {
-  // An eye that flew past the probe can not see it: it is held from there when it is seen again.
+  // An eye that moved past the probe can not see it; the cursor takes hold of it again where it
+  // becomes visible.
   if (depth_of(eye, place_m_) > Depths{}.nearest_m)
     from_cursor_ = cursor_over(eye, place_m_) - cursor;
 }

@@ -11,14 +11,14 @@ namespace palpate::desktop {
 /// at its top.
 using InPicture = glm::dvec2;
 
-/// The place that an eye sees at `cursor`, depth_m away along the eye's axis (not along the ray: a
+/// The place that appears at `cursor`, depth_m away along the eye's axis (not along the ray: a
 /// cursor that moves stays in a plane parallel to the picture). World, m.
 glm::dvec3 place_under(const Eye& eye, InPicture cursor, double depth_m);
 
 /// How far a place is along the eye's axis, m; negative behind it.
 double depth_of(const Eye& eye, glm::dvec3 place_m);
 
-/// Where an eye sees a place; the place must lie before it.
+/// Where a place appears in the picture; it must be in front of the eye.
 InPicture cursor_over(const Eye& eye, glm::dvec3 place_m);
 
 /// A probe that is held by a mouse: it stays on the ray under the cursor, in a plane parallel to
@@ -30,8 +30,8 @@ class Pointing {
   /// The probe starts here.
   explicit Pointing(glm::dvec3 place_m) : place_m_(place_m) {}
 
-  /// How far along the eye's axis a probe may be, m: a wheel that is turned on at an end is not
-  /// owed back.
+  /// How far along the eye's axis a probe may be, m: turning the wheel further at an end has no
+  /// effect, and need not be turned back.
   struct Depths {
     double nearest_m = 0.01, furthest_m = std::numeric_limits<double>::infinity();
   };
@@ -42,7 +42,7 @@ class Pointing {
     point(eye, cursor, m_forward, Depths{});
   }
   /// The eye moves but the hand does not: the probe stays where it is in the world, and the cursor
-  /// holds it from where it is then.
+  /// takes hold of it there.
   void keep(const Eye& eye, InPicture cursor);
   /// The probe comes under the cursor, at the depth of `place_m`.
   void recentre(const Eye& eye, InPicture cursor, glm::dvec3 place_m);

@@ -2,7 +2,8 @@
 
 #include <fmt/format.h>
 
-// After what it asks GLFW to include: OpenGL 1.1 with a few constants of 1.2 is all that is used.
+// After the macros that tell GLFW what to include: only OpenGL 1.1 with a few constants of 1.2 is
+// used.
 #include <GLFW/glfw3.h>
 
 #include <algorithm>
@@ -30,46 +31,47 @@ Error no_window(const std::string& reason) {
 }
 
 std::optional<KeyPress> meaning_of(int key) {
-  if (key >= GLFW_KEY_1 && key <= GLFW_KEY_8) return KeyPress{Key::kLook, key - GLFW_KEY_1};
+  if (key >= GLFW_KEY_1 && key <= GLFW_KEY_8) return KeyPress{KeyAction::kLook, key - GLFW_KEY_1};
   if (key >= GLFW_KEY_KP_1 && key <= GLFW_KEY_KP_8)
-    return KeyPress{Key::kLook, key - GLFW_KEY_KP_1};
+    return KeyPress{KeyAction::kLook, key - GLFW_KEY_KP_1};
   switch (key) {
     case GLFW_KEY_SPACE:
-      return KeyPress{Key::kPlay};
+      return KeyPress{KeyAction::kPlay};
     case GLFW_KEY_LEFT:
-      return KeyPress{Key::kBack};
+      return KeyPress{KeyAction::kBack};
     case GLFW_KEY_RIGHT:
-      return KeyPress{Key::kForward};
+      return KeyPress{KeyAction::kForward};
     case GLFW_KEY_C:
-      return KeyPress{Key::kClip};
+      return KeyPress{KeyAction::kClip};
     case GLFW_KEY_R:
-      return KeyPress{Key::kRecentre};
+      return KeyPress{KeyAction::kRecentre};
     case GLFW_KEY_O:
-      return KeyPress{Key::kReset};
+      return KeyPress{KeyAction::kReset};
     case GLFW_KEY_EQUAL:
     case GLFW_KEY_KP_ADD:
-      return KeyPress{Key::kNearer};
+      return KeyPress{KeyAction::kNearer};
     case GLFW_KEY_MINUS:
     case GLFW_KEY_KP_SUBTRACT:
-      return KeyPress{Key::kFurther};
+      return KeyPress{KeyAction::kFurther};
     case GLFW_KEY_T:
-      return KeyPress{Key::kTube};
+      return KeyPress{KeyAction::kTube};
     case GLFW_KEY_K:
-      return KeyPress{Key::kKeepTubes};
+      return KeyPress{KeyAction::kKeepTubes};
     case GLFW_KEY_X:
-      return KeyPress{Key::kClearTubes};
+      return KeyPress{KeyAction::kClearTubes};
     case GLFW_KEY_H:
-      return KeyPress{Key::kHelp};
+      return KeyPress{KeyAction::kHelp};
     case GLFW_KEY_ESCAPE:
-      return KeyPress{Key::kQuit};
+      return KeyPress{KeyAction::kQuit};
     default:
       return std::nullopt;
   }
 }
 
 /// Those that go on while they are held.
-bool repeats(Key key) {
-  return key == Key::kBack || key == Key::kForward || key == Key::kNearer || key == Key::kFurther;
+bool repeats(KeyAction key) {
+  return key == KeyAction::kBack || key == KeyAction::kForward || key == KeyAction::kNearer ||
+         key == KeyAction::kFurther;
 }
 
 glm::dvec2 size_in_units(GLFWwindow* window) {
@@ -153,7 +155,7 @@ void Window::listen(GLFWwindow* window) {
     if (!press || action == GLFW_RELEASE) return;
     if (action == GLFW_REPEAT && !repeats(press->key)) return;
     static_cast<Heard*>(glfwGetWindowUserPointer(of))->keys.push_back(*press);
-    if (press->key == Key::kQuit) glfwSetWindowShouldClose(of, GLFW_TRUE);
+    if (press->key == KeyAction::kQuit) glfwSetWindowShouldClose(of, GLFW_TRUE);
   });
 }
 
@@ -161,7 +163,8 @@ void Window::show(const Picture& picture, std::span<const Overlay> overlays) {
   if (display_is_lost()) return;
   const PictureSize size = size_px();
   if (size.width == 0 || size.height == 0) return;  // an icon
-  // One texture of OpenGL's per thing shown; those of overlays that went stay for later ones.
+  // One texture of OpenGL's per thing shown; those of overlays that are gone are kept for later
+  // ones.
   if (textures_.size() < 1 + overlays.size()) textures_.resize(1 + overlays.size());
   glViewport(0, 0, size.width, size.height);
   glMatrixMode(GL_PROJECTION);
@@ -177,13 +180,13 @@ void Window::show(const Picture& picture, std::span<const Overlay> overlays) {
   picture_aspect_ = any ? double(picture.width) / picture.height : 0.0;
   if (any) {
     textures_[0].fill(picture.width, picture.height, GL_RGBA, picture.colours.data());
-    const Place place = place_of_picture({size.width, size.height}, picture_aspect_);
+    const PicturePlace place = place_of_picture({size.width, size.height}, picture_aspect_);
     draw_texture(textures_[0], place.corner, place.size);
   }
   glEnable(GL_BLEND);
-  glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);  // what overlays hold is multiplied already
+  glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);  // overlays have premultiplied alpha
   for (size_t o = 0; o < overlays.size(); ++o) {
-    const charts::Raster& raster = *overlays[o].raster;
+    const charts::Bitmap& raster = *overlays[o].raster;
     if (raster.pixels.empty()) continue;
     textures_[1 + o].fill(raster.width, raster.height, GL_BGRA, raster.pixels.data());
     draw_texture(textures_[1 + o], overlays[o].corner_px, {raster.width, raster.height});
@@ -219,7 +222,7 @@ Input Window::poll() {
   glm::dvec2 cursor;
   glfwGetCursorPos(window_, &cursor.x, &cursor.y);
   const glm::dvec2 size = size_in_units(window_);
-  const Place place = place_of_picture(size, picture_aspect_);
+  const PicturePlace place = place_of_picture(size, picture_aspect_);
   const glm::dvec2 share = (cursor - place.corner) / place.size;
   input.cursor = {2.0 * share.x - 1.0, 1.0 - 2.0 * share.y};
   if (known_cursor_) {
@@ -258,7 +261,7 @@ double Window::scale() const {
   return std::clamp(double(std::max(across, down)), 1.0, 3.0);
 }
 
-Place place_of_picture(glm::dvec2 window_size, double aspect) {
+PicturePlace place_of_picture(glm::dvec2 window_size, double aspect) {
   if (!(aspect > 0.0)) return {{0.0, 0.0}, window_size};
   glm::dvec2 size(window_size.x, window_size.x / aspect);
   if (size.y > window_size.y) size = {window_size.y * aspect, window_size.y};

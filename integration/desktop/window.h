@@ -17,7 +17,7 @@ struct GLFWwindow;
 namespace palpate::desktop {
 
 /// What a key asks for.
-enum class Key {
+enum class KeyAction {
   kPlay,        ///< space: play or pause
   kBack,        ///< left arrow: a step back in time; comes again while it is held
   kForward,     ///< right arrow
@@ -35,11 +35,11 @@ enum class Key {
 };
 
 struct KeyPress {
-  Key key = Key::kPlay;
+  KeyAction key = KeyAction::kPlay;
   int number = 0;  ///< kLook: 0 to 7
 };
 
-/// What the person did since the last poll, and how things are now.
+/// What the person did since the last poll, and the state now.
 struct Input {
   InPicture cursor{0.0};    ///< in the picture that is shown, not in the window's margins
   bool in_window = false;   ///< the cursor is over the window
@@ -50,16 +50,15 @@ struct Input {
   std::vector<KeyPress> keys;  ///< in order
 };
 
-/// Something laid over the picture, its corner at `corner_px` from the window's top left one.
+/// A bitmap laid over the picture, its corner at `corner_px` from the window's top left one.
 struct Overlay {
-  const charts::Raster* raster = nullptr;
+  const charts::Bitmap* raster = nullptr;
   glm::ivec2 corner_px{0};
 };
 
 /// A window on a desk that shows pictures, whole and undistorted: where its shape is not theirs
-/// there are dark margins. Resizing and dense displays are taken as they come: sizes are always
-/// those of now, in the display's own pixels. All on the program's main thread, one window at a
-/// time.
+/// there are dark margins. Sizes are always the present ones, in the display's own pixels, also
+/// after resizing and on dense displays. All on the program's main thread, one window at a time.
 class Window {
  public:
   /// kNoDevice, in a sentence, where there is no display or it can not show pictures. width and
@@ -79,7 +78,7 @@ class Window {
   bool lost() const;
   void set_title(const std::string& title);
 
-  /// Pixels that it has now; 0 x 0 while it is an icon.
+  /// Its size now; 0 x 0 while it is minimised.
   PictureSize size_px() const;
   /// Pixels that a line one unit thick should have: 1, or up to 3 on dense displays.
   double scale() const;
@@ -101,9 +100,9 @@ class Window {
 
 /// Where a picture of this aspect (width by height) is shown in a window: as large as it can be, in
 /// the middle. Units as the window's.
-struct Place {
+struct PicturePlace {
   glm::dvec2 corner{0.0}, size{0.0};
 };
-Place place_of_picture(glm::dvec2 window_size, double aspect);
+PicturePlace place_of_picture(glm::dvec2 window_size, double aspect);
 
 }  // namespace palpate::desktop

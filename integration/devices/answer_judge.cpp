@@ -26,7 +26,7 @@ DeviceReading AnswerJudge::judge(const Exchange& exchange) noexcept {
   return reading_;
 }
 
-DeviceReading AnswerJudge::held(DeviceFault fault) const noexcept {
+DeviceReading AnswerJudge::frozen(DeviceFault fault) const noexcept {
   DeviceReading reading = reading_;
   reading.fault = fault;
   reading.fresh = false;
@@ -44,7 +44,7 @@ void AnswerJudge::latch(DeviceFault fault, int good_answers) noexcept {
   needed_ = std::max(needed_, good_answers);
 }
 
-/// What is wrong with this exchange; kNone if it is good, or too early to say.
+/// The fault of this exchange; kNone if it is good, or if it is too early to decide.
 DeviceFault AnswerJudge::examine(const Exchange& exchange) noexcept {
   if (!exchange.answered) {
     garbage_ |= exchange.garbage;

@@ -7,10 +7,10 @@
 
 namespace palpate::devices {
 
-/// What a force device's answers are worth, whatever the device: says when a position must not be
-/// trusted, and when it may be again. Plain state, no clock, no bus: what it says depends on what
-/// it was told alone. One thread; real-time safe. Counts exchanges, not time, so that a late host
-/// is not taken for a broken device.
+/// Judges the answers of any force device: says when a position must not be trusted, and when it
+/// may be trusted again. No clock and no bus: its result depends on its arguments alone. One
+/// thread; real-time safe. Counts exchanges, not time, so that a late host is not taken for a
+/// broken device.
 class AnswerJudge {
  public:
   static constexpr int kMisses = 3;    ///< exchanges in a row without an answer: a fault
@@ -21,8 +21,8 @@ class AnswerJudge {
   static constexpr double kStillForce = 1.0;  ///< N, by which it has to change
   static constexpr double kHandSpeed = 5.0;   ///< m/s; no hand is faster
   static constexpr double kJumpSlack = 1e-3;  ///< m; vibration and quantisation on top
-  /// A longer pause allows no further jump: in contact it ends the force anyway, and a host that
-  /// hurries after one must not let an encoder's jump through.
+  /// A longer pause allows no larger jump: in contact it ends the force anyway, and the short
+  /// periods after it must not let an encoder's jump through.
   static constexpr double kJumpTime = 2e-3;  ///< s
   static constexpr double kInside = 0.9;     ///< share of the workspace that is not its end
 
@@ -37,8 +37,8 @@ class AnswerJudge {
   struct Exchange {
     bool answered = false;
     bool garbage = false;  ///< bytes came that were no answer
-    /// With an answer: why its position is none. kNotHomed asks for kSettle good answers, others
-    /// for kRecover.
+    /// With an answer: why its position is not valid. kNotHomed asks for kSettle good answers,
+    /// others for kRecover.
     DeviceFault said = DeviceFault::kNone;
     glm::dvec3 position_m{0.0};  ///< of the answer
     uint32_t buttons = 0;
@@ -50,12 +50,13 @@ class AnswerJudge {
   DeviceReading judge(const Exchange& exchange) noexcept;
 
   /// The last reading, not fresh, with another fault: for when there was no exchange at all.
-  DeviceReading held(DeviceFault fault) const noexcept;
+  DeviceReading frozen(DeviceFault fault) const noexcept;
 
-  /// A fault from outside (the bus, a host that was away): latched like those found here.
+  /// A fault that was found elsewhere (the bus, a host that did not call): latched like those found
+  /// here.
   void fail(DeviceFault fault) noexcept { latch(fault, kRecover); }
 
-  /// After the device was opened again: nothing is known of it but where it last was.
+  /// After the device was opened again: forgets everything but the last position.
   void restart() noexcept;
 
   DeviceFault fault() const noexcept { return fault_; }

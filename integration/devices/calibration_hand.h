@@ -8,19 +8,18 @@
 
 namespace palpate::devices {
 
-/// A device without hardware that goes where a calibration wants a person's hand to go: it waits at
-/// a place until it is told another one, or wanders about. The controller that would be held to it
-/// is the OpenXR runtime's business; to that end the wandering is a function of the monotonic clock
-/// alone.
+/// A device without hardware for calibrations: it waits at a place until it gets another one, or
+/// wanders about. A simulated OpenXR runtime can follow it with a controller, because the wandering
+/// is a function of the monotonic clock alone.
 class CalibrationHand final : public ForceDevice {
  public:
   static constexpr double kReach_m = 0.08;
 
-  /// Is there from the next exchange on, device space, m. One thread; wait-free.
+  /// It is at that place from the next exchange on; device space, m. One thread; wait-free.
   void go_to(glm::dvec3 place_m) noexcept { places_.put(place_m); }
   /// Wanders from now on. Any thread.
   void wander() noexcept { wanders_ = true; }
-  /// Where it is at a time then: three slow sines of different rates within the reach.
+  /// Its place at a time while it wanders: three slow sines of different rates within the reach.
   static glm::dvec3 wander_m(int64_t monotonic_ns) noexcept;
 
   DeviceInfo info() const override;

@@ -12,16 +12,16 @@ namespace palpate::devices {
 struct LinkAnswer {
   bool answered = false;  ///< position_m and buttons are new
   bool garbage = false;   ///< something came that was no answer
-  bool lost = false;      ///< the link works no more: it has to be closed and opened again
-  /// What the device, or the road to it, says is wrong. With `answered`: why the position is none.
+  bool lost = false;      ///< the link no longer works: it has to be closed and opened again
+  /// The fault that the device or the link reports. With `answered`: why the position is not valid.
   DeviceFault said = DeviceFault::kNone;
   glm::dvec3 position_m{0.0};  ///< device space as in DeviceInfo
   uint32_t buttons = 0;
 };
 
-/// The road to a device that answers in its own time: a socket, a maker's library, a serial line.
+/// The link to a device that answers at its own pace: a socket, a maker's library, a serial line.
 /// MailboxDevice makes a ForceDevice of it. All functions are called by one thread, which may wait;
-/// a function that never comes back ends the force and costs that thread, nothing else.
+/// if a function never returns, the force ends and that thread is lost, nothing else.
 class DeviceLink {
  public:
   virtual ~DeviceLink() = default;

@@ -19,9 +19,9 @@ namespace palpate::devices {
 namespace {
 
 using falcon::FalconLink;
-using usb::Problem;
+using usb::UsbProblem;
 
-constexpr int kGuardMs = 10, kLookMs = 500;
+constexpr int kGuardMs = 10, kPollMs = 500;
 constexpr int kFirmwareLadder = 10;
 // The images that are known have 8 to 9 thousand bytes.
 constexpr size_t kLargestImage = 1 << 20;
@@ -49,7 +49,7 @@ bool is_falcon(uint16_t vendor, uint16_t product) {
 }  // namespace
 
 /// Both halves of a FalconDevice: the thread that makes a link ready, and the servo's use of it.
-/// Who may touch the link and the judge is said by one atomic, user_.
+/// One atomic, user_, says which of them may use the link and the judge.
 class FalconDevice::Worker {
  public:
   Worker(FalconOptions options, std::vector<uint8_t> firmware);
@@ -78,10 +78,10 @@ class FalconDevice::Worker {
   void take_link() noexcept;
   void give_link() noexcept;
   void mend();
-  void look();
-  DeviceFault try_open(usb::Context& context, const usb::Found& found);
-  DeviceFault prepare(usb::Handle& handle, libusb_device* device);
-  DeviceFault load(usb::Handle& handle, libusb_device* device);
+  void search();
+  DeviceFault try_open(usb::ContextPtr& context, const usb::BusDevice& found);
+  DeviceFault prepare(usb::HandlePtr& handle, libusb_device* device);
+  DeviceFault load(usb::HandlePtr& handle, libusb_device* device);
   void close_link(bool reachable);
 
   const FalconOptions options_;
@@ -91,7 +91,7 @@ class FalconDevice::Worker {
 
   std::unique_ptr<falcon::FalconLink> link_;
   falcon::FalconJudge judge_;
-  usb::Problem broken_ = usb::Problem::kNone;  ///< what the servo handed the link over for
+  usb::UsbProblem broken_ = usb::UsbProblem::kNone;  ///< why the servo handed the link over
   std::atomic<User> user_ = User::kWorker;
   std::atomic<DeviceFault> absent_ = DeviceFault::kNotOpened;  ///< while there is no link to use
   std::atomic<int64_t> last_exchange_ns_ = 0;
@@ -148,35 +148,35 @@ DeviceReading FalconDevice::Worker::exchange(const DeviceCommand& command) noexc
   return last_;
 }
 
-/// False if the link has to be put right by the worker.
+/// False if the worker has to repair the link.
 bool FalconDevice::Worker::exchange_owned(const DeviceCommand& command) noexcept {
   if (was_cut_.exchange(false, std::memory_order_acq_rel)) judge_.fail(DeviceFault::kTimeout);
   const bool trusted = judge_.fault() == DeviceFault::kNone;
   glm::dvec3 force_n(0.0);
   const falcon::Packet bytes = packet(command, force_n);
   pushing_.store(force_n != glm::dvec3(0.0), std::memory_order_relaxed);
-  const FalconLink::Outcome outcome = link_->exchange(bytes, options_.answer_wait_ns);
+  const FalconLink::FalconOutcome outcome = link_->exchange(bytes, options_.answer_wait_ns);
   exchanges_.fetch_add(1, std::memory_order_relaxed);
   if (!outcome.answered) missed_.fetch_add(1, std::memory_order_relaxed);
   rejected_bytes_.store(link_->rejected_bytes(), std::memory_order_relaxed);
 
-  falcon::FalconJudge::Exchange seen{std::nullopt, outcome.garbage, now_ns(), force_n};
+  falcon::FalconJudge::FalconExchange seen{std::nullopt, outcome.garbage, now_ns(), force_n};
   if (outcome.answered) seen.answer = link_->newest();
   last_ = judge_.judge(seen);
-  if (outcome.problem != Problem::kNone) {
+  if (outcome.problem != UsbProblem::kNone) {
     judge_.fail(fault_of(outcome.problem));
-    last_ = judge_.held(judge_.fault());
+    last_ = judge_.frozen(judge_.fault());
   }
   if (trusted && last_.fault != DeviceFault::kNone) cut();
   broken_ = outcome.problem;
-  if (outcome.problem == Problem::kNone && !judge_.hopeless()) return true;
+  if (outcome.problem == UsbProblem::kNone && !judge_.hopeless()) return true;
   absent_.store(last_.fault, std::memory_order_relaxed);
   return false;
 }
 
 falcon::Packet FalconDevice::Worker::packet(const DeviceCommand& command,
                                             glm::dvec3& force_n) const noexcept {
-  falcon::Command out;
+  falcon::FalconCommand out;
   out.homing = !judge_.homed();
   out.lights = !judge_.homed() ? falcon::kRed : command.in_contact ? falcon::kBlue : falcon::kGreen;
   if (judge_.fault() == DeviceFault::kNone) {
@@ -202,8 +202,8 @@ void FalconDevice::Worker::run() {
   usb::Watch watch(falcon::kVendor);
   while (!stop_) {
     if (!link_) {
-      look();
-      if (!link_ && !stop_) watch.sleep(wake_, kLookMs);
+      search();
+      if (!link_ && !stop_) watch.sleep(wake_, kPollMs);
     } else if (user_.load(std::memory_order_acquire) == User::kWorker) {
       mend();
     } else {
@@ -216,11 +216,12 @@ void FalconDevice::Worker::run() {
   close_link(true);
 }
 
-/// Cuts the force if the servo thread does not come any more: the device would hold it for ever.
+/// Cuts the force if the servo thread no longer calls: the device would keep its last force for
+/// ever.
 void FalconDevice::Worker::guard() noexcept {
   if (!pushing_.load(std::memory_order_relaxed)) return;
   if (now_ns() - last_exchange_ns_.load(std::memory_order_relaxed) < options_.away_ns) return;
-  // Counted before it is sent: who sees the device let go finds it in the counts.
+  // Counted before it is sent, so that the count is there when the force has ended.
   was_cut_.store(true, std::memory_order_release);
   cuts_.fetch_add(1, std::memory_order_release);
   cut();
@@ -239,30 +240,30 @@ void FalconDevice::Worker::give_link() noexcept {
   user_.store(User::kNobody, std::memory_order_release);
 }
 
-/// What the servo handed over because transfers failed: first the gentle way, then from the start.
+/// Repairs a link whose transfers failed: first by clearing halts, then by opening it again.
 void FalconDevice::Worker::mend() {
   link_->retire();
-  const bool reachable = broken_ != Problem::kGone;
-  if (reachable && broken_ != Problem::kNone) {
-    Problem problem = falcon::clear_halts(link_->handle());
-    if (problem == Problem::kNone) problem = falcon::send_zero(link_->handle());
-    if (problem == Problem::kNone) problem = falcon::find_firmware(link_->handle(), stop_);
-    if (problem == Problem::kNone) {
+  const bool reachable = broken_ != UsbProblem::kGone;
+  if (reachable && broken_ != UsbProblem::kNone) {
+    UsbProblem problem = falcon::clear_halts(link_->handle());
+    if (problem == UsbProblem::kNone) problem = falcon::send_zero(link_->handle());
+    if (problem == UsbProblem::kNone) problem = falcon::find_firmware(link_->handle(), stop_);
+    if (problem == UsbProblem::kNone) {
       repaired_.fetch_add(1, std::memory_order_relaxed);
       give_link();
       return;
     }
-    if (problem == Problem::kGone) absent_ = DeviceFault::kUnplugged;
+    if (problem == UsbProblem::kGone) absent_ = DeviceFault::kUnplugged;
   }
   close_link(reachable);
 }
 
-void FalconDevice::Worker::look() {
-  usb::Context context = usb::make_context();
+void FalconDevice::Worker::search() {
+  usb::ContextPtr context = usb::make_context();
   if (!context) return;
   DeviceFault reason = opened_ > 0 ? DeviceFault::kUnplugged : DeviceFault::kNotOpened;
   bool first = true;
-  for (const usb::Found& found : usb::find(context.get(), is_falcon)) {
+  for (const usb::BusDevice& found : usb::find(context.get(), is_falcon)) {
     if (!options_.place.empty() && options_.place != found.place) continue;
     const DeviceFault fault = try_open(context, found);
     if (fault == DeviceFault::kNone || stop_) return;
@@ -273,9 +274,9 @@ void FalconDevice::Worker::look() {
 }
 
 /// kNone: the link is made and given to the servo, and the context has gone with it.
-DeviceFault FalconDevice::Worker::try_open(usb::Context& context, const usb::Found& found) {
-  usb::Opened opened = usb::open(found.device.get(), 0);
-  if (opened.problem != Problem::kNone) return fault_of(opened.problem);
+DeviceFault FalconDevice::Worker::try_open(usb::ContextPtr& context, const usb::BusDevice& found) {
+  usb::ClaimedDevice opened = usb::open(found.device.get(), 0);
+  if (opened.problem != UsbProblem::kNone) return fault_of(opened.problem);
   // Others may have got the same id from the chip's maker. If the chip does not report its
   // name, go on.
   const std::string name = usb::product_name(opened.handle.get());
@@ -297,36 +298,36 @@ DeviceFault FalconDevice::Worker::try_open(usb::Context& context, const usb::Fou
   return DeviceFault::kNone;
 }
 
-DeviceFault FalconDevice::Worker::prepare(usb::Handle& handle, libusb_device* device) {
-  // While it is put right after a fault, that fault stays the better explanation.
+DeviceFault FalconDevice::Worker::prepare(usb::HandlePtr& handle, libusb_device* device) {
+  // While the link is repaired after a fault, that fault remains the better explanation.
   if (absent_ == DeviceFault::kNotOpened || absent_ == DeviceFault::kUnplugged ||
       absent_ == DeviceFault::kBusy || absent_ == DeviceFault::kNoPermission)
     absent_ = DeviceFault::kStarting;
   const falcon::Settings settings = falcon::set_up(handle.get());
-  if (settings.problem != Problem::kNone) return fault_of(settings.problem);
+  if (settings.problem != UsbProblem::kNone) return fault_of(settings.problem);
   event_character_ = settings.event_character;
-  const Problem problem = falcon::find_firmware(handle.get(), stop_);
-  if (problem != Problem::kTimedOut) return fault_of(problem);
+  const UsbProblem problem = falcon::find_firmware(handle.get(), stop_);
+  if (problem != UsbProblem::kTimedOut) return fault_of(problem);
   if (firmware_.empty()) return DeviceFault::kNoFirmware;
   return load(handle, device);
 }
 
 /// Loading often fails the first few times on real devices; each try starts from a closed one.
-DeviceFault FalconDevice::Worker::load(usb::Handle& handle, libusb_device* device) {
+DeviceFault FalconDevice::Worker::load(usb::HandlePtr& handle, libusb_device* device) {
   absent_ = DeviceFault::kStarting;
   for (int n = 0; n < kFirmwareLadder && !stop_; ++n) {
     uploads_.fetch_add(1, std::memory_order_relaxed);
-    Problem problem = falcon::load_firmware(handle.get(), firmware_, stop_);
-    if (problem == Problem::kNone) {
+    UsbProblem problem = falcon::load_firmware(handle.get(), firmware_, stop_);
+    if (problem == UsbProblem::kNone) {
       const falcon::Settings settings = falcon::set_up(handle.get());
       event_character_ = settings.event_character;
       problem = settings.problem;
     }
-    if (problem == Problem::kNone) problem = falcon::find_firmware(handle.get(), stop_);
-    if (problem == Problem::kNone || problem == Problem::kGone) return fault_of(problem);
+    if (problem == UsbProblem::kNone) problem = falcon::find_firmware(handle.get(), stop_);
+    if (problem == UsbProblem::kNone || problem == UsbProblem::kGone) return fault_of(problem);
     handle.reset();
-    usb::Opened again = usb::open(device, 0);
-    if (again.problem != Problem::kNone) return fault_of(again.problem);
+    usb::ClaimedDevice again = usb::open(device, 0);
+    if (again.problem != UsbProblem::kNone) return fault_of(again.problem);
     handle = std::move(again.handle);
   }
   return DeviceFault::kNoFirmware;
@@ -354,7 +355,7 @@ DeviceInfo falcon_info() {
 }
 
 bool FalconDevice::is_plugged_in() {
-  const usb::Context context = usb::make_context();
+  const usb::ContextPtr context = usb::make_context();
   return context && !usb::find(context.get(), is_falcon).empty();
 }
 

@@ -12,11 +12,12 @@ namespace palpate::devices {
 struct FalconOptions {
   /// The user's own firmware image; empty: none. palpate has none to give.
   std::string firmware_file;
-  /// Only the device that is plugged in there ("usb 1-2"); empty: the first that can be opened.
+  /// Only the device that is plugged in at this place ("usb 1-2"); empty: the first that can be
+  /// opened.
   std::string place;
   /// How long exchange() waits for an answer. Longer only for tests on machines that are busy.
   int64_t answer_wait_ns = 1'000'000;
-  /// So long without an exchange, and a force is cut.
+  /// The force is cut after so long without an exchange.
   int64_t away_ns = 20'000'000;
 };
 
@@ -26,8 +27,8 @@ struct FalconCounts {
   uint64_t missed = 0;           ///< of those, without an answer in time
   uint64_t rejected_bytes = 0;   ///< that belonged to no answer
   uint64_t opened = 0;           ///< times the device became ready
-  uint64_t repaired = 0;         ///< times its transfers were put right without opening it again
-  uint64_t cuts = 0;             ///< times the force was cut because the servo thread did not come
+  uint64_t repaired = 0;         ///< times its transfers were repaired without opening it again
+  uint64_t cuts = 0;             ///< times the force was cut because the servo thread did not call
   uint64_t uploads = 0;          ///< attempts to load firmware
   bool event_character = false;  ///< the fast turnaround is on; else the latency timer's pace
 };
@@ -49,9 +50,10 @@ DeviceInfo falcon_info();
 class FalconDevice final : public ForceDevice {
  public:
   /// kBadInput if the firmware file can not be read or can not be firmware. Not finding a device is
-  /// no error: it is looked for all the time.
+  /// no error: the search goes on.
   static Result<std::unique_ptr<FalconDevice>> make(const FalconOptions& options);
-  /// Whether something with the Falcon's ids is on the bus now: takes a look, and no time to open.
+  /// Whether something with the Falcon's ids is on the bus now: reads the bus, without opening
+  /// anything.
   static bool is_plugged_in();
 
   /// Sends zero force and closes the device. No exchange() may be running.
@@ -60,7 +62,7 @@ class FalconDevice final : public ForceDevice {
   DeviceInfo info() const override;
   /// Waits answer_wait_ns at most. One CAS and no lock of ours; libusb allocates one block and
   /// takes its own mutexes per transfer, two transfers per exchange (more only where the answer
-  /// comes in pieces). Force is held until the next call.
+  /// comes in pieces). The device keeps the force until the next call.
   DeviceReading exchange(const DeviceCommand& command) noexcept override;
 
   /// Any thread.

@@ -9,7 +9,7 @@ namespace palpate::devices::falcon {
 
 FalconJudge::FalconJudge() noexcept : judge_(kWorkspaceCentre, kWorkspaceRadius) {}
 
-DeviceReading FalconJudge::judge(const Exchange& exchange) noexcept {
+DeviceReading FalconJudge::judge(const FalconExchange& exchange) noexcept {
   AnswerJudge::Exchange seen;
   seen.garbage = exchange.garbage;
   seen.time_ns = exchange.time_ns;
@@ -25,7 +25,7 @@ void FalconJudge::restart() noexcept {
   judge_ = kept;
 }
 
-void FalconJudge::examine(const Answer& answer, AnswerJudge::Exchange& seen) noexcept {
+void FalconJudge::examine(const FalconAnswer& answer, AnswerJudge::Exchange& seen) noexcept {
   seen.answered = true;
   seen.buttons = answer.buttons;
   homed_ = answer.homed == kAllHomed;
@@ -46,7 +46,7 @@ void FalconJudge::examine(const Answer& answer, AnswerJudge::Exchange& seen) noe
   seen.one_stands = one_stands(moved, judge_.is_inside(place_));
 }
 
-/// Nobody moves the grip far and leaves one arm where it is to the count.
+/// No hand moves the grip far while one arm's count stays exactly the same.
 bool FalconJudge::one_stands(const std::array<int, 3>& moved, bool inside) noexcept {
   bool one = false;
   for (size_t e = 0; e < 3; ++e) {

@@ -11,8 +11,8 @@
 
 namespace palpate::devices::falcon {
 
-/// An AnswerJudge for what a Falcon says: encoder counts, from which it makes positions, and one
-/// fault more that only encoders show. Servo thread; real-time safe.
+/// An AnswerJudge for a Falcon: makes positions of encoder counts, and finds one more fault that
+/// only encoders show. Servo thread; real-time safe.
 class FalconJudge {
  public:
   static constexpr int kPassed = 400;  ///< counts that both other arms move while one stands: stuck
@@ -20,16 +20,16 @@ class FalconJudge {
   FalconJudge() noexcept;
 
   /// One exchange.
-  struct Exchange {
-    std::optional<Answer> answer;
+  struct FalconExchange {
+    std::optional<FalconAnswer> answer;
     bool garbage = false;     ///< bytes came that were no answer
     int64_t time_ns = 0;      ///< monotonic, when it ended
     glm::dvec3 force_n{0.0};  ///< that the motors were told to make
   };
-  DeviceReading judge(const Exchange& exchange) noexcept;
+  DeviceReading judge(const FalconExchange& exchange) noexcept;
 
   /// As AnswerJudge has them.
-  DeviceReading held(DeviceFault fault) const noexcept { return judge_.held(fault); }
+  DeviceReading frozen(DeviceFault fault) const noexcept { return judge_.frozen(fault); }
   void fail(DeviceFault fault) noexcept { judge_.fail(fault); }
   void restart() noexcept;
   DeviceFault fault() const noexcept { return judge_.fault(); }
@@ -39,7 +39,7 @@ class FalconJudge {
   bool homed() const noexcept { return homed_; }
 
  private:
-  void examine(const Answer& answer, AnswerJudge::Exchange& seen) noexcept;
+  void examine(const FalconAnswer& answer, AnswerJudge::Exchange& seen) noexcept;
   bool one_stands(const std::array<int, 3>& moved, bool inside) noexcept;
 
   AnswerJudge judge_;

@@ -105,7 +105,7 @@ std::optional<Position> forward(glm::dvec3 angles, glm::dvec3 start) noexcept {
     if (!rows) return {};
     glm::dvec3 step = glm::inverse(*rows) * (angles - joints->arm);
     ++at.steps;
-    // A step that leaves the reach is cut: the arms' angles end there, the position does not jump.
+    // A step that leaves the reach is shortened, since the arms' angles are not defined beyond it.
     auto next = inverse(at.metres + step);
     for (int cut = 0; !next && cut < kMostHalvings; ++cut) {
       step *= 0.5;

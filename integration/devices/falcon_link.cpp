@@ -6,7 +6,7 @@
 
 namespace palpate::devices::falcon {
 
-FalconLink::FalconLink(usb::Context context, usb::Handle handle)
+FalconLink::FalconLink(usb::ContextPtr context, usb::HandlePtr handle)
     : context_(std::move(context)),
       handle_(std::move(handle)),
       waiter_(context_.get()),
@@ -28,17 +28,17 @@ FalconLink::~FalconLink() {
   retire();
 }
 
-FalconLink::Outcome FalconLink::exchange(const Packet& command, int64_t wait_ns) noexcept {
+FalconLink::FalconOutcome FalconLink::exchange(const Packet& command, int64_t wait_ns) noexcept {
   const uint64_t rejected = rejected_bytes();
   answers_ = 0;
-  problem_ = usb::Problem::kNone;
+  problem_ = usb::UsbProblem::kNone;
   owed_ += cuts_owed_.exchange(0, std::memory_order_acq_rel);
   if (in_flying_ || out_flying_ || cut_flying_.load(std::memory_order_acquire)) waiter_.handle();
   if (unsure_ && owed_ == 0) read_surplus(now_ns() + wait_ns);
   const int64_t end = now_ns() + wait_ns;
-  if (problem_ == usb::Problem::kNone && !in_flying_) submit_in();
-  if (problem_ == usb::Problem::kNone && !out_flying_) submit_out(command);
-  while (problem_ == usb::Problem::kNone && (owed_ > 0 || out_flying_)) {
+  if (problem_ == usb::UsbProblem::kNone && !in_flying_) submit_in();
+  if (problem_ == usb::UsbProblem::kNone && !out_flying_) submit_out(command);
+  while (problem_ == usb::UsbProblem::kNone && (owed_ > 0 || out_flying_)) {
     const int64_t left = end - now_ns();
     if (left <= 0) break;
     waiter_.wait(left);
@@ -54,13 +54,13 @@ FalconLink::Outcome FalconLink::exchange(const Packet& command, int64_t wait_ns)
 void FalconLink::read_surplus(int64_t until_ns) noexcept {
   do {
     if (!in_flying_) submit_in();
-    while (problem_ == usb::Problem::kNone && in_flying_) {
+    while (problem_ == usb::UsbProblem::kNone && in_flying_) {
       const int64_t left = until_ns - now_ns();
       if (left <= 0) return;
       waiter_.wait(left);
     }
-  } while (problem_ == usb::Problem::kNone && !nothing_);
-  unsure_ = problem_ != usb::Problem::kNone;
+  } while (problem_ == usb::UsbProblem::kNone && !nothing_);
+  unsure_ = problem_ != usb::UsbProblem::kNone;
   answers_ = 0;  // they answer nothing that is asked now
 }
 
@@ -99,8 +99,8 @@ void FalconLink::submit_out(const Packet& command) noexcept {
   note(usb::problem_of(code));
 }
 
-void FalconLink::note(usb::Problem problem) noexcept {
-  if (problem_ == usb::Problem::kNone) problem_ = problem;
+void FalconLink::note(usb::UsbProblem problem) noexcept {
+  if (problem_ == usb::UsbProblem::kNone) problem_ = problem;
 }
 
 void FalconLink::on_in(libusb_transfer* transfer) {
@@ -112,14 +112,14 @@ void FalconLink::on_in(libusb_transfer* transfer) {
   link->nothing_ = length <= kStatusBytes;
   if (length > kStatusBytes) {
     const auto bytes = std::span<const uint8_t>(link->in_bytes_).first(length);
-    // A command that the chip has not taken yet can not have been answered: what comes before is
-    // left over, and its own answer is still waited for.
+    // A command that the chip has not taken yet can not have been answered: an answer that comes
+    // before is an old one, and the command's own is still awaited.
     const int possible = std::max(0, link->owed_ - (link->out_flying_ ? 1 : 0));
     const int answers = std::min(link->stream_.read(bytes.subspan(kStatusBytes)), possible);
     link->answers_ += answers;
     link->owed_ -= answers;
   }
-  if (link->owed_ > 0) link->submit_in();  // the chip had nothing to say yet, or not all
+  if (link->owed_ > 0) link->submit_in();  // the chip had no answer yet, or not all of it
 }
 
 void FalconLink::on_out(libusb_transfer* transfer) {

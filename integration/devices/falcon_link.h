@@ -10,7 +10,7 @@
 
 namespace palpate::devices::falcon {
 
-/// The fast road to an opened Falcon: one packet out, one in, by transfers that are made
+/// The fast link to an opened Falcon: one packet out, one in, by transfers that are made
 /// beforehand. Reading is asked for before the command is sent, so that the chip's answer finds it
 /// waiting.
 ///
@@ -21,7 +21,7 @@ namespace palpate::devices::falcon {
 /// one calloc, freed when it is done, and a few of its mutexes, which nobody else holds meanwhile.
 class FalconLink {
  public:
-  FalconLink(usb::Context context, usb::Handle handle);
+  FalconLink(usb::ContextPtr context, usb::HandlePtr handle);
   ~FalconLink();
   FalconLink(const FalconLink&) = delete;
   FalconLink& operator=(const FalconLink&) = delete;
@@ -29,10 +29,10 @@ class FalconLink {
   /// False if there was no memory for its transfers.
   bool usable() const noexcept { return in_ && out_ && cut_; }
 
-  struct Outcome {
-    bool answered = false;                       ///< newest() is new
-    bool garbage = false;                        ///< bytes came that were no answer
-    usb::Problem problem = usb::Problem::kNone;  ///< transfers do not work any more
+  struct FalconOutcome {
+    bool answered = false;                             ///< newest() is new
+    bool garbage = false;                              ///< bytes came that were no answer
+    usb::UsbProblem problem = usb::UsbProblem::kNone;  ///< transfers do not work any more
   };
 
   /// Sends a command (unless the last one is still on its way) and waits until every command has
@@ -43,12 +43,12 @@ class FalconLink {
   /// reads until the chip says that it has nothing, and takes up to 2 wait_ns for once; one that is
   /// later still is known by coming before the command has gone out. Servo thread; real-time as
   /// said above.
-  Outcome exchange(const Packet& command, int64_t wait_ns) noexcept;
+  FalconOutcome exchange(const Packet& command, int64_t wait_ns) noexcept;
 
-  const Answer& newest() const noexcept { return stream_.newest(); }
+  const FalconAnswer& newest() const noexcept { return stream_.newest(); }
   uint64_t rejected_bytes() const noexcept { return stream_.rejected_bytes(); }
 
-  /// Motors off, past a servo thread that does not come. Any thread; does not wait.
+  /// Motors off, for when the servo thread no longer calls. Any thread; does not wait.
   void cut() noexcept;
 
   /// Takes back what is in flight, so that the handle can be used for waiting transfers or closed.
@@ -64,13 +64,13 @@ class FalconLink {
   void read_surplus(int64_t until_ns) noexcept;
   void submit_in() noexcept;
   void submit_out(const Packet& command) noexcept;
-  void note(usb::Problem problem) noexcept;
+  void note(usb::UsbProblem problem) noexcept;
 
   // The order matters: the waiter needs the context, transfers need the handle.
-  usb::Context context_;
-  usb::Handle handle_;
+  usb::ContextPtr context_;
+  usb::HandlePtr handle_;
   usb::EventWaiter waiter_;
-  usb::Transfer in_, out_, cut_;
+  usb::TransferPtr in_, out_, cut_;
   std::array<uint8_t, kInBytes> in_bytes_{};
   Packet out_bytes_{}, cut_bytes_{};
   bool in_flying_ = false, out_flying_ = false;
@@ -82,7 +82,7 @@ class FalconLink {
   bool nothing_ = false;  ///< the last read brought the chip's status alone
   int owed_ = 0;          ///< commands without an answer yet
   int answers_ = 0;       ///< since the exchange began
-  usb::Problem problem_ = usb::Problem::kNone;  ///< the first since the exchange began
+  usb::UsbProblem problem_ = usb::UsbProblem::kNone;  ///< the first since the exchange began
 };
 
 }  // namespace palpate::devices::falcon

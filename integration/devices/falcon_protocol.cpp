@@ -30,7 +30,7 @@ bool get(const uint8_t* bytes, int16_t& number) noexcept {
 
 }  // namespace
 
-Packet encode(const Command& command) noexcept {
+Packet encode(const FalconCommand& command) noexcept {
   Packet packet;
   packet[0] = kFirstByte;
   for (size_t m = 0; m < kNumbers; ++m) put(command.motors[m], &packet[1 + kNibbles * m]);
@@ -44,14 +44,14 @@ Packet encode(const Command& command) noexcept {
 int AnswerStream::read(std::span<const uint8_t> bytes) noexcept {
   int answers = 0;
   for (const uint8_t byte : bytes) {
-    window_[held_++] = byte;
+    window_[buffered_++] = byte;
     if (window_[0] != kFirstByte) {  // only ever a lone first byte: drop_first() keeps it so
-      held_ = 0;
+      buffered_ = 0;
       ++rejected_bytes_;
-    } else if (held_ == kPacketBytes) {
+    } else if (buffered_ == kPacketBytes) {
       if (accept()) {
         ++answers;
-        held_ = 0;
+        buffered_ = 0;
       } else {
         drop_first();
       }
@@ -64,7 +64,7 @@ bool AnswerStream::accept() noexcept {
   if (window_[kPacketBytes - 1] != kLastByte) return false;
   const int status = window_[kStatusByte] - kZero;
   if (status < 0 || status > kLargestStatus) return false;
-  Answer answer;
+  FalconAnswer answer;
   for (size_t e = 0; e < kNumbers; ++e)
     if (!get(&window_[1 + kNibbles * e], answer.encoders[e])) return false;
   answer.buttons = uint8_t(status & 0xf);
@@ -75,10 +75,10 @@ bool AnswerStream::accept() noexcept {
 
 /// Gives up the '<' in front, and all up to the next one.
 void AnswerStream::drop_first() noexcept {
-  const auto end = window_.begin() + ptrdiff_t(held_);
+  const auto end = window_.begin() + ptrdiff_t(buffered_);
   const auto next = std::find(window_.begin() + 1, end, kFirstByte);
   rejected_bytes_ += uint64_t(next - window_.begin());
-  held_ = size_t(end - next);
+  buffered_ = size_t(end - next);
   std::copy(next, end, window_.begin());
 }
 

@@ -8,7 +8,7 @@
 namespace palpate::devices::falcon {
 namespace {
 
-using usb::Problem;
+using usb::UsbProblem;
 using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
@@ -28,7 +28,7 @@ constexpr uint16_t kPurgeReceived = 1, kPurgeSent = 2;
 constexpr uint16_t kDtrLow = 0x0100, kDtrHigh = 0x0101, kRtsLow = 0x0200;
 constexpr uint16_t kNoFlowControl = 0, kEightDataBits = 8;
 constexpr uint16_t kEnable = 0x0100;
-// Divisors of 3 MHz as the chip wants them.
+// Divisors of 3 MHz in the chip's format.
 constexpr uint16_t kBaud1500000 = 0x0002, kBaud142857 = 0x0015, kBaud9600 = 0x4138;
 
 constexpr int kFirmwareTries = 100;
@@ -47,36 +47,37 @@ struct Setting {
   uint16_t value;
 };
 
-Problem control(libusb_device_handle* handle, Setting setting) noexcept {
+UsbProblem control(libusb_device_handle* handle, Setting setting) noexcept {
   return usb::problem_of(libusb_control_transfer(handle, kToDevice, setting.request, setting.value,
                                                  0, nullptr, 0, kControlTimeoutMs));
 }
 
-Problem control_all(libusb_device_handle* handle,
-                    std::initializer_list<Setting> settings) noexcept {
+UsbProblem control_all(libusb_device_handle* handle,
+                       std::initializer_list<Setting> settings) noexcept {
   for (const Setting& setting : settings)
-    if (const Problem problem = control(handle, setting); problem != Problem::kNone) return problem;
-  return Problem::kNone;
+    if (const UsbProblem problem = control(handle, setting); problem != UsbProblem::kNone)
+      return problem;
+  return UsbProblem::kNone;
 }
 
-Problem write(libusb_device_handle* handle, std::span<const uint8_t> bytes,
-              milliseconds timeout) noexcept {
+UsbProblem write(libusb_device_handle* handle, std::span<const uint8_t> bytes,
+                 milliseconds timeout) noexcept {
   int sent = 0;
   // libusb takes a pointer to bytes it may change, and does not change them.
   const int code = libusb_bulk_transfer(handle, kEndpointOut, const_cast<uint8_t*>(bytes.data()),
                                         int(bytes.size()), &sent, unsigned(timeout.count()));
   if (code != LIBUSB_SUCCESS) return usb::problem_of(code);
-  return sent == int(bytes.size()) ? Problem::kNone : Problem::kFailed;
+  return sent == int(bytes.size()) ? UsbProblem::kNone : UsbProblem::kFailed;
 }
 
-/// Reads until enough(bytes) holds. A chip with nothing to say sends its status bytes alone.
+/// Reads until enough(bytes) holds. A chip without data sends its status bytes alone.
 template <class Enough>
-Problem read_until(libusb_device_handle* handle, std::vector<uint8_t>& bytes, Enough enough,
-                   milliseconds timeout, const StopFlag& stop) {
+UsbProblem read_until(libusb_device_handle* handle, std::vector<uint8_t>& bytes, Enough enough,
+                      milliseconds timeout, const StopFlag& stop) {
   const auto end = Clock::now() + timeout;
   while (!enough(bytes)) {
     const auto left = std::chrono::duration_cast<milliseconds>(end - Clock::now());
-    if (left <= milliseconds(0) || stop) return Problem::kTimedOut;
+    if (left <= milliseconds(0) || stop) return UsbProblem::kTimedOut;
     std::array<uint8_t, kInBytes> packet;
     int got = 0;
     const int code = libusb_bulk_transfer(handle, kEndpointIn, packet.data(), int(packet.size()),
@@ -85,7 +86,7 @@ Problem read_until(libusb_device_handle* handle, std::vector<uint8_t>& bytes, En
     if (got > int(kStatusBytes))
       bytes.insert(bytes.end(), packet.begin() + kStatusBytes, packet.begin() + got);
   }
-  return Problem::kNone;
+  return UsbProblem::kNone;
 }
 
 bool ends_with(const std::vector<uint8_t>& bytes, std::span<const uint8_t> end) {
@@ -93,40 +94,41 @@ bool ends_with(const std::vector<uint8_t>& bytes, std::span<const uint8_t> end) 
 }
 
 /// Wakes the loader. It listens at 9,600 baud after a reset by DTR.
-Problem greet(libusb_device_handle* handle, const StopFlag& stop) {
-  Problem problem = control_all(handle, {{kReset, kPurgeReceived},
-                                         {kReset, kPurgeSent},
-                                         {kLatencyTimer, kLoaderLatencyMs},
-                                         {kEventCharacter, 0},
-                                         {kBaudRate, kBaud9600},
-                                         {kDataFormat, kEightDataBits},
-                                         {kFlowControl, kNoFlowControl},
-                                         {kModemControl, kRtsLow},
-                                         {kModemControl, kDtrLow},
-                                         {kModemControl, kDtrHigh}});
-  if (problem != Problem::kNone) return problem;
+UsbProblem greet(libusb_device_handle* handle, const StopFlag& stop) {
+  UsbProblem problem = control_all(handle, {{kReset, kPurgeReceived},
+                                            {kReset, kPurgeSent},
+                                            {kLatencyTimer, kLoaderLatencyMs},
+                                            {kEventCharacter, 0},
+                                            {kBaudRate, kBaud9600},
+                                            {kDataFormat, kEightDataBits},
+                                            {kFlowControl, kNoFlowControl},
+                                            {kModemControl, kRtsLow},
+                                            {kModemControl, kDtrLow},
+                                            {kModemControl, kDtrHigh}});
+  if (problem != UsbProblem::kNone) return problem;
   for (int n = 0; n < kHelloTries && !stop; ++n) {
     problem = write(handle, kHello, kLoaderTimeout);
-    if (problem != Problem::kNone) return problem;
+    if (problem != UsbProblem::kNone) return problem;
     // Some hosts show a zero in front, so only the end counts.
     std::vector<uint8_t> bytes;
     problem = read_until(
         handle, bytes, [](const auto& b) { return ends_with(b, kHelloBack); }, kHelloTimeout, stop);
-    if (problem != Problem::kTimedOut) return problem;
+    if (problem != UsbProblem::kTimedOut) return problem;
   }
-  return Problem::kTimedOut;
+  return UsbProblem::kTimedOut;
 }
 
-/// Sends bytes that the loader must say back.
-Problem echo(libusb_device_handle* handle, std::span<const uint8_t> bytes, const StopFlag& stop) {
-  Problem problem = write(handle, bytes, kLoaderTimeout);
-  if (problem != Problem::kNone) return problem;
+/// Sends bytes that the loader must echo.
+UsbProblem echo(libusb_device_handle* handle, std::span<const uint8_t> bytes,
+                const StopFlag& stop) {
+  UsbProblem problem = write(handle, bytes, kLoaderTimeout);
+  if (problem != UsbProblem::kNone) return problem;
   std::vector<uint8_t> back;
   problem = read_until(
       handle, back, [&](const auto& b) { return b.size() >= bytes.size(); }, kLoaderTimeout, stop);
-  if (problem != Problem::kNone) return problem;
-  return std::equal(bytes.begin(), bytes.end(), back.begin(), back.end()) ? Problem::kNone
-                                                                          : Problem::kFailed;
+  if (problem != UsbProblem::kNone) return problem;
+  return std::equal(bytes.begin(), bytes.end(), back.begin(), back.end()) ? UsbProblem::kNone
+                                                                          : UsbProblem::kFailed;
 }
 
 }  // namespace
@@ -139,18 +141,18 @@ Settings set_up(libusb_device_handle* handle) {
                                           {kBaudRate, kBaud1500000},
                                           {kReset, kPurgeReceived},
                                           {kReset, kPurgeSent}});
-  if (settings.problem != Problem::kNone) return settings;
-  const Problem event = control(handle, {kEventCharacter, uint16_t(kEnable | kLastByte)});
-  settings.event_character = event == Problem::kNone;
-  if (event == Problem::kGone) settings.problem = event;
+  if (settings.problem != UsbProblem::kNone) return settings;
+  const UsbProblem event = control(handle, {kEventCharacter, uint16_t(kEnable | kLastByte)});
+  settings.event_character = event == UsbProblem::kNone;
+  if (event == UsbProblem::kGone) settings.problem = event;
   return settings;
 }
 
-Problem find_firmware(libusb_device_handle* handle, const StopFlag& stop, Answer* answer) {
+UsbProblem find_firmware(libusb_device_handle* handle, const StopFlag& stop, FalconAnswer* answer) {
   const Packet zero = encode({});
   for (int n = 0; n < kFirmwareTries && !stop; ++n) {
-    Problem problem = write(handle, zero, kPacketTimeout);
-    if (problem != Problem::kNone && problem != Problem::kTimedOut) return problem;
+    UsbProblem problem = write(handle, zero, kPacketTimeout);
+    if (problem != UsbProblem::kNone && problem != UsbProblem::kTimedOut) return problem;
     AnswerStream stream;
     size_t read = 0;
     std::vector<uint8_t> bytes;
@@ -162,34 +164,35 @@ Problem find_firmware(libusb_device_handle* handle, const StopFlag& stop, Answer
           return answered;
         },
         kPacketTimeout, stop);
-    if (problem == Problem::kNone && answer) *answer = stream.newest();
-    if (problem != Problem::kTimedOut) return problem;
+    if (problem == UsbProblem::kNone && answer) *answer = stream.newest();
+    if (problem != UsbProblem::kTimedOut) return problem;
   }
-  return Problem::kTimedOut;
+  return UsbProblem::kTimedOut;
 }
 
-Problem load_firmware(libusb_device_handle* handle, std::span<const uint8_t> image,
-                      const StopFlag& stop) {
-  Problem problem = greet(handle, stop);
-  if (problem == Problem::kNone)
+UsbProblem load_firmware(libusb_device_handle* handle, std::span<const uint8_t> image,
+                         const StopFlag& stop) {
+  UsbProblem problem = greet(handle, stop);
+  if (problem == UsbProblem::kNone)
     problem = control_all(handle, {{kModemControl, kDtrLow}, {kBaudRate, kBaud142857}});
-  if (problem == Problem::kNone) problem = echo(handle, kLoad, stop);
-  while (problem == Problem::kNone && !image.empty()) {
+  if (problem == UsbProblem::kNone) problem = echo(handle, kLoad, stop);
+  while (problem == UsbProblem::kNone && !image.empty()) {
     const auto chunk = image.first(std::min(image.size(), kOutBytes));
-    problem = stop ? Problem::kTimedOut : echo(handle, chunk, stop);
+    problem = stop ? UsbProblem::kTimedOut : echo(handle, chunk, stop);
     image = image.subspan(chunk.size());
   }
   return problem;
 }
 
-Problem send_zero(libusb_device_handle* handle) noexcept {
+UsbProblem send_zero(libusb_device_handle* handle) noexcept {
   return write(handle, encode({}), milliseconds(50));
 }
 
-Problem clear_halts(libusb_device_handle* handle) noexcept {
-  Problem problem = usb::problem_of(libusb_clear_halt(handle, kEndpointOut));
-  if (problem == Problem::kNone) problem = usb::problem_of(libusb_clear_halt(handle, kEndpointIn));
-  if (problem == Problem::kNone)
+UsbProblem clear_halts(libusb_device_handle* handle) noexcept {
+  UsbProblem problem = usb::problem_of(libusb_clear_halt(handle, kEndpointOut));
+  if (problem == UsbProblem::kNone)
+    problem = usb::problem_of(libusb_clear_halt(handle, kEndpointIn));
+  if (problem == UsbProblem::kNone)
     problem = control_all(handle, {{kReset, kPurgeReceived}, {kReset, kPurgeSent}});
   return problem;
 }

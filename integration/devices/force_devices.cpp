@@ -16,11 +16,11 @@
 namespace palpate::devices {
 namespace {
 
-using Made = Result<std::unique_ptr<ForceDevice>>;
+using DeviceResult = Result<std::unique_ptr<ForceDevice>>;
 
 // ---- Novint Falcon
 
-Made make_falcon(const ForceDeviceOptions& options) {
+DeviceResult make_falcon(const ForceDeviceOptions& options) {
   FalconOptions falcon;
   falcon.firmware_file = options.firmware_file;
   falcon.place = options.place;
@@ -66,7 +66,7 @@ Result<HaplyOptions> haply_options(const std::string& place) {
   return options;
 }
 
-Made make_haply(const ForceDeviceOptions& options) {
+DeviceResult make_haply(const ForceDeviceOptions& options) {
   auto haply = haply_options(options.place);
   if (!haply) return haply.error();
   return device_of_link(make_haply_link(*haply), options);
@@ -91,7 +91,7 @@ Result<ForceDimensionOptions> force_dimension_options(const std::string& place) 
   return options;
 }
 
-Made make_force_dimension(const ForceDeviceOptions& options) {
+DeviceResult make_force_dimension(const ForceDeviceOptions& options) {
   const auto of_place = force_dimension_options(options.place);
   if (!of_place) return of_place.error();
   return device_of_link(make_force_dimension_link(*of_place), options);
@@ -103,7 +103,7 @@ bool force_dimension_may_be_there(const ForceDeviceOptions&) {
 
 // ---- Polhem
 
-Made make_polhem(const ForceDeviceOptions& options) {
+DeviceResult make_polhem(const ForceDeviceOptions& options) {
   PolhemOptions polhem;
   polhem.port = options.place;
   return device_of_link(make_polhem_link(polhem), options);
@@ -175,7 +175,7 @@ bool answers(ForceDevice& device) {
 
 }  // namespace
 
-Made find_force_device(const std::string& name, ForceDeviceOptions options) {
+DeviceResult find_force_device(const std::string& name, ForceDeviceOptions options) {
   auto [word, place] = force_device_name(name);
   const bool any = name == "auto";
   if (!any && !force_device_kind(word)) {
@@ -187,7 +187,7 @@ Made find_force_device(const std::string& name, ForceDeviceOptions options) {
   options.place = std::move(place);
   for (const ForceDeviceKind& kind : force_device_kinds()) {
     if (!any && word != kind.kind) continue;
-    // What is not there is not waited for: it would be a second on the way to the first picture.
+    // A device that is not there is not waited for: that would delay the first picture by a second.
     const bool there = kind.may_be_there(options);
     if (any && !there) continue;
     auto device = kind.make(options);

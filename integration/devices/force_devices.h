@@ -14,19 +14,19 @@ namespace palpate::devices {
 struct ForceDeviceOptions {
   std::string place;          ///< where, in the words of its kind; empty: the usual, or the first
   std::string firmware_file;  ///< the user's own, for a Falcon
-  bool real_time = true;      ///< a thread in the force's way asks for real-time priority
+  bool real_time = true;      ///< threads that pass on the force ask for real-time priority
 };
 
-/// A kind of force device. All of them are in force_device_kinds(). The words are kept as they are
-/// given: string literals.
+/// A kind of force device. All of them are in force_device_kinds(). Texts are not copied: give
+/// string literals.
 struct ForceDeviceKind {
   const char* kind;    ///< the word for it: DeviceInfo::kind, --device
   const char* name;    ///< for people
   const char* places;  ///< what a place looks like, for people
   const char* homing;  ///< a sentence: what to do if it does not know where its grip is
-  /// Whether one may be there: quick, opens no device. What says no is not waited for.
+  /// Whether one may be there: quick, without opening it. If false, it is not waited for.
   bool (*may_be_there)(const ForceDeviceOptions& options);
-  /// kBadInput in one sentence. That none is there is no error: it is looked for all the time.
+  /// kBadInput in one sentence. Not finding one is no error: the search goes on.
   Result<std::unique_ptr<ForceDevice>> (*make)(const ForceDeviceOptions& options);
   /// True: 'palpate devices' finds it by opening it; false: by looking at the USB bus.
   bool listed_by_opening;
@@ -34,8 +34,8 @@ struct ForceDeviceKind {
 
 /// In the order in which they are looked for.
 std::span<const ForceDeviceKind> force_device_kinds();
-/// One more, looked for after the others. Once, before any device is looked for: not while another
-/// thread looks.
+/// Adds a kind, which is searched for after the others. Call it once per kind, before any search
+/// for devices.
 void add_force_device_kind(const ForceDeviceKind& kind);
 /// The kind of that word; null if there is none.
 const ForceDeviceKind* force_device_kind(const std::string& word);
@@ -51,9 +51,9 @@ struct ForceDeviceName {
 ForceDeviceName force_device_name(const std::string& text);
 
 /// The device of that name. "auto": the first kind of which one answers, each given a second; null
-/// if none does. One that is named is given a second too, since it says how far it reaches only
-/// when it answers, but it may be plugged in later. `options` without a place. kBadInput for a name
-/// that is none.
+/// if none does. A named one is given a second too, since its reach is known only when it answers;
+/// if it does not, it may still be plugged in later. `options` without a place. kBadInput for an
+/// unknown name.
 Result<std::unique_ptr<ForceDevice>> find_force_device(const std::string& name,
                                                        ForceDeviceOptions options);
 

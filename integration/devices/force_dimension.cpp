@@ -15,12 +15,12 @@ constexpr int kOk = 0, kTimeGuard = 1, kSaturated = 2;
 // Places in the array of dhdGetStatus. Libraries have 15 to 17 of them; more room does no harm.
 constexpr size_t kStatusPower = 0, kStatusReset = 3, kStatusForce = 5, kStatusBrake = 6,
                  kStatusError = 9, kStatusForceOffCause = 14;
-using Status = std::array<int, 32>;
+using DhdStatus = std::array<int, 32>;
 // Why the device itself switched its force off: a person did.
 constexpr int kOffByButton = 1, kOffByDeadMan = 6;
 
 // Errors, as dhdErrorGetLast numbers them.
-enum Code : int {
+enum ErrorCode : int {
   kCom = 2,
   kControllerBusy = 3,
   kNoDriver = 4,
@@ -35,22 +35,22 @@ enum Code : int {
 };
 
 /// What a device of a type can do.
-struct Model {
+struct DeviceModel {
   int first, last;  ///< types, both included
   double force_n, stiffness_n_per_m, radius_m;
 };
 // With CHAI3D's limits for each. Where it has none, the smallest of all.
-constexpr Model kSmallest{0, 0, 8.0, 3000.0, 0.04};
+constexpr DeviceModel kSmallest{0, 0, 8.0, 3000.0, 0.04};
 constexpr std::array kModels{
-    Model{33, 37, 12.0, 5000.0, 0.075},                      // omega
-    Model{60, 60, 8.0, 3000.0, 0.04},                        // Falcon
-    Model{63, 64, 20.0, kSmallest.stiffness_n_per_m, 0.15},  // delta
-    Model{104, 105, 12.0, 4000.0, kSmallest.radius_m},       // sigma
-    Model{108, 109, 12.0, 8000.0, 0.1125},                   // lambda
+    DeviceModel{33, 37, 12.0, 5000.0, 0.075},                      // omega
+    DeviceModel{60, 60, 8.0, 3000.0, 0.04},                        // Falcon
+    DeviceModel{63, 64, 20.0, kSmallest.stiffness_n_per_m, 0.15},  // delta
+    DeviceModel{104, 105, 12.0, 4000.0, kSmallest.radius_m},       // sigma
+    DeviceModel{108, 109, 12.0, 8000.0, 0.1125},                   // lambda
 };
 
-Model model_of(int type) {
-  for (const Model& model : kModels)
+DeviceModel model_of(int type) {
+  for (const DeviceModel& model : kModels)
     if (type >= model.first && type <= model.last) return model;
   return kSmallest;
 }
@@ -77,7 +77,7 @@ struct Library {
   unsigned (*get_button_mask)(char) = nullptr;
   int (*get_status)(int*, char) = nullptr;
   int (*error_get_last)() = nullptr;
-  // Done without by a library that does not have them.
+  // Optional: not every version of the library has them.
   int (*set_gravity_compensation)(int, char) = nullptr;
   int (*set_max_force)(double, char) = nullptr;
   int (*set_brakes)(int, char) = nullptr;
@@ -164,7 +164,7 @@ class ForceDimensionLink final : public DeviceLink {
     LinkAnswer answer;
     const glm::dvec3 f = to_library(force_n);
     const int sent = library_->set_force(f.x, f.y, f.z, id_);
-    // What motors at their limit give is in the right direction, and less.
+    // Motors at their limit give a smaller force in the right direction.
     if (sent != kOk && sent != kTimeGuard && sent != kSaturated) heed_error(answer);
     glm::dvec3 p(0.0);
     const int got = library_->get_position(&p.x, &p.y, &p.z, id_);
@@ -176,7 +176,7 @@ class ForceDimensionLink final : public DeviceLink {
     }
     if (answer.lost) return answer;
     answer.buttons = library_->get_button_mask(id_);
-    Status status{};
+    DhdStatus status{};
     if (library_->get_status(status.data(), id_) != kOk) {
       heed_error(answer);
     } else if (answer.said == DeviceFault::kNone) {
@@ -207,13 +207,13 @@ class ForceDimensionLink final : public DeviceLink {
   }
 
   DeviceFault make_ready() {
-    Status status{};
+    DhdStatus status{};
     if (library_->get_status(status.data(), id_) != kOk)
       return force_dimension_fault(library_->error_get_last());
     if (!status[kStatusPower] || status[kStatusError]) return DeviceFault::kStarting;
     if (!status[kStatusReset]) return DeviceFault::kNotHomed;
     if (library_->set_max_force) library_->set_max_force(info_.max_force_n, id_);
-    // The arm's own weight; it is only borne while forces, if only zero, are sent.
+    // Compensation of the arm's weight; it works only while forces (zero too) are sent.
     if (library_->set_gravity_compensation) library_->set_gravity_compensation(1, id_);
     if (library_->set_force(0.0, 0.0, 0.0, id_) < 0 || !release())
       return force_dimension_fault(library_->error_get_last());
@@ -226,16 +226,16 @@ class ForceDimensionLink final : public DeviceLink {
     return library_->enable_force(1, id_) >= 0;
   }
 
-  static DeviceFault fault_of(const Status& status) {
+  static DeviceFault fault_of(const DhdStatus& status) {
     if (!status[kStatusPower] || status[kStatusError]) return DeviceFault::kStarting;
     if (!status[kStatusReset]) return DeviceFault::kNotHomed;
     if (!status[kStatusForce] || status[kStatusBrake]) return DeviceFault::kForceOff;
     return DeviceFault::kNone;
   }
 
-  /// What the device ended by itself (too fast, its watchdog) is let go again, once nothing is
-  /// asked of the motors; what a person switched off is theirs to switch on.
-  void let_force_come_back(const Status& status, glm::dvec3 force_n) {
+  /// Enables forces again that the device itself ended (too fast, its watchdog), once force zero is
+  /// asked for. What a person switched off, only a person switches on.
+  void let_force_come_back(const DhdStatus& status, glm::dvec3 force_n) {
     const int cause = status[kStatusForceOffCause];
     if (cause != kOffByButton && cause != kOffByDeadMan && force_n == glm::dvec3(0.0)) release();
   }
@@ -243,13 +243,13 @@ class ForceDimensionLink final : public DeviceLink {
   void heed_error(LinkAnswer& answer) {
     const int error = library_->error_get_last();
     answer.answered = false;
-    // What may pass by itself counts as an answer that did not come.
+    // An error that may pass by itself counts as a missing answer.
     if (error == kTimeout || error == kControllerBusy) return;
     answer.said = force_dimension_fault(error);
     answer.lost = error == kCom || error == kNoDevice || error == kInvalidIndex;
   }
 
-  void tell(const Model& model) {
+  void tell(const DeviceModel& model) {
     info_.max_force_n = model.force_n;
     info_.max_stiffness_n_per_m = model.stiffness_n_per_m;
     info_.workspace_radius_m = model.radius_m;

@@ -14,8 +14,8 @@ struct ForceDimensionOptions {
 };
 
 /// Force Dimension's omega, delta, sigma and lambda (and a Falcon that their library drives). Their
-/// library is theirs: it is looked for when the program runs, in $FDSDK, where the system's loader
-/// looks, in ~/.local/lib and in /usr/local/lib, as libdrd.so or libdhd.so.
+/// library is not part of palpate: it is searched for at run time, in $FDSDK, where the system's
+/// loader looks, in ~/.local/lib and in /usr/local/lib, as libdrd.so or libdhd.so.
 ///
 /// The arm is never moved by the program: one that has not been initialised is kNotHomed until its
 /// maker's program has done that. Its brakes are off while it is open and on again after. What

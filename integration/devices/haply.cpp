@@ -9,7 +9,7 @@
 namespace palpate::devices {
 namespace {
 
-// Its maker publishes no force that it can give. Clients of others clip at 5 N per axis.
+// Its maker publishes no largest force. Other clients clip at 5 N per axis.
 constexpr double kForce_n = 3.0;
 // The most that its maker's own examples offer.
 constexpr double kStiffness_n_per_m = 800.0;
@@ -18,8 +18,8 @@ constexpr double kInverse3Radius_m = 0.08, kMinverseRadius_m = 0.04;
 // A position is taken in one period of the servo loop and used in the next.
 constexpr double kDelay_s = 1e-3;
 constexpr int64_t kEventsWait_ns = 100'000'000, kCloseWait_ns = 100'000'000;
-constexpr int64_t kEventsAgain_ns =
-    1'000'000'000;  // their socket is opened no more often than that
+// their socket is opened no more often than that
+constexpr int64_t kEventsAgain_ns = 1'000'000'000;
 
 class HaplyLink final : public DeviceLink {
  public:
@@ -43,7 +43,7 @@ class HaplyLink final : public DeviceLink {
     if (!id_.empty()) info.place = id_;
     info.max_force_n = kForce_n;
     info.max_stiffness_n_per_m = kStiffness_n_per_m;
-    // Before it is known which: what both can do.
+    // Before its type is known: what both can do.
     info.workspace_radius_m = small || type_.empty() ? kMinverseRadius_m : kInverse3Radius_m;
     info.delay_s = kDelay_s;
     info.buttons = 3;
@@ -68,7 +68,7 @@ class HaplyLink final : public DeviceLink {
 
   void close() noexcept override {
     try {
-      // A force is for one message only; the last one is zero all the same.
+      // A force holds for one message only; zero is sent last all the same.
       if (socket_ && socket_->send(haply::force_message(id_, glm::dvec3(0.0), wording_)))
         socket_->receive(kCloseWait_ns);
       if (socket_) socket_->close(kCloseWait_ns);
@@ -225,14 +225,14 @@ class HaplyLink final : public DeviceLink {
     return DeviceFault::kNone;
   }
 
-  const haply::DeviceState* wanted(const haply::State& state) const {
+  const haply::DeviceState* wanted(const haply::HaplyState& state) const {
     for (const haply::DeviceState& device : state.devices)
       if (!device.id.empty() && (options_.device_id.empty() || options_.device_id == device.id))
         return &device;
     return nullptr;
   }
 
-  const haply::DeviceState* mine(const haply::State& state) const {
+  const haply::DeviceState* mine(const haply::HaplyState& state) const {
     const auto found = std::find_if(state.devices.begin(), state.devices.end(),
                                     [&](const auto& device) { return device.id == id_; });
     return found == state.devices.end() ? nullptr : &*found;

@@ -30,7 +30,7 @@ struct HaplyOptions {
 /// its brake (kForceOff) or a stall (kStuck).
 std::unique_ptr<DeviceLink> make_haply_link(const HaplyOptions& options);
 
-/// Whether something listens where the service would. Takes no longer than a tenth of a second.
+/// Whether something listens at the service's address. Takes no longer than a tenth of a second.
 bool haply_service_answers(const HaplyOptions& options);
 
 }  // namespace palpate::devices

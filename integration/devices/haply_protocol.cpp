@@ -144,11 +144,11 @@ std::string force_message(const std::string& device_id, glm::dvec3 force_n, Word
   return message.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-std::optional<State> state_of(std::string_view text) {
+std::optional<HaplyState> state_of(std::string_view text) {
   const Json json = parsed(text);
   const Json* devices = member(json, "inverse3");
   if (!devices || !devices->is_array()) return std::nullopt;
-  State state;
+  HaplyState state;
   for (const Json& device : *devices) state.devices.push_back(device_of(device));
   for (const char* grips : {"verse_grip", "wireless_verse_grip"}) {
     const Json* list = member(json, grips);

@@ -15,7 +15,7 @@ constexpr auto kInverse = [] {
   for (int n = 1; n < int(inverse.size()); ++n) inverse[n] = 1.0 / n;
   return inverse;
 }();
-/// A stop is a stop when what is left of the velocity is this; a hand does not creep slower.
+/// The mass counts as stopped at this velocity; no hand creeps more slowly.
 constexpr double kStopped_m_per_s = 1e-12;
 /// How long a pull that changes evenly stays below dry friction: the first t > 0 with
 /// |pull + rate t| = friction.
@@ -23,11 +23,11 @@ double sticking_time(glm::dvec3 pull, glm::dvec3 rate, double friction) {
   const double a = glm::dot(rate, rate), b = glm::dot(pull, rate);
   const double c = glm::dot(pull, pull) - friction * friction;
   if (!(a > 0.0)) return std::numeric_limits<double>::infinity();
-  // A little more, so that it slides then.
+  // A little later, so that it slides then.
   return (std::sqrt(std::max(0.0, b * b - a * c)) - b) / a * (1.0 + 1e-9) + 1e-15;
 }
 
-/// Stops and starts within one step; a mass that reverses oftener than this is at rest.
+/// The most stops and starts within one step; a mass that reverses more often is at rest.
 constexpr int kEvents = 16;
 
 }  // namespace
@@ -38,7 +38,7 @@ HeldMass::HeldMass(const MassProperties& properties, glm::dvec3 position_m)
   refresh();
 }
 
-void HeldMass::set_hand(const Hand& hand) noexcept {
+void HeldMass::set_hand(const HandImpedance& hand) noexcept {
   properties_.hand = hand;
   refresh();
 }
@@ -49,7 +49,7 @@ void HeldMass::put(glm::dvec3 position_m, glm::dvec3 velocity_m_per_s) noexcept 
 }
 
 void HeldMass::refresh() noexcept {
-  const Hand& hand = properties_.hand;
+  const HandImpedance& hand = properties_.hand;
   mass_kg_ = properties_.mass_kg + hand.mass_kg;
   damping_ = (properties_.damping_n_s_per_m + hand.damping_n_s_per_m) / mass_kg_;
   stiffness_ = hand.stiffness_n_per_m / mass_kg_;
@@ -86,8 +86,8 @@ HeldMass::Response HeldMass::response(double t_s) const noexcept {
   return r;
 }
 
-HeldMass::State HeldMass::after(const Response& r, const State& from, glm::dvec3 push,
-                                glm::dvec3 push_rate) const {
+HeldMass::MassState HeldMass::after(const Response& r, const MassState& from, glm::dvec3 push,
+                                    glm::dvec3 push_rate) const {
   // Offset y from where the hand meant to be at the start; y'' + c y' + k y = push + push_rate t.
   return {from.offset * (r.rate + damping_ * r.value) + from.velocity * r.value +
               push * r.integral + push_rate * r.integral2,
@@ -106,13 +106,13 @@ void HeldMass::advance(double dt_s, glm::dvec3 motor_n, glm::dvec3 intended_from
 
 void HeldMass::slide(double dt_s, glm::dvec3 motor_n, glm::dvec3 intended_m,
                      glm::dvec3 intended_rate) noexcept {
-  const Hand& hand = properties_.hand;
+  const HandImpedance& hand = properties_.hand;
   const double friction = properties_.coulomb_n / mass_kg_;
   const glm::dvec3 push_rate = stiffness_ * intended_rate;
   double left = dt_s;
   for (int event = 0; event < kEvents; ++event) {
     const glm::dvec3 reached = intended_m + intended_rate * (dt_s - left);
-    const State from{position_m_ - reached, velocity_m_per_s_};
+    const MassState from{position_m_ - reached, velocity_m_per_s_};
     const glm::dvec3 push = (motor_n + hand.damping_n_s_per_m * intended_rate) / mass_kg_;
     glm::dvec3 direction{0.0};
     if (friction > 0.0) {
@@ -130,7 +130,7 @@ void HeldMass::slide(double dt_s, glm::dvec3 motor_n, glm::dvec3 intended_m,
       }
     }
     const glm::dvec3 rubbed = push - friction * direction;
-    const State to =
+    const MassState to =
         after(left == dt_s ? kept_response(left) : response(left), from, rubbed, push_rate);
     const bool turns = friction > 0.0 && glm::dot(to.velocity, direction) < 0.0;
     if (!turns) {
@@ -139,7 +139,7 @@ void HeldMass::slide(double dt_s, glm::dvec3 motor_n, glm::dvec3 intended_m,
       return;
     }
     const double stop = stop_time(left, from, rubbed, push_rate, direction);
-    const State still = after(response(stop), from, rubbed, push_rate);
+    const MassState still = after(response(stop), from, rubbed, push_rate);
     position_m_ = reached + still.offset;
     velocity_m_per_s_ = still.velocity - direction * glm::dot(still.velocity, direction);
     left -= stop;
@@ -147,12 +147,12 @@ void HeldMass::slide(double dt_s, glm::dvec3 motor_n, glm::dvec3 intended_m,
   }
 }
 
-double HeldMass::stop_time(double dt_s, const State& from, glm::dvec3 push, glm::dvec3 push_rate,
-                           glm::dvec3 direction) const noexcept {
+double HeldMass::stop_time(double dt_s, const MassState& from, glm::dvec3 push,
+                           glm::dvec3 push_rate, glm::dvec3 direction) const noexcept {
   double low = 0.0, high = dt_s;
   for (int n = 0; n < 50; ++n) {
     const double middle = 0.5 * (low + high);
-    const State at = after(response(middle), from, push, push_rate);
+    const MassState at = after(response(middle), from, push, push_rate);
     (glm::dot(at.velocity, direction) > 0.0 ? low : high) = middle;
   }
   return high;

@@ -7,20 +7,20 @@ namespace palpate::devices {
 
 /// A hand on the grip, as seen from the grip: M a + B (v - v') + K (x - x') with x' where the hand
 /// means to be. No hand: all zero.
-struct Hand {
+struct HandImpedance {
   double mass_kg = 0.0;
   double damping_n_s_per_m = 0.0;
   double stiffness_n_per_m = 0.0;
 };
 
-inline constexpr Hand kNoHand{};
+inline constexpr HandImpedance kNoHand{};
 /// One measured hand: Sci. Rep. srep18004, figure 3.
-inline constexpr Hand kHumanHand{
+inline constexpr HandImpedance kHumanHand{
     .mass_kg = 0.554, .damping_n_s_per_m = 6.45, .stiffness_n_per_m = 135.0};
 /// Chosen, not measured: fingertips that barely hold, and a fist.
-inline constexpr Hand kLooseHand{
+inline constexpr HandImpedance kLooseHand{
     .mass_kg = 0.1, .damping_n_s_per_m = 1.0, .stiffness_n_per_m = 30.0};
-inline constexpr Hand kFirmHand{
+inline constexpr HandImpedance kFirmHand{
     .mass_kg = 1.0, .damping_n_s_per_m = 25.0, .stiffness_n_per_m = 1000.0};
 
 /// What moves: the device's grip with the hand that holds it.
@@ -28,7 +28,7 @@ struct MassProperties {
   double mass_kg = 0.1;  ///< of the device alone, > 0
   double damping_n_s_per_m = 1.0;
   double coulomb_n = 0.0;  ///< dry friction, the same in every direction
-  Hand hand;
+  HandImpedance hand;
 };
 
 /// A point mass with viscous and dry friction, pulled by a motor and by a hand. Between two calls
@@ -46,8 +46,8 @@ class HeldMass {
   void advance(double dt_s, glm::dvec3 motor_n, glm::dvec3 intended_from_m,
                glm::dvec3 intended_to_m) noexcept;
 
-  /// The hand lets go, or another takes hold: position and velocity stay.
-  void set_hand(const Hand& hand) noexcept;
+  /// Exchanges the hand (or none); position and velocity stay.
+  void set_hand(const HandImpedance& hand) noexcept;
   /// Stops at this place: an end of the workspace.
   void put(glm::dvec3 position_m, glm::dvec3 velocity_m_per_s) noexcept;
 
@@ -60,15 +60,16 @@ class HeldMass {
   struct Response {
     double rate, value, integral, integral2;
   };
-  struct State {
+  struct MassState {
     glm::dvec3 offset, velocity;
   };
   Response response(double t_s) const noexcept;
   const Response& kept_response(double t_s) noexcept;
-  State after(const Response& r, const State& from, glm::dvec3 push, glm::dvec3 push_rate) const;
+  MassState after(const Response& r, const MassState& from, glm::dvec3 push,
+                  glm::dvec3 push_rate) const;
   void slide(double dt_s, glm::dvec3 motor_n, glm::dvec3 intended_m,
              glm::dvec3 intended_rate) noexcept;
-  double stop_time(double dt_s, const State& from, glm::dvec3 push, glm::dvec3 push_rate,
+  double stop_time(double dt_s, const MassState& from, glm::dvec3 push, glm::dvec3 push_rate,
                    glm::dvec3 direction) const noexcept;
   void refresh() noexcept;
 

@@ -17,7 +17,7 @@
 namespace palpate::devices {
 namespace {
 
-using usb::Problem;
+using usb::UsbProblem;
 
 constexpr const char* kFirmwareMissing =
     "It has no firmware. palpate may not ship it: take the image from its maker's driver disc or "
@@ -37,15 +37,15 @@ bool is_ours(uint16_t vendor, uint16_t product) {
 }
 
 /// The bus problem in a sentence that fits into a list.
-std::string wrong_of(Problem problem) {
-  return problem == Problem::kNone ? "" : usb::sentence(problem);
+std::string wrong_of(UsbProblem problem) {
+  return problem == UsbProblem::kNone ? "" : usb::sentence(problem);
 }
 
-void look_at_falcon(libusb_device* device, ListedDevice& listed) {
+void check_falcon(libusb_device* device, ListedDevice& listed) {
   listed.info = falcon_info();
-  const usb::Opened opened = usb::open(device, 0);
+  const usb::ClaimedDevice opened = usb::open(device, 0);
   listed.wrong = wrong_of(opened.problem);
-  if (opened.problem != Problem::kNone) return;
+  if (opened.problem != UsbProblem::kNone) return;
   if (opened.had_kernel_driver) listed.notes = kFromKernel;
   const std::string name = usb::product_name(opened.handle.get());
   if (!name.empty() && name != falcon::kProductName) {
@@ -56,19 +56,19 @@ void look_at_falcon(libusb_device* device, ListedDevice& listed) {
     return;
   }
   const falcon::StopFlag stop = false;
-  Problem problem = falcon::set_up(opened.handle.get()).problem;
-  falcon::Answer answer;
-  if (problem == Problem::kNone)
+  UsbProblem problem = falcon::set_up(opened.handle.get()).problem;
+  falcon::FalconAnswer answer;
+  if (problem == UsbProblem::kNone)
     problem = falcon::find_firmware(opened.handle.get(), stop, &answer);
-  if (problem == Problem::kTimedOut)
+  if (problem == UsbProblem::kTimedOut)
     listed.wrong = kFirmwareMissing;
   else
     listed.wrong = wrong_of(problem);
-  if (problem == Problem::kNone && answer.homed != falcon::kAllHomed)
+  if (problem == UsbProblem::kNone && answer.homed != falcon::kAllHomed)
     listed.notes += (listed.notes.empty() ? "" : " ") + std::string(kNotHomed);
 }
 
-void look_at_spacemouse(const usb::Found& found, ListedDevice& listed) {
+void check_spacemouse(const usb::BusDevice& found, ListedDevice& listed) {
   listed.role = ListedDevice::Role::kSecondHand;
   listed.info.kind = "spacemouse";
   listed.info.name =
@@ -80,21 +80,21 @@ void look_at_spacemouse(const usb::Found& found, ListedDevice& listed) {
     listed.wrong = "It has no input that palpate understands.";
     return;
   }
-  const usb::Opened opened = usb::open(found.device.get(), input->interface);
+  const usb::ClaimedDevice opened = usb::open(found.device.get(), input->interface);
   listed.wrong = wrong_of(opened.problem);
   if (opened.had_kernel_driver) listed.notes = kFromKernel;
 }
 
-constexpr std::chrono::milliseconds kLooks{1500};
+constexpr std::chrono::milliseconds kMostWait{1500};
 
-/// What one that has to be opened says of itself, its motors at zero all the time; nothing if there
-/// is none.
-std::optional<ListedDevice> look_at_kind(const ForceDeviceKind& kind) {
+/// Opens a device of a kind to see what it reports, its motors at zero all the time; nothing if
+/// there is none.
+std::optional<ListedDevice> check_kind(const ForceDeviceKind& kind) {
   if (!kind.may_be_there({})) return std::nullopt;
   const auto device = kind.make({});
   if (!device) return std::nullopt;
   DeviceFault fault = DeviceFault::kNotOpened;
-  const auto end = std::chrono::steady_clock::now() + kLooks;
+  const auto end = std::chrono::steady_clock::now() + kMostWait;
   const auto unknown = [&] {
     return fault == DeviceFault::kNotOpened || fault == DeviceFault::kStarting;
   };
@@ -127,15 +127,15 @@ ListedDevice simulated() {
 
 DeviceList list_devices() {
   DeviceList list;
-  const usb::Context context = usb::make_context();
+  const usb::ContextPtr context = usb::make_context();
   if (!context)
     list.wrong =
         "This system shows no USB bus, so no USB device is found (in a container, pass "
         "/dev/bus/usb in).";
   else
-    for (const usb::Found& found : usb::find(context.get(), is_ours)) {
+    for (const usb::BusDevice& found : usb::find(context.get(), is_ours)) {
       ListedDevice listed;
-      // With its library, it is listed below, by what that says.
+      // With its maker's library it is listed below, with what the library reports.
       if (found.vendor == kForceDimension && force_dimension_library_is_there({})) continue;
       listed.usb_id = fmt::format("{:04x}:{:04x}", found.vendor, found.product);
       if (found.vendor == kForceDimension) {
@@ -143,16 +143,16 @@ DeviceList list_devices() {
         listed.info.name = "Force Dimension device";
         listed.wrong = kNoLibrary;
       } else if (found.vendor == falcon::kVendor)
-        look_at_falcon(found.device.get(), listed);
+        check_falcon(found.device.get(), listed);
       else
-        look_at_spacemouse(found, listed);
+        check_spacemouse(found, listed);
       listed.info.place = found.place;
       listed.usable = listed.wrong.empty();
       list.devices.push_back(std::move(listed));
     }
   for (const ForceDeviceKind& kind : force_device_kinds()) {
     if (!kind.listed_by_opening) continue;
-    if (auto listed = look_at_kind(kind)) list.devices.push_back(std::move(*listed));
+    if (auto listed = check_kind(kind)) list.devices.push_back(std::move(*listed));
   }
   list.devices.push_back(simulated());
   return list;

@@ -15,9 +15,9 @@
 namespace palpate::devices {
 namespace {
 
-constexpr int kLookMs = 500;
-// After a loss nothing else is said before the servo thread has asked so often (it may ask twice in
-// a period, and the second time count less), or for so many ms.
+constexpr int kPollMs = 500;
+// After a loss its fault is reported until the servo thread has called so often (it may call twice
+// in a period, and may ignore the second answer), or for so many ms.
 constexpr uint32_t kHeard = 3;
 constexpr int kHeardMs = 2000;
 constexpr std::chrono::seconds kCloses{2};
@@ -28,7 +28,7 @@ constexpr std::chrono::seconds kCloses{2};
 class MailboxDevice::Worker {
  public:
   /// What the servo thread wants.
-  struct Command {
+  struct ForceRequest {
     glm::dvec3 force_n{0.0};
     bool trusts = false;  ///< it has been told that the device works
   };
@@ -48,7 +48,7 @@ class MailboxDevice::Worker {
       if (is_open_)
         serve_command();
       else
-        look();
+        search();
     }
     close();
     ended_.set_value();
@@ -69,7 +69,7 @@ class MailboxDevice::Worker {
   std::future<void> ended() { return ended_.get_future(); }
 
   // For the servo thread.
-  Newest<Command> commands;
+  Newest<ForceRequest> commands;
   Newest<DeviceReading> readings;
   std::atomic<uint32_t> asked = 0;  ///< exchanges of the servo thread
   void wake() noexcept { command_wake_.wake(); }
@@ -79,18 +79,18 @@ class MailboxDevice::Worker {
 
  private:
   /// While there is no device: one look for it.
-  void look() {
+  void search() {
     const DeviceFault fault = link_->open();
     alive_ns_.store(now_ns(), std::memory_order_release);
     if (fault == DeviceFault::kNone) {
       begin();
       return;
     }
-    looked_ = true;
+    searched_ = true;
     learn();  // it may know by now what it is, though not whether it works
     const bool was_there = opened_ > 0 && fault == DeviceFault::kNotOpened;
-    publish(judge_.held(was_there ? DeviceFault::kUnplugged : fault));
-    if (!stop_) stop_wake_.sleep(kLookMs);
+    publish(judge_.frozen(was_there ? DeviceFault::kUnplugged : fault));
+    if (!stop_) stop_wake_.sleep(kPollMs);
   }
 
   void learn() {
@@ -103,12 +103,12 @@ class MailboxDevice::Worker {
     is_open_ = true;
     learn();
     if (opened_ == 0) judge_ = AnswerJudge(info_.workspace_centre_m, info_.workspace_radius_m);
-    // Opened again at once: what went wrong stays the better explanation.
-    const DeviceFault fault = looked_ ? DeviceFault::kStarting : judge_.fault();
-    looked_ = false;
+    // It is opened again at once: the earlier fault remains the better explanation.
+    const DeviceFault fault = searched_ ? DeviceFault::kStarting : judge_.fault();
+    searched_ = false;
     judge_.restart();
     if (fault != DeviceFault::kStarting) judge_.fail(fault);
-    publish(judge_.held(fault));
+    publish(judge_.frozen(fault));
     sent_n_ = glm::dvec3(0.0);
     last_command_ns_ = now_ns();
     opened_.fetch_add(1, std::memory_order_relaxed);
@@ -119,7 +119,7 @@ class MailboxDevice::Worker {
     const int64_t left_ns = last_command_ns_ + options_.away_ns - now_ns();
     command_wake_.sleep(int(std::max<int64_t>(0, left_ns / 1'000'000 + 1)));
     if (stop_) return;
-    Command command;
+    ForceRequest command;
     const bool came = commands.get(command);
     // A wake-up may be left of a command that has been dealt with.
     if (!came && now_ns() - last_command_ns_ < options_.away_ns) return;
@@ -131,7 +131,7 @@ class MailboxDevice::Worker {
     const bool allowed = came && command.trusts && judge_.fault() == DeviceFault::kNone;
     const LinkAnswer answer = send(allowed ? command.force_n : glm::dvec3(0.0));
     const DeviceReading reading = came ? judged(answer) : unasked(answer);
-    // A device that is not trusted holds no force by the time anybody knows.
+    // Force zero is sent to a device that is not trusted before its fault is reported.
     if (reading.fault != DeviceFault::kNone && sent_n_ != glm::dvec3(0.0) && !answer.lost)
       send(glm::dvec3(0.0));
     const bool was_open = is_open_;
@@ -139,7 +139,8 @@ class MailboxDevice::Worker {
     alive_ns_.store(now_ns(), std::memory_order_release);
     publish(reading);
     if (came) served_.fetch_add(1, std::memory_order_release);
-    // Why it was lost must be heard before another look says something else.
+    // The servo thread must see why the device was lost before another search reports something
+    // else.
     const uint32_t from = asked;
     for (int n = 0; was_open && !is_open_ && asked - from < kHeard && !stop_ && n < kHeardMs; ++n)
       stop_wake_.sleep(1);
@@ -152,7 +153,7 @@ class MailboxDevice::Worker {
     const LinkAnswer answer = link_->exchange(sent_n_);
     exchanges_.fetch_add(1, std::memory_order_relaxed);
     if (!answer.answered) missed_.fetch_add(1, std::memory_order_relaxed);
-    // It stood in a call, and the servo thread was told so.
+    // The call took so long that the servo thread was given a fault.
     if (now_ns() - start_ns > options_.silence_ns) judge_.fail(DeviceFault::kTimeout);
     return answer;
   }
@@ -169,17 +170,17 @@ class MailboxDevice::Worker {
     seen.force_n = sent_n_;
     if (answer.answered) place_m_ = answer.position_m;
     const DeviceReading reading = judge_.judge(seen);
-    // Said without an answer, it is the road to the device that is wrong.
+    // A fault without an answer is a fault of the link.
     return answer.answered && !answer.lost ? reading : unasked(answer);
   }
 
-  /// Of an answer that counts for nothing but what it says is wrong: while the servo thread is away
-  /// a fault must not end unseen, and a hand may go far.
+  /// A reading for when the servo thread did not call: only its fault counts. A fault must not end
+  /// unnoticed meanwhile, and the hand may have moved far.
   DeviceReading unasked(const LinkAnswer& answer) noexcept {
     const bool lost = answer.lost && answer.said == DeviceFault::kNone;
     if (lost || answer.said != DeviceFault::kNone)
       judge_.fail(lost ? DeviceFault::kUnplugged : answer.said);
-    return judge_.held(judge_.fault());
+    return judge_.frozen(judge_.fault());
   }
 
   void close() noexcept {
@@ -193,7 +194,7 @@ class MailboxDevice::Worker {
   const MailboxOptions options_;
   std::unique_ptr<DeviceLink> link_;
   bool is_open_ = false;
-  bool looked_ = false;  ///< in vain, since it was open
+  bool searched_ = false;  ///< in vain, since it was open
   int64_t last_command_ns_ = 0;
   AnswerJudge judge_{glm::dvec3(0.0), 0.0};
   glm::dvec3 sent_n_{0.0};   ///< that the device was told last

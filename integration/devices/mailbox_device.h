@@ -10,12 +10,12 @@
 namespace palpate::devices {
 
 struct MailboxOptions {
-  /// So long without an exchange, and a force is cut.
+  /// The force is cut after so long without an exchange.
   int64_t away_ns = 20'000'000;
-  /// So long without a sign of the thread that speaks with the device, and that is a fault: it
-  /// waits in a call that does not come back.
+  /// It is a fault if the device's thread has not responded for so long: it waits in a call that
+  /// does not return.
   int64_t silence_ns = 20'000'000;
-  /// Of the thread, in SCHED_FIFO, where the system gives it; 0: is not asked for.
+  /// The thread's priority in SCHED_FIFO, where the system grants it; 0: not asked for.
   int priority = 79;
 };
 
@@ -25,7 +25,7 @@ struct MailboxCounts {
   uint64_t exchanges = 0;  ///< with the device
   uint64_t missed = 0;     ///< of those, without an answer in time
   uint64_t opened = 0;     ///< times the device became ready
-  uint64_t cuts = 0;       ///< times the force was cut because the servo thread did not come
+  uint64_t cuts = 0;       ///< times the force was cut because the servo thread did not call
 };
 
 /// A ForceDevice of a DeviceLink: a thread of its own finds, opens, exchanges and opens again; the
@@ -38,8 +38,8 @@ struct MailboxCounts {
 class MailboxDevice final : public ForceDevice {
  public:
   explicit MailboxDevice(std::unique_ptr<DeviceLink> link, const MailboxOptions& options = {});
-  /// Force zero and closed, within two seconds. If the link is in a call that does not come back,
-  /// its thread is left behind, waiting in it: nothing can end that.
+  /// Force zero and closed, within two seconds. If the link is in a call that does not return, its
+  /// thread is left waiting in it, since nothing can end that call.
   ~MailboxDevice() override;
 
   DeviceInfo info() const override;

@@ -25,11 +25,11 @@ constexpr const char* kTerminals = "/sys/class/tty";
 constexpr const char* kVendor = "16c0";
 constexpr const char* kProduct = "0483";
 
-// What HAPI takes for it. No maker's figure for the force is at hand: the arm's motors hold more.
+// HAPI's values. Its maker publishes no largest force; the arm's motors hold more than this.
 constexpr double kForce_n = 3.0, kStiffness_n_per_m = 1500.0;
-constexpr double kRadius_m = 0.05;  // on the safe side: where it ends was not measured
-constexpr double kDelay_s =
-    1e-3;  // a position is taken in one period of the loop, used in the next
+constexpr double kRadius_m = 0.05;  // on the safe side: its reach was not measured
+// a position is taken in one period of the loop, used in the next
+constexpr double kDelay_s = 1e-3;
 
 std::string first_line(const fs::path& file) {
   std::ifstream stream(file);
@@ -97,7 +97,7 @@ class PolhemLink final : public DeviceLink {
       if (errno == EACCES || errno == EPERM) return DeviceFault::kNoPermission;
       return errno == EBUSY ? DeviceFault::kBusy : DeviceFault::kNotOpened;
     }
-    // One program at a time: others that ask are refused, and so are we.
+    // One program at a time: whoever comes second is refused.
     if (flock(file_, LOCK_EX | LOCK_NB) != 0) return DeviceFault::kBusy;
     ioctl(file_, TIOCEXCL);
     termios settings{};
@@ -121,8 +121,8 @@ class PolhemLink final : public DeviceLink {
   LinkAnswer exchanged(glm::dvec3 force_n, int64_t wait_ns) {
     LinkAnswer answer;
     const int64_t end_ns = now_ns() + wait_ns;
-    // A line that is half out must be ended first; a newer force then waits for the next exchange,
-    // unless it is zero, which may not wait.
+    // A line that is partly sent must be ended first; a newer force then waits for the next
+    // exchange, but zero is sent at once.
     const bool full = !out_.empty() && force_n != glm::dvec3(0.0);
     if (!full) {
       out_ += polhem::force_line(force_n);
@@ -145,7 +145,7 @@ class PolhemLink final : public DeviceLink {
       if (newest->info == 1) answer.said = DeviceFault::kNotHomed;
     }
     // Some came and the rest did not within the time: they are lost, or taken for that. A device
-    // that says nothing must not be told more than it can take.
+    // that does not answer must not get more than it can buffer.
     if (lines_.count > 0) owed_ = 0;
     owed_ = std::min(owed_, kMostOwed);
     return answer;
@@ -155,7 +155,7 @@ class PolhemLink final : public DeviceLink {
     pollfd file{file_, short(POLLIN | (out_.empty() ? 0 : POLLOUT)), 0};
     const timespec time{time_t(left_ns / 1'000'000'000), long(left_ns % 1'000'000'000)};
     ppoll(&file, 1, &time, nullptr);
-    // A port whose device is gone hangs up; what it still said is read first.
+    // A port whose device is gone hangs up; its last bytes are read first.
     if ((file.revents & (POLLHUP | POLLERR | POLLNVAL)) && !(file.revents & POLLIN)) lost_ = true;
   }
 
@@ -199,12 +199,12 @@ class PolhemLink final : public DeviceLink {
   }
 
   static constexpr int kMostOwed = 4;
-  static constexpr int kMostReads = 64;  // of 1 kB in one go: a flood is not read for ever
+  static constexpr int kMostReads = 64;  // of 1 kB at a time, so that a flood is not read for ever
 
   const PolhemOptions options_;
   std::string port_;
   int file_ = -1;
-  polhem::Lines lines_;
+  polhem::LineSplitter lines_;
   std::string out_;  ///< not yet taken by the port
   int owed_ = 0;     ///< lines without an answer yet
   bool lost_ = false;

@@ -58,7 +58,7 @@ std::string force_line(glm::dvec3 force_n) {
   return line + '\n';
 }
 
-std::optional<Answer> answer_of(std::string_view line) {
+std::optional<PolhemAnswer> answer_of(std::string_view line) {
   std::array<double, kNumbers> numbers;
   if (!numbers_of(line, numbers)) return std::nullopt;
   for (const double number : numbers)
@@ -66,10 +66,10 @@ std::optional<Answer> answer_of(std::string_view line) {
   const glm::dvec3 place_mm(numbers[0], numbers[1], numbers[2]);
   if (length_of(place_mm) > kFarthest_mm || std::abs(numbers[7]) > kMostMillinewtons)
     return std::nullopt;
-  return Answer{1e-3 * from_device(place_mm), int(numbers[7])};
+  return PolhemAnswer{1e-3 * from_device(place_mm), int(numbers[7])};
 }
 
-void Lines::read(std::string_view bytes) {
+void LineSplitter::read(std::string_view bytes) {
   for (const char byte : bytes) {
     if (byte == '\n') {
       end_line();
@@ -81,13 +81,13 @@ void Lines::read(std::string_view bytes) {
   }
 }
 
-std::optional<Answer> Lines::take() noexcept {
-  const std::optional<Answer> newest = newest_;
+std::optional<PolhemAnswer> LineSplitter::take() noexcept {
+  const std::optional<PolhemAnswer> newest = newest_;
   newest_.reset();
   return newest;
 }
 
-void Lines::end_line() {
+void LineSplitter::end_line() {
   // An answer may be followed by an empty rest.
   if (too_long_ || line_.find_first_not_of(" \r") != std::string::npos) {
     ++count;

@@ -18,20 +18,20 @@ inline constexpr size_t kLineBytes = 64;
 std::string force_line(glm::dvec3 force_n);
 
 /// What a device says of itself in one line.
-struct Answer {
+struct PolhemAnswer {
   glm::dvec3 position_m{0.0};  ///< of the grip, palpate's axes; finite
   int info = 0;                ///< 1: it asks to be calibrated
 };
 /// Nothing if the line, without its end, is no answer.
-std::optional<Answer> answer_of(std::string_view line);
+std::optional<PolhemAnswer> answer_of(std::string_view line);
 
 /// Makes lines of bytes, however they are cut into pieces.
-class Lines {
+class LineSplitter {
  public:
   /// Bytes that came; the newest whole line that is an answer is kept.
   void read(std::string_view bytes);
   /// The newest answer since the last call.
-  std::optional<Answer> take() noexcept;
+  std::optional<PolhemAnswer> take() noexcept;
   /// Lines that were not empty, and whether one was no answer: for the caller to set back.
   int count = 0;
   bool garbage = false;
@@ -40,7 +40,7 @@ class Lines {
   void end_line();
   std::string line_;
   bool too_long_ = false;
-  std::optional<Answer> newest_;
+  std::optional<PolhemAnswer> newest_;
 };
 
 }  // namespace palpate::devices::polhem

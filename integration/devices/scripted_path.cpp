@@ -27,7 +27,7 @@ double rate_between(double before, double after, double dt_before, double dt_aft
   return (w1 + w2) / (w1 / before + w2 / after);
 }
 
-std::vector<glm::dvec3> rates_of(const std::vector<ScriptedPath::Point>& points) {
+std::vector<glm::dvec3> rates_of(const std::vector<ScriptedPath::PathPoint>& points) {
   // Rest at both ends: a hand that waits there has no velocity.
   std::vector<glm::dvec3> rates(points.size(), glm::dvec3(0.0));
   for (size_t n = 1; n + 1 < points.size(); ++n) {
@@ -42,7 +42,7 @@ std::vector<glm::dvec3> rates_of(const std::vector<ScriptedPath::Point>& points)
 }
 
 /// The line's numbers, or nothing if it is no point.
-std::optional<ScriptedPath::Point> point_of(std::string_view line) {
+std::optional<ScriptedPath::PathPoint> point_of(std::string_view line) {
   const auto parts = files::cells(line, ',');
   if (parts.size() < 4 || parts.size() > 5) return std::nullopt;
   double numbers[4] = {};
@@ -51,8 +51,8 @@ std::optional<ScriptedPath::Point> point_of(std::string_view line) {
     if (!number || !std::isfinite(*number)) return std::nullopt;
     numbers[n] = *number;
   }
-  ScriptedPath::Point point{.time_s = numbers[0],
-                            .position_m = {numbers[1], numbers[2], numbers[3]}};
+  ScriptedPath::PathPoint point{.time_s = numbers[0],
+                                .position_m = {numbers[1], numbers[2], numbers[3]}};
   if (parts.size() == 5) {
     const auto buttons = files::to_integer(parts[4]);
     if (!buttons || *buttons < 0 || *buttons > int64_t(UINT32_MAX)) return std::nullopt;
@@ -67,7 +67,7 @@ bool is_names(std::string_view line) {
 
 }  // namespace
 
-ScriptedPath::ScriptedPath(std::vector<Point> points, Between between)
+ScriptedPath::ScriptedPath(std::vector<PathPoint> points, Between between)
     : points_(std::move(points)) {
   for (size_t n = 1; n < points_.size(); ++n) assert(points_[n].time_s > points_[n - 1].time_s);
   if (between == Between::kSmooth) rates_ = rates_of(points_);
@@ -79,7 +79,7 @@ double ScriptedPath::duration_s() const {
 
 size_t ScriptedPath::piece_of(double time_s) const noexcept {
   const auto later = std::upper_bound(points_.begin(), points_.end(), time_s,
-                                      [](double t, const Point& p) { return t < p.time_s; });
+                                      [](double t, const PathPoint& p) { return t < p.time_s; });
   return size_t(later - points_.begin());
 }
 
@@ -93,7 +93,7 @@ glm::dvec3 ScriptedPath::position_m(double time_s) const noexcept {
   const size_t next = piece_of(time_s);
   if (next == 0) return points_.front().position_m;
   if (next == points_.size()) return points_.back().position_m;
-  const Point &a = points_[next - 1], &b = points_[next];
+  const PathPoint &a = points_[next - 1], &b = points_[next];
   const double dt = b.time_s - a.time_s, u = (time_s - a.time_s) / dt;
   if (rates_.empty()) return glm::mix(a.position_m, b.position_m, u);
   // Cubic Hermite.
@@ -104,7 +104,7 @@ glm::dvec3 ScriptedPath::position_m(double time_s) const noexcept {
 
 Result<ScriptedPath> parse_path(const std::filesystem::path& file, std::string_view text,
                                 ScriptedPath::Between between) {
-  std::vector<ScriptedPath::Point> points;
+  std::vector<ScriptedPath::PathPoint> points;
   bool may_be_names = true;
   if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // byte order mark of spreadsheets
   for (size_t number = 1; !text.empty(); ++number) {

@@ -14,33 +14,33 @@ namespace palpate::devices {
 /// the last one too. Space: the device's, m.
 class ScriptedPath {
  public:
-  struct Point {
+  struct PathPoint {
     double time_s = 0.0;
     glm::dvec3 position_m{0.0};
     uint32_t buttons = 0;  ///< held from this point to the next; bit k: button k
   };
   enum class Between : uint8_t {
     kLinear,  ///< even speed between points
-    kSmooth,  ///< continuous velocity; each coordinate stays between its two points (Fritsch and
-              ///< Carlson 1980)
+    /// continuous velocity; each coordinate stays between its two points (Fritsch and Carlson 1980)
+    kSmooth,
   };
 
   /// A hand that stays at the origin.
   ScriptedPath() = default;
   /// Times must rise.
-  explicit ScriptedPath(std::vector<Point> points, Between between = Between::kSmooth);
+  explicit ScriptedPath(std::vector<PathPoint> points, Between between = Between::kSmooth);
 
   /// Real-time safe, any thread.
   glm::dvec3 position_m(double time_s) const noexcept;
   uint32_t buttons(double time_s) const noexcept;
 
   double duration_s() const;
-  const std::vector<Point>& points() const { return points_; }
+  const std::vector<PathPoint>& points() const { return points_; }
 
  private:
   size_t piece_of(double time_s) const noexcept;
 
-  std::vector<Point> points_;
+  std::vector<PathPoint> points_;
   std::vector<glm::dvec3> rates_;  ///< velocity at each point; empty: linear
 };
 

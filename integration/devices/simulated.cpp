@@ -100,11 +100,11 @@ void SimulatedDevice::advance_to(int64_t time_ns) noexcept {
     if (options_.max_slew_n_per_s > 0.0 && slewing_n > 0.0)
       next = std::min(next, now_ns_ + 1 + int64_t(slewing_n / options_.max_slew_n_per_s * 1e9));
     if (coming_count_ > 0) next = std::min(next, coming_[coming_begin_].time_ns);
-    if (held_ && lets_go_ns_ > now_ns_) next = std::min(next, lets_go_ns_);
+    if (gripped_ && lets_go_ns_ > now_ns_) next = std::min(next, lets_go_ns_);
     move(next);
     take_due_forces();
-    if (held_ && now_ns_ >= lets_go_ns_) {
-      held_ = false;
+    if (gripped_ && now_ns_ >= lets_go_ns_) {
+      gripped_ = false;
       body_.set_hand(kNoHand);
     }
   }

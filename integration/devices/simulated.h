@@ -18,11 +18,11 @@ struct SimulatedOptions {
   ScriptedPath path;  ///< where the hand means to be; also where the grip starts
   double lets_go_at_s = std::numeric_limits<double>::infinity();  ///< no hand from then on
 
-  double resolution_m = 38e-6;    ///< of the encoder, rounded to nearest; 0: exact
-  double read_delay_s = 0.0;      ///< age of a position when the exchange gives it
-  double force_delay_s = 0.0;     ///< from the exchange to the motors, at most 50 ms
-  double jitter_s = 0.0;          ///< a position is older by up to this, evenly spread, and the
-                                  ///< device does not know
+  double resolution_m = 38e-6;  ///< of the encoder, rounded to nearest; 0: exact
+  double read_delay_s = 0.0;    ///< age of a position when the exchange gives it
+  double force_delay_s = 0.0;   ///< from the exchange to the motors, at most 50 ms
+  /// a position is older by up to this, evenly spread, and the device does not know
+  double jitter_s = 0.0;
   double lost_share = 0.0;        ///< of exchanges that reach nothing and bring nothing
   double silence_s = 0.1;         ///< the motors go off when no force came for so long
   double max_force_n = 8.0;       ///< the motors clamp to this, keeping the direction
@@ -89,7 +89,7 @@ class SimulatedDevice : public ForceDevice {
   std::vector<Coming> coming_;  ///< ring, rising times
   size_t past_end_ = 0, past_count_ = 0, coming_begin_ = 0, coming_count_ = 0;
   int64_t start_ns_ = 0, now_ns_ = 0, last_force_ns_ = 0, sub_step_ns_, lets_go_ns_;
-  bool held_ = true;
+  bool gripped_ = true;
   glm::dvec3 target_n_{0.0}, motor_n_{0.0};
   double motor_work_j_ = 0.0;
   DeviceReading last_;

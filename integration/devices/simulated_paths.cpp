@@ -8,9 +8,9 @@ namespace palpate::devices {
 namespace {
 
 /// Points of a path one after the other, timed by the speed.
-class Steps {
+class PathSteps {
  public:
-  explicit Steps(const PathPlace& place)
+  explicit PathSteps(const PathPlace& place)
       : place_(place),
         out_(glm::normalize(place.outward)),
         along_(place.along - out_ * glm::dot(place.along, out_)) {
@@ -42,7 +42,7 @@ class Steps {
  private:
   const PathPlace& place_;
   glm::dvec3 out_, along_, across_{0.0};
-  std::vector<ScriptedPath::Point> points_;
+  std::vector<ScriptedPath::PathPoint> points_;
 };
 
 constexpr int kCorners = 72;  ///< of a circle; the cubics between bend
@@ -50,7 +50,7 @@ constexpr int kCorners = 72;  ///< of a circle; the cubics between bend
 }  // namespace
 
 ScriptedPath press_path(const PathPlace& place) {
-  Steps steps(place);
+  PathSteps steps(place);
   for (int n = 0; n < place.times; ++n) {
     steps.hold(place.hold_s);
     steps.go(steps.at(-place.depth_m));
@@ -63,7 +63,7 @@ ScriptedPath press_path(const PathPlace& place) {
 ScriptedPath tap_path(const PathPlace& place) {
   PathPlace quick = place;
   quick.hold_s = 0.0;
-  Steps steps(quick);
+  PathSteps steps(quick);
   for (int n = 0; n < place.times; ++n) {
     steps.go(steps.at(-place.depth_m));
     steps.go(steps.at(place.clearance_m));
@@ -72,7 +72,7 @@ ScriptedPath tap_path(const PathPlace& place) {
 }
 
 ScriptedPath stroke_path(const PathPlace& place) {
-  Steps steps(place);
+  PathSteps steps(place);
   const double in = -place.depth_m;
   steps.hold(place.hold_s);
   steps.go(steps.at(in));
@@ -86,7 +86,7 @@ ScriptedPath stroke_path(const PathPlace& place) {
 }
 
 ScriptedPath circle_path(const PathPlace& place) {
-  Steps steps(place);
+  PathSteps steps(place);
   const double in = -place.depth_m, radius = place.reach_m;
   steps.hold(place.hold_s);
   steps.go(steps.at(in));
@@ -101,7 +101,7 @@ ScriptedPath circle_path(const PathPlace& place) {
 }
 
 ScriptedPath sweep_path(const PathPlace& place) {
-  Steps steps(place);
+  PathSteps steps(place);
   steps.hold(place.hold_s);
   for (int n = 0; n < place.times; ++n) {
     steps.go(steps.at(-place.depth_m));

@@ -13,9 +13,9 @@
 namespace palpate::devices {
 namespace {
 
-using usb::Problem;
+using usb::UsbProblem;
 
-constexpr int kLookMs = 500;
+constexpr int kPollMs = 500;
 constexpr unsigned kReadMs = 50;  // also how long stopping may take
 constexpr int kStalls = 3;        // in a row; then it is opened again
 
@@ -90,23 +90,23 @@ class SpaceMouse::Listener {
   void run() {
     usb::Watch watch(usb::kAnyVendor);
     while (!stop_) {
-      rest(look());
-      if (!stop_) watch.sleep(wake_, kLookMs);
+      rest(search());
+      if (!stop_) watch.sleep(wake_, kPollMs);
     }
   }
 
   /// Opens the first that can be opened and listens until it is gone; why there is none now.
-  DeviceFault look() {
-    const usb::Context context = usb::make_context();
+  DeviceFault search() {
+    const usb::ContextPtr context = usb::make_context();
     DeviceFault reason = opened_ > 0 ? DeviceFault::kUnplugged : DeviceFault::kNotOpened;
     if (!context) return reason;
     bool first = true;
-    for (const usb::Found& found : usb::find(context.get(), is_spacemouse)) {
+    for (const usb::BusDevice& found : usb::find(context.get(), is_spacemouse)) {
       if (!options_.place.empty() && options_.place != found.place) continue;
       const auto input = usb::hid_input(found.device.get());
       if (!input) continue;
-      const usb::Opened opened = usb::open(found.device.get(), input->interface);
-      if (opened.problem == Problem::kNone) {
+      const usb::ClaimedDevice opened = usb::open(found.device.get(), input->interface);
+      if (opened.problem == UsbProblem::kNone) {
         name(found);
         return fault_of(listen(opened.handle.get(), *input));
       }
@@ -116,32 +116,32 @@ class SpaceMouse::Listener {
     return reason;
   }
 
-  void name(const usb::Found& found) {
+  void name(const usb::BusDevice& found) {
     const std::lock_guard lock(info_mutex_);
     name_ = std::string("3Dconnexion ") + spacemouse::model_of(found.vendor, found.product)->name;
     place_ = found.place;
   }
 
-  Problem listen(libusb_device_handle* handle, const usb::HidInput& input) {
+  UsbProblem listen(libusb_device_handle* handle, const usb::HidInput& input) {
     spacemouse::Reports reports;
     opened_.fetch_add(1, std::memory_order_relaxed);
     fault_.store(DeviceFault::kNone, std::memory_order_release);
     for (int stalls = 0; !stop_;) {
       std::array<uint8_t, 64> report;
       int got = 0;
-      const Problem problem = usb::problem_of(libusb_interrupt_transfer(
+      const UsbProblem problem = usb::problem_of(libusb_interrupt_transfer(
           handle, input.endpoint, report.data(), int(report.size()), &got, kReadMs));
       // A report may come in while the wait for it is being called off.
-      if (problem == Problem::kNone || (problem == Problem::kTimedOut && got > 0)) {
+      if (problem == UsbProblem::kNone || (problem == UsbProblem::kTimedOut && got > 0)) {
         stalls = 0;
         tell(reports, std::span<const uint8_t>(report).first(size_t(got)));
-      } else if (problem == Problem::kStalled && ++stalls <= kStalls) {
+      } else if (problem == UsbProblem::kStalled && ++stalls <= kStalls) {
         libusb_clear_halt(handle, input.endpoint);
-      } else if (problem != Problem::kTimedOut) {
+      } else if (problem != UsbProblem::kTimedOut) {
         return problem;
       }
     }
-    return Problem::kNone;
+    return UsbProblem::kNone;
   }
 
   void tell(spacemouse::Reports& reports, std::span<const uint8_t> report) noexcept {

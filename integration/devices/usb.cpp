@@ -17,97 +17,97 @@ std::string place_of(libusb_device* device) {
 
 }  // namespace
 
-const char* sentence(Problem problem) noexcept {
+const char* sentence(UsbProblem problem) noexcept {
   switch (problem) {
-    case Problem::kNone:
+    case UsbProblem::kNone:
       return "The bus works.";
-    case Problem::kNoPermission:
+    case UsbProblem::kNoPermission:
       return "This user may not open the device: install the udev rule 60-palpate.rules and plug "
              "it in again.";
-    case Problem::kBusy:
+    case UsbProblem::kBusy:
       return "Another program or driver holds the device: close it.";
-    case Problem::kGone:
+    case UsbProblem::kGone:
       return "The device was unplugged.";
-    case Problem::kStalled:
+    case UsbProblem::kStalled:
       return "The device refused a transfer.";
-    case Problem::kTimedOut:
+    case UsbProblem::kTimedOut:
       return "The device did not answer in time.";
-    case Problem::kFailed:
+    case UsbProblem::kFailed:
       return "The USB bus failed: try another cable or port.";
   }
   return "The USB bus has an unknown problem.";
 }
 
-Problem problem_of(int libusb_code) noexcept {
-  if (libusb_code >= 0) return Problem::kNone;
+UsbProblem problem_of(int libusb_code) noexcept {
+  if (libusb_code >= 0) return UsbProblem::kNone;
   switch (libusb_code) {
     case LIBUSB_ERROR_ACCESS:
-      return Problem::kNoPermission;
+      return UsbProblem::kNoPermission;
     case LIBUSB_ERROR_BUSY:
-      return Problem::kBusy;
+      return UsbProblem::kBusy;
     case LIBUSB_ERROR_NO_DEVICE:
     case LIBUSB_ERROR_NOT_FOUND:
-      return Problem::kGone;
+      return UsbProblem::kGone;
     case LIBUSB_ERROR_PIPE:
-      return Problem::kStalled;
+      return UsbProblem::kStalled;
     case LIBUSB_ERROR_TIMEOUT:
-      return Problem::kTimedOut;
+      return UsbProblem::kTimedOut;
     default:
-      return Problem::kFailed;
+      return UsbProblem::kFailed;
   }
 }
 
-Problem problem_of(libusb_transfer_status status) noexcept {
+UsbProblem problem_of(libusb_transfer_status status) noexcept {
   switch (status) {
     case LIBUSB_TRANSFER_COMPLETED:
     case LIBUSB_TRANSFER_CANCELLED:  // only ever by us
-      return Problem::kNone;
+      return UsbProblem::kNone;
     case LIBUSB_TRANSFER_TIMED_OUT:
-      return Problem::kTimedOut;
+      return UsbProblem::kTimedOut;
     case LIBUSB_TRANSFER_STALL:
-      return Problem::kStalled;
+      return UsbProblem::kStalled;
     case LIBUSB_TRANSFER_NO_DEVICE:
-      return Problem::kGone;
+      return UsbProblem::kGone;
     default:
-      return Problem::kFailed;
+      return UsbProblem::kFailed;
   }
 }
 
-Context make_context() noexcept {
+ContextPtr make_context() noexcept {
   libusb_context* context = nullptr;
   if (libusb_init(&context) != LIBUSB_SUCCESS) return nullptr;
   libusb_set_option(context, LIBUSB_OPTION_LOG_LEVEL, LIBUSB_LOG_LEVEL_NONE);
-  return Context(context);
+  return ContextPtr(context);
 }
 
-std::vector<Found> find(libusb_context* context, bool (*wanted)(uint16_t, uint16_t)) {
-  std::vector<Found> found;
+std::vector<BusDevice> find(libusb_context* context, bool (*wanted)(uint16_t, uint16_t)) {
+  std::vector<BusDevice> found;
   libusb_device** list = nullptr;
   const ssize_t count = libusb_get_device_list(context, &list);
   for (ssize_t n = 0; n < count; ++n) {
     libusb_device_descriptor descriptor{};
     if (libusb_get_device_descriptor(list[n], &descriptor) != LIBUSB_SUCCESS) continue;
     if (!wanted(descriptor.idVendor, descriptor.idProduct)) continue;
-    found.push_back({Device(libusb_ref_device(list[n])), descriptor.idVendor, descriptor.idProduct,
-                     place_of(list[n])});
+    found.push_back({DevicePtr(libusb_ref_device(list[n])), descriptor.idVendor,
+                     descriptor.idProduct, place_of(list[n])});
   }
   if (count >= 0) libusb_free_device_list(list, 1);
   // libusb lists the newest first when devices are plugged in while it runs.
   std::sort(found.begin(), found.end(),
-            [](const Found& a, const Found& b) { return a.place < b.place; });
+            [](const BusDevice& a, const BusDevice& b) { return a.place < b.place; });
   return found;
 }
 
-Opened open(libusb_device* device, int interface) {
-  Opened opened;
+ClaimedDevice open(libusb_device* device, int interface) {
+  ClaimedDevice opened;
   libusb_device_handle* handle = nullptr;
   opened.problem = problem_of(libusb_open(device, &handle));
-  if (opened.problem != Problem::kNone) return opened;
+  if (opened.problem != UsbProblem::kNone) return opened;
   opened.handle.reset(handle);
   opened.had_kernel_driver = kernel_driver_active(handle, interface);
   libusb_set_auto_detach_kernel_driver(handle, 1);
   opened.problem = problem_of(libusb_claim_interface(handle, interface));
-  if (opened.problem == Problem::kNone)
+  if (opened.problem == UsbProblem::kNone)
     opened.handle.get_deleter().interface = interface;
   else
     opened.handle.reset();

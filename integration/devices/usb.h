@@ -16,7 +16,7 @@
 namespace palpate::devices::usb {
 
 /// Why the bus did not do what was asked.
-enum class Problem : uint8_t {
+enum class UsbProblem : uint8_t {
   kNone,
   kNoPermission,  ///< this user may not open the device
   kBusy,          ///< another program, or a driver that can not be detached, holds it
@@ -27,9 +27,9 @@ enum class Problem : uint8_t {
 };
 
 /// One sentence: what is wrong and what to do. Static storage.
-const char* sentence(Problem problem) noexcept;
-Problem problem_of(int libusb_code) noexcept;                ///< of a call's return value
-Problem problem_of(libusb_transfer_status status) noexcept;  ///< of an asynchronous transfer
+const char* sentence(UsbProblem problem) noexcept;
+UsbProblem problem_of(int libusb_code) noexcept;                ///< of a call's return value
+UsbProblem problem_of(libusb_transfer_status status) noexcept;  ///< of an asynchronous transfer
 
 struct CloseContext {
   void operator()(libusb_context* context) const noexcept { libusb_exit(context); }
@@ -48,33 +48,33 @@ struct Unref {
 struct FreeTransfer {
   void operator()(libusb_transfer* transfer) const noexcept { libusb_free_transfer(transfer); }
 };
-using Context = std::unique_ptr<libusb_context, CloseContext>;
-using Handle = std::unique_ptr<libusb_device_handle, CloseHandle>;
-using Device = std::unique_ptr<libusb_device, Unref>;
-using Transfer = std::unique_ptr<libusb_transfer, FreeTransfer>;
+using ContextPtr = std::unique_ptr<libusb_context, CloseContext>;
+using HandlePtr = std::unique_ptr<libusb_device_handle, CloseHandle>;
+using DevicePtr = std::unique_ptr<libusb_device, Unref>;
+using TransferPtr = std::unique_ptr<libusb_transfer, FreeTransfer>;
 
 /// Null if the system has no USB at all.
-Context make_context() noexcept;
+ContextPtr make_context() noexcept;
 
 /// A device on the bus, not opened.
-struct Found {
-  Device device;
+struct BusDevice {
+  DevicePtr device;
   uint16_t vendor = 0, product = 0;
   std::string place;  ///< "usb 1-2.3": bus and ports, as the kernel names it
 };
 
 /// All devices for which wanted(vendor, product) holds, in the order of the bus.
-std::vector<Found> find(libusb_context* context, bool (*wanted)(uint16_t, uint16_t));
+std::vector<BusDevice> find(libusb_context* context, bool (*wanted)(uint16_t, uint16_t));
 
 /// A handle with one interface claimed, or the reason why not.
-struct Opened {
-  Handle handle;
-  Problem problem = Problem::kNone;
+struct ClaimedDevice {
+  HandlePtr handle;
+  UsbProblem problem = UsbProblem::kNone;
   bool had_kernel_driver = false;  ///< it is given back when the handle closes
 };
 
 /// Opens and claims, taking the interface from the kernel's driver if there is one.
-Opened open(libusb_device* device, int interface);
+ClaimedDevice open(libusb_device* device, int interface);
 
 /// Where a device of the HID class says what happens to it.
 struct HidInput {

@@ -6,20 +6,20 @@
 namespace palpate::devices {
 
 /// What a problem of the bus means for who uses the device.
-constexpr DeviceFault fault_of(usb::Problem problem) noexcept {
+constexpr DeviceFault fault_of(usb::UsbProblem problem) noexcept {
   switch (problem) {
-    case usb::Problem::kNone:
+    case usb::UsbProblem::kNone:
       return DeviceFault::kNone;
-    case usb::Problem::kNoPermission:
+    case usb::UsbProblem::kNoPermission:
       return DeviceFault::kNoPermission;
-    case usb::Problem::kBusy:
+    case usb::UsbProblem::kBusy:
       return DeviceFault::kBusy;
-    case usb::Problem::kGone:
+    case usb::UsbProblem::kGone:
       return DeviceFault::kUnplugged;
-    case usb::Problem::kTimedOut:
+    case usb::UsbProblem::kTimedOut:
       return DeviceFault::kTimeout;
-    case usb::Problem::kStalled:
-    case usb::Problem::kFailed:
+    case usb::UsbProblem::kStalled:
+    case usb::UsbProblem::kFailed:
       return DeviceFault::kTransfer;
   }
   return DeviceFault::kTransfer;

@@ -28,7 +28,7 @@ class Watch {
   static int LIBUSB_CALL on_change(libusb_context*, libusb_device*, libusb_hotplug_event,
                                    void* watch);
 
-  Context context_;
+  ContextPtr context_;
   std::optional<EventWaiter> waiter_;  ///< its files stay the same: no device is opened here
   libusb_hotplug_callback_handle callback_ = 0;
   bool watching_ = false;

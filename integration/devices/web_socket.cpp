@@ -19,7 +19,7 @@ namespace websocket = beast::websocket;
 using Tcp = net::ip::tcp;
 using Clock = std::chrono::steady_clock;
 using Nanoseconds = std::chrono::nanoseconds;
-using Failure = boost::system::error_code;
+using SocketError = boost::system::error_code;
 
 /// Runs what was begun until done(), or until the time is over.
 template <class Done>
@@ -41,12 +41,12 @@ bool run_until(net::io_context& io, int64_t wait_ns, Done done) {
 /// takes no time.
 bool connect_stream(net::io_context& io, beast::tcp_stream& stream, const std::string& host,
                     uint16_t port, int64_t wait_ns) {
-  Failure failure;
+  SocketError failure;
   Tcp::resolver resolver(io);
   const auto places = resolver.resolve(host, std::to_string(port), failure);
   if (failure) return false;
   bool connected = false, ended = false;
-  stream.async_connect(places, [&](Failure code, const Tcp::endpoint&) {
+  stream.async_connect(places, [&](SocketError code, const Tcp::endpoint&) {
     connected = !code;
     ended = true;
   });
@@ -70,7 +70,7 @@ class WebSocket::Connection {
   }
 
   ~Connection() {
-    Failure failure;
+    SocketError failure;
     beast::get_lowest_layer(stream_).socket().close(failure);
     // What was begun ends now, while what it writes to is still there.
     io_.restart();
@@ -80,7 +80,7 @@ class WebSocket::Connection {
   bool connect(const std::string& host, uint16_t port, int64_t wait_ns) {
     if (!connect_stream(io_, beast::get_lowest_layer(stream_), host, port, wait_ns)) return false;
     bool ended = false, agreed = false;
-    stream_.async_handshake(host + ":" + std::to_string(port), "/", [&](Failure code) {
+    stream_.async_handshake(host + ":" + std::to_string(port), "/", [&](SocketError code) {
       agreed = !code;
       ended = true;
     });
@@ -99,7 +99,7 @@ class WebSocket::Connection {
     if (!open_ || sending_) return false;
     out_ = std::move(text);
     sending_ = true;
-    stream_.async_write(net::buffer(out_), [this](Failure code, size_t) {
+    stream_.async_write(net::buffer(out_), [this](SocketError code, size_t) {
       sending_ = false;
       if (code) open_ = false;
     });
@@ -120,7 +120,7 @@ class WebSocket::Connection {
     try {
       if (!run_until(io_, wait_ns, [&] { return !sending_ || !open_; }) || !open_) return;
       bool ended = false;
-      stream_.async_close(websocket::close_code::normal, [&](Failure) { ended = true; });
+      stream_.async_close(websocket::close_code::normal, [&](SocketError) { ended = true; });
       if (!run_until(io_, wait_ns, [&] { return ended; })) {
         beast::get_lowest_layer(stream_).cancel();
         run_until(io_, wait_ns, [&] { return ended; });
@@ -135,7 +135,7 @@ class WebSocket::Connection {
 
  private:
   void read() {
-    stream_.async_read(in_, [this](Failure code, size_t) {
+    stream_.async_read(in_, [this](SocketError code, size_t) {
       if (code || messages_.size() >= kMostWaiting) {
         flooded_ = !code || code == websocket::error::message_too_big ||
                    code == websocket::error::buffer_overflow;
@@ -199,12 +199,12 @@ std::optional<std::string> http_get(const std::string& host, uint16_t port, cons
   http::response_parser<http::string_body> parser;
   parser.body_limit(WebSocket::kLargestMessage);
   bool ended = false, answered = false;
-  http::async_write(stream, request, [&](Failure sent, size_t) {
+  http::async_write(stream, request, [&](SocketError sent, size_t) {
     if (sent) {
       ended = true;
       return;
     }
-    http::async_read(stream, buffer, parser, [&](Failure code, size_t) {
+    http::async_read(stream, buffer, parser, [&](SocketError code, size_t) {
       answered = !code;
       ended = true;
     });

@@ -215,8 +215,8 @@ Status AtomicFile::commit() {
   if (::close(fd) != 0) return fail(errno);
   if (::rename(temporary_.c_str(), target_.c_str()) != 0) return fail(errno);
   temporary_.clear();
-  // The new name is in the folder; without this it may be lost with the power. The data are safe
-  // either way, and not every file system can do it, so the outcome does not matter.
+  // Writes the folder to the disk, since a power cut could otherwise lose the new name. The data
+  // are safe either way, and not every file system can do this, so its result is ignored.
   const int folder = ::open(folder_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (folder >= 0) {
     ::fsync(folder);

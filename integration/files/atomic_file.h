@@ -55,15 +55,15 @@ Status replace_file(const std::filesystem::path& from, const std::filesystem::pa
 /// Writes a whole text file atomically.
 Status write_text(const std::filesystem::path& path, std::string_view text);
 
-/// Takes an exclusive lock on an open file or folder for as long as it stays open: the sign that
-/// its process lives. False if another process has it. True where the file system knows no locks.
+/// Takes an exclusive lock on an open file or folder until it is closed, as a sign that its process
+/// lives. False if another process has it. True where the file system knows no locks.
 bool lock_as_alive(int fd);
 
 /// Removes the temporary files and folders of palpate in `folder` whose process has ended without
 /// clearing them away (kill -9, a power cut). Those of living processes stay.
 void remove_abandoned(const std::filesystem::path& folder);
 
-/// To be asked before long work: can this file be written? Removes what ended processes left in its
+/// For before long work: whether this file can be written. Removes what ended processes left in its
 /// folder, leaves nothing behind itself and touches no existing file. With `bytes`, also whether
 /// the disk has room for that much. kBadOutput with a sentence otherwise. Any thread.
 Status check_can_write_file(const std::filesystem::path& path, double bytes = 0.0);

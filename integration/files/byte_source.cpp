@@ -157,8 +157,8 @@ Result<size_t> ByteSource::read(void* to, size_t n) {
 }
 
 Result<uint64_t> ByteSource::skip(uint64_t n) {
-  // One plain file: the position is all there is to change, and reading beyond the end says how
-  // much is missing.
+  // One plain file: only its position changes, and a later read beyond the end tells how much is
+  // missing.
   if (!state_->inflating && state_->paths.size() == 1) {
     if (::lseek(state_->fd.get(), off_t(n), SEEK_CUR) < 0) return state_->cannot_read();
     return n;

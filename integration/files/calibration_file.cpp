@@ -13,11 +13,11 @@ namespace palpate::files {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 constexpr uintmax_t kMostBytes = 1 << 16;
 
-/// The four numbers of a rotation; refused unless of unit length to a thousandth, which is what
-/// rounding and a person's editing leave.
+/// The four numbers of a rotation; refused unless of unit length to a thousandth, enough for
+/// rounding and for edits by hand.
 void read_rotation(JsonObject& object, glm::dquat& rotation) {
   constexpr const char* kKey = "quaternion_wxyz";
   const nlohmann::json* list = object.list(kKey);
@@ -73,7 +73,7 @@ StoredCalibration read(const nlohmann::json& root, JsonReading& reading) {
   return stored;
 }
 
-Json list(glm::dvec3 v) {
+OrderedJson list(glm::dvec3 v) {
   return {v.x, v.y, v.z};
 }
 
@@ -82,7 +82,7 @@ Json list(glm::dvec3 v) {
 Status write_calibration(const fs::path& file, const StoredCalibration& stored) {
   const Calibration& c = stored.calibration;
   const glm::dquat& q = c.stage_from_device.rotation;
-  Json root;
+  OrderedJson root;
   root["stage_from_device"]["position_m"] = list(c.stage_from_device.position_m);
   root["stage_from_device"]["quaternion_wxyz"] = {q.w, q.x, q.y, q.z};
   root["space"] = stored.space;

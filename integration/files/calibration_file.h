@@ -22,7 +22,7 @@ struct StoredCalibration {
 Status write_calibration(const std::filesystem::path& file, const StoredCalibration& stored);
 
 /// Reads it back. kBadInput, naming file, place and what to change: not there, not JSON, a key
-/// missing, wrong or unknown, a rotation that is none.
+/// missing, wrong or unknown, a rotation that is not of unit length.
 Result<StoredCalibration> read_calibration(const std::filesystem::path& file);
 /// The same from text; `file` is only for messages.
 Result<StoredCalibration> parse_calibration(const std::filesystem::path& file,

@@ -40,8 +40,8 @@ struct Syntax {
   bool big_endian = false;
 };
 
-/// Without explicit VR only the standard's dictionary knows which elements are sequences; of those
-/// with a known length, these are looked into.
+/// Without explicit VR only the standard's dictionary knows which elements are sequences; only
+/// these are parsed if their length is known.
 bool is_known_sequence(uint32_t tag) {
   using namespace tags;
   constexpr uint32_t kKnown[] = {kSharedGroups,          kFrameGroups,
@@ -192,7 +192,7 @@ Result<std::string> transfer_syntax(const std::filesystem::path& file, std::stri
   return syntax;
 }
 
-/// Inflates a bare deflate stream; the memory grows with what is really in it.
+/// Inflates a bare deflate stream; memory grows with its actual content.
 Result<std::string> inflated(const std::filesystem::path& file, std::string_view packed) {
   z_stream stream{};
   if (inflateInit2(&stream, -MAX_WBITS) != Z_OK)

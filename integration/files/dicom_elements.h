@@ -44,7 +44,7 @@ struct DicomElements {
 };
 
 /// Walks through all elements up to the pixels and checks that every length fits, sequences and
-/// fragments included: GDCM ends the process over a damaged file, so it never gets to see one.
+/// fragments included: GDCM ends the process over a damaged file, so it is never given one.
 /// Implicit and explicit VR, little and big endian, deflated. `bytes` is the whole file and must
 /// outlive the result. kBadInput with a sentence; kOutOfMemory if it inflates beyond the memory.
 /// Touches no file; any thread.

@@ -45,7 +45,7 @@ class DicomFrames : public FrameSource {
 
 Result<std::unique_ptr<FrameSource>> open_dicom(const std::vector<std::filesystem::path>& inputs) {
   std::vector<DicomSlice> slices;
-  // A list of single slices is one heap; a list of folders is one frame per folder.
+  // A list of single slices is one unsorted set; a list of folders is one frame per folder.
   const bool folders = std::filesystem::is_directory(inputs.front());
   for (size_t n = 0; n < inputs.size(); ++n) {
     auto found = scan_dicom(inputs[n]);

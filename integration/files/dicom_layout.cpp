@@ -27,7 +27,7 @@ constexpr double kUnevenShare = 0.01;
 constexpr double kSameDirection = 1e-4;
 
 using Group = std::vector<size_t>;
-using Key = std::function<std::optional<double>(const DicomSlice&)>;
+using SortKey = std::function<std::optional<double>(const DicomSlice&)>;
 
 /// "Chest T=30%" -> 30.
 std::optional<double> percent_in(const std::string& description) {
@@ -44,7 +44,7 @@ std::optional<double> percent_in(const std::string& description) {
 /// Phases of one scan in the order of their time: by the percentage in the description where all
 /// have one, else by series number.
 std::map<std::string, double> rank_series(const std::vector<DicomSlice>& slices, const Group& all) {
-  struct Entry {
+  struct RankedSeries {
     double order;
     std::string uid;
   };
@@ -53,13 +53,13 @@ std::map<std::string, double> rank_series(const std::vector<DicomSlice>& slices,
   const bool all_percent = std::all_of(one_of.begin(), one_of.end(), [](const auto& entry) {
     return percent_in(entry.second->series_description).has_value();
   });
-  std::vector<Entry> entries;
+  std::vector<RankedSeries> entries;
   for (const auto& [uid, slice] : one_of) {
     entries.push_back(
         {all_percent ? *percent_in(slice->series_description) : slice->series_number, uid});
   }
   std::stable_sort(entries.begin(), entries.end(),
-                   [](const Entry& a, const Entry& b) { return a.order < b.order; });
+                   [](const RankedSeries& a, const RankedSeries& b) { return a.order < b.order; });
   std::map<std::string, double> ranks;
   for (size_t r = 0; r < entries.size(); ++r) ranks[entries[r].uid] = double(r);
   return ranks;
@@ -163,8 +163,9 @@ Result<Grid> grid_of(const std::filesystem::path& name, const std::vector<DicomS
   return make_grid(name, placement);
 }
 
-/// Sorts every place by the key; false if the key is missing or does not tell two slices apart.
-bool sort_by(const Key& key, const std::vector<DicomSlice>& slices, std::vector<Group>& places) {
+/// Sorts every place by the key; false if the key is missing or equal for two slices.
+bool sort_by(const SortKey& key, const std::vector<DicomSlice>& slices,
+             std::vector<Group>& places) {
   for (Group& place : places) {
     for (const size_t s : place) {
       if (!key(slices[s])) return false;
@@ -178,8 +179,8 @@ bool sort_by(const Key& key, const std::vector<DicomSlice>& slices, std::vector<
   return true;
 }
 
-/// What tells the slices of one place apart, in the order in which it is tried.
-enum class Told {
+/// What distinguishes the slices of one place, in the order in which it is tried.
+enum class SliceKey {
   kInput,
   kTemporalPosition,
   kTriggerTime,
@@ -191,18 +192,18 @@ enum class Told {
 };
 
 /// Mean trigger time of each frame, or the temporal resolution times the frame number. The time of
-/// the acquisition is that of the motion only where nothing else tells frames apart: gated scans
-/// are acquired in another order. It counts from the first frame on.
-void find_times(const std::vector<DicomSlice>& slices, Told told, DicomLayout& layout) {
+/// the acquisition is used only where nothing else distinguishes frames, since gated scans are
+/// acquired in another order than that of the motion. It counts from the first frame on.
+void find_times(const std::vector<DicomSlice>& slices, SliceKey told, DicomLayout& layout) {
   layout.times_s = counted_times(layout.frames.size());
   std::vector<double> times;
   for (size_t k = 0; k < layout.frames.size(); ++k) {
     double sum_s = 0.0;
     for (const size_t s : layout.frames[k]) {
       const DicomSlice &slice = slices[s], &first = slices[layout.frames[0][0]];
-      if (told == Told::kAcquisitionTime) {
+      if (told == SliceKey::kAcquisitionTime) {
         sum_s += *slice.acquisition_time_s - *first.acquisition_time_s;
-      } else if (told == Told::kReferenceTime) {
+      } else if (told == SliceKey::kReferenceTime) {
         sum_s += 1e-3 * *slice.frame_reference_ms;
       } else if (slice.trigger_time_ms) {
         sum_s += 1e-3 * *slice.trigger_time_ms;
@@ -214,8 +215,7 @@ void find_times(const std::vector<DicomSlice>& slices, Told told, DicomLayout& l
     }
     times.push_back(sum_s / double(layout.frames[k].size()));
   }
-  // Trigger times that do not rise belong to something else than the phase that told the frames
-  // apart.
+  // Trigger times that do not rise do not belong to the phase by which the frames were sorted.
   if (times.size() < 2 || !is_rising(times)) return;
   layout.times_s = std::move(times);
   layout.times_known = true;
@@ -230,7 +230,7 @@ Result<DicomLayout> arrange_group(const std::filesystem::path& name,
   auto grid = grid_of(name, slices, places);
   if (!grid) return grid.error();
   const auto ranks = rank_series(slices, all);
-  const std::array<Key, 8> keys = {
+  const std::array<SortKey, 8> keys = {
       [](const DicomSlice& s) { return std::optional<double>(double(s.input)); },
       [](const DicomSlice& s) { return s.temporal_position; },
       [](const DicomSlice& s) { return s.trigger_time_ms; },
@@ -240,7 +240,7 @@ Result<DicomLayout> arrange_group(const std::filesystem::path& name,
       [](const DicomSlice& s) { return s.frame_reference_ms; },
       [](const DicomSlice& s) { return s.acquisition_time_s; }};
   const auto key = std::find_if(keys.begin(), keys.end(),
-                                [&](const Key& k) { return sort_by(k, slices, places); });
+                                [&](const SortKey& k) { return sort_by(k, slices, places); });
   if (key == keys.end()) {
     return bad_input(
         name,
@@ -256,7 +256,7 @@ Result<DicomLayout> arrange_group(const std::filesystem::path& name,
   for (const Group& place : places) {
     for (size_t k = 0; k < place.size(); ++k) layout.frames[k].push_back(place[k]);
   }
-  find_times(slices, Told(key - keys.begin()), layout);
+  find_times(slices, SliceKey(key - keys.begin()), layout);
   return layout;
 }
 
@@ -269,8 +269,8 @@ Result<DicomLayout> arrange_slices(const std::filesystem::path& name,
   std::iota(all.begin(), all.end(), size_t{0});
   auto together = arrange_group(name, slices, all);
   if (together) return together;
-  // A localiser or a second scan may lie beside the sequence: look for the only series that is one
-  // by itself.
+  // A localiser or a second scan may lie beside the sequence: find the only series that is a
+  // sequence on its own.
   std::map<std::string, Group> by_series;
   for (const size_t s : all) by_series[slices[s].series].push_back(s);
   std::vector<DicomLayout> sequences;

@@ -11,8 +11,7 @@
 
 namespace palpate::files {
 
-/// What the tags of one slice say that matters for its place in a 4D image. LPS mm, as DICOM has
-/// it.
+/// The tags of one slice that determine its place in a 4D image. LPS mm, as DICOM has it.
 struct DicomSlice {
   std::filesystem::path file;
   size_t frame = 0;  ///< which of the frames of a multi-frame file

@@ -21,7 +21,7 @@ namespace {
 constexpr std::string_view kRunLengths = "1.2.840.10008.1.2.5";
 constexpr double kMostByRunLengths = 64.0;
 
-/// GDCM talks to the console of its own accord; a library must not.
+/// GDCM prints to the console by itself; a library must not.
 void silence_once() {
   static const bool done = [] {
     gdcm::Trace::DebugOff();
@@ -58,8 +58,8 @@ struct PackedPicture {
 };
 
 /// A JPEG, JPEG-LS or JPEG 2000 picture, if it is one gray picture of the slice's size with as many
-/// bits as the file has room for, or fewer. GDCM makes room for what the file says, and lets
-/// decoders write what the picture says.
+/// bits as the file has room for, or fewer. GDCM allocates by the file's size but lets decoders
+/// write by the picture's.
 std::optional<PackedPicture> fitting_picture(std::string_view picture, const DicomSlice& slice,
                                              int allocated_bits) {
   const auto byte = [&](size_t at) { return unsigned(uint8_t(picture[at])); };
@@ -78,15 +78,15 @@ std::optional<PackedPicture> fitting_picture(std::string_view picture, const Dic
   }
   if (!picture.starts_with("\xff\xd8")) return std::nullopt;
   // JPEG and JPEG-LS are segments with a marker and a length up to the first scan; one of the kind
-  // SOF has the size. GDCM ends the process over whatever is not quite right up to there: bytes
-  // between segments, or a JFIF version that it does not know.
+  // SOF has the size. GDCM ends the process over small errors up to there: bytes between segments,
+  // or an unknown version of JFIF.
   std::optional<PackedPicture> found;
   bool is_jpeg_ls = false;
   for (size_t at = 2; at + 10 <= picture.size() && byte(at) == 0xff;) {
     const unsigned marker = byte(at + 1), length = two(at + 2);
     const bool has_length = marker >= 0xc0 && marker != 0xff && !(marker >= 0xd0 && marker <= 0xd9);
     if (!has_length || length < 2 || at + 2 + length > picture.size()) return std::nullopt;
-    // The decoder of JPEG-LS may not come back from a damaged picture without an end marker.
+    // The decoder of JPEG-LS may never return from a damaged picture without an end marker.
     if (marker == 0xda && is_jpeg_ls &&
         !picture.substr(0, picture.find_last_not_of('\0') + 1).ends_with("\xff\xd9"))
       return std::nullopt;
@@ -161,7 +161,7 @@ bool unpack_run_lengths(std::string_view packed, size_t n, size_t width,
     const auto put = [&](char byte) { pixels[done++ * width + (width - 1 - segment)] = byte; };
     while (done < n && at < end) {
       // Up to 127: so many bytes and one more follow; negative: the next one, so many times and one
-      // more; -128 says nothing.
+      // more; -128 is skipped.
       const int code = int8_t(packed[at++]);
       const size_t count = std::min(size_t(code < 0 ? 1 - code : 1 + code), n - done);
       if (code == -128) continue;
@@ -204,13 +204,13 @@ bool unpack(const std::string& packed, const std::string& syntax, const DicomSli
     pixmap.SetDataElement(element);
     pixels.resize(pixmap.GetBufferLength());
     if (!pixmap.GetBuffer(pixels.data())) return false;
-    // Some decoders correct what the file says of its pixels, so this is asked for last.
+    // Some decoders correct the pixel format of the file, so this is read last.
     const gdcm::PixelFormat& format = pixmap.GetPixelFormat();
     if (format.GetSamplesPerPixel() != 1) return false;
     layout = {int(format.GetBitsAllocated()), int(format.GetBitsStored()),
               format.GetPixelRepresentation() == 1, false, false};
-    // What was lossy may pass the largest value that the file stores; where the picture has bits
-    // for that, cutting them off would make the brightest pixels the darkest.
+    // After lossy compression a value may exceed the largest one that the file stores. Where the
+    // picture has bits for it, cutting them off would make the brightest pixels the darkest.
     if (is_lossy(syntax) && picture->is_signed == layout.is_signed)
       layout.stored = std::max(layout.stored, picture->bits);
   } catch (const std::exception&) {
@@ -242,7 +242,7 @@ bool is_readable(const PixelLayout& layout) {
   return (bits == 8 || bits == 16 || bits == 32) && layout.stored >= 1 && layout.stored <= bits;
 }
 
-/// What the file says of its pixels, or the sentence about pixels that are not read.
+/// The layout of the file's pixels, or a sentence about pixels that are not read.
 Result<PixelLayout> layout_of(const DicomElements& elements, const std::filesystem::path& file) {
   PixelLayout layout;
   layout.allocated = elements.whole(tags::kBitsAllocated).value_or(0);
@@ -275,13 +275,13 @@ Status check_pixels(const DicomElements& elements, const DicomSlice& slice) {
     if (double(elements.pixels.size()) < bytes) return cut_short(slice.file);
     return Nothing{};
   }
-  double held = 0.0;
-  for (const std::string_view fragment : elements.fragments) held += double(fragment.size());
+  double available = 0.0;
+  for (const std::string_view fragment : elements.fragments) available += double(fragment.size());
   if (elements.syntax == kRunLengths) {
-    if (held * kMostByRunLengths < bytes) return cut_short(slice.file);
+    if (available * kMostByRunLengths < bytes) return cut_short(slice.file);
     return Nothing{};
   }
-  // A frame in several pieces is looked at when it is read.
+  // A frame in several pieces is checked when it is read.
   if (elements.fragments.size() != slice.frames_in_file + 1) return Nothing{};
   if (!fitting_picture(elements.fragments[1], slice, layout->allocated)) return damaged(slice.file);
   return Nothing{};

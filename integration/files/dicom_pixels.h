@@ -18,9 +18,9 @@ Status check_pixels(const DicomElements& elements, const DicomSlice& slice);
 class DicomPixels {
  public:
   /// The slice, rescaled once by its slope and intercept, to values[0 .. columns * rows). Plain
-  /// pixels and run lengths are decoded here; JPEG, JPEG-LS and JPEG 2000 by GDCM, which gets to
-  /// see nothing of the file but the packed frame, and only if that has the slice's size. kBadInput
-  /// or kOutOfMemory with a sentence.
+  /// pixels and run lengths are decoded here; JPEG, JPEG-LS and JPEG 2000 by GDCM, which is given
+  /// only the packed frame, and only if that has the slice's size. kBadInput or kOutOfMemory with a
+  /// sentence.
   Status read(const DicomSlice& slice, float* values);
 
  private:

@@ -138,7 +138,7 @@ bool place(const FrameTags& frame, DicomSlice& slice) {
   return true;
 }
 
-/// All that may tell the time of a frame.
+/// Reads everything that may give the time of a frame.
 void find_time(const DicomElements& file, const FrameTags& frame, DicomSlice& slice) {
   slice.temporal_position = file.number(tags::kTemporalPosition);
   if (const auto index = frame.with(tags::kFrameContent, tags::kTemporalPositionIndex)
@@ -218,7 +218,7 @@ Status add_slices(const std::string& file, const DicomElements& elements,
   slice.series_description = elements.text(tags::kSeriesDescription);
   slice.size = {*elements.whole(tags::kColumns), *elements.whole(tags::kRows)};
   slice.frames_in_file = *count;
-  if (const Status held = check_pixels(elements, slice); !held) return held;
+  if (const Status checked = check_pixels(elements, slice); !checked) return checked;
   for (slice.frame = 0; slice.frame < *count; ++slice.frame) {
     const FrameTags frame(elements, slice.frame);
     if (!place(frame, slice)) {
@@ -250,7 +250,7 @@ Result<std::vector<DicomSlice>> scan_dicom(const std::filesystem::path& input) {
     if (!file) return file.error();
     const auto elements = parse_dicom(name, file->bytes());
     if (!elements) return elements.error();
-    // Structured reports and the like have no rows; they are no part of the picture.
+    // Structured reports and the like have no rows; they are not part of the image.
     if (elements->values.count(tags::kRows) == 0) continue;
     if (!elements->has_pixels)
       return bad_input(name, "has no pixels: the file is cut short, export it again");

@@ -59,13 +59,13 @@ class RasterFrames : public FrameSource {
     return checked(k, std::move(volume));
   }
 
-  /// Every frame is spread over the whole file, so the first call reads all; each frame is handed
-  /// out once without a copy, and asking again reads again.
+  /// Every frame is spread over the whole file, so the first call reads all. Each frame is moved
+  /// out once; asking for it again reads the file again.
   Result<Volume> interleaved_frame(size_t k) {
-    if (held_.empty() || held_[k].values.empty()) {
+    if (buffered_.empty() || buffered_[k].values.empty()) {
       if (const Status got = read_all(); !got) return fail(got.error());
     }
-    return checked(k, std::move(held_[k]));
+    return checked(k, std::move(buffered_[k]));
   }
 
   Status read_all() {
@@ -73,11 +73,11 @@ class RasterFrames : public FrameSource {
     const Status fits = check_fits_memory(fmt::format("'{}'", raster_.file.string()), bytes);
     if (!fits) return fits;
     if (const Status opened = open(); !opened) return opened;
-    held_.clear();
+    buffered_.clear();
     std::vector<float*> lanes;
     for (size_t k = 0; k < frame_count; ++k) {
-      held_.push_back(Volume{grid, std::vector<float>(grid.count())});
-      lanes.push_back(held_.back().values.data());
+      buffered_.push_back(Volume{grid, std::vector<float>(grid.count())});
+      lanes.push_back(buffered_.back().values.data());
     }
     return stream_->read_lanes(lanes, 1);
   }
@@ -94,7 +94,7 @@ class RasterFrames : public FrameSource {
   /// After an error the position in the stream is not known, so the next call starts again.
   Error fail(Error error) {
     stream_.reset();
-    held_.clear();
+    buffered_.clear();
     next_ = 0;
     return error;
   }
@@ -103,7 +103,7 @@ class RasterFrames : public FrameSource {
   bool interleaved_ = false;
   std::unique_ptr<SampleStream> stream_;
   size_t next_ = 0;  ///< the frame at which the stream stands
-  std::vector<Volume> held_;
+  std::vector<Volume> buffered_;
 };
 
 class FrameFiles : public FrameSource {
@@ -112,7 +112,7 @@ class FrameFiles : public FrameSource {
     grid = rasters_.front().grid;
     frame_count = rasters_.size();
     times_s = counted_times(frame_count);
-    // What is true of one file is mostly true of all: it is said once.
+    // A note on one file mostly holds for all, so it is given once.
     const auto noted = [](const Raster& raster) { return !raster.notes.empty(); };
     const auto first = std::find_if(rasters_.begin(), rasters_.end(), noted);
     if (first == rasters_.end()) return;
@@ -151,7 +151,7 @@ std::string difference(const Grid& grid, const Grid& first) {
     return fmt::format("a size of {} where frame 0 has {}", triple(kTimes, glm::dvec3(grid.size)),
                        triple(kTimes, glm::dvec3(first.size)));
   }
-  // Each is told apart by what it moves at the far end of the image, as same_geometry() sees it.
+  // Each difference counts by how far it moves the far end of the image, as in same_geometry().
   const double tolerance_mm =
       1e-3 * first.finest_mm() / double(std::max({grid.size.x, grid.size.y, grid.size.z}));
   if (glm::length(grid.spacing_mm - first.spacing_mm) > tolerance_mm) {

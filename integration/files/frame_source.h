@@ -9,8 +9,8 @@
 
 namespace palpate::files {
 
-/// Frames of one grid that can be had one by one. What is known before any sample is read stands in
-/// the base.
+/// Frames of one grid that are read one by one. The base class has what is known before any sample
+/// is read.
 class FrameSource {
  public:
   FrameSource() = default;

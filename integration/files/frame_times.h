@@ -19,7 +19,7 @@ bool is_rising(const std::vector<double>& times);
 /// The sentence about times that do not rise, which no sequence can have.
 Status check_rising(const std::filesystem::path& file, const std::vector<double>& times);
 
-/// 0, 1, 2, ...: what stands for times where a file has none.
+/// 0, 1, 2, ...: the times of a file that has none.
 std::vector<double> counted_times(size_t frames);
 
 }  // namespace palpate::files

@@ -15,7 +15,7 @@ std::string joined(glm::dvec3 v, const char* separator) {
   return fmt::format("{}{}{}{}{}", v.x, separator, v.y, separator, v.z);
 }
 
-bool has_frames(const Picture& picture) {
+bool has_frames(const ImageToWrite& picture) {
   return picture.frames.size() > 1;
 }
 
@@ -26,7 +26,7 @@ void put(std::string& bytes, size_t offset, T value) {
 }
 
 /// The unit quaternion of a rotation with a non-negative real part, as (b, c, d): the largest of
-/// the four is found first, so that nothing small is divided by.
+/// the four is found first, so that no divisor is small.
 glm::dvec3 quaternion_of(const glm::dmat3& r) {
   const glm::dquat q = glm::normalize(glm::quat_cast(r));
   return (q.w < 0.0 ? -1.0 : 1.0) * glm::dvec3(q.x, q.y, q.z);
@@ -34,7 +34,7 @@ glm::dvec3 quaternion_of(const glm::dmat3& r) {
 
 }  // namespace
 
-std::string meta_header_of(const Picture& picture) {
+std::string meta_header_of(const ImageToWrite& picture) {
   const Grid grid = as_in_file(picture.grid);
   return fmt::format(
       "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = "
@@ -50,7 +50,7 @@ std::string meta_header_of(const Picture& picture) {
       picture.type == SampleType::kFloat ? "MET_FLOAT" : "MET_UCHAR");
 }
 
-std::string nrrd_header_of(const Picture& picture) {
+std::string nrrd_header_of(const ImageToWrite& picture) {
   const Grid grid = as_in_file(picture.grid);
   const bool vectors = picture.components > 1;
   const bool frames = has_frames(picture);
@@ -82,7 +82,7 @@ std::string nrrd_header_of(const Picture& picture) {
   return text + "\n";
 }
 
-std::string nifti_header_of(const Picture& picture) {
+std::string nifti_header_of(const ImageToWrite& picture) {
   const Grid grid = as_in_file(picture.grid);
   const bool vectors = picture.components > 1;
   std::string bytes(352, '\0');  // the header and the four bytes that say "no extension"

@@ -68,7 +68,7 @@ class Packer {
 };
 
 /// The components [first, first + count) of a frame in the order of the file, slice by slice.
-Status write_reordered(const Picture& picture, const void* frame, size_t first, size_t count,
+Status write_reordered(const ImageToWrite& picture, const void* frame, size_t first, size_t count,
                        const Sink& sink) {
   const size_t nx = size_t(picture.grid.size.x), ny = size_t(picture.grid.size.y);
   const size_t width = bytes_of(picture.type), voxel = picture.components * width;
@@ -91,7 +91,7 @@ Status write_reordered(const Picture& picture, const void* frame, size_t first, 
 }
 
 /// `planes`: each component in a block of its own, as NIfTI keeps them.
-Status write_samples(const Picture& picture, bool planes, const Sink& sink) {
+Status write_samples(const ImageToWrite& picture, bool planes, const Sink& sink) {
   const size_t all = picture.components, together = planes ? 1 : all;
   const bool as_it_is = together == all && !picture.grid.j_reversed_in_file;
   for (const void* frame : picture.frames) {
@@ -115,7 +115,7 @@ Status check_nifti_size(const std::filesystem::path& path, const Grid& grid) {
 }
 
 Status write_scalar(const Grid& grid, const float* values, const std::filesystem::path& path) {
-  Picture picture;
+  ImageToWrite picture;
   picture.grid = grid;
   picture.frames = {values};
   return write_picture(picture, path);
@@ -133,7 +133,7 @@ Result<ImageFormat> format_of(const std::filesystem::path& path) {
       path, "does not end in a format that palpate writes: name it .mha, .nrrd, .nii.gz or .nii");
 }
 
-Status write_picture(const Picture& picture, const std::filesystem::path& path) {
+Status write_picture(const ImageToWrite& picture, const std::filesystem::path& path) {
   const auto format = format_of(path);
   if (!format) return format.error();
   const bool nifti = *format == ImageFormat::kNifti || *format == ImageFormat::kPackedNifti;
@@ -175,7 +175,7 @@ Status write_mask(const Mask& mask, const std::filesystem::path& path) {
   std::vector<uint8_t> ones(mask.values.size());
   std::transform(mask.values.begin(), mask.values.end(), ones.begin(),
                  [](uint8_t v) { return uint8_t(v != 0); });
-  Picture picture;
+  ImageToWrite picture;
   picture.grid = mask.grid;
   picture.type = SampleType::kUint8;
   picture.frames = {ones.data()};
@@ -184,7 +184,7 @@ Status write_mask(const Mask& mask, const std::filesystem::path& path) {
 
 Status write_field(const Field& field, const std::filesystem::path& path) {
   static_assert(sizeof(glm::vec3) == 3 * sizeof(float), "vectors are written as runs of floats");
-  Picture picture;
+  ImageToWrite picture;
   picture.grid = field.grid;
   picture.components = 3;
   picture.frames = {field.u_mm.data()};
@@ -195,7 +195,7 @@ Status write_sequence(const Sequence& sequence, const std::filesystem::path& pat
   if (!lowered(path.filename().string()).ends_with(".nrrd")) {
     return bad_output(path, "can not hold a sequence with its times: name it .seq.nrrd");
   }
-  Picture picture;
+  ImageToWrite picture;
   picture.grid = sequence.frames.front().grid;
   for (const Volume& frame : sequence.frames) picture.frames.push_back(frame.values.data());
   if (sequence.times_known) picture.times_s = sequence.times_s;

@@ -10,7 +10,7 @@ namespace palpate::files {
 
 /// An image in memory, ready for any format. Frames follow each other; the components of a voxel
 /// lie together.
-struct Picture {
+struct ImageToWrite {
   Grid grid;
   SampleType type = SampleType::kFloat;  ///< kFloat or kUint8
   size_t components = 1;
@@ -25,11 +25,11 @@ enum class ImageFormat { kMeta, kNrrd, kNifti, kPackedNifti };
 Result<ImageFormat> format_of(const std::filesystem::path& path);
 
 /// Writes the picture atomically.
-Status write_picture(const Picture& picture, const std::filesystem::path& path);
+Status write_picture(const ImageToWrite& picture, const std::filesystem::path& path);
 
 /// Headers as bytes, up to the first sample, in the order of the file (as_in_file()). Pure.
-std::string meta_header_of(const Picture& picture);
-std::string nrrd_header_of(const Picture& picture);
-std::string nifti_header_of(const Picture& picture);
+std::string meta_header_of(const ImageToWrite& picture);
+std::string nrrd_header_of(const ImageToWrite& picture);
+std::string nifti_header_of(const ImageToWrite& picture);
 
 }  // namespace palpate::files

@@ -78,7 +78,8 @@ bool is_in(double value, const NumberRange& range) {
 }
 
 std::string nearest_word(std::string_view word, const std::vector<std::string_view>& known) {
-  // Words longer than any key are no slip of the finger, and the distance takes their product.
+  // Words longer than any key are no typing errors, and the time for a distance grows with the
+  // product of both lengths.
   if (word.size() > 60) return {};
   std::string_view best;
   size_t least = word.size() / 2 + 1;

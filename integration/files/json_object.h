@@ -16,7 +16,7 @@
 
 namespace palpate::files {
 
-/// One reading of a JSON file by a person: the first thing that is wrong stays, with its place.
+/// The state of reading a JSON file: keeps the first error, with its place.
 struct JsonReading {
   std::filesystem::path file;
   std::optional<Error> error;
@@ -28,8 +28,8 @@ struct JsonReading {
 };
 
 /// One JSON object under its place in the file ("modes[1]"). Each call asks for one key: a missing
-/// one leaves the value as it is, a wrong one refuses. finish() refuses keys that nobody asked for,
-/// and names the nearest that is known.
+/// one leaves the value as it is, a wrong one refuses. finish() refuses keys that were not asked
+/// for, and names the nearest known one.
 class JsonObject {
  public:
   JsonObject(const nlohmann::json& value, std::string place, JsonReading& reading);
@@ -74,11 +74,11 @@ class JsonObject {
 };
 
 /// The word of `known` that is nearest to `word`, or nothing if none is near. Two neighbouring
-/// letters in the wrong order count as one slip.
+/// letters in the wrong order count as one error.
 std::string nearest_word(std::string_view word, const std::vector<std::string_view>& known);
 
-/// The text of a JSON file; `//` comments are allowed. Refuses what is no JSON (with line and
-/// column) and keys that stand twice in one object.
+/// The text of a JSON file; `//` comments are allowed. Refuses text that is not JSON (with line and
+/// column) and keys that occur twice in one object.
 std::optional<nlohmann::json> parse_json(std::string_view text, JsonReading& reading);
 
 }  // namespace palpate::files

@@ -20,7 +20,7 @@ namespace {
 /// Ten million points; a larger file is no table of landmarks.
 constexpr uintmax_t kMaxBytes = 1u << 30;
 
-struct Table {
+struct LandmarkTable {
   std::array<size_t, 3> columns = {0, 1, 2};  ///< where x, y, z stand
   bool columns_known = false;
   bool is_ras = false;
@@ -35,7 +35,7 @@ std::vector<std::string_view> split(std::string_view line) {
 }
 
 /// Takes x, y, z from names like "x", "X (mm)", "l", "x_mm"; false if one is missing.
-bool take_columns(const std::vector<std::string_view>& names, Table& table) {
+bool take_columns(const std::vector<std::string_view>& names, LandmarkTable& table) {
   std::array<size_t, 3> found{};
   for (size_t axis = 0; axis < 3; ++axis) {
     const auto is_axis = [&](std::string_view name) {
@@ -55,7 +55,7 @@ bool take_columns(const std::vector<std::string_view>& names, Table& table) {
 }
 
 /// Takes those of one frame from names like "x0".
-bool take_columns_of_frame(const std::vector<std::string_view>& names, Table& table) {
+bool take_columns_of_frame(const std::vector<std::string_view>& names, LandmarkTable& table) {
   for (size_t axis = 0; axis < 3; ++axis) {
     const std::string wanted = fmt::format("{}{}", "xyz"[axis], *table.frame);
     const auto at = std::find_if(names.begin(), names.end(), [&](std::string_view name) {
@@ -68,8 +68,9 @@ bool take_columns_of_frame(const std::vector<std::string_view>& names, Table& ta
   return true;
 }
 
-/// "# CoordinateSystem = LPS" and "# columns = id,x,y,z,..."; other comments say nothing.
-Status take_comment(const std::filesystem::path& file, std::string_view comment, Table& table) {
+/// "# CoordinateSystem = LPS" and "# columns = id,x,y,z,..."; other comments are ignored.
+Status take_comment(const std::filesystem::path& file, std::string_view comment,
+                    LandmarkTable& table) {
   const size_t equals = comment.find('=');
   if (equals == std::string_view::npos) return Nothing{};
   const std::string name = lowered(trimmed(comment.substr(0, equals)));
@@ -87,7 +88,8 @@ Status take_comment(const std::filesystem::path& file, std::string_view comment,
   return Nothing{};
 }
 
-std::optional<glm::dvec3> point_of(const std::vector<std::string_view>& parts, const Table& table) {
+std::optional<glm::dvec3> point_of(const std::vector<std::string_view>& parts,
+                                   const LandmarkTable& table) {
   glm::dvec3 point{};
   for (size_t axis = 0; axis < 3; ++axis) {
     if (table.columns[axis] >= parts.size()) return std::nullopt;
@@ -99,7 +101,7 @@ std::optional<glm::dvec3> point_of(const std::vector<std::string_view>& parts, c
 }
 
 Result<Landmarks> parse_table(const std::filesystem::path& file, std::string_view text,
-                              Table table) {
+                              LandmarkTable table) {
   Landmarks landmarks;
   if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // byte order mark of spreadsheets
   for (size_t number = 1; !text.empty(); ++number) {
@@ -150,7 +152,7 @@ Result<std::string> text_of(const std::filesystem::path& file) {
 }  // namespace
 
 Result<Landmarks> parse_landmarks(const std::filesystem::path& file, std::string_view text) {
-  Table table;
+  LandmarkTable table;
   if (lowered(file.string()).ends_with(".fcsv")) {
     // Slicer's own table: id, x, y, z, ... in RAS unless its comments say otherwise.
     table.is_ras = true;
@@ -162,7 +164,7 @@ Result<Landmarks> parse_landmarks(const std::filesystem::path& file, std::string
 
 Result<Landmarks> parse_followed_points(const std::filesystem::path& file, std::string_view text,
                                         int frame) {
-  Table table;
+  LandmarkTable table;
   table.frame = frame;
   return parse_table(file, text, table);
 }

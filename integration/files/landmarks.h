@@ -17,8 +17,8 @@ struct Landmarks {
 /// Reads a table of points, mm. Plain tables ("x,y,z", with or without a line of names, comma,
 /// semicolon, tab or blank between) are LPS; with names the columns x, y, z count, in any place. 3D
 /// Slicer's .fcsv says in its comments which columns and which coordinate system (RAS, 0: turned to
-/// LPS; LPS, 1) it has; older ones that say nothing are RAS. Lines that begin with # are comments.
-/// kBadInput with a sentence that names the line otherwise. Any thread.
+/// LPS; LPS, 1) it has; older ones without such a comment are RAS. Lines that begin with # are
+/// comments. kBadInput with a sentence that names the line otherwise. Any thread.
 Result<Landmarks> read_landmarks(const std::filesystem::path& file);
 
 /// Reads where points that were followed through a sequence are in one frame: a table whose columns

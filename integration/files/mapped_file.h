@@ -7,7 +7,7 @@
 
 namespace palpate::files {
 
-/// The bytes of a file without reading more of it than is looked at. Move-only; any thread.
+/// A file's bytes, of which only the parts that are accessed are read. Move-only; any thread.
 class MappedFile {
  public:
   /// kBadInput if the file is missing, empty or can not be read.

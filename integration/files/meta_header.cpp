@@ -124,7 +124,7 @@ Status place(const MetaFields& header, Raster& raster) {
   if (!((*sizes)[3] >= 1.0 && (*sizes)[3] <= kMaxLanes)) return wrong_field(raster.file, "DimSize");
   raster.lanes = size_t((*sizes)[3]);
   const double step_s = (*spacing)[3];
-  // A step of 1 is what writers put where they know none.
+  // Writers put a step of 1 where they do not know it.
   if (!(step_s > 0.0) || step_s == 1.0 || raster.lanes == 1) return Nothing{};
   raster.times_s = counted_times(raster.lanes);
   for (double& t : raster.times_s) t = (*origin)[3] + t * step_s;

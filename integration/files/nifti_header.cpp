@@ -23,12 +23,12 @@ constexpr double kShearTolerance = 1e-4;
 constexpr double kTwoPlacesVoxels = 0.5;
 
 /// Where a value stands in each of the two headers.
-struct Place {
+struct HeaderOffsets {
   size_t nifti1;
   size_t nifti2;
 };
 
-constexpr Place kDim{40, 16}, kIntent{68, 504}, kType{70, 12}, kPixdim{76, 104},
+constexpr HeaderOffsets kDim{40, 16}, kIntent{68, 504}, kType{70, 12}, kPixdim{76, 104},
     kSamplesAt{108, 168}, kSlope{112, 176}, kIntercept{116, 184}, kUnits{123, 500},
     kTimeStart{136, 216}, kQformCode{252, 344}, kSformCode{254, 348}, kQuaternion{256, 352},
     kQoffset{268, 376}, kSform{280, 400}, kMagic{344, 4};
@@ -45,11 +45,11 @@ class HeaderBytes {
   }
   int type() const { return get<int16_t>(at(kType)); }
   /// Intent and form codes.
-  int code(Place place) const {
+  int code(HeaderOffsets place) const {
     return nifti2_ ? get<int32_t>(place.nifti2) : get<int16_t>(place.nifti1);
   }
   int units() const { return nifti2_ ? get<int32_t>(kUnits.nifti2) : get<uint8_t>(kUnits.nifti1); }
-  double real(Place place, size_t n = 0) const {
+  double real(HeaderOffsets place, size_t n = 0) const {
     return nifti2_ ? get<double>(place.nifti2 + 8 * n) : double(get<float>(place.nifti1 + 4 * n));
   }
   double pixdim(size_t n) const { return real(kPixdim, n); }
@@ -59,7 +59,7 @@ class HeaderBytes {
   std::string_view magic() const { return bytes_.substr(at(kMagic), nifti2_ ? 8 : 4); }
 
  private:
-  size_t at(Place place) const { return nifti2_ ? place.nifti2 : place.nifti1; }
+  size_t at(HeaderOffsets place) const { return nifti2_ ? place.nifti2 : place.nifti1; }
 
   template <class T>
   T get(size_t offset) const {
@@ -178,7 +178,7 @@ double mm_per_unit(const HeaderBytes& header) {
   return space_unit == 1 ? 1e3 : space_unit == 3 ? 1e-3 : 1.0;
 }
 
-/// The sentence about forms that put the image to two places, if there are two.
+/// A sentence about forms that put the image at two different places, if they do.
 void note_two_places(const HeaderBytes& header, const char* used, Raster& raster) {
   if (header.code(kQformCode) <= 0 || header.code(kSformCode) <= 0) return;
   const RasFrame sform = from_sform(header), qform = from_qform(header);
@@ -240,8 +240,8 @@ Status find_lanes(const HeaderBytes& header, Raster& raster) {
   raster.vectors_are_ras = components == 3 && header.code(kIntent) == kIntentDisplacement;
   const double step = header.pixdim(4);
   const int time_unit = header.units() & 0x38;
-  // Writers like ITK leave the unit out and mean seconds; a step of 1 is what they put where they
-  // know none.
+  // Writers like ITK leave the unit out and mean seconds; they write a step of 1 where they do not
+  // know it.
   double seconds = time_unit == 0 && step != 1.0 ? 1.0 : 0.0;
   if (time_unit == 8) seconds = 1.0;
   if (time_unit == 16) seconds = 1e-3;
@@ -266,7 +266,7 @@ Status find_samples(const HeaderBytes& header, bool packed, Raster& raster) {
   raster.type = *type;
   raster.encoding = packed ? Encoding::kDeflate : Encoding::kRaw;
   const double slope = header.real(kSlope), intercept = header.real(kIntercept);
-  // A slope of 0 means by the standard that nothing is to be scaled.
+  // By the standard a slope of 0 means that values are not scaled.
   if (slope != 0.0 && std::isfinite(slope) && std::isfinite(intercept)) {
     raster.slope = slope;
     raster.intercept = intercept;

@@ -13,19 +13,19 @@ namespace {
 /// The format allows 16 axes.
 constexpr size_t kMaxAxes = 16;
 
-enum class Kind { kSpace, kFrames, kComponents, kOpen };
+enum class AxisKind { kSpace, kFrames, kComponents, kOpen };
 
-Kind kind_of(const std::string& word) {
+AxisKind kind_of(const std::string& word) {
   constexpr std::array kSpace = {"domain", "space"};
   constexpr std::array kFrames = {"list", "time", "point"};
   constexpr std::array kOpen = {"", "???", "none", "stub", "scalar"};
   const auto is_one_of = [&](const auto& names) {
     return std::find(names.begin(), names.end(), word) != names.end();
   };
-  if (is_one_of(kSpace)) return Kind::kSpace;
-  if (is_one_of(kFrames)) return Kind::kFrames;
-  if (is_one_of(kOpen)) return Kind::kOpen;
-  return Kind::kComponents;  // all other kinds of the format are vectors, colours, matrices
+  if (is_one_of(kSpace)) return AxisKind::kSpace;
+  if (is_one_of(kFrames)) return AxisKind::kFrames;
+  if (is_one_of(kOpen)) return AxisKind::kOpen;
+  return AxisKind::kComponents;  // all other kinds of the format are vectors, colours, matrices
 }
 
 /// `units: "" "mm" "s"` -> the strings between quotes, in lower case.
@@ -76,19 +76,19 @@ bool is_time_direction(const std::vector<double>& d) {
   return d.size() == 4 && d[0] == 0.0 && d[1] == 0.0 && d[2] == 0.0 && d[3] != 0.0;
 }
 
-void decide_roles(const std::vector<Kind>& kinds, bool has_directions,
+void decide_roles(const std::vector<AxisKind>& kinds, bool has_directions,
                   std::vector<NrrdAxis>& axes) {
   size_t spaces = 0;
   for (size_t a = 0; a < axes.size(); ++a) {
     NrrdAxis& axis = axes[a];
-    bool space = kinds[a] == Kind::kSpace || kinds[a] == Kind::kOpen;
+    bool space = kinds[a] == AxisKind::kSpace || kinds[a] == AxisKind::kOpen;
     if (has_directions && (axis.direction.empty() || is_time_direction(axis.direction)))
       space = false;
     // A fourth axis of space can only be time.
     if (space && ++spaces > 3) space = false;
-    axis.role = space                           ? NrrdRole::kSpace
-                : kinds[a] == Kind::kComponents ? NrrdRole::kComponents
-                                                : NrrdRole::kFrames;
+    axis.role = space                               ? NrrdRole::kSpace
+                : kinds[a] == AxisKind::kComponents ? NrrdRole::kComponents
+                                                    : NrrdRole::kFrames;
   }
 }
 
@@ -180,7 +180,7 @@ Result<std::vector<NrrdAxis>> nrrd_axes(const std::filesystem::path& file,
   const std::string kind_text = lowered(header.field("kinds"));
   const auto kind_words = words(kind_text);
   if (!kind_words.empty() && kind_words.size() != axes.size()) return wrong_field(file, "kinds");
-  std::vector<Kind> kinds(axes.size(), Kind::kOpen);
+  std::vector<AxisKind> kinds(axes.size(), AxisKind::kOpen);
   for (size_t a = 0; a < kind_words.size(); ++a) kinds[a] = kind_of(std::string(kind_words[a]));
   decide_roles(kinds, !directions->empty(), axes);
   return axes;

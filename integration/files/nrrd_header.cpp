@@ -68,7 +68,7 @@ glm::dvec3 lps_signs(std::string_view space) {
   return {1, 1, 1};
 }
 
-/// Millimetres per unit of `space units`; what is not known is taken as mm.
+/// Millimetres per unit of `space units`; unknown units are taken as mm.
 double mm_per(std::string_view units) {
   const std::string name = lowered(units);
   if (name.find("\"m\"") != std::string::npos) return 1e3;
@@ -193,7 +193,7 @@ Status find_times(const NrrdFields& header, const std::vector<NrrdAxis>& axes, R
 }
 
 /// "slice%03d.raw 1 40 1" -> slice001.raw ... slice040.raw. Only %d with a width is understood, and
-/// nothing is handed to printf: the pattern comes from a stranger.
+/// the pattern is not given to printf, since it may come from anybody.
 std::optional<std::vector<std::string>> expand_pattern(std::string_view text) {
   constexpr int64_t kMaxFiles = 100000;
   constexpr int64_t kMaxWidth = 20;

@@ -26,7 +26,7 @@ inline constexpr NumberRange kSoftnesses_m{1e-6, 10.0};  ///< of a charge
 inline constexpr NumberRange kRawSizes{1.0, 65'536.0};   ///< samples along an axis
 inline constexpr NumberRange kFrameRates{0.001, 1e5};    ///< frames per second
 
-/// False for what is not finite, too.
+/// False also for values that are not finite.
 bool is_in(double value, const NumberRange& range);
 
 /// "a number from 1 to 5", "a number above 0", "a number not below 0", "a number".

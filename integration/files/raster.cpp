@@ -168,7 +168,7 @@ Status check_claims(const Raster& raster) {
   const double claimed =
       double(raster.grid.count()) * double(raster.lanes) * double(bytes_of(raster.type));
   if (raster.lanes == 0) return bad_input(raster.file, "holds no frames: save the file again");
-  double held = 0.0;
+  double available = 0.0;
   for (const auto& path : raster.data) {
     std::error_code error;
     const auto bytes = std::filesystem::file_size(path, error);
@@ -177,20 +177,21 @@ Status check_claims(const Raster& raster) {
                        "keeps its samples in '{}', which can not be read: put that file beside it",
                        path.string());
     }
-    held += std::max(0.0, double(bytes) - double(raster.file_skip));
+    available += std::max(0.0, double(bytes) - double(raster.file_skip));
   }
-  if (raster.encoding == Encoding::kRaw) held = std::max(0.0, held - double(raster.stream_skip));
+  if (raster.encoding == Encoding::kRaw)
+    available = std::max(0.0, available - double(raster.stream_skip));
   double least = claimed;
   if (raster.encoding == Encoding::kDeflate) least = claimed / kDeflateLimit;
   if (raster.encoding == Encoding::kText)
     least = 2.0 * claimed / double(bytes_of(raster.type)) - 1.0;
-  if (held < least) {
+  if (available < least) {
     return bad_input(raster.file,
                      "is too short: its header promises {} of samples ({} x {} x {} x {}) but the "
                      "file holds {}: copy "
                      "or export it again",
                      bytes_for_people(claimed), raster.grid.size.x, raster.grid.size.y,
-                     raster.grid.size.z, raster.lanes, bytes_for_people(held));
+                     raster.grid.size.z, raster.lanes, bytes_for_people(available));
   }
   // One frame as float is the least that any use of the file needs.
   return check_fits_memory(

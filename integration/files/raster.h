@@ -26,9 +26,9 @@ enum class LaneKind { kFrames, kComponents };
 /// More frames or components than this are a damaged header: a minute at 1 kHz has 60,000 frames.
 inline constexpr double kMaxLanes = 1e6;
 
-/// What a header promises: where the samples of one file lie, in memory and in space. Every header
-/// parser of ours ends in this, and one decoder reads it, so that each rule (sizes, units, scaling,
-/// byte order) is there once.
+/// What a header says: where the samples of one file are, in memory and in space. All header
+/// parsers give one, and one decoder reads it, so that each rule (sizes, units, scaling, byte
+/// order) is written once.
 ///
 /// Beside i, j, k there is at most one more axis, the lanes: frames of a sequence or components of
 /// a vector. It may stand anywhere among the axes of the file: sample (voxel v, lane l) is sample
@@ -63,18 +63,18 @@ struct Raster {
   uint64_t byte_count() const { return sample_count() * bytes_of(type); }
 };
 
-/// Space as a file states it, before it is known to be sound. The axes need not be of unit length.
+/// Space as a file states it, before it is checked. The axes need not be of unit length.
 struct Placement {
-  glm::dvec3 size{0.0};  ///< samples along i, j, k; double, so that absurd claims survive until
-                         ///< they are refused
+  /// samples along i, j, k; double, so that absurd claims survive until they are refused
+  glm::dvec3 size{0.0};
   glm::dvec3 spacing_mm{1.0};
   glm::dvec3 origin_mm{0.0};  ///< LPS
   glm::dmat3 axes{1.0};       ///< columns: directions of i, j, k in LPS
 };
 
-/// The grid, or the sentence why no grid can be like that: empty or absurd size, spacing that is
-/// not positive, axes that are not perpendicular. Left-handed axes become right-handed by counting
-/// j from the other end: the same samples at the same places, and j_reversed_in_file is set.
+/// The grid, or a sentence why it is not possible: empty or absurd size, spacing that is not
+/// positive, axes that are not perpendicular. Left-handed axes become right-handed by counting j
+/// from the other end: the same samples at the same places, and j_reversed_in_file is set.
 Result<Grid> make_grid(const std::filesystem::path& file, const Placement& placement);
 
 /// The samples in the order of the file that j_reversed_in_file remembers: its direction has a

@@ -131,20 +131,20 @@ std::vector<RasterFormat>& formats() {
   return all;
 }
 
-/// DICOM, or else the format that such a file is in; neither for what nobody knows.
-struct Found {
+/// DICOM, or else the format of the file; neither if it is unknown.
+struct FoundFormat {
   bool is_dicom = false;
   const RasterFormat* format = nullptr;
 };
 
-Result<Found> found_in(const std::filesystem::path& file) {
+Result<FoundFormat> found_in(const std::filesystem::path& file) {
   const auto bytes = start_of_file(file, 4096);
   if (!bytes) return bytes.error();
-  if (is_dicom(*bytes)) return Found{true, nullptr};
+  if (is_dicom(*bytes)) return FoundFormat{true, nullptr};
   for (const RasterFormat& format : formats()) {
-    if (format.is_start(*bytes)) return Found{false, &format};
+    if (format.is_start(*bytes)) return FoundFormat{false, &format};
   }
-  return Found{};
+  return FoundFormat{};
 }
 
 }  // namespace

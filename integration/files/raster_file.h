@@ -11,8 +11,8 @@ namespace palpate::files {
 /// What a file is: an image in one of raster_formats(), DICOM, or neither.
 enum class FileKind { kImage, kDicom, kUnknown };
 
-/// What a file is by its first bytes; its name is not asked. kBadInput if it can not be read or is
-/// empty.
+/// What a file is by its first bytes; its name does not matter. kBadInput if it can not be read or
+/// is empty.
 Result<FileKind> sniff(const std::filesystem::path& file);
 
 /// A format of image files. It has to say where the samples lie (Raster); reading them, with all
@@ -22,14 +22,15 @@ struct RasterFormat {
   std::vector<std::string> endings;  ///< of the names of its files, in lower case: ".nrrd"
   /// Whether a file that starts with these bytes, 4096 at most, is one.
   bool (*is_start)(std::string_view bytes);
-  /// kBadInput with a sentence for a header that can not be.
+  /// kBadInput with a sentence for an impossible header.
   Result<Raster> (*read_header)(const std::filesystem::path& file);
 };
 
-/// The formats, in the order in which they are asked whether a file is theirs.
+/// The formats, in the order in which they are tried.
 const std::vector<RasterFormat>& raster_formats();
 
-/// One more, asked after the others. Once, before any file is read: not while another thread reads.
+/// Adds a format, which is tried after the others. Call it once per format, before any file is
+/// read.
 void add_raster_format(RasterFormat format);
 
 /// The format of a file, or null if it is in none of them or can not be read.

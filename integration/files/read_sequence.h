@@ -36,8 +36,8 @@ class SequenceReader {
   const Grid& grid() const;                          ///< of every frame
   const std::vector<double>& times_s() const;  ///< one per frame, rising; 0, 1, 2, ... if not known
   bool times_known() const;
-  /// What a person should know though it does not stop the work, a sentence each: a header that
-  /// contradicts itself, and which of its claims is used.
+  /// Notes for people that do not stop the work, a sentence each: a header that contradicts itself,
+  /// and which of its claims is used.
   const std::vector<std::string>& notes() const;
 
   /// Frame k as float, rescaled once. Cheapest in rising order: going back reads a packed file

@@ -121,11 +121,11 @@ Status SampleStream::read_text(float* to, size_t n) {
     if (end == std::string::npos && !text_ended_) {
       // The last word may go on in the bytes to come.
       text_.erase(0, begin);
-      const size_t held = text_.size();
-      text_.resize(held + kChunkSamples);
-      const auto got = source_.read(text_.data() + held, kChunkSamples);
+      const size_t decoded = text_.size();
+      text_.resize(decoded + kChunkSamples);
+      const auto got = source_.read(text_.data() + decoded, kChunkSamples);
       if (!got) return got.error();
-      text_.resize(held + *got);
+      text_.resize(decoded + *got);
       text_ended_ = *got == 0;
       continue;
     }

@@ -34,9 +34,9 @@ const std::vector<std::string_view> kKinds = {"surface",   "follow",         "fr
 const std::vector<std::string_view> kSources = {"heart",       "heart-exact", "shell",
                                                 "shell-exact", "molecule",    "charges"};
 
-class SceneReader {
+class JsonSceneReader {
  public:
-  SceneReader(const std::vector<std::string>& more_kinds, JsonReading& reading)
+  JsonSceneReader(const std::vector<std::string>& more_kinds, JsonReading& reading)
       : more_kinds_(more_kinds), reading_(reading) {}
 
   SceneSpec read(const json& root) {
@@ -105,7 +105,7 @@ class SceneReader {
       if (!v.source.empty()) o.refuse("values", "synthetic data have their own: leave this out");
     }
     o.boolean("blend_values", v.blend_values);
-    read_seen(o, "view", v.seen);
+    read_appearance(o, "view", v.appearance);
     read_segments(o, "segments", v.segments);
     if (!v.source.empty() && v.segments.any())
       o.refuse("segments", "synthetic data have none: leave this out");
@@ -355,7 +355,7 @@ Result<SceneSpec> parse_scene(const fs::path& file, std::string_view text,
   if (!folder.empty()) reading.folder = folder;
   const auto root = parse_json(text, reading);
   if (!root) return *reading.error;
-  SceneSpec scene = SceneReader(more_kinds, reading).read(*root);
+  SceneSpec scene = JsonSceneReader(more_kinds, reading).read(*root);
   if (reading.error) return *reading.error;
   return scene;
 }

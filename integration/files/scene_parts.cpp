@@ -367,7 +367,7 @@ void read_segments(JsonObject& parent, const char* key, SegmentsSpec& out) {
   o.finish();
 }
 
-void read_seen(JsonObject& parent, const char* key, SeenSpec& out) {
+void read_appearance(JsonObject& parent, const char* key, AppearanceSpec& out) {
   const json* value = parent.find(key);
   if (!value) return;
   JsonObject o(*value, parent.place(key), parent.reading());
@@ -384,7 +384,7 @@ void read_seen(JsonObject& parent, const char* key, SeenSpec& out) {
     o.refuse("points_of_range", "there are no points: give them, or leave this out");
   if (const json* window = o.find("window")) {
     JsonObject w(*window, o.place("window"), o.reading());
-    if (!w.number("level", out.level) && w.good())
+    if (!w.number("level", out.window_level) && w.good())
       w.refuse("level", "it is missing: give a value of the data");
     if (!w.number("width", out.width, kPositive) && w.good())
       w.refuse("width", "it is missing: say how many values the colours go over");

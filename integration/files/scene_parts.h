@@ -39,6 +39,6 @@ void read_raw(JsonObject& parent, const char* key, std::optional<RawSamples>& ou
 void read_segments(JsonObject& parent, const char* key, SegmentsSpec& out);
 
 /// How a volume is to be seen: a preset or points of its own, a window, stream tubes.
-void read_seen(JsonObject& parent, const char* key, SeenSpec& out);
+void read_appearance(JsonObject& parent, const char* key, AppearanceSpec& out);
 
 }  // namespace palpate::files

@@ -8,7 +8,7 @@ namespace palpate::files {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 template <class T>
 std::string_view word_of(const std::vector<std::pair<std::string_view, T>>& words, T value) {
@@ -17,30 +17,30 @@ std::string_view word_of(const std::vector<std::pair<std::string_view, T>>& word
   return words.front().first;
 }
 
-Json list(glm::dvec3 v) {
+OrderedJson list(glm::dvec3 v) {
   return {v.x, v.y, v.z};
 }
 
-Json list(const glm::dquat& q) {
+OrderedJson list(const glm::dquat& q) {
   return {q.w, q.x, q.y, q.z};
 }
 
 /// Only what differs from its default is written: a scene stays short, and says what is special.
 template <class T>
-void put(Json& object, const char* key, const T& value, const T& usual) {
+void put(OrderedJson& object, const char* key, const T& value, const T& usual) {
   if (value != usual) object[key] = value;
 }
-void put(Json& object, const char* key, const glm::dvec3& value, const glm::dvec3& usual) {
+void put(OrderedJson& object, const char* key, const glm::dvec3& value, const glm::dvec3& usual) {
   if (value != usual) object[key] = list(value);
 }
 
-class SceneWriter {
+class JsonSceneWriter {
  public:
-  explicit SceneWriter(const fs::path& file) : folder_(fs::absolute(file).parent_path()) {}
+  explicit JsonSceneWriter(const fs::path& file) : folder_(fs::absolute(file).parent_path()) {}
 
-  Json scene(const SceneSpec& s) const {
+  OrderedJson scene(const SceneSpec& s) const {
     const SceneSpec usual;
-    Json o = Json::object();
+    OrderedJson o = OrderedJson::object();
     put(o, "stiffness_n_per_m", s.stiffness_n_per_m, usual.stiffness_n_per_m);
     put(o, "damping_n_s_per_m", s.damping_n_s_per_m, usual.damping_n_s_per_m);
     put(o, "max_force_n", s.max_force_n, usual.max_force_n);
@@ -51,9 +51,9 @@ class SceneWriter {
   }
 
  private:
-  void transform(Json& parent, const char* key, const Transform& t) const {
+  void transform(OrderedJson& parent, const char* key, const Transform& t) const {
     const Transform usual;
-    Json o = Json::object();
+    OrderedJson o = OrderedJson::object();
     put(o, "translation_m", t.translation_m, usual.translation_m);
     if (t.rotation != usual.rotation)
       o["quaternion_wxyz"] = {t.rotation.w, t.rotation.x, t.rotation.y, t.rotation.z};
@@ -61,25 +61,25 @@ class SceneWriter {
     if (!o.empty()) parent[key] = o;
   }
 
-  Json paths(const std::vector<fs::path>& files) const {
-    Json names = Json::array();
+  OrderedJson paths(const std::vector<fs::path>& files) const {
+    OrderedJson names = OrderedJson::array();
     for (const fs::path& file : files)
       names.push_back(fs::absolute(file).lexically_normal().lexically_proximate(folder_).string());
     return names;
   }
 
   template <class T>
-  void track(Json& object, const char* key, const KeyTrack<T>& of) const {
+  void track(OrderedJson& object, const char* key, const KeyTrack<T>& of) const {
     if (of.keys.empty()) return;
-    Json o = {{"cycle_s", of.cycle_s}};
+    OrderedJson o = {{"cycle_s", of.cycle_s}};
     put(o, "loop", of.loop, true);
     for (size_t k = 0; k < of.keys.size(); ++k)
-      o["keys"].push_back(Json::array({of.keys[k], list(of.values[k])}));
+      o["keys"].push_back(OrderedJson::array({of.keys[k], list(of.values[k])}));
     object[key] = o;
   }
 
-  Json keyed(const KeyedPose& pose) const {
-    Json o = Json::object();
+  OrderedJson keyed(const KeyedPose& pose) const {
+    OrderedJson o = OrderedJson::object();
     transform(o, "pose", pose.pose);
     track(o, "translation_m", pose.translation_m);
     track(o, "quaternion_wxyz", pose.rotation);
@@ -87,9 +87,9 @@ class SceneWriter {
     return o;
   }
 
-  Json volume(const VolumeSpec& v) const {
+  OrderedJson volume(const VolumeSpec& v) const {
     const VolumeSpec usual;
-    Json o = {{"name", v.name}};
+    OrderedJson o = {{"name", v.name}};
     put(o, "source", v.source, usual.source);
     for (const PointCharge& c : v.charges)
       o["charges"].push_back({{"position_m", list(c.position_m)},
@@ -98,7 +98,7 @@ class SceneWriter {
     if (!v.files.empty()) o["files"] = paths(v.files);
     if (v.raw) o["raw"] = raw(*v.raw);
     for (const MotionSpec& m : v.motions) {
-      Json motion = {{"name", m.name}, {"fields", paths(m.fields)}};
+      OrderedJson motion = {{"name", m.name}, {"fields", paths(m.fields)}};
       if (!m.confidences.empty()) motion["confidences"] = paths(m.confidences);
       o["motions"].push_back(motion);
     }
@@ -107,7 +107,7 @@ class SceneWriter {
       o["box_m"] = list(*v.box_m);
     else
       put(o, "centred", v.centred, usual.centred);
-    Json drive = Json::object();
+    OrderedJson drive = OrderedJson::object();
     if (v.drive.kind != usual.drive.kind)
       drive["kind"] = word_of(SceneWords::kDrives, v.drive.kind);
     put(drive, "axis", v.drive.axis, usual.drive.axis);
@@ -125,24 +125,24 @@ class SceneWriter {
     put(o, "cyclic", v.cyclic, usual.cyclic);
     if (v.values) o["values"] = word_of(SceneWords::kValues, *v.values);
     put(o, "blend_values", v.blend_values, usual.blend_values);
-    const Json view = seen(v.seen);
+    const OrderedJson view = appearance(v.appearance);
     if (!view.empty()) o["view"] = view;
     if (v.segments.any()) o["segments"] = segments(v.segments);
     return o;
   }
 
-  static Json raw(const RawSamples& r) {
+  static OrderedJson raw(const RawSamples& r) {
     const RawSamples usual;
-    Json o = {{"size", {r.size.x, r.size.y, r.size.z}},
-              {"type", word_of(SceneWords::kSampleTypes, r.type)}};
+    OrderedJson o = {{"size", {r.size.x, r.size.y, r.size.z}},
+                     {"type", word_of(SceneWords::kSampleTypes, r.type)}};
     put(o, "components", r.components, usual.components);
     put(o, "spacing_m", r.spacing_m, usual.spacing_m);
     return o;
   }
 
-  Json segments(const SegmentsSpec& s) const {
+  OrderedJson segments(const SegmentsSpec& s) const {
     const SegmentSpec usual;
-    Json o = Json::object();
+    OrderedJson o = OrderedJson::object();
     if (s.from == SegmentsFrom::kFiles)
       o["files"] = paths(s.files);
     else
@@ -151,7 +151,7 @@ class SceneWriter {
     if (s.smooth_mm) o["smooth_mm"] = *s.smooth_mm;
     put(o, "frame", s.frame, size_t(0));
     for (const SegmentSpec& of : s.parts) {
-      Json part = {{"name", of.name}};
+      OrderedJson part = {{"name", of.name}};
       put(part, "labels", of.labels, usual.labels);
       if (of.colour) part["colour"] = list(*of.colour);
       put(part, "felt", of.felt, usual.felt);
@@ -164,15 +164,15 @@ class SceneWriter {
     return o;
   }
 
-  Json seen(const SeenSpec& s) const {
-    const SeenSpec usual;
-    Json o = Json::object();
+  OrderedJson appearance(const AppearanceSpec& s) const {
+    const AppearanceSpec usual;
+    OrderedJson o = OrderedJson::object();
     put(o, "shown", s.shown, usual.shown);
     put(o, "look", s.preset, usual.preset);
     for (const LookPoint& p : s.points)
-      o["points"].push_back(Json::array({p.value, list(p.colour), p.opacity}));
+      o["points"].push_back(OrderedJson::array({p.value, list(p.colour), p.opacity}));
     put(o, "points_of_range", s.points_of_range, usual.points_of_range);
-    if (s.width > 0.0) o["window"] = {{"level", s.level}, {"width", s.width}};
+    if (s.width > 0.0) o["window"] = {{"level", s.window_level}, {"width", s.width}};
     if (s.tubes) o["tubes"] = *s.tubes;
     put(o, "tubes_per_axis", s.tubes_per_axis, usual.tubes_per_axis);
     put(o, "segments", s.segments, usual.segments);
@@ -180,21 +180,21 @@ class SceneWriter {
     return o;
   }
 
-  void transfer(Json& parent, const char* key, const TransferFunction& f) const {
+  void transfer(OrderedJson& parent, const char* key, const TransferFunction& f) const {
     if (f.in().empty()) return;
     if (f.in().size() == 1 && f.in()[0] == 0.0 && !f.is_stepped()) {
       parent[key] = f.out()[0];
       return;
     }
-    Json pairs = Json::array();
+    OrderedJson pairs = OrderedJson::array();
     for (size_t k = 0; k < f.in().size(); ++k) pairs.push_back({f.in()[k], f.out()[k]});
     parent[key]["pairs"] = pairs;
     if (f.is_stepped()) parent[key]["stepped"] = true;
   }
 
-  Json mode(const ModeSpec& m) const {
+  OrderedJson mode(const ModeSpec& m) const {
     const ModeSpec usual;
-    Json o = {{"name", m.name}, {"kind", m.kind}, {"volume", m.volume}};
+    OrderedJson o = {{"name", m.name}, {"kind", m.kind}, {"volume", m.volume}};
     put(o, "motion", m.motion, usual.motion);
     put(o, "segment", m.segment, usual.segment);
     if (m.scalar != usual.scalar) o["scalar"] = word_of(SceneWords::kScalars, m.scalar);
@@ -217,8 +217,8 @@ class SceneWriter {
 }  // namespace
 
 std::string scene_text(const SceneSpec& scene, const fs::path& file) {
-  const Json json = SceneWriter(file).scene(scene);
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  const OrderedJson json = JsonSceneWriter(file).scene(scene);
+  return json.dump(2, ' ', false, OrderedJson::error_handler_t::replace) + "\n";
 }
 
 Status write_scene(const SceneSpec& scene, const fs::path& file) {

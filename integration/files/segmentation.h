@@ -19,8 +19,8 @@ struct LabelledPart {
   size_t layer = 0;        ///< of Segmentation::layers
 };
 
-/// The parts of one moment, as samples with whole numbers. Parts that overlap lie in several
-/// layers, on one grid.
+/// The parts at one time, as samples with whole numbers. Parts that overlap lie in several layers,
+/// on one grid.
 struct Segmentation {
   std::filesystem::path file;
   Grid grid;

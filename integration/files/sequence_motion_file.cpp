@@ -49,7 +49,7 @@ Result<SequenceMotion> read_sequence_motion(const fs::path& file) {
 Status write_sequence_motion(const SequenceMotion& motion, const fs::path& file) {
   if (!lowered(file.filename().string()).ends_with(".nrrd"))
     return bad_output(file, "can not hold the motion of a sequence: name it .nrrd");
-  Picture picture;
+  ImageToWrite picture;
   picture.grid = motion.terms.front().grid;
   picture.components = 3;
   picture.list_of = "term";

@@ -15,12 +15,12 @@ constexpr int kSmallestSlice = 32;
 constexpr int kBorderPixels = 8;
 constexpr FlowMethod kMethods[] = {FlowMethod::kDis, FlowMethod::kFarneback};
 
-struct Frames {
+struct FramePair {
   const Volume& fixed;
   const Volume& moving;
   const Field& u;
   const Mask* mask;
-  Window fixed_window, moving_window;
+  GreyRange fixed_window, moving_window;
   double fixed_noise, moving_noise;
 };
 
@@ -38,7 +38,7 @@ struct SlicePair {
   cv::Mat fixed, moving, structure, moving_structure;
 };
 
-bool in_mask(const Frames& frames, glm::dvec3 index) {
+bool in_mask(const FramePair& frames, glm::dvec3 index) {
   if (!frames.mask) return true;
   const glm::ivec3 nearest(glm::round(index));
   return frames.mask->values[frames.mask->grid.offset(nearest.x, nearest.y, nearest.z)] != 0;
@@ -55,7 +55,7 @@ bool well_inside(cv::Size size, double x, double y) {
          y <= size.height - 1 - kBorderPixels;
 }
 
-void compare_slice(const Frames& frames, const SlicePair& pair, const CrossCheckOptions& options,
+void compare_slice(const FramePair& frames, const SlicePair& pair, const CrossCheckOptions& options,
                    Collected& out) {
   const cv::Mat forward = flow(out.comparison.method, pair.fixed, pair.moving);
   const cv::Mat backward = flow(out.comparison.method, pair.moving, pair.fixed);
@@ -108,7 +108,7 @@ std::vector<int> slice_numbers(int size, int wanted) {
   return numbers;
 }
 
-void check_orientation(const Frames& frames, int normal_axis, const CrossCheckOptions& options,
+void check_orientation(const FramePair& frames, int normal_axis, const CrossCheckOptions& options,
                        std::vector<FlowComparison>& out) {
   const SliceStack stack(frames.fixed.grid, normal_axis);
   if (std::min(stack.size().width, stack.size().height) < kSmallestSlice) return;
@@ -198,7 +198,7 @@ Result<CrossCheck> cross_check(const Volume& fixed, const Volume& moving, const 
                  "The mask and the fixed frame lie on different grids; use a mask of the fixed "
                  "frame's grid."};
   }
-  const Frames frames{
+  const FramePair frames{
       fixed,           moving,          u, mask, window_of(fixed), window_of(moving),
       noise_sd(fixed), noise_sd(moving)};
   CrossCheck check;

@@ -48,8 +48,8 @@ struct FlowComparison {
   size_t pixels = 0;     ///< of all slices, inside the mask
   size_t compared = 0;   ///< of these, where the two can agree
   Distances difference;  ///< |flow - in-plane part of u| over the compared pixels
-  double motion_voxels =
-      0.0;  ///< median in-plane |u| there: what the difference is to be held against
+  /// median in-plane |u| there: what the difference is to be held against
+  double motion_voxels = 0.0;
 
   double share() const { return pixels ? double(compared) / double(pixels) : 0.0; }
 };

@@ -48,7 +48,7 @@ cv::Mat SliceStack::slice(const Volume& volume, int n) const {
   return image;
 }
 
-Window window_of(const Volume& volume) {
+GreyRange window_of(const Volume& volume) {
   std::vector<float> values;
   // An odd stride, so that it does not fall into step with rows of even length.
   const size_t every = (volume.values.size() / kWindowSamples) | 1U;
@@ -65,7 +65,7 @@ Window window_of(const Volume& volume) {
   return {low, std::max(percentile(0.99), low + 1e-6 * (1.0 + std::abs(low)))};
 }
 
-cv::Mat windowed(const cv::Mat& slice, Window window) {
+cv::Mat windowed(const cv::Mat& slice, GreyRange window) {
   const double scale = 255.0 / (window.high - window.low);
   cv::Mat grey;
   slice.convertTo(grey, CV_8U, scale, -window.low * scale);

@@ -33,12 +33,12 @@ class SliceStack {
 };
 
 /// Grey values 0 to 255 between the 1st and 99th percentile of a whole frame.
-struct Window {
+struct GreyRange {
   double low = 0.0;
   double high = 1.0;
 };
-Window window_of(const Volume& volume);
-cv::Mat windowed(const cv::Mat& slice, Window window);
+GreyRange window_of(const Volume& volume);
+cv::Mat windowed(const cv::Mat& slice, GreyRange window);
 
 /// Flow in pixels, CV_32FC2: from(x) = to(x + flow(x)). Both images CV_8U of one size of at least
 /// 32 x 32.

@@ -43,7 +43,7 @@ Result<SliceFlow> slice_flow(FlowMethod method, const Volume& fixed, const Volum
                              const std::stop_token& stop) {
   if (!same_geometry(fixed.grid, moving.grid))
     return Error{ErrorKind::kBadInput, "Optical flow needs both frames on one grid."};
-  const Window from = window_of(fixed), to = window_of(moving);
+  const GreyRange from = window_of(fixed), to = window_of(moving);
   SliceFlow result{still_field(fixed.grid), 0.0};
   for (int normal = 0; normal < 3; ++normal) {
     const SliceStack stack(fixed.grid, normal);

@@ -40,7 +40,7 @@ bool is_place(const std::string& text) {
   return text.starts_with(kScheme);
 }
 
-Result<Place> read_place(const std::string& text) {
+Result<ServerAddress> read_place(const std::string& text) {
   const Error wrong{
       ErrorKind::kBadInput,
       fmt::format("'{}' is not the address of an OpenIGTLink server: give igtl://HOST "
@@ -49,7 +49,7 @@ Result<Place> read_place(const std::string& text) {
   if (!is_place(text)) return wrong;
   std::string rest = text.substr(kScheme.size());
   if (rest.ends_with('/')) rest.pop_back();
-  Place place;
+  ServerAddress place;
   std::string port;
   if (rest.starts_with('[')) {
     const size_t end = rest.find(']');
@@ -72,7 +72,7 @@ Result<Place> read_place(const std::string& text) {
   return place;
 }
 
-Result<std::unique_ptr<Client>> Client::start(const Place& place, ClientOptions options) {
+Result<std::unique_ptr<Client>> Client::start(const ServerAddress& place, ClientOptions options) {
   auto client = std::unique_ptr<Client>(new Client(std::move(options)));
   client->name_ = fmt::format("{}:{}", place.host, place.port);
   client->address_ = std::make_shared<Address>();
@@ -98,7 +98,7 @@ ClientNumbers Client::numbers() const {
   return numbers_;
 }
 
-/// Whoever listens and throws is told of nothing else: there is nobody to say it to.
+/// If the listener throws, the exception is dropped: there is nothing else to report it to.
 void Client::say(const std::string& sentence) {
   if (sentence == last_said_ || !options_.on_note) return;
   try {
@@ -112,7 +112,7 @@ void Client::refuse(const std::string& reason, const std::string& sentence) {
   bool first = false;
   {
     const std::lock_guard lock(mutex_);
-    // Reasons are ours, so there are few of them.
+    // Reasons are texts of this program, so there are few of them.
     first = ++numbers_.refused[reason] == 1;
   }
   if (first) say(sentence);
@@ -169,7 +169,8 @@ void Client::connect_once(std::stop_token stop) {
       const std::lock_guard lock(mutex_);
       ++numbers_.connections;
     }
-    // Another run of the source has another clock, and no whole image to put parts into.
+    // After a reconnection the source may have another clock, and parts of an image need a new
+    // whole one.
     last_time_s_ = 0.0;
     last_crc_ = 0;
     forget_images();
@@ -278,7 +279,7 @@ void Client::take_image(const Header& header, std::span<const std::byte> content
   give(*whole_);
 }
 
-void Client::take_part(const Image& part) {
+void Client::take_part(const ImageMessage& part) {
   if (whole_ && same_geometry(whole_->grid, part.grid) && whole_->j_reversed == part.j_reversed) {
     const glm::ivec3 n = part.grid.size, first = part.first, size = part.size;
     for (int k = 0; k < size.z; ++k)
@@ -292,7 +293,7 @@ void Client::take_part(const Image& part) {
     forget_parts();
     parts_.emplace(part);
   }
-  // Some of it was lost, or only a region is renewed: the rest is as it was.
+  // Some parts were lost, or only a region was sent again: the rest stays as it was.
   if (parts_->was_whole() && parts_->begins_next(part)) {
     give(parts_->image());
     parts_->end_round();
@@ -323,7 +324,7 @@ void Client::forget_parts() {
   parts_.reset();
 }
 
-void Client::give(const Image& image) {
+void Client::give(const ImageMessage& image) {
   {
     const std::lock_guard lock(mutex_);
     ++numbers_.images;

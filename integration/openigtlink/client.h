@@ -18,13 +18,13 @@
 namespace palpate::openigtlink {
 
 /// igtl://HOST[:PORT], as a person gives it; an IPv6 address in [ ].
-struct Place {
+struct ServerAddress {
   std::string host;
   uint16_t port = 18944;
 };
 bool is_place(const std::string& text);
 /// kBadInput in one sentence.
-Result<Place> read_place(const std::string& text);
+Result<ServerAddress> read_place(const std::string& text);
 
 /// An image as it arrived: all of it.
 struct ArrivedImage {
@@ -52,8 +52,8 @@ struct ClientNumbers {
 };
 
 /// Listens to an OpenIGTLink server on a thread of its own; connects again, every half second, when
-/// the connection is lost or what comes is no OpenIGTLink. No byte is believed before it is
-/// checked, and memory is taken only for bytes that have come. Images may come in parts: those
+/// the connection is lost or what arrives is not OpenIGTLink. Every message is checked before it is
+/// used, and memory is allocated only for bytes that have arrived. Images may come in parts: those
 /// after a whole one change it, each at once; where no whole one came, they are an image when all
 /// of it has come, and again when all of it has come anew or a part comes once more. What is
 /// damaged, older than what came before, the same once more, flat, or no image of a grid is left
@@ -62,7 +62,7 @@ struct ClientNumbers {
 class Client {
  public:
   /// kBadInput if there is no such host. Does not wait for a connection.
-  static Result<std::unique_ptr<Client>> start(const Place& place, ClientOptions options);
+  static Result<std::unique_ptr<Client>> start(const ServerAddress& place, ClientOptions options);
   /// Ends the thread within 100 ms.
   ~Client();
   Client(const Client&) = delete;
@@ -79,10 +79,10 @@ class Client {
   void listen(int socket, std::stop_token stop);
   void take(const Header& header, std::span<const std::byte> body);
   void take_image(const Header& header, std::span<const std::byte> content);
-  void take_part(const Image& part);
+  void take_part(const ImageMessage& part);
   void forget_images();
   void forget_parts();
-  void give(const Image& image);
+  void give(const ImageMessage& image);
   void refuse(const std::string& reason, const std::string& sentence);
   void say(const std::string& sentence);
 
@@ -94,8 +94,8 @@ class Client {
   ClientNumbers numbers_;
   // The thread's alone.
   std::string last_said_, device_, transform_device_;
-  std::optional<Image> whole_;        ///< the last that came whole, which parts are put into
-  std::optional<PartedImage> parts_;  ///< or what came in parts alone, after it
+  std::optional<ImageMessage> whole_;  ///< the last whole image, into which parts are put
+  std::optional<PartedImage> parts_;   ///< or what came in parts alone, after it
   double last_time_s_ = 0.0;
   int64_t arrived_ns_ = 0;
   uint64_t last_crc_ = 0;

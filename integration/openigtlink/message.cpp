@@ -59,7 +59,7 @@ class Writer {
   Bytes bytes;
 };
 
-/// What people read: letters that could end a line or move a cursor become '?'.
+/// For messages: characters that could end a line or move a cursor become '?'.
 std::string printable(std::string text) {
   for (char& c : text)
     if (c < 0x20 || c > 0x7e) c = '?';
@@ -144,7 +144,7 @@ void take_values(int type, std::span<const std::byte> from, bool little, std::ve
   }
 }
 
-/// The whole message: what came before the body is known once the body is.
+/// The whole message: its header depends on the body.
 Bytes message(const std::string& type, const std::string& device, double time_s,
               const Bytes& body) {
   Writer out;
@@ -255,7 +255,7 @@ std::optional<glm::ivec3> flat_size(std::span<const std::byte> content) {
   return flat ? std::optional(whole) : std::nullopt;
 }
 
-Result<Image> read_image(std::span<const std::byte> content) {
+Result<ImageMessage> read_image(std::span<const std::byte> content) {
   if (content.size() < kImageHeaderBytes) return bad("An IMAGE ends before its own header does");
   Reader in(content);
   in.number<uint16_t>();  // of the image's format: 1 or 2, of one layout
@@ -299,7 +299,7 @@ Result<Image> read_image(std::span<const std::byte> content) {
     columns = lps_from_ras(columns);
     centre = lps_from_ras(centre);
   }
-  Image image;
+  ImageMessage image;
   image.grid.size = whole;
   image.first = first;
   image.size = size;

@@ -48,7 +48,7 @@ Result<std::span<const std::byte>> content_of(const Header& header,
                                               std::span<const std::byte> body);
 
 /// An IMAGE, or a part of one.
-struct Image {
+struct ImageMessage {
   Grid grid;                     ///< of the whole image, LPS; left-handed ones are turned right
   bool j_reversed = false;       ///< its j axis was the other way round on the wire
   glm::ivec3 first{0}, size{0};  ///< the part that came, in the sender's order of samples
@@ -63,7 +63,7 @@ std::optional<glm::ivec3> flat_size(std::span<const std::byte> content);
 /// kBadInput: sizes that do not fit each other or the body, more than one value per sample, a
 /// scalar type or an endianness that does not exist, a matrix that is not finite or is no grid.
 /// Values that are not finite are refused too.
-Result<Image> read_image(std::span<const std::byte> content);
+Result<ImageMessage> read_image(std::span<const std::byte> content);
 
 /// A TRANSFORM: a rotation and a translation in LPS, mm.
 struct Rigid {

@@ -4,17 +4,17 @@
 
 namespace palpate::openigtlink {
 
-PartedImage::PartedImage(const Image& part) : missing_(part.grid.count()) {
+PartedImage::PartedImage(const ImageMessage& part) : missing_(part.grid.count()) {
   image_.grid = part.grid;
   image_.j_reversed = part.j_reversed;
   image_.size = part.grid.size;
 }
 
-bool PartedImage::takes(const Image& part) const {
+bool PartedImage::takes(const ImageMessage& part) const {
   return same_geometry(image_.grid, part.grid) && image_.j_reversed == part.j_reversed;
 }
 
-PartedImage::Came PartedImage::put(const Image& part) {
+PartedImage::Came PartedImage::put(const ImageMessage& part) {
   const float* values = part.values.data();
   for (int k = 0; k < part.size.z; ++k)
     for (int j = 0; j < part.size.y; ++j) {
@@ -36,7 +36,7 @@ PartedImage::Came PartedImage::put(const Image& part) {
   return Came::kAgain;
 }
 
-bool PartedImage::begins_next(const Image& part) const {
+bool PartedImage::begins_next(const ImageMessage& part) const {
   const glm::ivec3 first = part.first, end = part.first + part.size;
   for (int k = first.z; k < end.z; ++k)
     for (int j = first.y; j < end.y; ++j)

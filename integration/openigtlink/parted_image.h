@@ -23,20 +23,20 @@ class PartedImage {
   };
 
   /// The image that a part is of; put() the part itself then.
-  explicit PartedImage(const Image& part);
+  explicit PartedImage(const ImageMessage& part);
   /// Whether a part is of this image: of the same grid, in the same order of samples.
-  bool takes(const Image& part) const;
+  bool takes(const ImageMessage& part) const;
   /// Of a part that takes() said yes to. Samples that come again replace those that came before.
-  Came put(const Image& part);
+  Came put(const ImageMessage& part);
 
   bool was_whole() const { return was_whole_; }
   /// Needs was_whole(): a sample of the part has come already since the image was whole last, so
   /// that the sender has begun the next image.
-  bool begins_next(const Image& part) const;
+  bool begins_next(const ImageMessage& part) const;
   /// After that, before put(): what came counts for the image before.
   void end_round();
   /// Needs was_whole(): the newest of every sample.
-  const Image& image() const { return image_; }
+  const ImageMessage& image() const { return image_; }
 
  private:
   static constexpr size_t kRun = 64;  ///< the bits of Run::came
@@ -49,7 +49,7 @@ class PartedImage {
   void put_in_image(size_t at, const float* values, size_t count);
   void join_runs();
 
-  Image image_;                           ///< its values: none until all of them came
+  ImageMessage image_;                    ///< its values: none until all of them came
   std::unordered_map<size_t, Run> runs_;  ///< until then: the run of sample n is n / kRun
   std::vector<bool> came_;                ///< after that: since the image was whole last
   size_t missing_ = 0;

@@ -80,12 +80,12 @@ void Server::send(std::shared_ptr<const Bytes> message) {
 /// A host's program must not end with this thread: where memory runs out, all are hung up on, which
 /// gives back what waited for them, and they connect again.
 void Server::run(std::stop_token stop) {
-  std::list<Client> clients;
+  std::list<Connection> clients;
   while (!stop.stop_requested()) {
     try {
       serve(clients);
     } catch (const std::exception&) {
-      for (const Client& client : clients) missed_ += client.waiting.size();
+      for (const Connection& client : clients) missed_ += client.waiting.size();
       clients.clear();
     }
     clients_ = clients.size();
@@ -94,7 +94,7 @@ void Server::run(std::stop_token stop) {
 }
 
 /// Takes who connects, and gives to each what it takes just now.
-void Server::serve(std::list<Client>& clients) {
+void Server::serve(std::list<Connection>& clients) {
   if (clients.size() < kMostClients) {
     Socket socket(accept4(listener_.fd(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
     if (socket.is_open()) {

@@ -38,14 +38,14 @@ class Server {
   uint64_t missed() const { return missed_; }  ///< messages that a slow client did not get
 
  private:
-  struct Client {
+  struct Connection {
     Socket socket;
     std::list<std::shared_ptr<const Bytes>> waiting;
     size_t at = 0;  ///< bytes of the first that are gone
   };
   Server() = default;
   void run(std::stop_token stop);
-  void serve(std::list<Client>& clients);
+  void serve(std::list<Connection>& clients);
 
   Socket listener_;
   uint16_t port_ = 0;

@@ -58,7 +58,7 @@ Result<std::vector<fs::path>> files_of(const std::vector<fs::path>& paths, const
 
 /// What the surface to feel is found from: a copy of the first frame (lengths of vectors), and the
 /// range of the values in all of them. And the frames from which motion is to be found.
-struct Samples {
+struct FirstFrame {
   Volume first;
   std::shared_ptr<const Sequence> all;  ///< null: they are given, or read again
   float low = std::numeric_limits<float>::infinity();
@@ -146,7 +146,7 @@ std::function<Result<Frames>()> opener(const std::vector<fs::path>& files,
 
 /// All frames of files, a single one included.
 Result<Sequence> read_frames(const std::vector<fs::path>& inputs, const SequenceChoices& choices,
-                             Samples& samples, const OnDoing& doing,
+                             FirstFrame& samples, const OnDoing& doing,
                              std::vector<std::string>& notes) {
   if (const auto given = given_for(inputs, choices)) {
     for (const Volume& frame : given->frames.frames) samples.add(frame);
@@ -176,7 +176,7 @@ bool fits_once_more(const Sequence& sequence) {
 }
 
 /// The volume of a file without a header.
-Result<Sequence> raw_frames(const VolumeSpec& spec, Samples& samples) {
+Result<Sequence> raw_frames(const VolumeSpec& spec, FirstFrame& samples) {
   auto volume = files::read_raw_volume(spec.files.front(), *spec.raw);
   if (!volume) return volume.error();
   samples.add(*volume);
@@ -195,7 +195,7 @@ Result<std::vector<VectorFrame>> raw_vectors(const VolumeSpec& spec) {
 /// The reference frame, which the motion carries to all times: of the others only the mean knows.
 /// Where each frame's own values are wanted, all frames and the fields between them.
 Status read_whole(const fs::path& file, VolumeSpec& spec, const SequenceChoices& choices,
-                  VolumeData& data, Samples& samples, const OnDoing& doing,
+                  VolumeData& data, FirstFrame& samples, const OnDoing& doing,
                   std::vector<std::string>& notes) {
   if (spec.motions.size() > 1 || spec.motions.front().fields.size() > 1)
     return files::bad_input(file,
@@ -290,7 +290,7 @@ Status read_segments(VolumeSpec& spec, VolumeData& data, const OnDoing& doing) {
 }
 
 Result<MovingVolume> read_volume_of(VolumeSpec& spec, const SequenceChoices& choices,
-                                    Samples& samples, const OnDoing& doing,
+                                    FirstFrame& samples, const OnDoing& doing,
                                     std::vector<std::string>& notes) {
   if (doing) doing("preparing " + spec.name);
   if (!spec.source.empty()) return build(spec);
@@ -377,7 +377,7 @@ bool waits_for_motion(const MovingVolume& volume) {
 }
 
 /// Adds a volume with its data at its place.
-Status add(LoadedScene& scene, size_t v, const SequenceChoices& choices, const Samples& samples,
+Status add(LoadedScene& scene, size_t v, const SequenceChoices& choices, const FirstFrame& samples,
            MovingVolume volume) {
   VolumeSpec& spec = scene.spec.volumes[v];
   const auto start = start_transform(spec, volume);
@@ -451,8 +451,9 @@ WallQuality values_as_wall(const Volume& frame, const SequenceChoices& choices) 
              : wall_of(frame);
 }
 
-Result<ModeSpec> surface_of(const fs::path& file, const Samples& samples, const WallQuality& found,
-                            const SequenceChoices& choices, std::vector<std::string>& notes) {
+Result<ModeSpec> surface_of(const fs::path& file, const FirstFrame& samples,
+                            const WallQuality& found, const SequenceChoices& choices,
+                            std::vector<std::string>& notes) {
   const double iso_value = found.at.iso_value;
   if (!(iso_value >= samples.low && iso_value <= samples.high))
     return files::bad_input(
@@ -510,7 +511,7 @@ Result<ModeSpec> guide_along(const Volume& lengths, const SequenceChoices& choic
 /// What is felt of a volume for which nobody has said it: guides along vectors, a surface of the
 /// values, or a wall derived from them. Adds a mode, or a segment.
 Status feel_usual(LoadedScene& scene, VolumeSpec& spec, MovingVolume& volume,
-                  const Samples& samples, const SequenceChoices& choices) {
+                  const FirstFrame& samples, const SequenceChoices& choices) {
   const bool asks_for_derived =
       choices.wall == FeltWall::kRegion || choices.wall == FeltWall::kRidges;
   if (volume.frames.front()->is_vector()) {
@@ -570,7 +571,7 @@ Result<LoadedScene> of_spec(std::string name, SceneSpec spec, const SequenceChoi
   scene.notes = std::move(notes);
   const bool without_modes = scene.spec.modes.empty();
   for (size_t v = 0; v < scene.spec.volumes.size(); ++v) {
-    Samples samples;
+    FirstFrame samples;
     auto volume = read_volume_of(scene.spec.volumes[v], choices, samples, doing, scene.notes);
     if (!volume) return volume.error();
     VolumeSpec& of = scene.spec.volumes[v];
@@ -620,7 +621,7 @@ Result<LoadedScene> of_sequence(const std::vector<fs::path>& inputs, const Seque
   // A derived wall is that of one frame, as a single segmentation is.
   if (choices.wall == FeltWall::kRegion) spec.segments.from = SegmentsFrom::kRegion;
   if (choices.wall == FeltWall::kRidges) spec.segments.from = SegmentsFrom::kRidges;
-  Samples samples;
+  FirstFrame samples;
   auto volume = read_volume_of(spec, choices, samples, doing, scene.notes);
   if (!volume) return volume.error();
   for (SegmentSpec& segment : spec.segments.parts) {
@@ -672,9 +673,10 @@ Result<LoadedScene> load_scene(const std::vector<fs::path>& inputs, const Sequen
                  "--modes adds haptic modes that a scene file names: give a scene file (.json)"};
   // What a program gives may have any name: that of synthetic data, too.
   if (given_for(inputs, choices)) return of_sequence(inputs, choices, doing);
-  using Made = std::pair<const char*, SceneSpec (*)()>;
+  using SyntheticScene = std::pair<const char*, SceneSpec (*)()>;
   for (const auto& [made, scene] :
-       {Made{"heart", heart_scene}, Made{"shell", shell_scene}, Made{"molecule", molecule_scene}}) {
+       {SyntheticScene{"heart", heart_scene}, SyntheticScene{"shell", shell_scene},
+        SyntheticScene{"molecule", molecule_scene}}) {
     if (inputs.size() != 1 || name != made) continue;
     if (choices.values)
       return Error{
@@ -701,8 +703,8 @@ Result<LoadedScene> load_scene(const std::vector<fs::path>& inputs, const Sequen
 
 namespace {
 
-Result<LoadedScene> seen_scene(const std::vector<fs::path>& inputs, const SequenceChoices& choices,
-                               const OnDoing& doing) {
+Result<LoadedScene> shown_scene(const std::vector<fs::path>& inputs, const SequenceChoices& choices,
+                                const OnDoing& doing) {
   const auto vectors = std::count_if(inputs.begin(), inputs.end(), [](const fs::path& input) {
     return files::holds_vectors({input});
   });
@@ -731,9 +733,9 @@ Result<LoadedScene> seen_scene(const std::vector<fs::path>& inputs, const Sequen
 
 }  // namespace
 
-Result<LoadedScene> load_seen_scene(const std::vector<fs::path>& inputs,
-                                    const SequenceChoices& choices, const OnDoing& doing) {
-  auto scene = seen_scene(inputs, choices, doing);
+Result<LoadedScene> load_shown_scene(const std::vector<fs::path>& inputs,
+                                     const SequenceChoices& choices, const OnDoing& doing) {
+  auto scene = shown_scene(inputs, choices, doing);
   if (scene && !scene->missing.empty() && choices.values && choices.values != CarriedValues::kOwn)
     return files::bad_input(inputs.front(),
                             "has no motion yet that could carry values: run 'palpate motion' and "

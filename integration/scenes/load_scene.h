@@ -23,8 +23,9 @@ struct GivenVolume {
 
 /// What surface is felt in values.
 enum class FeltWall : uint8_t {
-  kUsual,    ///< kValues if that is a closed wall (kClosedWall), or if the motion that would carry
-             ///< another is neither known nor found; else kRegion
+  /// kValues if that is a closed wall (kClosedWall), or if the motion that would carry another is
+  /// neither known nor found; else kRegion
+  kUsual,
   kValues,   ///< the iso-surface
   kRegion,   ///< region_wall()
   kRidges,   ///< ridge_wall()
@@ -72,7 +73,7 @@ Result<LoadedScene> load_scene_text(const std::string& text, const SequenceChoic
 /// What is only looked at: as load_scene, and several inputs that are no frames of one
 /// sequence (other grids, or scalars and vectors) as volumes of their own, where they are beside
 /// the first one. kBadInput.
-Result<LoadedScene> load_seen_scene(const std::vector<std::filesystem::path>& inputs,
-                                    const SequenceChoices& choices, const OnDoing& doing = {});
+Result<LoadedScene> load_shown_scene(const std::vector<std::filesystem::path>& inputs,
+                                     const SequenceChoices& choices, const OnDoing& doing = {});
 
 }  // namespace palpate::scenes

@@ -14,8 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-using Stamp = void (*)(ModeLibraryStamp*);
-using Add = void (*)(ModeKinds*);
+using StampFunction = void (*)(ModeLibraryStamp*);
+using AddFunction = void (*)(ModeKinds*);
 using KindsInC = decltype(&pal_mode_kinds);
 
 /// The kinds of a library that was written against palpate_mode.h.
@@ -40,8 +40,8 @@ Status load(const fs::path& file, ModeKinds& kinds) {
   try {
     if (const auto in_c = reinterpret_cast<KindsInC>(dlsym(library, "pal_mode_kinds")))
       return add_all(file, in_c, kinds);
-    const auto stamp = reinterpret_cast<Stamp>(dlsym(library, "palpate_modes_stamp"));
-    const auto add = reinterpret_cast<Add>(dlsym(library, "palpate_add_modes"));
+    const auto stamp = reinterpret_cast<StampFunction>(dlsym(library, "palpate_modes_stamp"));
+    const auto add = reinterpret_cast<AddFunction>(dlsym(library, "palpate_add_modes"));
     if (!stamp || !add)
       return files::bad_input(file,
                               "is no library of haptic modes: it lacks PALPATE_MODES or "

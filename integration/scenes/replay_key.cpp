@@ -52,7 +52,7 @@ Json json_of(const SafetyOptions& safety) {
           {"stale_s", safety.stale_s},
           {"dead_man", safety.dead_man},
           {"dead_man_buttons", safety.dead_man_buttons},
-          {"seen_buttons", safety.seen_buttons}};
+          {"seen_buttons", safety.shown_buttons}};
 }
 
 DeviceInfo device_of(const Json& j) {
@@ -75,7 +75,7 @@ SafetyOptions safety_of(const Json& j) {
   // Any button was the dead-man and nobody had to see it before there were headsets: recordings of
   // that time say nothing of either, and the defaults are what held then.
   if (j.contains("dead_man_buttons")) safety.dead_man_buttons = buttons(j.at("dead_man_buttons"));
-  if (j.contains("seen_buttons")) safety.seen_buttons = buttons(j.at("seen_buttons"));
+  if (j.contains("seen_buttons")) safety.shown_buttons = buttons(j.at("seen_buttons"));
   return safety;
 }
 

@@ -34,7 +34,7 @@ void FeelCounter::add(const TickRow& row) {
   }
   sums_.worst_residual_m = std::max(sums_.worst_residual_m, row.residual_m);
   sums_.most_newton_steps = std::max(sums_.most_newton_steps, int(row.newton_steps));
-  sums_.held += row.held;
+  sums_.frozen += row.frozen;
   count_cause(sums_, row);
 }
 

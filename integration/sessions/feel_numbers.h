@@ -23,7 +23,7 @@ struct TickRow {
   DeviceFault fault = DeviceFault::kNone;
   uint8_t newton_steps = 0;
   bool in_contact = false;
-  bool held = false;
+  bool frozen = false;
 };
 
 /// A cause that was at work, and for how long.
@@ -42,7 +42,7 @@ struct FeelNumbers {
   double steepest_n_per_ms = 0.0;  ///< greatest change of the force that reached the hand
   double worst_residual_m = 0.0;
   int most_newton_steps = 0;
-  uint64_t held = 0;              ///< ticks whose motion could not be inverted
+  uint64_t frozen = 0;            ///< ticks whose motion could not be inverted
   std::vector<CauseTime> causes;  ///< other than none, longest first
 };
 

@@ -60,25 +60,26 @@ void FeltServer::end() {
 }
 
 void FeltServer::send_places(Session& session) {
-  SceneMoment moment;
-  if (!session.newest(MomentReader::kServer, moment)) return;
+  SceneSnapshot snapshot;
+  if (!session.newest(SnapshotReader::kServer, snapshot)) return;
   {
     const std::lock_guard lock(mutex_);
-    moment_ = moment;
+    snapshot_ = snapshot;
   }
-  if (server_->clients() == 0 || moment.volume_count == 0) return;
-  const Transform& place = moment.volumes[0].world_from_volume;
-  const glm::dvec3 proxy_mm = lps_from_volume(place.volume_from_world(moment.proxy_m));
+  if (server_->clients() == 0 || snapshot.volume_count == 0) return;
+  const Transform& place = snapshot.volumes[0].world_from_volume;
+  const glm::dvec3 proxy_mm = lps_from_volume(place.volume_from_world(snapshot.proxy_m));
   const glm::dvec3 force_n =
-      1e-3 * lps_from_volume(glm::conjugate(place.rotation) * moment.force_n);
+      1e-3 * lps_from_volume(glm::conjugate(place.rotation) * snapshot.force_n);
   const auto send = [&](openigtlink::Bytes bytes) {
     server_->send(std::make_shared<const openigtlink::Bytes>(std::move(bytes)));
   };
   send(openigtlink::write_transform("palpate_proxy", now_s(), at(proxy_mm)));
   send(openigtlink::write_force("palpate_force", now_s(), force_n));
   if (++ticks_ % 10 == 1)
-    send(openigtlink::write_status("palpate", now_s(), moment.cause == Cause::kNone ? 1 : 13,
-                                   moment.cause == Cause::kNone ? "felt" : sentence(moment.cause)));
+    send(openigtlink::write_status(
+        "palpate", now_s(), snapshot.cause == Cause::kNone ? 1 : 13,
+        snapshot.cause == Cause::kNone ? "felt" : sentence(snapshot.cause)));
 }
 
 void FeltServer::send_images(std::stop_token stop, Session& session) {
@@ -87,16 +88,16 @@ void FeltServer::send_images(std::stop_token stop, Session& session) {
   uint64_t last_connections = 0;
   while (!stop.stop_requested()) {
     std::this_thread::sleep_for(100ms);
-    SceneMoment moment;
+    SceneSnapshot snapshot;
     {
       const std::lock_guard lock(mutex_);
-      moment = moment_;
+      snapshot = snapshot_;
     }
     // Not their number: one may leave and another come in between.
     const uint64_t connections = server_->connections();
-    if (server_->clients() == 0 || moment.volume_count == 0) continue;
+    if (server_->clients() == 0 || snapshot.volume_count == 0) continue;
     const auto volume = session.scene()->volumes[0].data;
-    const double time_s = moment.volumes[0].time_s;
+    const double time_s = snapshot.volumes[0].time_s;
     // The same again only for those who are new.
     if (volume == last && std::abs(time_s - last_s) < 1e-3 && connections == last_connections)
       continue;

@@ -32,7 +32,7 @@ class FeltServer {
 
   std::unique_ptr<openigtlink::Server> server_;
   std::mutex mutex_;
-  SceneMoment moment_;  ///< the newest; now_ns 0: none yet
+  SceneSnapshot snapshot_;  ///< the newest; now_ns 0: none yet
   int ticks_ = 0;
   std::unique_ptr<Background> places_;
   std::jthread images_;

@@ -47,7 +47,7 @@ Result<LoadedScene> live_scene(const std::string& name, const Volume& first,
   of_live.values = CarriedValues::kOwn;
   of_live.frames_per_second = 0.0;
   auto scene = felt ? scenes::load_scene({volume}, of_live, doing)
-                    : scenes::load_seen_scene({volume}, of_live, doing);
+                    : scenes::load_shown_scene({volume}, of_live, doing);
   if (!scene) return scene;
   LiveSequence::prepare(*scene, 0);
   if (placed) {
@@ -148,19 +148,19 @@ Result<LoadedScene> LiveSource::load(const scenes::SequenceChoices& choices, boo
     }
     first = std::move(*newest_);
     newest_.reset();
-    grid_ = first.volume.grid;
+    first_ = first.volume;
   }
   return live_scene(first.device, first.volume, choices, felt, !options_.transform.empty());
 }
 
-void LiveSource::begin(Session& session, const Grid& grid) {
+void LiveSource::begin(Session& session, const Volume& first) {
   const std::lock_guard lock(mutex_);
   LiveSequenceOptions options;
   options.preset = options_.preset;
   options.open_context = options_.open_context;
   options.keep_cycles = options_.keep_cycles;
   options.on_note = options_.on_note;
-  sequence_ = std::make_unique<LiveSequence>(session, 0, grid, std::move(options));
+  sequence_ = std::make_unique<LiveSequence>(session, 0, first, std::move(options));
   session_ = &session;
   // What has come since load(); from now on the client's thread pushes.
   if (newest_) sequence_->push(newest_->volume, newest_->arrived_ns);

@@ -45,12 +45,12 @@ class LiveSource {
   /// none has come after `most_s` seconds; 0: there is no end to it.
   Result<LoadedScene> load(const scenes::SequenceChoices& choices, bool felt,
                            const scenes::OnDoing& doing, double most_s = 0.0);
-  /// Of the first frame; after load().
-  const Grid& grid() const { return grid_; }
+  /// The first frame; after load().
+  const Volume& first() const { return first_; }
   /// Follows from now on. `session` is borrowed and feels what load() gave.
-  void begin(Session& session) { begin(session, grid_); }
-  /// The same for a scene that another source has loaded, whose first frame has that grid.
-  void begin(Session& session, const Grid& grid);
+  void begin(Session& session) { begin(session, first_); }
+  /// The same for a scene that another source has loaded, with its first frame.
+  void begin(Session& session, const Volume& first);
   /// No frame goes into the session any more. Before the session ends.
   void end();
 
@@ -70,7 +70,7 @@ class LiveSource {
 
   LiveSourceOptions options_;
   std::string place_;
-  Grid grid_;
+  Volume first_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::optional<openigtlink::ArrivedImage> newest_;  ///< that came while nothing follows

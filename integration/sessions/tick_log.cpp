@@ -43,7 +43,7 @@ void TickLog::hear(const TickInput& input, const TickOutput& output) noexcept {
   row.fault = output.fault;
   row.newton_steps = output.newton_steps;
   row.in_contact = output.command.in_contact;
-  row.held = output.held;
+  row.frozen = output.frozen;
   counter_.add(row);
   history_.add(row);
   // The memory may be full.
@@ -60,7 +60,7 @@ void TickLog::write(const TickRow& r) {
       "{:.7f},{:.5f},{:d},{:d},{},{:.3e},{:.3e},{},{}\n",
       r.time_s, r.dt_s, r.force_n.x, r.force_n.y, r.force_n.z, r.wanted_n.x, r.wanted_n.y,
       r.wanted_n.z, r.probe_m.x, r.probe_m.y, r.probe_m.z, r.proxy_m.x, r.proxy_m.y, r.proxy_m.z,
-      r.pointer, r.in_contact, r.held, r.newton_steps, r.residual_m, r.scene_energy_j,
+      r.pointer, r.in_contact, r.frozen, r.newton_steps, r.residual_m, r.scene_energy_j,
       word(r.cause), int(r.fault));
   failed_ |= std::fwrite(line.data(), 1, line.size(), file_.get()) != line.size();
 }

@@ -25,13 +25,13 @@ class TickLog final : public TickListener {
   const std::vector<TickRow>& rows() const { return history_.rows(); }
 
  private:
-  struct Close {
+  struct CloseTable {
     void operator()(std::FILE* file) const { std::fclose(file); }
   };
   void write(const TickRow& row);
 
   std::filesystem::path path_;
-  std::unique_ptr<std::FILE, Close> file_;
+  std::unique_ptr<std::FILE, CloseTable> file_;
   bool failed_ = false;
   int64_t first_ns_ = 0;
   bool any_ = false;

@@ -21,7 +21,7 @@ constexpr double kSquarely = 0.8;  // cosine between the way of a press and a wa
 constexpr double kOutside = -1.0;
 
 /// What a surface mode reads of the first frame, and where that is.
-struct Surface {
+struct TouchedSurface {
   const FrameData* frame;  ///< has the data's box
   const FrameData* read;   ///< its values, or the distance to a segment
   const VolumeSpec* volume;
@@ -50,9 +50,9 @@ class Surfaces {
   double hold_at(glm::dvec3 device_m) const {
     const glm::dvec3 world = world_from_device_.world_from_volume(device_m);
     double hold = kOutside;
-    for (const Surface& surface : all_) {
+    for (const TouchedSurface& surface : all_) {
       const glm::dvec3 x = surface.volume->transform.volume_from_world(world);
-      // Beyond the data the border's value is held: nothing to press.
+      // Beyond the data the border's value is clamped: nothing to press.
       if (glm::any(glm::lessThan(x, surface.frame->low_m())) ||
           glm::any(glm::greaterThan(x, surface.frame->high_m())))
         continue;
@@ -70,7 +70,7 @@ class Surfaces {
     const glm::dvec3 world = world_from_device_.world_from_volume(device_m);
     std::optional<glm::dvec3> out;
     double nearest_mm = std::numeric_limits<double>::infinity();
-    for (const Surface& surface : all_) {
+    for (const TouchedSurface& surface : all_) {
       if (surface.read == surface.frame) continue;
       const Transform& place = surface.volume->transform;
       const ScalarSample here = surface.read->scalar_and_gradient(place.volume_from_world(world));
@@ -83,7 +83,7 @@ class Surfaces {
   }
 
  private:
-  std::vector<Surface> all_;
+  std::vector<TouchedSurface> all_;
   Transform world_from_device_;
 };
 

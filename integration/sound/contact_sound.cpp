@@ -14,10 +14,10 @@ constexpr double kLength_s = 0.040, kRise_s = 0.001, kDecay_s = 0.010, kTone_hz 
 constexpr double kLoudest = 0.25 * 32767.0;
 constexpr unsigned kLatency_us = 20'000;
 
-struct Close {
+struct ClosePcm {
   void operator()(snd_pcm_t* pcm) const { snd_pcm_close(pcm); }
 };
-using Pcm = std::unique_ptr<snd_pcm_t, Close>;
+using Pcm = std::unique_ptr<snd_pcm_t, ClosePcm>;
 
 /// ALSA would write what it finds onto the program's stderr.
 void ignore(const char*, int, const char*, int, const char*, ...) {}

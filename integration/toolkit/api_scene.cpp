@@ -161,7 +161,7 @@ Result<LoadedScene> load_live(const PalSceneInfo& info, const scenes::SequenceCh
     const Sequence& frames = given->second->frames;
     if (frames.frames.size() != 1 || given->second->motion)
       return refused("With PAL_SCENE_LIVE there is one frame, the first, and no motion");
-    origin.grid = frames.frames.front().grid;
+    origin.first = frames.frames.front();
     return sessions::live_scene(path, frames.frames.front(), choices, true,
                                 (info.flags & PAL_SCENE_MOVABLE) != 0);
   }
@@ -176,7 +176,7 @@ Result<LoadedScene> load_live(const PalSceneInfo& info, const scenes::SequenceCh
   if (!source) return source.error();
   auto scene = (*source)->load(choices, true, {}, info.wait_s > 0.0 ? info.wait_s : kUsualWait_s);
   origin.place = path;
-  origin.grid = (*source)->grid();
+  origin.first = (*source)->first();
   return scene;
 }
 

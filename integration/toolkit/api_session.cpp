@@ -292,14 +292,14 @@ Status start_listeners(const PalSessionInfo& info, const Felt& felt, SessionOpti
   }
   if (info.recording) {
     auto recorder =
-        Recorder::start(info.recording,
-                        text_of(scenes::ReplayKey{felt.scene.spec, felt.device,
-                                                  options.haptics.safety, info.tube_buttons}),
-                        1'000'000, std::move(listeners));
+        TickRecorder::start(info.recording,
+                            text_of(scenes::ReplayKey{felt.scene.spec, felt.device,
+                                                      options.haptics.safety, info.tube_buttons}),
+                            1'000'000, std::move(listeners));
     if (!recorder) return recorder.error();
     content.recorder = std::move(*recorder);
   } else if (!listeners.empty()) {
-    content.recorder = std::make_unique<Recorder>(std::move(listeners));
+    content.recorder = std::make_unique<TickRecorder>(std::move(listeners));
   }
   options.servo.listeners = {content.recorder.get()};
   return Nothing{};
@@ -369,9 +369,9 @@ PalResult open_session(PalScene* scene, const PalSessionInfo* given, PalSession*
   if (!started) return failed(started.error());
   content->session = std::move(*started);
   if (content->source)
-    content->source->begin(*content->session, use->live->grid);
+    content->source->begin(*content->session, use->live->first);
   else if (use->live)
-    content->follow(use->live->grid, std::move(live));
+    content->follow(use->live->first, std::move(live));
   if (content->tool) content->tool->begin(*felt.tool, felt.scene.spec);
   if (content->server) content->server->begin(*content->session);
   *session = reinterpret_cast<PalSession*>(Handle<SessionContent>::make(std::move(content)));
@@ -400,25 +400,25 @@ PalResult both_sent(SessionContent& of_session, const ControlEvent& first,
 }
 
 void fill(PalState& state, SessionContent& of_session) {
-  const SceneMoment moment = of_session.moment();
+  const SceneSnapshot snapshot = of_session.snapshot();
   const Session& session = *of_session.session;
-  state.in_contact = moment.in_contact;
-  state.time_ns = moment.now_ns;
+  state.in_contact = snapshot.in_contact;
+  state.time_ns = snapshot.now_ns;
   for (int a = 0; a < 3; ++a) {
-    state.hand_m[a] = moment.probe_m[a];
-    state.proxy_m[a] = moment.proxy_m[a];
-    state.force_n[a] = moment.force_n[a];
+    state.hand_m[a] = snapshot.probe_m[a];
+    state.proxy_m[a] = snapshot.proxy_m[a];
+    state.force_n[a] = snapshot.force_n[a];
   }
-  const bool is_scene = moment.cause == Cause::kNone;
-  state.cause = is_scene ? "" : word(moment.cause);
-  state.cause_sentence = is_scene ? "" : sentence(moment.cause);
+  const bool is_scene = snapshot.cause == Cause::kNone;
+  state.cause = is_scene ? "" : word(snapshot.cause);
+  state.cause_sentence = is_scene ? "" : sentence(snapshot.cause);
   state.can_play = session.can_play();
   const LiveMotion::Progress motion = session.motion().progress();
   state.steps = uint32_t(motion.steps);
   state.steps_known = uint32_t(motion.steps_known);
-  state.volume_count = uint32_t(moment.volume_count);
-  for (int v = 0; v < moment.volume_count; ++v) {
-    const VolumeMoment& volume = moment.volumes[size_t(v)];
+  state.volume_count = uint32_t(snapshot.volume_count);
+  for (int v = 0; v < snapshot.volume_count; ++v) {
+    const VolumeSnapshot& volume = snapshot.volumes[size_t(v)];
     rows_of(volume.world_from_volume, state.volumes[v].world_from_volume);
     state.volumes[v].time_s = volume.time_s;
     state.volumes[v].rate = volume.rate;
@@ -431,15 +431,15 @@ void fill(PalState& state, SessionContent& of_session) {
   state.frame_delay_s = live.delay_median_s;
   state.frame_cycle_s = live.cycle_s;
 }
-static_assert(int(PAL_MOST_VOLUMES) == SceneMoment::kMostVolumes);
+static_assert(int(PAL_MOST_VOLUMES) == SceneSnapshot::kMostVolumes);
 
-void fill(PalVolumeState& state, const VolumeMoment& volume) {
+void fill(PalVolumeState& state, const VolumeSnapshot& volume) {
   rows_of(volume.world_from_volume, state.world_from_volume);
   state.time_s = volume.time_s;
   state.rate = volume.rate;
 }
 
-void fill(PalTube& tube, const ReleasedTube& released, const SceneMoment& moment) {
+void fill(PalTube& tube, const ReleasedTube& released, const SceneSnapshot& snapshot) {
   const StreamTube& line = *released.tube;
   tube.volume = uint32_t(released.volume);
   tube.is_kept = released.kept;
@@ -450,7 +450,7 @@ void fill(PalTube& tube, const ReleasedTube& released, const SceneMoment& moment
   tube.length_unit = unit(line.field());
   const size_t given = std::min<size_t>(tube.point_count, tube.capacity);
   if (tube.points_m) {
-    const VolumeMoment& now = moment.volumes[released.volume];
+    const VolumeSnapshot& now = snapshot.volumes[released.volume];
     const std::vector<glm::dvec3> places = line.places(pointer_at(line.data()->times, now.time_s));
     for (size_t k = 0; k < given; ++k) {
       const glm::dvec3 place_m = now.world_from_volume.world_from_volume(places[k]);
@@ -544,10 +544,10 @@ PalResult pal_session_volume(PalSession* session, uint32_t index, PalVolumeState
         read != PAL_OK)
       return read;
     if (index >= of_session.session->scene()->volumes.size()) return PAL_END;
-    const palpate::SceneMoment moment = of_session.moment();
-    if (index >= uint32_t(moment.volume_count))
+    const palpate::SceneSnapshot snapshot = of_session.snapshot();
+    if (index >= uint32_t(snapshot.volume_count))
       return failed(PAL_NOT_YET, {"There was no haptic frame yet"});
-    fill(known, moment.volumes[index]);
+    fill(known, snapshot.volumes[index]);
     std::memcpy(volume, &known, volume->size);
     return PAL_OK;
   });
@@ -642,7 +642,7 @@ PalResult pal_session_tube(PalSession* session, uint32_t index, PalTube* tube) {
       return read;
     const auto tubes = of_session.session->tubes();
     if (index >= tubes->size()) return PAL_END;
-    fill(known, (*tubes)[index], of_session.moment());
+    fill(known, (*tubes)[index], of_session.snapshot());
     std::memcpy(tube, &known, tube->size);
     return PAL_OK;
   });

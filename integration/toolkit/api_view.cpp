@@ -110,15 +110,15 @@ PalResult render(ViewContent& of_view, const PalEye* given_eyes, uint32_t eye_co
         read != PAL_OK)
       return read;
   SessionContent& of_session = *of_view.of_session;
-  const SceneMoment moment = of_session.moment();
-  if (moment.volume_count == 0)
+  const SceneSnapshot snapshot = of_session.snapshot();
+  if (snapshot.volume_count == 0)
     return failed(PAL_NOT_YET, {"There was no haptic frame yet, so nothing is known to be drawn"});
   if (const Status uploaded = of_view.viewer->update(of_session.session->scene()); !uploaded)
     return failed(uploaded.error());
   of_view.viewer->show(of_session.session->tubes());
   const HostImages images = images_of(host);
-  const int64_t display_ns = moment.now_ns + int64_t(1e9 * std::clamp(ahead_s, -1.0, 1.0));
-  const Status started = of_view.viewer->start(moment, display_ns, {eyes.data(), eye_count}, size,
+  const int64_t display_ns = snapshot.now_ns + int64_t(1e9 * std::clamp(ahead_s, -1.0, 1.0));
+  const Status started = of_view.viewer->start(snapshot, display_ns, {eyes.data(), eye_count}, size,
                                                given_images ? &images : nullptr);
   if (!started) return failed(started.error());
   of_view.size = size;

@@ -224,7 +224,7 @@ struct ContextContent {
 
 /// Where the frames of a live scene come from.
 struct LiveOrigin {
-  Grid grid;                     ///< of the first one
+  Volume first;                  ///< the first one
   std::string place;             ///< an OpenIGTLink server; empty: the host gives them
   std::string image, transform;  ///< device names there
 };

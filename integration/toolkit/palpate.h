@@ -290,7 +290,8 @@ PAL_API PalResult pal_motion_confidence(const PalMotion* motion, const PalFieldI
                                         float* values);
 
 /* A frame carried along a field: at each sample x of the grid the value at x + u(x) of the frame,
-   linear between samples, its border value held outside. The frame has the frames' grid. [ANY] */
+   linear between samples, its border value clamped outside. The frame has the frames' grid. [ANY]
+ */
 PAL_API PalResult pal_motion_warp(const PalMotion* motion, const PalFieldInfo* info,
                                   PalSampleType type, const void* samples, float* warped);
 

@@ -12,12 +12,12 @@ namespace palpate::adapter {
 
 /// A handle that is closed with its owner.
 template <class Handle, PalResult (*close)(Handle**)>
-struct Held {
+struct UniqueHandle {
   Handle* handle = nullptr;
-  Held() = default;
-  Held(const Held&) = delete;
-  Held& operator=(const Held&) = delete;
-  ~Held() { close(&handle); }
+  UniqueHandle() = default;
+  UniqueHandle(const UniqueHandle&) = delete;
+  UniqueHandle& operator=(const UniqueHandle&) = delete;
+  ~UniqueHandle() { close(&handle); }
 };
 
 struct Finished {

@@ -18,7 +18,7 @@ namespace palpate::toolkit {
 
 /// Sentences from any thread, which the session tells its host on a thread of its own, one after
 /// the other: so the host hears them without a lock of ours.
-class Notes {
+class SessionNotes {
  public:
   void say(const std::string& sentence) {
     const std::lock_guard lock(mutex_);
@@ -47,13 +47,13 @@ class SessionContent {
   SessionContent(const SessionContent&) = delete;
   SessionContent& operator=(const SessionContent&) = delete;
 
-  std::shared_ptr<Notes> notes = std::make_shared<Notes>();
+  std::shared_ptr<SessionNotes> notes = std::make_shared<SessionNotes>();
   /// None where the host ticks; outlives the session, as the listeners do.
   std::unique_ptr<ForceDevice> device;
   // What hears of every tick, where it is wanted. The recorder passes ticks on to the other two.
   std::unique_ptr<sessions::TickLog> table;
   std::unique_ptr<BlackBox> black_box;
-  std::unique_ptr<Recorder> recorder;
+  std::unique_ptr<TickRecorder> recorder;
   /// The session, once it has been started.
   std::unique_ptr<Session> session;
   bool host_ticks = false;
@@ -64,16 +64,16 @@ class SessionContent {
 
   const std::shared_ptr<ContextContent>& context() const { return context_; }
   /// The newest tick as an eye sees it. Any thread: waits for others in this call alone.
-  SceneMoment moment() {
+  SceneSnapshot snapshot() {
     const std::lock_guard lock(mutex_);
-    session->newest(MomentReader::kPictures, moment_);
-    return moment_;
+    session->newest(SnapshotReader::kPictures, snapshot_);
+    return snapshot_;
   }
 
   /// From now on push() has frames followed.
-  void follow(const Grid& grid, LiveSequenceOptions options) {
-    pushed_grid_ = grid;
-    pushed_ = std::make_unique<LiveSequence>(*session, 0, grid, std::move(options));
+  void follow(const Volume& first, LiveSequenceOptions options) {
+    pushed_grid_ = first.grid;
+    pushed_ = std::make_unique<LiveSequence>(*session, 0, first, std::move(options));
   }
   /// A frame of the host's, one at a time. kBadInput for a session without such a source, or after
   /// stop().
@@ -90,7 +90,7 @@ class SessionContent {
  private:
   std::shared_ptr<ContextContent> context_;
   std::mutex mutex_;
-  SceneMoment moment_;
+  SceneSnapshot snapshot_;
   std::mutex pushing_, stopping_;
   std::mutex live_mutex_;  ///< of the rest; never for long
   Grid pushed_grid_;

@@ -63,7 +63,7 @@ struct Node {
 };
 
 /// Where one is: transforms that change by keys, the outermost first, and what is within them.
-struct Place {
+struct NodePlace {
   std::vector<KeyedPose> poses;
   glm::dmat4 still{1.0};
 };
@@ -118,16 +118,16 @@ Result<Transform> as_transform(const glm::dmat4& m) {
   return m == glm::dmat4(1.0) ? Result<Transform>(Transform{}) : split(m);
 }
 
-class SceneReader {
+class X3dSceneReader {
  public:
-  explicit SceneReader(bool opens_files, fs::path folder = {})
+  explicit X3dSceneReader(bool opens_files, fs::path folder = {})
       : opens_files_(opens_files), folder_(std::move(folder)) {}
 
   Result<X3dScene> read(const fs::path& file, std::string_view text) {
     scene_.files.push_back(file);
     Document* document = open(file, text);
     if (!document) return *error_;
-    visit({document, 0}, Place{});
+    visit({document, 0}, NodePlace{});
     if (!error_ && scene_.spec.volumes.empty())
       error_ = files::bad_input(file,
                                 "holds no volume that palpate can read: give it a VolumeData with "
@@ -409,7 +409,7 @@ class SceneReader {
     return found;
   }
 
-  void visit(const Node& written, const Place& place) {
+  void visit(const Node& written, const NodePlace& place) {
     if (!good() || !count_visit(written)) return;
     const auto resolved = resolve(written);
     if (!resolved) return;
@@ -447,11 +447,11 @@ class SceneReader {
     open_.pop_back();
   }
 
-  void visit_children(const Node& node, const Place& place) {
+  void visit_children(const Node& node, const NodePlace& place) {
     for (const Node& child : children(node)) visit(child, place);
   }
 
-  void inlined(const Node& node, const Place& place) {
+  void inlined(const Node& node, const NodePlace& place) {
     bool load = true;
     boolean(node, "load", load);
     if (!good()) return;
@@ -524,7 +524,7 @@ class SceneReader {
 
   // Transforms --------------------------------------------------------------------------------
 
-  Place inside(const Node& node, Place place) {
+  NodePlace inside(const Node& node, NodePlace place) {
     Transform t;
     glm::dvec3 centre(0.0);
     glm::dquat orientation(1.0, 0.0, 0.0, 0.0);
@@ -737,7 +737,7 @@ class SceneReader {
   }
 
   /// Where a volume is: its transform, and what moves it.
-  bool put(const Node& node, const Place& place, VolumeSpec& volume) {
+  bool put(const Node& node, const NodePlace& place, VolumeSpec& volume) {
     const auto still = as_transform(place.still);
     if (!still) return refuse(node, still.error()), false;
     volume.transform = *still;
@@ -752,7 +752,7 @@ class SceneReader {
   }
 
   /// A rotation at one speed all the way round, over and over, is the drive that turns.
-  static bool turns(const Place& place, VolumeSpec& volume) {
+  static bool turns(const NodePlace& place, VolumeSpec& volume) {
     size_t moving = 0, which = 0;
     for (size_t k = 0; k < place.poses.size(); ++k) {
       const KeyedPose& pose = place.poses[k];
@@ -837,7 +837,7 @@ class SceneReader {
   }
 
   /// The volume of a data node at a place, made when it is first met there. -1 after a refusal.
-  int volume_of(const Node& node, const Place& place) {
+  int volume_of(const Node& node, const NodePlace& place) {
     if (!good()) return -1;
     if (node.name() == "SampledScalarVolume") return sampled(node, place);
     VolumeSpec volume;
@@ -870,7 +870,7 @@ class SceneReader {
   }
 
   /// A volume that another one is sampled from: its formula is felt as it is.
-  int sampled(const Node& node, const Place& place) {
+  int sampled(const Node& node, const NodePlace& place) {
     int found = -1;
     finish(node);
     for (const Node& child : children(node)) {
@@ -919,7 +919,7 @@ class SceneReader {
     glm::dvec3 box(1.0);
     vector(node, "dimensions", box, kEdges_m);
     volume.box_m = box;
-    boolean(node, "visible", volume.seen.shown);
+    boolean(node, "visible", volume.appearance.shown);
     for (const Node& child : children(node)) {
       if (!good()) return;
       const auto one = resolve(child);
@@ -927,7 +927,7 @@ class SceneReader {
       const std::string* role = child.element().find("containerField");
       const bool labels = role && *role == "segmentIdentifiers";
       if (node.name() == "VolumeData" && one->name().ends_with("VolumeStyle")) {
-        if (!volume.seen.points.empty() || !style(*one, volume.seen)) leave_out(*one);
+        if (!volume.appearance.points.empty() || !style(*one, volume.appearance)) leave_out(*one);
         continue;
       }
       if (!is_texture(one->name()) || (role && *role != "voxels" && !labels)) {
@@ -1041,7 +1041,7 @@ class SceneReader {
 
   /// Takes what a style of volume rendering says of colours and opacities. False: nothing that has
   /// an effect here.
-  bool style(const Node& node, SeenSpec& seen) {
+  bool style(const Node& node, AppearanceSpec& appearance) {
     bool enabled = true;
     boolean(node, "enabled", enabled);
     if (!good() || !enabled || !count_visit(node)) return false;
@@ -1053,8 +1053,9 @@ class SceneReader {
       const auto one = resolve(child);
       if (!one) return false;
       // Nothing nests deeper: what is composed are styles that are not.
-      const bool takes = composed ? one->name() == "OpacityMapVolumeStyle" && style(*one, seen)
-                                  : one->name() == "PixelTexture" && transfer_texture(*one, seen);
+      const bool takes = composed
+                             ? one->name() == "OpacityMapVolumeStyle" && style(*one, appearance)
+                             : one->name() == "PixelTexture" && transfer_texture(*one, appearance);
       if (takes && !found)
         found = true;
       else
@@ -1067,8 +1068,8 @@ class SceneReader {
   }
 
   /// One row of texels: what values from the lowest to the highest look like.
-  bool transfer_texture(const Node& node, SeenSpec& seen) {
-    if (!seen.points.empty()) return false;
+  bool transfer_texture(const Node& node, AppearanceSpec& appearance) {
+    if (!appearance.points.empty()) return false;
     const std::string* text = field(node, "image");
     const auto image = image_of(text ? *text : "");
     if (!image) {
@@ -1089,16 +1090,16 @@ class SceneReader {
       point.colour =
           n >= 3 ? glm::dvec3(byte(n - 1), byte(n - 2), byte(n - 3)) : glm::dvec3(byte(n - 1));
       point.opacity = std::min(has_alpha ? byte(0) : 1.0, kMostOpaque);
-      seen.points.push_back(point);
+      appearance.points.push_back(point);
     }
-    seen.points_of_range = true;
+    appearance.points_of_range = true;
     finish(node);
     for (const Node& child : children(node)) leave_out(child);
     return good();
   }
 
   /// Of shapes those along vectors are drawn.
-  void shape(const Node& node, const Place& place) {
+  void shape(const Node& node, const NodePlace& place) {
     const std::vector<Node> parts = children(node);
     const auto streams = [](const Node& part) { return is_stream(part.name()); };
     if (std::none_of(parts.begin(), parts.end(), streams)) return leave_out(node);
@@ -1113,7 +1114,7 @@ class SceneReader {
   }
 
   /// Tubes through their data, where palpate seeds them.
-  void stream(const Node& node, const Place& place) {
+  void stream(const Node& node, const NodePlace& place) {
     int found = -1;
     for (const Node& child : children(node)) {
       if (!good()) return;
@@ -1129,12 +1130,12 @@ class SceneReader {
     if (!good()) return;
     if (found < 0) return leave_out(node);
     finish(node);
-    scene_.spec.volumes[size_t(found)].seen.tubes = true;
+    scene_.spec.volumes[size_t(found)].appearance.tubes = true;
   }
 
   // Modes -------------------------------------------------------------------------------------
 
-  void mode(const Node& node, const ModeNode& kind, const Place& place) {
+  void mode(const Node& node, const ModeNode& kind, const NodePlace& place) {
     const auto same = [&](const Node& other) { return other == node; };
     if (std::any_of(modes_.begin(), modes_.end(), same))
       return nodes_left_out_.insert(fmt::format("{} (used again)", node.name())), void();
@@ -1242,13 +1243,13 @@ class SceneReader {
 }  // namespace
 
 Result<X3dScene> parse_x3d(const fs::path& file, std::string_view text) {
-  return SceneReader(false).read(file, text);
+  return X3dSceneReader(false).read(file, text);
 }
 
 Result<X3dScene> read_x3d(const fs::path& file, const fs::path& folder) {
   std::string text;
-  if (const Status read = SceneReader::read_text(file, text); !read) return read.error();
-  return SceneReader(true, folder).read(file, text);
+  if (const Status read = X3dSceneReader::read_text(file, text); !read) return read.error();
+  return X3dSceneReader(true, folder).read(file, text);
 }
 
 bool is_x3d(const fs::path& file) {

@@ -31,9 +31,9 @@ std::string joined(const std::vector<T>& values) {
   return text;
 }
 
-class SceneWriter {
+class X3dSceneWriter {
  public:
-  explicit SceneWriter(const fs::path& file) : folder_(fs::absolute(file).parent_path()) {}
+  explicit X3dSceneWriter(const fs::path& file) : folder_(fs::absolute(file).parent_path()) {}
 
   Result<X3dText> write(const SceneSpec& scene) {
     const SceneSpec usual;
@@ -256,7 +256,7 @@ class SceneWriter {
       }
       mode(m, *node, v.source == "charges", data_here);
     }
-    if (v.seen.tubes.value_or(false)) {
+    if (v.appearance.tubes.value_or(false)) {
       open("Shape");
       open("StreamTubes");
       data_here();
@@ -294,11 +294,11 @@ class SceneWriter {
       lost.push_back("segments");
     else
       note(v.segments.frame != 0 || !v.segments.parts.empty(), "segments.frame and segments.parts");
-    SeenSpec seen = v.seen;
-    seen.shown = true;
-    if (seen.tubes.value_or(false)) seen.tubes.reset();
-    note(seen != SeenSpec{}, "view");
-    note(!v.seen.shown && !(v.box_m && v.source.empty()), "view.shown");
+    AppearanceSpec appearance = v.appearance;
+    appearance.shown = true;
+    if (appearance.tubes.value_or(false)) appearance.tubes.reset();
+    note(appearance != AppearanceSpec{}, "view");
+    note(!v.appearance.shown && !(v.box_m && v.source.empty()), "view.shown");
     if (!lost.empty())
       notes_.push_back(
           fmt::format("X3D has no words for these keys of the volume \"{}\", which are "
@@ -328,7 +328,7 @@ class SceneWriter {
     const bool segmented = !v.segments.files.empty();
     const char* type = segmented ? "SegmentedVolumeData" : "VolumeData";
     open(type + attribute("DEF", name) + attribute("dimensions", text_of(*v.box_m)) +
-         (v.seen.shown ? "" : attribute("visible", "false")));
+         (v.appearance.shown ? "" : attribute("visible", "false")));
     name_metadata(v.name, name);
     texture(v);
     if (segmented)
@@ -437,7 +437,7 @@ class SceneWriter {
 }  // namespace
 
 Result<X3dText> x3d_text(const SceneSpec& scene, const fs::path& file) {
-  return SceneWriter(file).write(scene);
+  return X3dSceneWriter(file).write(scene);
 }
 
 }  // namespace palpate::x3d

@@ -27,13 +27,13 @@ Error bad(const char* sentence) {
 }
 
 /// The ten unknowns.
-struct Model {
+struct MovementModel {
   Pose stage_from_device;
   glm::dvec3 tip{0.0};  ///< in the controller's frame
   double delay_s = 0.0;
 };
 
-/// A controller pose with the tip of the same moment.
+/// A controller pose with the tip at the same time.
 struct Pair {
   Pose controller;
   glm::dvec3 tip, velocity;
@@ -63,7 +63,7 @@ std::vector<Pair> pairs_at(std::span<const TipSample> tip,
 }
 
 /// stage_from_controller x - stage_from_device tip.
-glm::dvec3 residual(const Model& model, const Pair& pair) {
+glm::dvec3 residual(const MovementModel& model, const Pair& pair) {
   return pair.controller(model.tip) - model.stage_from_device(pair.tip);
 }
 
@@ -80,8 +80,8 @@ glm::dquat nearest_rotation(const glm::dmat3& m) {
 }
 
 /// Least squares with the rotation's nine elements as unknowns: R_B x - M p - t = -p_B.
-std::optional<Model> linear_model(const std::vector<Pair>& pairs,
-                                  const std::vector<size_t>& which) {
+std::optional<MovementModel> linear_model(const std::vector<Pair>& pairs,
+                                          const std::vector<size_t>& which) {
   LeastSquares<15> fit;
   for (const size_t i : which) {
     const Pair& pair = pairs[i];
@@ -101,13 +101,13 @@ std::optional<Model> linear_model(const std::vector<Pair>& pairs,
   glm::dmat3 m;
   for (int c = 0; c < 3; ++c)
     for (int k = 0; k < 3; ++k) m[k][c] = (*x)[3 * c + k];
-  Model model;
+  MovementModel model;
   model.stage_from_device = {glm::dvec3((*x)[9], (*x)[10], (*x)[11]), nearest_rotation(m)};
   model.tip = glm::dvec3((*x)[12], (*x)[13], (*x)[14]);
   return model;
 }
 
-double median_off(const Model& model, const std::vector<Pair>& pairs,
+double median_off(const MovementModel& model, const std::vector<Pair>& pairs,
                   const std::vector<size_t>& which) {
   std::vector<double> off;
   off.reserve(which.size());
@@ -116,21 +116,21 @@ double median_off(const Model& model, const std::vector<Pair>& pairs,
 }
 
 /// The best start of random subsets over all delays.
-std::optional<Model> start(std::span<const TipSample> tip,
-                           std::span<const ControllerSample> controller, uint32_t seed) {
+std::optional<MovementModel> start(std::span<const TipSample> tip,
+                                   std::span<const ControllerSample> controller, uint32_t seed) {
   std::mt19937 random(seed);
   const auto draw = [&](size_t n) {
     std::vector<size_t> which(n);
     for (size_t& i : which) i = random() % controller.size();
     return which;
   };
-  std::optional<Model> best;
+  std::optional<MovementModel> best;
   double least = std::numeric_limits<double>::infinity();
   for (double delay = kDelayLow; delay <= kDelayHigh + 1e-9; delay += kDelayStep) {
     const std::vector<Pair> pairs = pairs_at(tip, controller, delay);
     const std::vector<size_t> scored = draw(kScored);
     for (int i = 0; i < kSubsets; ++i) {
-      std::optional<Model> model = linear_model(pairs, draw(kSubset));
+      std::optional<MovementModel> model = linear_model(pairs, draw(kSubset));
       if (!model) continue;
       model->delay_s = delay;
       const double off = median_off(*model, pairs, scored);
@@ -143,7 +143,8 @@ std::optional<Model> start(std::span<const TipSample> tip,
 }
 
 /// One step of Gauss-Newton with weights; false if the data do not tell all unknowns.
-bool improve(Model& model, const std::vector<Pair>& pairs, const std::vector<double>& weights) {
+bool improve(MovementModel& model, const std::vector<Pair>& pairs,
+             const std::vector<double>& weights) {
   LeastSquares<10> fit;
   const glm::dquat& r = model.stage_from_device.rotation;
   for (size_t i = 0; i < pairs.size(); ++i) {
@@ -202,7 +203,7 @@ Result<Calibration> calibrate_by_movement(std::span<const TipSample> tip,
     return bad(
         "The stylus was hardly turned: turn it about two axes while moving it, or calibrate "
         "by touched points.");
-  std::optional<Model> model = start(tip, controller, options.seed);
+  std::optional<MovementModel> model = start(tip, controller, options.seed);
   if (!model)
     return bad("The recorded movement does not tell where the device is: move and turn more.");
 

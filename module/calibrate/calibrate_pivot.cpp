@@ -19,14 +19,14 @@ Error bad(const char* sentence) {
   return {ErrorKind::kBadInput, sentence};
 }
 
-struct Model {
+struct PivotModel {
   glm::dvec3 tip{0.0}, place{0.0};
   double off_m(const Pose& controller) const { return glm::distance(controller(tip), place); }
 };
 
 /// Least squares of R x - p = -t over the poses with their weights.
-std::optional<Model> least_squares(std::span<const ControllerSample> controller,
-                                   std::span<const double> weights) {
+std::optional<PivotModel> least_squares(std::span<const ControllerSample> controller,
+                                        std::span<const double> weights) {
   LeastSquares<6> fit;
   for (size_t i = 0; i < controller.size(); ++i) {
     if (weights[i] <= 0.0) continue;
@@ -41,10 +41,10 @@ std::optional<Model> least_squares(std::span<const ControllerSample> controller,
   }
   const auto x = fit.solve();
   if (!x) return std::nullopt;
-  return Model{{(*x)[0], (*x)[1], (*x)[2]}, {(*x)[3], (*x)[4], (*x)[5]}};
+  return PivotModel{{(*x)[0], (*x)[1], (*x)[2]}, {(*x)[3], (*x)[4], (*x)[5]}};
 }
 
-std::vector<double> offs(const Model& model, std::span<const ControllerSample> controller) {
+std::vector<double> offs(const PivotModel& model, std::span<const ControllerSample> controller) {
   std::vector<double> off;
   off.reserve(controller.size());
   for (const ControllerSample& sample : controller)
@@ -53,9 +53,9 @@ std::vector<double> offs(const Model& model, std::span<const ControllerSample> c
 }
 
 /// The subset whose model most poses are close to.
-std::optional<Model> start(std::span<const ControllerSample> controller, uint32_t seed) {
+std::optional<PivotModel> start(std::span<const ControllerSample> controller, uint32_t seed) {
   std::mt19937 random(seed);
-  std::optional<Model> best;
+  std::optional<PivotModel> best;
   double least = std::numeric_limits<double>::infinity();
   for (int i = 0; i < kSubsets; ++i) {
     std::vector<ControllerSample> subset;

@@ -11,8 +11,8 @@ constexpr int kNewtonSteps = 16;
 constexpr int kPicardSteps = 64;
 constexpr double kToleranceCells = 1e-6;
 // How finely a path is searched for folds, and how far: beyond, it counts as folded.
-constexpr double kLookCells = 1.0 / 32.0;
-constexpr int kMostLooks = 256;
+constexpr double kSampleCells = 1.0 / 32.0;
+constexpr int kMostSamples = 256;
 
 bool finite(glm::dvec3 v) {
   return std::isfinite(v.x + v.y + v.z);
@@ -52,18 +52,18 @@ class StepMotion {
 /// One motion for all times, at one of them: u(X, t).
 class TimedMotion {
  public:
-  explicit TimedMotion(SequenceMoment& moment) : moment_(moment) {}
-  MotionSample sample(glm::dvec3 x) const noexcept { return moment_.sample(x); }
+  explicit TimedMotion(SequenceSnapshot& snapshot) : snapshot_(snapshot) {}
+  MotionSample sample(glm::dvec3 x) const noexcept { return snapshot_.sample(x); }
   glm::dvec3 way(const MotionSample& at) const noexcept { return at.u_m; }
   glm::dmat3 stretched(const MotionSample& at) const noexcept {
     return glm::dmat3(1.0) + at.jacobian;
   }
-  bool never_folds() const noexcept { return !moment_.map().may_fold(); }
+  bool never_folds() const noexcept { return !snapshot_.map().may_fold(); }
   bool surely_unfolded(glm::dvec3) const noexcept { return false; }
-  double cell_m() const noexcept { return moment_.map().cell_m(); }
+  double cell_m() const noexcept { return snapshot_.map().cell_m(); }
 
  private:
-  SequenceMoment& moment_;
+  SequenceSnapshot& snapshot_;
 };
 
 template <class Motion>
@@ -94,10 +94,10 @@ class Search {
   bool unfolded(glm::dvec3 a, glm::dvec3 b, const MotionSample& at_b) const noexcept {
     if (!(glm::determinant(motion_.stretched(at_b)) > 0.0)) return false;
     if (motion_.never_folds()) return true;
-    const double looks = std::ceil(glm::length(b - a) / (kLookCells * motion_.cell_m()));
-    if (!(looks <= kMostLooks)) return false;
-    for (int k = 0; k < int(looks); ++k) {
-      const glm::dvec3 x = a + (double(k) / looks) * (b - a);
+    const double samples = std::ceil(glm::length(b - a) / (kSampleCells * motion_.cell_m()));
+    if (!(samples <= kMostSamples)) return false;
+    for (int k = 0; k < int(samples); ++k) {
+      const glm::dvec3 x = a + (double(k) / samples) * (b - a);
       if (motion_.surely_unfolded(x)) continue;
       if (!(glm::determinant(motion_.stretched(motion_.sample(x))) > 0.0)) return false;
     }
@@ -169,7 +169,7 @@ BackTrack back_track(const MotionMap& map, double phase, glm::dvec3 target, glm:
   return method == BackTracking::kNewton ? newton(search, start) : picard(search, start);
 }
 
-BackTrack back_track(SequenceMoment& motion, glm::dvec3 target, glm::dvec3 start) noexcept {
+BackTrack back_track(SequenceSnapshot& motion, glm::dvec3 target, glm::dvec3 start) noexcept {
   if (!finite(target) || !finite(start)) {
     BackTrack none = nowhere(start);
     none.at = motion.sample(none.x_m);

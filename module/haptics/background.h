@@ -8,8 +8,8 @@
 
 namespace palpate {
 
-/// An ordinary thread that does `work` every `pause`, and once more when it is destroyed. It looks
-/// by itself: a real-time thread that had to wake it would need a system call.
+/// An ordinary thread that does `work` every `pause`, and once more when it is destroyed. It polls,
+/// since a real-time thread that had to wake it would need a system call.
 class Background {
  public:
   Background(std::chrono::milliseconds pause, std::function<void()> work);

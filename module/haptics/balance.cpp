@@ -12,7 +12,7 @@ namespace {
 using Kind = Primitive::Kind;
 
 /// What planes and lines through one point along one direction, or points at one place, add up to.
-struct Column {
+struct AddedPrimitives {
   glm::dvec3 position{0.0}, q{0.0};
   double up_n = 0.0, down_n = 0.0;                    // planes along q and along -q
   double up_friction_n = 0.0, down_friction_n = 0.0;  // their strengths times their friction
@@ -20,7 +20,7 @@ struct Column {
 };
 
 /// False if the primitive is not of the same column.
-bool add(Column& column, const Primitive& p) noexcept {
+bool add(AddedPrimitives& column, const Primitive& p) noexcept {
   if (p.position != column.position) return false;
   if (p.kind == Kind::kPoint) {
     column.around_n += p.strength_n;
@@ -39,7 +39,8 @@ bool add(Column& column, const Primitive& p) noexcept {
 
 /// Normal and tangential part are separate problems; friction takes the normal one's force, shared
 /// by planes in proportion to strength.
-glm::dvec3 proxy_of(const Column& column, glm::dvec3 probe, double stiffness_n_per_m) noexcept {
+glm::dvec3 proxy_of(const AddedPrimitives& column, glm::dvec3 probe,
+                    double stiffness_n_per_m) noexcept {
   const glm::dvec3 g = probe - column.position;
   const double normal = glm::dot(g, column.q);
   const glm::dvec3 tangential = g - normal * column.q;
@@ -93,7 +94,7 @@ Balance convex_balance(const PrimitiveSet& primitives, glm::dvec3 probe, double 
 
 Balance balance(const PrimitiveSet& primitives, glm::dvec3 probe, double stiffness_n_per_m,
                 BalanceHint* hint) noexcept {
-  Column column;
+  AddedPrimitives column;
   bool empty = true, one_column = true;
   glm::dvec3 pull_n(0.0);
   for (const Primitive& p : primitives) {

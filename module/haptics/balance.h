@@ -12,22 +12,22 @@ struct Balance {
   /// anywhere within 16 units in the last place of the largest coordinate (at least 1 mm), as it
   /// would if its position were rounded differently. 0 where a closed form was used.
   double residual_n = 0.0;
-  int iterations = 0;     ///< of the general solver; 0 where a closed form was used
-  bool converged = true;  ///< residual_n <= 1e-9 N; if not, a bound of iterations was reached
-                          ///< or the numbers are too large for doubles: then proxy is the probe
-                          ///< or near the balance
+  int iterations = 0;  ///< of the general solver; 0 where a closed form was used
+  /// residual_n <= 1e-9 N; if not, a bound of iterations was reached or the numbers are too large
+  /// for doubles: then proxy is the probe or near the balance
+  bool converged = true;
 };
 
-/// What held in one balance and with what force: where the next one begins to look, if it is like
-/// it. Only a guess: a balance comes out the same with it, but for round-off and for who gives how
-/// much where forces are not unique. Plain data, no thread of its own.
+/// Which primitives were active in one balance and with what force: the next solve starts from it
+/// if its primitives are similar. Only an initial guess: the result is the same but for round-off
+/// and for how forces are shared where they are not unique. Plain data, no thread of its own.
 struct BalanceHint {
   struct Stage {
     int planes = -1, lines = -1;  ///< how many of each; -1: nothing known
     std::array<double, PrimitiveSet::kCapacity> plane_n;
-    std::array<bool, PrimitiveSet::kCapacity> plane_holds;
+    std::array<bool, PrimitiveSet::kCapacity> plane_active;
     std::array<glm::dvec3, 2 * PrimitiveSet::kCapacity> line_n;
-    std::array<bool, 2 * PrimitiveSet::kCapacity> line_holds;
+    std::array<bool, 2 * PrimitiveSet::kCapacity> line_active;
   };
   Stage without_friction, with_friction;
 };

@@ -29,9 +29,9 @@ Real size(glm::vec<3, Real> v) noexcept {
 constexpr double kWithin = 1e-3;
 constexpr int kMostSteps = 8;
 
-/// Up to three directions that are held, made orthogonal one after the other.
+/// Up to three active directions, made orthogonal one after the other.
 template <class Real>
-class HeldSpan {
+class ActiveSpan {
  public:
   using Vec = glm::vec<3, Real>;
 
@@ -51,13 +51,14 @@ class HeldSpan {
     return v;
   }
   /// A symmetric matrix along what is free only; the identity along the span.
-  template <class Matrix>
-  Matrix free_part(const Matrix& a) const noexcept {
+  template <class SymmetricMatrix>
+  SymmetricMatrix free_part(const SymmetricMatrix& a) const noexcept {
     Vec rows[3] = {outside({a.xx, a.xy, a.xz}), outside({a.xy, a.yy, a.yz}),
                    outside({a.xz, a.yz, a.zz})};
     Vec columns[3];
     for (int c = 0; c < 3; ++c) columns[c] = outside({rows[0][c], rows[1][c], rows[2][c]});
-    Matrix free{columns[0].x, columns[1].x, columns[2].x, columns[1].y, columns[2].y, columns[2].z};
+    SymmetricMatrix free{columns[0].x, columns[1].x, columns[2].x,
+                         columns[1].y, columns[2].y, columns[2].z};
     for (int k = 0; k < count_; ++k) {
       const Vec b = base_[k];
       free.xx += b.x * b.x, free.xy += b.x * b.y, free.xz += b.x * b.z;
@@ -112,7 +113,7 @@ void ConvexBalance<Real>::add_plane(glm::dvec3 position, glm::dvec3 q, double st
   plane.q = unit_or_zero(Vec(q));
   plane.reach = strength_n / stiffness_;
   plane.step = plane.force = plane.next_force = 0.0;
-  plane.held = plane.would_hold = false;
+  plane.active = plane.would_be_active = false;
 }
 
 template <class Real>
@@ -122,7 +123,7 @@ void ConvexBalance<Real>::add_line(glm::dvec3 position, glm::dvec3 q, double str
   line.q = unit_or_zero(Vec(q));
   line.reach = strength_n / stiffness_;
   line.step = line.force = line.next_force = Vec(0.0);
-  line.held = line.would_hold = false;
+  line.active = line.would_be_active = false;
 }
 
 template <class Real>
@@ -186,12 +187,12 @@ void ConvexBalance<Real>::place() noexcept {
 }
 
 /// rest_, curvature_ and the forces at proxy + along * newton_step_. Predicted: as if the same
-/// primitives held as at the last evaluation that was not.
+/// primitives were active as at the last evaluation that was not predicted.
 template <class Real>
 template <bool kPredicted>
 void ConvexBalance<Real>::evaluate(Real along) noexcept {
   Vec rest = spring_ + along * newton_step_;
-  Matrix a{1.0, 0.0, 0.0, 1.0, 0.0, 1.0};
+  SymmetricMatrix a{1.0, 0.0, 0.0, 1.0, 0.0, 1.0};
   const auto add = [&a](Real c, Vec v) {
     a.xx += c * v.x * v.x;
     a.xy += c * v.x * v.y;
@@ -205,13 +206,13 @@ void ConvexBalance<Real>::evaluate(Real along) noexcept {
     const Real c = plane.reach / plane.width;
     const Real wanted = plane.force - c * (plane.height + along * plane.step);
     if constexpr (kPredicted) {
-      plane.next_force = plane.held ? wanted : plane.force;
+      plane.next_force = plane.active ? wanted : plane.force;
     } else {
       plane.next_force = std::clamp<Real>(wanted, 0.0, plane.reach);
-      plane.would_hold = wanted == plane.next_force;
+      plane.would_be_active = wanted == plane.next_force;
     }
     rest -= plane.next_force * plane.q;
-    if (kPredicted ? plane.held : plane.would_hold) add(c, plane.q);
+    if (kPredicted ? plane.active : plane.would_be_active) add(c, plane.q);
   }
   for (size_t i = 0; i < line_count_; ++i) {
     Line& line = lines_[i];
@@ -220,8 +221,8 @@ void ConvexBalance<Real>::evaluate(Real along) noexcept {
     wanted -= line.q * glm::dot(line.q, wanted);
     const Real length2 = glm::dot(wanted, wanted);
     line.next_force = wanted;
-    if constexpr (!kPredicted) line.would_hold = length2 <= line.reach * line.reach;
-    if (!(kPredicted ? line.held : line.would_hold)) {
+    if constexpr (!kPredicted) line.would_be_active = length2 <= line.reach * line.reach;
+    if (!(kPredicted ? line.active : line.would_be_active)) {
       const Real inverse = 1.0 / std::sqrt(length2);
       line.next_force *= line.reach * inverse;
       c *= line.reach * inverse;
@@ -250,7 +251,7 @@ void ConvexBalance<Real>::step_to(Real along) noexcept {
 
 /// LDL^T. The matrix is the identity and more, so in exact numbers no pivot is below 1.
 template <class Real>
-auto ConvexBalance<Real>::solve(const Matrix& a, Vec b) noexcept -> Vec {
+auto ConvexBalance<Real>::solve(const SymmetricMatrix& a, Vec b) noexcept -> Vec {
   const Real d0 = a.xx;
   const Real l1 = a.xy / d0, l2 = a.xz / d0;
   const Real d1 = std::max<Real>(a.yy - l1 * a.xy, 1.0);
@@ -400,7 +401,7 @@ bool ConvexBalance<Real>::end_round() noexcept {
     Plane& plane = planes_[i];
     const Real wrong = std::abs(plane.next_force - plane.force) * plane.width / plane.reach;
     plane.force = plane.next_force;
-    plane.held = plane.would_hold;
+    plane.active = plane.would_be_active;
     if (wrong <= plane.slack) continue;
     done = false;
     plane.width = std::max<Real>(plane.width * kShrink, 0.5 * plane.slack);
@@ -409,7 +410,7 @@ bool ConvexBalance<Real>::end_round() noexcept {
     Line& line = lines_[i];
     const Real wrong = glm::length(line.next_force - line.force) * line.width / line.reach;
     line.force = line.next_force;
-    line.held = line.would_hold;
+    line.active = line.would_be_active;
     if (wrong <= line.slack) continue;
     done = false;
     line.width = std::max<Real>(line.width * kShrink, 0.5 * line.slack);
@@ -464,7 +465,7 @@ auto ConvexBalance<Real>::settled_rest(Vec proxy) noexcept -> Vec {
     line.settled_offset = offset - line.q * glm::dot(line.q, offset);
     const Real length = glm::length(line.settled_offset);
     // What slides is pulled back along its offset.
-    if (!line.held && length > Real(0))
+    if (!line.active && length > Real(0))
       line.settled_force = line.settled_offset * (-line.reach / length);
     rest -= line.settled_force;
   }
@@ -473,12 +474,12 @@ auto ConvexBalance<Real>::settled_rest(Vec proxy) noexcept -> Vec {
 
 /// How the spring and the forces of what slides change with the proxy.
 template <class Real>
-auto ConvexBalance<Real>::sliding_curvature() const noexcept -> Matrix {
-  Matrix a{1.0, 0.0, 0.0, 1.0, 0.0, 1.0};
+auto ConvexBalance<Real>::sliding_curvature() const noexcept -> SymmetricMatrix {
+  SymmetricMatrix a{1.0, 0.0, 0.0, 1.0, 0.0, 1.0};
   for (size_t i = 0; i < line_count_; ++i) {
     const Line& line = lines_[i];
     const Real length = glm::length(line.settled_offset);
-    if (line.held || !(length > Real(0))) continue;
+    if (line.active || !(length > Real(0))) continue;
     const Real c = line.reach / length;
     const Vec o = line.settled_offset / length, q = line.q;
     a.xx += c * (1 - q.x * q.x - o.x * o.x);
@@ -498,7 +499,7 @@ bool ConvexBalance<Real>::all_can() const noexcept {
     const Plane& plane = planes_[i];
     const Real height = plane.settled_height, force = plane.settled_force;
     const bool can =
-        plane.held ? std::abs(height) <= plane.slack && force >= Real(0) && force <= plane.reach
+        plane.active ? std::abs(height) <= plane.slack && force >= Real(0) && force <= plane.reach
         : force > Real(0) ? height <= plane.slack
                           : height >= -plane.slack;
     if (!can) return false;
@@ -507,7 +508,7 @@ bool ConvexBalance<Real>::all_can() const noexcept {
     const Line& line = lines_[i];
     const Real square = glm::dot(line.settled_offset, line.settled_offset);
     const Real force = glm::dot(line.settled_force, line.settled_force);
-    const bool can = line.held
+    const bool can = line.active
                          ? square <= line.slack * line.slack && force <= line.reach * line.reach
                          : square > line.slack * line.slack;
     if (!can) return false;
@@ -517,28 +518,28 @@ bool ConvexBalance<Real>::all_can() const noexcept {
 
 template <class Real>
 bool ConvexBalance<Real>::settle() noexcept {
-  struct Held {
+  struct ActiveDirection {
     Plane* plane;
     Line* line;
     Vec along;
   };
-  HeldSpan<Real> span;
-  std::array<Held, 3> held{};
+  ActiveSpan<Real> span;
+  std::array<ActiveDirection, 3> active{};
   bool repeats = false;
   const auto hold = [&](Plane* plane, Line* line, Vec along) {
     const auto at = size_t(span.count());
     if (span.add(along))
-      held[at] = {plane, line, along};
+      active[at] = {plane, line, along};
     else
       repeats = true;
   };
   for (size_t i = 0; i < plane_count_; ++i) {
     planes_[i].settled_force = planes_[i].force;
-    if (planes_[i].held) hold(&planes_[i], nullptr, planes_[i].q);
+    if (planes_[i].active) hold(&planes_[i], nullptr, planes_[i].q);
   }
   for (size_t i = 0; i < line_count_; ++i) {
     lines_[i].settled_force = lines_[i].force;
-    if (!lines_[i].held) continue;
+    if (!lines_[i].active) continue;
     Vec axes[3];
     const int count = across(lines_[i].q, axes);
     for (int a = 0; a < count; ++a) hold(nullptr, &lines_[i], axes[a]);
@@ -554,20 +555,21 @@ bool ConvexBalance<Real>::settle() noexcept {
     if (step == kMostSteps) return false;
     Real missing[3] = {};
     for (int k = 0; k < span.count(); ++k) {
-      const Held& h = held[size_t(k)];
+      const ActiveDirection& h = active[size_t(k)];
       missing[k] = h.plane ? -h.plane->settled_height : -glm::dot(h.along, h.line->settled_offset);
     }
-    const Matrix a = span.free_part(sliding_curvature());
+    const SymmetricMatrix a = span.free_part(sliding_curvature());
     proxy += span.move(missing) - span.outside(solve(a, free_rest));
     ++settle_steps_;
   }
 
-  // What the held ones have to give for that. Where more are held than are independent, who gives
-  // how much is not settled here: if it matters, the rounds must have come near enough.
+  // The forces that the active ones have to give for that. Where more are active than are
+  // independent, their shares are not decided here: if it matters, the rounds must have come near
+  // enough.
   Real more[3] = {};
   span.shares(rest, more);
   for (int k = 0; k < span.count(); ++k) {
-    Held& h = held[size_t(k)];
+    ActiveDirection& h = active[size_t(k)];
     if (repeats && shares_matter_ && !(std::abs(more[k]) * stiffness_ <= Real(0.1 * kResidualN)))
       return false;
     if (h.plane)
@@ -586,7 +588,7 @@ bool ConvexBalance<Real>::settle() noexcept {
   return true;
 }
 
-/// As settle(), with what held the last time, from where those forces would take the proxy.
+/// As settle(), with the active set of the last time, from where its forces would take the proxy.
 template <class Real>
 bool ConvexBalance<Real>::settle_as(const BalanceHint::Stage& hint) noexcept {
   if (hint.planes != int(plane_count_) || hint.lines != int(line_count_)) return false;
@@ -596,15 +598,15 @@ bool ConvexBalance<Real>::settle_as(const BalanceHint::Stage& hint) noexcept {
   Vec proxy = probe_;
   for (size_t i = 0; i < plane_count_; ++i) {
     Plane& plane = planes_[i];
-    planes_before[i] = {plane.force, plane.held};
-    plane.held = hint.plane_holds[i];
-    const bool all = !plane.held && hint.plane_n[i] > 0.0;
+    planes_before[i] = {plane.force, plane.active};
+    plane.active = hint.plane_active[i];
+    const bool all = !plane.active && hint.plane_n[i] > 0.0;
     plane.force = all ? plane.reach : std::min<Real>(hint.plane_n[i] / stiffness_, plane.reach);
     proxy += plane.force * plane.q;
   }
   for (size_t i = 0; i < line_count_; ++i) {
-    lines_before[i] = {lines_[i].force, lines_[i].held};
-    lines_[i].held = hint.line_holds[i];
+    lines_before[i] = {lines_[i].force, lines_[i].active};
+    lines_[i].active = hint.line_active[i];
     lines_[i].force = Vec(hint.line_n[i]) / stiffness_;
     proxy += lines_[i].force;
   }
@@ -612,9 +614,9 @@ bool ConvexBalance<Real>::settle_as(const BalanceHint::Stage& hint) noexcept {
   if (settle()) return true;
   proxy_ = before;
   for (size_t i = 0; i < plane_count_; ++i)
-    std::tie(planes_[i].force, planes_[i].held) = planes_before[i];
+    std::tie(planes_[i].force, planes_[i].active) = planes_before[i];
   for (size_t i = 0; i < line_count_; ++i)
-    std::tie(lines_[i].force, lines_[i].held) = lines_before[i];
+    std::tie(lines_[i].force, lines_[i].active) = lines_before[i];
   return false;
 }
 
@@ -623,24 +625,24 @@ void ConvexBalance<Real>::remember(BalanceHint::Stage& hint) const noexcept {
   hint.planes = int(plane_count_);
   hint.lines = int(line_count_);
   for (size_t i = 0; i < plane_count_; ++i) {
-    hint.plane_holds[i] = planes_[i].held;
+    hint.plane_active[i] = planes_[i].active;
     hint.plane_n[i] = double(planes_[i].force * stiffness_);
   }
   for (size_t i = 0; i < line_count_; ++i) {
-    hint.line_holds[i] = lines_[i].held;
+    hint.line_active[i] = lines_[i].active;
     hint.line_n[i] = glm::dvec3(lines_[i].force * stiffness_);
   }
 }
 
 // The class is instantiated where the rounds are; these members are here.
 template auto ConvexBalance<double>::settled_rest(Vec) noexcept -> Vec;
-template auto ConvexBalance<double>::sliding_curvature() const noexcept -> Matrix;
+template auto ConvexBalance<double>::sliding_curvature() const noexcept -> SymmetricMatrix;
 template bool ConvexBalance<double>::all_can() const noexcept;
 template bool ConvexBalance<double>::settle() noexcept;
 template bool ConvexBalance<double>::settle_as(const BalanceHint::Stage&) noexcept;
 template void ConvexBalance<double>::remember(BalanceHint::Stage&) const noexcept;
 template auto ConvexBalance<long double>::settled_rest(Vec) noexcept -> Vec;
-template auto ConvexBalance<long double>::sliding_curvature() const noexcept -> Matrix;
+template auto ConvexBalance<long double>::sliding_curvature() const noexcept -> SymmetricMatrix;
 template bool ConvexBalance<long double>::all_can() const noexcept;
 template bool ConvexBalance<long double>::settle() noexcept;
 template bool ConvexBalance<long double>::settle_as(const BalanceHint::Stage&) noexcept;

@@ -30,8 +30,9 @@ namespace palpate {
 /// met. Where forces are not unique (planes that repeat) they are shared in proportion to strength,
 /// whatever the order.
 ///
-/// Most rounds only drive numbers to round-off that are right already: so after each round the
-/// solution for what holds and slides then is computed at once (settle()) and taken if it is one.
+/// Most rounds only improve digits of a result whose active set is right already. So after each
+/// round settle() computes the exact solution for the present active set, and it is taken if it
+/// satisfies all constraints.
 ///
 /// Round-off: offsets and spring are numbers of their own that are only updated, so near the
 /// solution they are small and it is their relative precision that counts. The proxy then is the
@@ -55,9 +56,9 @@ class ConvexBalance {
   void add_line(glm::dvec3 position, glm::dvec3 q, double strength_n) noexcept;
   void add_point(glm::dvec3 position, double strength_n) noexcept;
 
-  /// May be called again after more was added; starts where the last call ended. shares_matter:
-  /// plane_force_n() is asked for afterwards; where forces are not unique it takes longer then.
-  /// The hint is tried first, whatever its shares, and renewed.
+  /// May be called again after primitives were added; starts where the last call ended.
+  /// shares_matter: plane_force_n() will be called afterwards; this takes longer where forces are
+  /// not unique. The hint is tried first and updated.
   Balance solve(bool shares_matter, BalanceHint::Stage* hint) noexcept;
 
   /// Force of the i-th plane that was added, in N, after solve(): 0 to its strength.
@@ -74,7 +75,7 @@ class ConvexBalance {
     Real reach, width, slack;
     Real height, step;       // of the proxy; and how it changes along the Newton step
     Real force, next_force;  // of the round before; and now
-    bool held, would_hold;
+    bool active, would_be_active;
     Real settled_height, settled_force;  // of settle()
   };
   /// A line; or a point, which is a line without a direction.
@@ -83,11 +84,11 @@ class ConvexBalance {
     Real reach, width, slack;
     Vec offset, step;
     Vec force, next_force;
-    bool held, would_hold;
+    bool active, would_be_active;
     Vec settled_offset, settled_force;
   };
   /// Symmetric.
-  struct Matrix {
+  struct SymmetricMatrix {
     Real xx, xy, xz, yy, yz, zz;
   };
 
@@ -105,17 +106,18 @@ class ConvexBalance {
   Real search(Real slope, bool strict) noexcept;
   bool newton() noexcept;
   bool end_round() noexcept;
-  /// The solution at once, if what holds and what slides is as the round has left it: up to three
-  /// directions are held exactly, Newton's method without kinks does the rest. True, and proxy and
-  /// forces are set, if every primitive can give what that takes; else nothing is changed. Where
-  /// more is held than is independent and shares matter, only once the rounds know them.
+  /// The exact solution for the present active set: up to three directions are fixed exactly, and
+  /// Newton's method without kinks solves for the rest. True, with proxy and forces set, if every
+  /// primitive can give the force that this needs; else nothing is changed. Where more directions
+  /// are active than are independent and shares matter, this works only once the rounds have found
+  /// the shares.
   bool settle() noexcept;
   bool settle_as(const BalanceHint::Stage& hint) noexcept;
   void remember(BalanceHint::Stage& hint) const noexcept;
   Vec settled_rest(Vec proxy) noexcept;
-  Matrix sliding_curvature() const noexcept;
+  SymmetricMatrix sliding_curvature() const noexcept;
   bool all_can() const noexcept;
-  static Vec solve(const Matrix& a, Vec b) noexcept;
+  static Vec solve(const SymmetricMatrix& a, Vec b) noexcept;
 
   Vec probe_;
   Real stiffness_;
@@ -128,7 +130,7 @@ class ConvexBalance {
   Vec spring_{0.0};                  // proxy - probe
   Vec newton_step_{0.0};
   Vec rest_{0.0};  // gradient: what is left of spring and forces
-  Matrix curvature_{};
+  SymmetricMatrix curvature_{};
   Real tolerance_ = 0.0, farthest_ = 0.0, smallest_ = 0.0;
   int iterations_ = 0, settle_steps_ = 0;
 };

@@ -16,8 +16,8 @@ struct BlackBoxOptions {
   int64_t least_gap_ns = 10'000'000'000;  ///< between two files
 };
 
-/// True for the causes after which a person asks what happened: a fault, not a start, a stop, a
-/// fade, or a hand that went away.
+/// True for causes that a person wants explained: faults. False for a start, a stop, a fade, or a
+/// hand that let go.
 bool is_trip(Cause cause, DeviceFault fault) noexcept;
 
 /// Keeps the last ticks, and writes them as a table when something trips: one file per trip, not

@@ -12,19 +12,19 @@
 namespace palpate {
 namespace {
 
-// A path is looked at twice per voxel and a little more: a shell one voxel thick can not be stepped
-// over.
+// A path is sampled a little more than twice per voxel, so that a shell one voxel thick can not be
+// stepped over.
 constexpr double kStridePerVoxel = 0.45;
 
-// What a field is worth to the hand: nothing below the first confidence, all above the second,
-// smooth in between.
+// The weight of a field by its confidence: 0 below the first, 1 above the second, smooth in
+// between.
 constexpr double kNoConfidence = 0.10, kFullConfidence = 0.35;
 
 // A determinant below this is a fold: directions there are not to be trusted.
 constexpr double kFlattest = 0.02;
 
-// In a field that can not be inverted somewhere, this much is near enough to such a place: a
-// piece of the way may have led through it.
+// In a field that is not invertible everywhere, q above this is so near to a fold that a piece of
+// the way may have led through it.
 constexpr double kRough = 0.5;
 
 // A plane counts as standing across the gradient if the cosine is this close to 1: rounding.
@@ -46,9 +46,9 @@ double squared(const glm::dmat3& m) {
   return glm::dot(m[0], m[0]) + glm::dot(m[1], m[1]) + glm::dot(m[2], m[2]);
 }
 
-/// Gives the planes that were placed from `first` the iso-surfaces that they lie on: those that
-/// stand at the proxy (`at`, world) across the data's gradient. `derivative` is that of the map
-/// from the data frame to the world.
+/// Gives the planes from index `first` on the iso-surfaces that they lie on: those that stand at
+/// the proxy (`at`, world) across the data's gradient. `derivative` is that of the map from the
+/// data frame to the world.
 void tell_surface_values(const LocalData& data, const ModeSpec& mode, const glm::dmat3& derivative,
                          glm::dvec3 at, int first, Placed& out) noexcept {
   for (int i = first; i < out.set.count(); ++i) out.surface_value[i] = {};
@@ -66,7 +66,7 @@ void tell_surface_values(const LocalData& data, const ModeSpec& mode, const glm:
   }
 }
 
-/// Data that do not move. The volume's pose may: then the point rides with it.
+/// Data that do not move. The volume may move as a whole; then the point moves with it.
 class StillCarrier final : public Carrier {
  public:
   explicit StillCarrier(const VolumeRun& volume)
@@ -193,8 +193,8 @@ class FlowingCarrier final : public Carrier {
     report_.rough |= squared(motion_.jacobian) >= kRough * kRough;
   }
 
-  /// How the material is stretched where the point is: from the data frame to now. In a fold it has
-  /// no sense that could be felt, and surfaces would turn inside out; then the last one that had.
+  /// The deformation gradient at the point, from the data frame to now. In a fold it would turn
+  /// surfaces inside out, so there the last valid one is used.
   const glm::dmat3& stretch() noexcept {
     const glm::dmat3 now = glm::dmat3(1.0) + volume_.pointer.phase * motion_.jacobian;
     if (glm::determinant(now) > kFlattest) stretch_ = now;
@@ -220,7 +220,7 @@ class FlowingCarrier final : public Carrier {
     if (found.ok)
       material_ = found.x_m;
     else
-      report_.held = true;
+      report_.frozen = true;
   }
 
   bool closes(int frame) const {
@@ -232,8 +232,8 @@ class FlowingCarrier final : public Carrier {
                                              : glm::dvec3(0.0);
   }
 
-  /// Where the hand is in the data frame. Not the proxy's business: a failure here gives the proxy
-  /// instead.
+  /// The hand's place in the data frame. If it can not be found the proxy's place is given, and
+  /// that is no failure of the proxy.
   glm::dvec3 taken_back(glm::dvec3 probe) const noexcept {
     const glm::dvec3 target = volume_.volume(probe);
     const MotionMap* map = step(frame_);
@@ -298,14 +298,14 @@ class MaterialCarrier final : public Carrier {
   }
 
  private:
-  /// Told from one frame, a motion is large and steep, and still has an inverse wherever it does
-  /// not fold.
+  /// A motion from one reference frame is large and steep, but still has an inverse wherever it
+  /// does not fold.
   void look_for_roughness() noexcept {
     if (!now_.map().may_fold()) return;
     report_.rough |= squared(motion_.jacobian) >= kRough * kRough;
   }
 
-  /// How the material is stretched where the point is; in a fold the last one that had a sense.
+  /// The deformation gradient at the point; in a fold the last valid one.
   const glm::dmat3& stretch() noexcept {
     const glm::dmat3 now = glm::dmat3(1.0) + motion_.jacobian;
     if (glm::determinant(now) > kFlattest) stretch_ = now;
@@ -321,7 +321,7 @@ class MaterialCarrier final : public Carrier {
 
   const VolumeRun& volume_;
   const MovingVolume& data_;
-  SequenceMoment now_;
+  SequenceSnapshot now_;
   glm::dmat3 stretch_{1.0};
   LastRead read_;
 };
@@ -331,7 +331,7 @@ class MaterialCarrier final : public Carrier {
 bool Carrier::arrive(const BackTrack& found, glm::dvec3 world) noexcept {
   report_.steps = std::max(report_.steps, found.steps);
   if (!found.ok) {
-    report_.held = true;
+    report_.frozen = true;
     return false;
   }
   report_.residual_m = std::max(report_.residual_m, found.residual_m);

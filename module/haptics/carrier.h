@@ -12,8 +12,8 @@ namespace palpate {
 
 struct BackTrack;
 
-/// A volume as it runs: where it is and where its sequence stands. World from volume as one affine
-/// map, so that a volume that was never turned costs no more than one that was.
+/// The state of a volume while it runs: its pose and the phase of its sequence. World from volume
+/// is one affine map, so a rotated volume costs no more than one that is not.
 struct VolumeRun {
   explicit VolumeRun(const SceneVolume& volume);
 
@@ -21,7 +21,7 @@ struct VolumeRun {
   MovingPose pose;
   Playback playback;
   FramePointer pointer;
-  int crossed = 0;         ///< of this haptic frame: the frame border its playback went over
+  int crossed = 0;         ///< the frame border that playback crossed in this haptic frame
   Transform transform;     ///< world from volume, as set()
   glm::dmat3 linear{1.0};  ///< world from volume: x_world = linear * x + offset
   glm::dmat3 inverse{1.0};
@@ -33,19 +33,19 @@ struct VolumeRun {
   glm::dvec3 volume(glm::dvec3 x) const { return inverse * (x - offset); }
 };
 
-/// What one haptic frame found while a carrier was taken along.
+/// What one haptic frame found while it moved a carrier.
 struct CarrierReport {
   double residual_m = 0.0;  ///< worst of back-tracking
   int steps = 0;            ///< most of back-tracking
-  bool held = false;        ///< a point could not be found: the last one is held
+  bool frozen = false;      ///< a point could not be found: the last one is kept
   bool rough = false;       ///< the motion was read where, or near where, q >= 1
   bool unsound = false;     ///< data were read that are not finite
   double confidence = 1.0;  ///< of the field where the proxy is
 };
 
-/// The proxy as a point of the material of one volume: carried by transform and motion field,
-/// followed to where the solver puts it, and the place where the volume's modes read data and place
-/// primitives. Positions in and out are world, m. Real-time safe; one thread.
+/// The proxy as a material point of one volume. It moves with the volume's transform and motion
+/// field, is set to where the solver puts the proxy, and is where the volume's modes read data and
+/// place primitives. Positions in and out are world, m. Real-time safe; one thread.
 class Carrier {
  public:
   virtual ~Carrier() = default;
@@ -55,7 +55,7 @@ class Carrier {
   /// Makes the material at `world` the material point: equation (26). False, and nothing changed,
   /// if it can not be found.
   virtual bool go_to(glm::dvec3 world) noexcept = 0;
-  /// The same where nothing is known of what was before: at the start.
+  /// The same without an earlier point to start from.
   virtual bool put(glm::dvec3 world) noexcept { return go_to(world); }
   /// Places a mode's primitives, carried forward to the world, and the values of their surfaces.
   /// weight scales strengths, cap bounds them (N).
@@ -64,12 +64,12 @@ class Carrier {
 
   /// Where the material point is now.
   glm::dvec3 at() const { return at_; }
-  /// How far a path may go between two looks at the data, m.
+  /// The longest way between two samples of the data on a path, m.
   double stride_m() const { return stride_m_; }
   const CarrierReport& report() const { return report_; }
   void clear_report() { report_ = {}; }
 
-  /// A snapshot of the material point, to return to: bisection walks to and fro.
+  /// A saved material point to return to, for bisection.
   struct Mark {
     glm::dvec3 at, material;
     MotionSample motion;
@@ -94,7 +94,8 @@ class Carrier {
   CarrierReport report_;
 };
 
-/// The carrier a volume and motion need: one that knows of no time where the data do not move.
+/// Makes the carrier for a volume and motion; where the data do not move it is one without any
+/// time.
 std::unique_ptr<Carrier> make_carrier(const SceneCarrier& plan, const VolumeRun& volume);
 
 }  // namespace palpate

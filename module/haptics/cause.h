@@ -20,12 +20,13 @@ enum class Cause : uint8_t {
   kOscillation,    ///< the force buzzes
   kHot,            ///< the motors' thermal model: faded to what they can hold
   kEnergy,         ///< more energy would leave than may
-  kField,          ///< the motion could not be inverted at the proxy: held and faded
-  kConfidence,     ///< the motion field is not trusted here: faded
-  kSceneEmpty,     ///< nothing to feel
-  kStopped,        ///< asked to stop: a command, a signal, another thread's crash
-  kUnseen,         ///< nobody sees the scene: the picture in the headset is gone
-  kSudden,         ///< what held the hand ended or changed at once: the force follows slowly
+  kField,  ///< the motion could not be inverted at the proxy: its point is frozen and the force
+           // /< faded
+  kConfidence,  ///< the motion field is not trusted here: faded
+  kSceneEmpty,  ///< nothing to feel
+  kStopped,     ///< a stop was asked for: by a command, a signal, or a crash of another thread
+  kUnseen,      ///< nobody sees the scene: the picture in the headset is gone
+  kSudden,      ///< a constraint on the hand ended or changed at once: the force follows slowly
 };
 
 /// One word for logs ("too-fast"), and one sentence for people. Static storage.

@@ -42,7 +42,7 @@ glm::dvec3 DelayLead::add(int64_t time_ns, glm::dvec3 position_m) noexcept {
   }
   answer_m_ = position_m;
   if (count_ > 0) {
-    const Sample& before = past_[count_ - 1];
+    const DelayedForce& before = past_[count_ - 1];
     const double dt_s = double(time_ns - before.time_ns) * 1e-9;
     const glm::dvec3 led = position_m + (position_m - before.position_m) * (lead_s_ / dt_s);
     if (is_finite(led)) answer_m_ = led;

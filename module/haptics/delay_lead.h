@@ -6,13 +6,13 @@
 
 namespace palpate {
 
-/// The largest stiffness, N/m, at which a spring that is sampled every period_s, held, and late by
-/// delay_s takes no more energy out of the device's damping b (N s/m) than that has:
-/// K = b / (T/2 + delay); Colgate and Schenkel's condition with a delay. Infinite if nothing is
-/// late. Holds for any passive hand.
+/// The largest stiffness, N/m, for which the energy that a sampled spring makes (sampled every
+/// period_s with zero-order hold, late by delay_s) is no more than what the device's damping b (N
+/// s/m) dissipates: K = b / (T/2 + delay); Colgate and Schenkel's condition with a delay. Infinite
+/// if nothing is late. Holds for any passive hand.
 double stable_stiffness(double damping_n_s_per_m, double period_s, double delay_s) noexcept;
 
-/// Where the hand will be when the force that is worked out now acts, in part: the newest position
+/// A prediction of where the hand is when the force that is computed now acts: the newest position
 /// plus share * (T/2 + delay) times the velocity over the last two samples.
 ///
 /// Why: near stable_stiffness() a sampled spring has no damping left, and the encoder's rounding,
@@ -24,26 +24,26 @@ double stable_stiffness(double damping_n_s_per_m, double period_s, double delay_
 class DelayLead {
  public:
   static constexpr double kShare = 0.6;  ///< measured: palpate-lab feel stability
-  /// No lead for ever if period_s <= 0 or a number is not finite. delay_s: from taking a position
-  /// to the force on the motors, without the hold.
+  /// Never predicts if period_s <= 0 or a number is not finite. delay_s: from taking a position to
+  /// the force on the motors, without the zero-order hold.
   DelayLead(double period_s, double delay_s, double share = kShare) noexcept;
 
-  /// Takes a position with the time at which it was taken; returns where the hand is going to be.
-  /// A time that is not later than the last (an exchange that brought nothing) gives the last
-  /// answer again. After a gap of more than eight periods, a time set back, or a position that is
-  /// not finite, it starts anew, without lead.
+  /// Takes a position with the time at which it was taken; returns the predicted one. A time that
+  /// is not later than the last (an exchange without a new position) gives the last result again.
+  /// After a gap of more than eight periods, a time set back, or a position that is not finite, it
+  /// starts anew, without lead.
   glm::dvec3 add(int64_t time_ns, glm::dvec3 position_m) noexcept;
   void reset() noexcept { count_ = 0; }
   double lead_s() const noexcept { return lead_s_; }
 
  private:
-  struct Sample {
+  struct DelayedForce {
     int64_t time_ns = 0;
     glm::dvec3 position_m{0.0};
   };
   double lead_s_ = 0.0;
   int64_t longest_gap_ns_ = 0;
-  std::array<Sample, 2> past_{};  ///< newest first
+  std::array<DelayedForce, 2> past_{};  ///< newest first
   int count_ = 0;
   glm::dvec3 answer_m_{0.0};
 };

@@ -8,10 +8,10 @@ namespace palpate {
 
 /// What a force device can do. Space: the device's own, m, x right, y up, z towards the user.
 struct DeviceInfo {
-  std::string kind;                    ///< "falcon", "simulated"
-  std::string name;                    ///< for people
-  std::string place;                   ///< where it is plugged in: "usb 1-2", or empty
-  double max_force_n = 0.0;            ///< it can give for a moment in every direction
+  std::string kind;          ///< "falcon", "simulated"
+  std::string name;          ///< for people
+  std::string place;         ///< where it is plugged in: "usb 1-2", or empty
+  double max_force_n = 0.0;  ///< the largest that it can give for a short time in every direction
   double max_stiffness_n_per_m = 0.0;  ///< that its maker or experience calls stable
   glm::dvec3 workspace_centre_m{0.0};
   double workspace_radius_m = 0.0;
@@ -25,7 +25,7 @@ struct DeviceInfo {
 /// sentence().
 enum class DeviceFault : uint8_t {
   kNone,
-  kNotOpened,     ///< nothing was found yet; it is looked for all the time
+  kNotOpened,     ///< nothing was found yet; the search goes on
   kNoPermission,  ///< the system does not let this user open it: the udev rule is missing
   kNoFirmware,    ///< it needs its maker's firmware file, which palpate does not have
   kStarting,      ///< firmware is being loaded, or settings made
@@ -34,7 +34,7 @@ enum class DeviceFault : uint8_t {
   kTimeout,     ///< no answer in time
   kTransfer,    ///< the bus refused or stalled a transfer
   kGarbage,     ///< answers that are no answers
-  kOutOfReach,  ///< the encoders say a place that the arms can not reach
+  kOutOfReach,  ///< the encoders report a place that the arms can not reach
   kJumped,      ///< the position jumped further than a hand can move
   kStuck,       ///< the position does not move at all while the force changes
   kBusy,        ///< another program holds it
@@ -61,8 +61,8 @@ struct DeviceReading {
 };
 
 /// A force device. exchange() is called by one thread, the servo's, about 1,000 times a second.
-/// Whatever happens, the device's motors are at zero before fault is kNone again for the first
-/// time, and after the destructor.
+/// After a fault the motors are at zero before a reading without fault is given, and after the
+/// destructor they are at zero too.
 class ForceDevice {
  public:
   virtual ~ForceDevice() = default;
@@ -70,8 +70,8 @@ class ForceDevice {
   /// safe.
   virtual DeviceInfo info() const = 0;
   /// Sends a force, returns the newest position. Never blocks longer than about a millisecond;
-  /// never throws; does not allocate in our code. A fault is an answer, not an end: the device goes
-  /// on looking for its hardware by itself.
+  /// never throws; does not allocate in our code. After a fault the device goes on looking for its
+  /// hardware by itself.
   virtual DeviceReading exchange(const DeviceCommand& command) noexcept = 0;
 };
 

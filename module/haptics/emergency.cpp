@@ -15,8 +15,8 @@
 namespace palpate::emergency {
 namespace {
 
-/// A servo loop as the handlers see it. Static, so that a handler never looks at memory that is
-/// gone.
+/// A servo loop as the handlers see it. Static, so that a handler never reads memory that was
+/// freed.
 struct Seat {
   std::atomic<bool> taken{false}, at_rest{false};
 };
@@ -57,8 +57,8 @@ void on_crash(int number, siginfo_t* info, void*) {
   first_signal.compare_exchange_strong(none, number);
   ask_and_wait();
   sigaction(number, &actions_before[size_t(number)], nullptr);
-  // A fault of the processor happens again on return, now with the action from before and with all
-  // that a core dump wants to know. A signal that was sent has to be sent again.
+  // A fault of the processor happens again on return, now with the earlier action and with the
+  // registers that a core dump needs. A signal that was sent has to be sent again.
   if (info->si_code <= 0) raise(number);
 }
 
@@ -79,7 +79,7 @@ void on_request(int number, siginfo_t*, void*) {
 }
 
 void give_signal_stack() {
-  // One that is there already, a sanitizer's or a host's, stays: who gave it takes it away.
+  // A stack that is there already (of a sanitizer or a host) stays: its owner removes it.
   stack_t before{};
   if (sigaltstack(nullptr, &before) == 0 && !(before.ss_flags & SS_DISABLE)) return;
   // Kept for the life of the thread: a handler may need it until the very end.

@@ -6,12 +6,12 @@ namespace palpate {
 class ServoLoop;
 }
 
-/// Zero force on every exit of the process. install() puts handlers in place; from then on
-/// SIGINT, SIGTERM, SIGHUP and SIGQUIT, a crash (SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT), an
-/// exception that nobody catches, and exit() from any thread ask all servo loops for their ramp.
-/// The loops go on running, for they share no lock with anyone; the crashing thread waits in the
-/// handler until all are at rest, at most kMostWait_ms, then the process ends as it would have
-/// without (same signal, same exit code, the handlers that were there before are called).
+/// Zero force on every exit of the process. install() puts handlers in place; from then on SIGINT,
+/// SIGTERM, SIGHUP and SIGQUIT, a crash (SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT), an exception
+/// that nobody catches, and exit() from any thread ask all servo loops for their ramp. The loops go
+/// on running, since they share no lock with any other thread. The crashing thread waits in the
+/// handler until all are at rest, at most kMostWait_ms. Then the process ends as it would without
+/// these handlers (same signal, same exit code; earlier handlers are called).
 ///
 /// A crash of the servo thread itself: its handler ramps the last force down, unless the crash was
 /// in the device's own code: that code can not be called again.
@@ -35,8 +35,8 @@ bool is_asked() noexcept;
 /// The signal that asked, 0 if none (or none yet). Any thread.
 int signal_number() noexcept;
 
-/// What a servo thread calls: that it is there (false: too many loops, at most 8), whether it is at
-/// rest, and that it has gone. rest() is real-time safe.
+/// Called by a servo thread: that it begins (false: there are 8 loops already), whether it is at
+/// rest, and that it ends. rest() is real-time safe.
 bool join(ServoLoop* loop);
 void rest(bool at_rest) noexcept;
 void leave() noexcept;

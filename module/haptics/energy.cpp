@@ -32,7 +32,7 @@ double furthest_inside(glm::dvec3 from, glm::dvec3 step, double excess) noexcept
 
 }  // namespace
 
-void EnergyTank::Sum::add(double value) noexcept {
+void EnergyTank::CompensatedSum::add(double value) noexcept {
   const double sum = high + value;
   low += std::abs(high) >= std::abs(value) ? (high - sum) + value : (value - sum) + high;
   high = sum;
@@ -54,20 +54,20 @@ void EnergyTank::charge(double joule) noexcept {
   energy_j_ = std::min(energy_j_ + (taken - repaid), options_.capacity_j);
 }
 
-void EnergyTank::book(double joule, double held_j) noexcept {
+void EnergyTank::book(double joule, double sampling_j) noexcept {
   last_j_ = joule;
-  held_.add(held_j);
+  sampling_.add(sampling_j);
   if (joule > 0.0) {
     put_in_.add(joule);
     energy_j_ -= joule;
-    if (energy_j_ < 0.0) {  // by rounding: kept, so that a day of it does not add up
+    if (energy_j_ < 0.0) {  // by rounding: booked, so that it does not add up over a day
       debt_j_ -= energy_j_;
       energy_j_ = 0.0;
     }
   } else {
     dissipated_.add(-joule);
     // Without the frame before it is not known what sampling made: nothing is charged.
-    if (known_) charge(options_.dissipated_share * (-joule - held_j));
+    if (known_) charge(options_.dissipated_share * (-joule - sampling_j));
   }
   known_ = true;
 }
@@ -90,25 +90,26 @@ glm::dvec3 EnergyTank::limit(glm::dvec3 x_prev, glm::dvec3 x_new, glm::dvec3 pro
   const double k = stiffness_n_per_m;
   const glm::dvec3 from = x_prev - probe, step = x_new - x_prev, to = x_new - probe;
   const double old_k = known_ ? last_stiffness_ : k;
-  const double held_j = known_ ? 0.5 * old_k * squared(probe - last_probe_) : 0.0;
+  const double sampling_j = known_ ? 0.5 * old_k * squared(probe - last_probe_) : 0.0;
   // Added energy at x = x_prev + s: k/2 s.(s + 2 from) for the way, and what a stiffer spring holds
   // at x_prev. Written as differences: the energies themselves may be much larger.
   const double stiffer_j = 0.5 * (k - old_k) * squared(from);
   const double wanted_j = 0.5 * k * glm::dot(step, from + to) + stiffer_j;
   if (!is_finite(from) || !is_finite(step) || !(k > 0.0) || !std::isfinite(wanted_j) ||
-      !std::isfinite(held_j))
+      !std::isfinite(sampling_j))
     return x_prev;
 
   if (dt_s > 0.0 && std::isfinite(dt_s)) charge(options_.allowance_w * dt_s);
   last_probe_ = probe;
   last_stiffness_ = k;
   if (wanted_j <= energy_j_) {
-    book(wanted_j, held_j);
+    book(wanted_j, sampling_j);
     return x_new;
   }
 
-  // Paid for are the x with k/2 |x - probe|^2 <= old_k/2 |x_prev - probe|^2 + energy_j_: a sphere
-  // about the probe. It holds x_prev, unless a stiffer spring alone costs more than the energy.
+  // The tank can pay for all x with k/2 |x - probe|^2 <= old_k/2 |x_prev - probe|^2 + energy_j_: a
+  // sphere about the probe. It holds x_prev, unless a stiffer spring alone costs more than the
+  // energy.
   const double excess = 2.0 * (stiffer_j - energy_j_) / k;  // |x_prev - probe|^2 - its radius^2
   const double share = furthest_inside(from, step, excess);
   glm::dvec3 moved = share * step;
@@ -117,13 +118,13 @@ glm::dvec3 EnergyTank::limit(glm::dvec3 x_prev, glm::dvec3 x_new, glm::dvec3 pro
     moved = (std::sqrt(inside) - 1.0) * from;
   }
   const glm::dvec3 x = x_prev + moved;
-  // Booked is what was done: x as rounded, not as asked for.
+  // What is booked is what was done: with x as rounded.
   const glm::dvec3 done = x - x_prev;
   const double joule = 0.5 * k * glm::dot(done, done + 2.0 * from) + stiffer_j;
   refused_.add(wanted_j - joule);
   slipped_ = true;
   ++slips_;
-  book(joule, held_j);
+  book(joule, sampling_j);
   return x;
 }
 
@@ -131,7 +132,7 @@ EnergyLedger EnergyTank::ledger() const noexcept {
   EnergyLedger ledger;
   ledger.put_in_j = put_in_.value();
   ledger.dissipated_j = dissipated_.value();
-  ledger.held_j = held_.value();
+  ledger.sampling_j = sampling_.value();
   ledger.refused_j = refused_.value();
   ledger.charged_j = charged_.value();
   ledger.slips = slips_;

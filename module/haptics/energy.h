@@ -7,37 +7,41 @@ namespace palpate {
 
 /// How much a scene may push. Values that make no sense (negative, NaN) count as 0.
 struct EnergyTankOptions {
-  double capacity_j = 0.1;  ///< it holds no more than this, and starts full: what one push may cost
-  double allowance_w = 0.05;      ///< flows in all the time: the person's consent to be moved
-  double dissipated_share = 1.0;  ///< of what the scene took out of the spring, 0 to 1, flows back
+  /// the most it stores, and what it starts with: the energy that one push may cost
+  double capacity_j = 0.1;
+  double allowance_w = 0.05;  ///< flows in continuously: so much power may move the hand
+  /// the share, 0 to 1, of what the scene took out of the spring that flows back
+  double dissipated_share = 1.0;
 };
 
-/// What happened to the spring's energy, in J. All but balance terms only ever grow.
+/// What happened to the spring's energy since the start, J.
 struct EnergyLedger {
   double put_in_j = 0.0;  ///< by the scene: moving data and transforms, forces, a stiffer spring
   double dissipated_j = 0.0;  ///< taken out by the scene: yielding, friction, a retreating surface
-  double held_j = 0.0;        ///< made by the sampling: the force is held while the hand moves on
-  double refused_j = 0.0;     ///< asked for by the scene and not given
-  double charged_j = 0.0;     ///< flowed into the tank
-  int64_t slips = 0;          ///< frames in which the surface slipped past
+  /// made by sampling: the force is constant while the hand moves on (zero-order hold)
+  double sampling_j = 0.0;
+  double refused_j = 0.0;  ///< asked for by the scene and not given
+  double charged_j = 0.0;  ///< flowed into the tank
+  int64_t slips = 0;       ///< frames in which the surface slipped past
 };
 
-/// Meters the energy that a moving scene puts into the spring between probe and proxy, and lets the
-/// surface slip past when the scene has spent what it may.
+/// Measures the energy that a moving scene puts into the spring between probe and proxy, and lets
+/// the surface slip past the hand when the scene has spent its budget.
 ///
-/// In one haptic frame first the hand moves the probe p by dp while the force is held, then the
+/// In one haptic frame first the hand moves the probe p by dp while the force is constant, then the
 /// scene moves the proxy from x to x'. With f = k (x - p) the force on the hand, exactly
 ///   f.dp = -change of (k/2 |x - p|^2) + (k/2 |x' - p|^2 - k/2 |x - p|^2 after dp) + k/2 |dp|^2:
 /// the work done on the hand is the spring's loss, plus what the scene put in (booked as put in or
-/// as dissipated, by its sign), plus what sampling made (held). A change of k between two frames is
-/// the scene's: it is booked at the proxy and probe of the frame in which it shows. Over any run
-///   work on the hand = put in - dissipated + held - (spring's energy at the end - at the start).
-/// The tank pays for what is put in and is charged by the allowance and by a share of what was
-/// dissipated beyond held (in free motion the spring "loses" k/2 |dp|^2 that no hand ever gave), so
+/// as dissipated, by its sign), plus the sampling energy. A change of k between two frames is the
+/// scene's: it is booked at the proxy and probe of the frame in which it shows. Over any run
+///   work on the hand = put in - dissipated + sampling - (spring's energy at the end - at the
+/// start). The tank pays for what is put in and is charged by the allowance and by a share of what
+/// was dissipated beyond the sampling energy (in free motion the spring "loses" k/2 |dp|^2 that no
+/// hand ever gave), so
 ///   put in <= capacity + charged  and, with a share <= 1,
-///   work on the hand <= capacity + allowance * time + held + the spring's energy at the start.
-/// Held is the device's own lack of passivity, to be covered by its damping and by the guards
-/// behind. The coupling's damping kd only takes energy out and is not in here.
+///   work on the hand <= capacity + allowance * time + sampling + the spring's energy at the start.
+/// The sampling energy is the loop's own lack of passivity; the device's damping and the guards
+/// have to cover it. The coupling's damping kd only removes energy and is not counted.
 ///
 /// A value; no clock, no allocation. Space: the one in which proxy and probe are, m. Where the
 /// world is a magnified device space, one joule here is 1/scale joule at the hand.
@@ -55,9 +59,9 @@ class EnergyTank {
   glm::dvec3 limit(glm::dvec3 x_prev, glm::dvec3 x_new, glm::dvec3 probe, double stiffness_n_per_m,
                    double dt_s) noexcept;
 
-  /// Pays for a force beside the spring's that did so much work on the hand, J; negative work is
-  /// booked as dissipated. What the tank does not hold is booked as put in all the same and repaid
-  /// before it fills again. Not finite: nothing. Real-time safe.
+  /// Pays for the work, J, that a force other than the spring's did on the hand; negative work is
+  /// booked as dissipated. Work beyond the tank's content is booked as put in too, and repaid
+  /// before the tank fills again. Not finite: nothing. Real-time safe.
   void pay(double joule) noexcept;
 
   /// Forgets the last frame's probe and stiffness: call when the proxy is put to the probe (start,
@@ -71,14 +75,14 @@ class EnergyTank {
   EnergyLedger ledger() const noexcept;
 
  private:
-  // A sum that keeps what rounding drops, so that a day of small amounts adds up.
-  struct Sum {
+  // A sum that keeps what rounding drops, so that small amounts add up correctly over a day.
+  struct CompensatedSum {
     double high = 0.0, low = 0.0;
     void add(double value) noexcept;
     double value() const noexcept { return high + low; }
   };
   void charge(double joule) noexcept;
-  void book(double joule, double held_j) noexcept;
+  void book(double joule, double sampling_j) noexcept;
 
   EnergyTankOptions options_;
   double energy_j_ = 0.0, last_j_ = 0.0;
@@ -86,7 +90,7 @@ class EnergyTank {
   bool slipped_ = false, known_ = false;
   glm::dvec3 last_probe_{0.0};
   double last_stiffness_ = 0.0;
-  Sum put_in_, dissipated_, held_, refused_, charged_;
+  CompensatedSum put_in_, dissipated_, sampling_, refused_, charged_;
   int64_t slips_ = 0;
 };
 

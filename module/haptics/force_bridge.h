@@ -8,16 +8,16 @@
 
 namespace palpate {
 
-/// Leads the hand from the force that it felt to the one that the scene gives, where the scene
-/// changes it at once: the bridge is what is left of the difference, added to the spring's force.
-/// It owns three events: a scene is exchanged, a scene is taken away, and what held the hand ends
-/// or changes (the edge of a surface, a hole, a border of the data, a fold of the field, values
-/// that are not finite). What the hand and the material do is felt at once. Values, world;
-/// real-time safe.
+/// Leads from the force that the hand felt to the one that the scene gives, where the scene changes
+/// it at once: the rest of the difference is added to the spring's force and decays. It owns three
+/// events: a scene is exchanged, a scene is taken away, and a constraint on the hand ends or
+/// changes (the edge of a surface, a hole, a border of the data, a fold of the field, values that
+/// are not finite). What the hand and the material do is felt at once. Values, world; real-time
+/// safe.
 class ForceBridge {
  public:
-  /// One haptic frame as the bridge needs it.
-  struct Frame {
+  /// What the bridge reads of a haptic frame.
+  struct BridgeFrame {
     glm::dvec3 spring_n{0.0};  ///< the scene's force now
     glm::dvec3 felt_n{0.0};    ///< the force of the frame before
     glm::dvec3 step_m{0.0};    ///< of the hand since then
@@ -32,19 +32,19 @@ class ForceBridge {
     left_n_ = felt_n - scene_n;
     is_sudden_ = false;
   }
-  /// There is no scene: what is left, on its way to nothing.
+  /// There is no scene: the rest of the force, on its way to zero.
   glm::dvec3 fade(double dt_s) noexcept;
-  /// What to add to the spring's force. tank pays for the work; null: nobody does.
-  glm::dvec3 step(const Frame& frame, EnergyTank* tank) noexcept;
+  /// What to add to the spring's force. tank pays for its work; null: its work is not limited.
+  glm::dvec3 step(const BridgeFrame& frame, EnergyTank* tank) noexcept;
 
-  /// A change by the scene is on its way to the hand, and worth a word.
+  /// A change by the scene is on its way to the hand, and large enough to be reported.
   bool is_felt() const noexcept;
   /// It acted in this frame, where the motion may not be inverted.
   bool is_rough() const noexcept { return is_rough_; }
 
  private:
   glm::dvec3 left_n_{0.0};
-  bool is_sudden_ = false;  ///< some of it is of what the scene changed by itself
+  bool is_sudden_ = false;  ///< a part of it is a change that the scene made by itself
   bool is_rough_ = false;
 };
 

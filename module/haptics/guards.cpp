@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kWarm = 0.8;      // of the final heat: from here on the force is lowered
 constexpr double kSpent = 0.5;     // of the budget: from here on the gain falls
-constexpr double kForgiveS = 0.1;  // of what a contact held back
+constexpr double kForgiveS = 0.1;  // of what a contact limited
 constexpr double kSteepestReturn = 8.0, kLeastReturn = 0.01;
 constexpr double kLastShare = 0.1;  // of the wanted force: what is owed below it comes back evenly
 constexpr double kWhole = 1.0 - 1e-9;

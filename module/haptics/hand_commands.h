@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "module/haptics/device.h"
-#include "module/haptics/scene_moment.h"
+#include "module/haptics/scene_snapshot.h"
 #include "module/haptics/tick.h"
 
 namespace palpate {
@@ -17,7 +17,7 @@ struct HandCommand {
     kKeepTubes,    ///< those that are there stay until all are cleared
     kClearTubes,   ///< those that are not kept; all of them if there are only kept ones
   } kind = Kind::kReleaseTube;
-  SceneMoment moment;
+  SceneSnapshot snapshot;
 };
 
 /// The command of an event, if it is one. Real-time safe.
@@ -34,10 +34,10 @@ constexpr std::optional<HandCommand::Kind> command_of(const ControlEvent& event)
   }
 }
 
-/// What the buttons of a device ask for: pressed, a tube; pressed again soon after, that those that
-/// are there are kept; held for a second, that tubes are cleared. A button that was down before the
-/// device could be read says nothing. A value; real-time safe, and the same readings give the same
-/// commands.
+/// Turns buttons of a device into commands: a press lays a tube; a second press soon after keeps
+/// the tubes; held for a second, tubes are cleared. A button that was down when the device was
+/// first read is ignored until it is released. A value; real-time safe, and the same readings give
+/// the same commands.
 class CommandButton {
  public:
   static constexpr int64_t kHold_ns = 1'000'000'000;
@@ -54,30 +54,30 @@ class CommandButton {
     }
     const bool down = (reading.buttons & mask_) != 0;
     const bool pressed = known_ && down && !down_;
-    // What was down already can not be held either: it waits until it is let go.
-    if (!known_ || !down) held_ = true;
+    // A button that was down already can not be held either, until it is released.
+    if (!known_ || !down) hold_told_ = true;
     known_ = true;
     down_ = down;
     if (pressed && may_keep_ && now_ns - pressed_ns_ < kTwice_ns) {
       may_keep_ = false;
-      return HandCommand::Kind::kKeepTubes;  // held on, it clears nothing
+      return HandCommand::Kind::kKeepTubes;  // if it is held now, it clears nothing
     }
     if (pressed) {
       may_keep_ = true;
       pressed_ns_ = now_ns;
-      held_ = false;
+      hold_told_ = false;
       return HandCommand::Kind::kReleaseTube;
     }
-    if (held_ || now_ns - pressed_ns_ < kHold_ns) return std::nullopt;
+    if (hold_told_ || now_ns - pressed_ns_ < kHold_ns) return std::nullopt;
     may_keep_ = false;
-    held_ = true;
+    hold_told_ = true;
     return HandCommand::Kind::kClearTubes;
   }
 
  private:
   uint32_t mask_;
   bool known_ = false, down_ = false;
-  bool held_ = true;       ///< the hold was told, or there is none
+  bool hold_told_ = true;  ///< the command for this hold was given, or there is no hold
   bool may_keep_ = false;  ///< the last press laid a tube
   int64_t pressed_ns_ = 0;
 };

@@ -34,10 +34,10 @@ bool unmoved(const VolumeRun& a, const VolumeRun& b) {
 }  // namespace
 
 void CarrierRun::follow_to(glm::dvec3 proxy, double felt_n, double dt_s) noexcept {
-  if (held || carrier->at() != proxy) held = !carrier->go_to(proxy);
-  if (held && !std::isfinite(cap_n)) cap_n = felt_n;
+  if (frozen || carrier->at() != proxy) frozen = !carrier->go_to(proxy);
+  if (frozen && !std::isfinite(cap_n)) cap_n = felt_n;
   const double whole_s = std::isfinite(cap_n) ? std::max(kFade_s, cap_n / kFade_n_per_s) : kFade_s;
-  if (held) {
+  if (frozen) {
     fade = std::max(0.0, fade - dt_s / whole_s);
   } else if (fade < 1.0) {
     fade = std::min(1.0, fade + dt_s / whole_s);
@@ -100,8 +100,8 @@ void HapticRun::take_over(const HapticRun& before) noexcept {
 
 void HapticRun::place_proxy(glm::dvec3 world) noexcept {
   for (CarrierRun& run : carriers) {
-    run.held = !run.carrier->put(world);
-    run.fade = run.held ? 0.0 : 1.0;
+    run.frozen = !run.carrier->put(world);
+    run.fade = run.frozen ? 0.0 : 1.0;
   }
 }
 

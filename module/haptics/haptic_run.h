@@ -25,23 +25,24 @@ struct ModeRun {
   bool ramps() const { return weight != wanted_weight() || gain != wanted_gain; }
 };
 
-/// A carrier, and what is left of its force when its point could not be found: held, then faded
-/// over 20 ms, but no faster than kFade_n_per_s; found again it comes back as slowly.
+/// A carrier, and the fade of its force while its point can not be found: the point is frozen and
+/// the force faded over 20 ms, but no faster than kFade_n_per_s. When the point is found again the
+/// force comes back as slowly.
 struct CarrierRun {
   std::unique_ptr<Carrier> carrier;
   double fade = 1.0;
-  double cap_n = std::numeric_limits<double>::infinity();  ///< no primitive pushes harder than the
-                                                           ///< force did when it was lost
-  bool held = false;                                       ///< in this haptic frame
+  /// no primitive pushes harder than the force did when it was lost
+  double cap_n = std::numeric_limits<double>::infinity();
+  bool frozen = false;        ///< in this haptic frame
   glm::dvec3 carried_m{0.0};  ///< how far the material took the proxy in this haptic frame, world
 
-  /// Takes the carrier to where the frame ends, and its fade on; felt_n is the force on the hand.
-  /// Real-time safe.
+  /// Moves the carrier to the proxy at the end of the frame and continues its fade; felt_n is the
+  /// force on the hand. Real-time safe.
   void follow_to(glm::dvec3 proxy, double felt_n, double dt_s) noexcept;
 };
 
-/// A scene as it runs: everything that changes from one haptic frame to the next. Made by prepare()
-/// off the servo thread with all its memory; the frames themselves allocate nothing.
+/// The state of a running scene: everything that changes from one haptic frame to the next. Made by
+/// prepare() off the servo thread with all its memory; the frames themselves allocate nothing.
 struct HapticRun {
   std::shared_ptr<const Scene> scene;
   std::vector<VolumeRun> volumes;
@@ -54,23 +55,23 @@ struct HapticRun {
   double stiffness_n_per_m = 0.0;
   double wanted_stiffness_n_per_m = 0.0;
   BalanceHint hint;  ///< of the sweep's last balance
-  std::array<Placed, 3>
-      scratch;  ///< of the sweep: kept here because to clear it would cost more than to use it
+  /// of the sweep: kept here, since clearing it in each frame would cost more than using it
+  std::array<Placed, 3> scratch;
 
   /// Everything at its start, proxy to be set with place_proxy(). Allocates.
   explicit HapticRun(std::shared_ptr<const Scene> scene);
   HapticRun(const HapticRun&) = delete;
   HapticRun& operator=(const HapticRun&) = delete;
 
-  /// Goes on where `before` is for volumes and modes of the same name: pose, playback, switches.
-  /// Modes that are new come in as if they were switched on now; a volume that stood and stands
-  /// still is where the new scene has it. Real-time safe.
+  /// Takes over pose, playback and switches from `before` for volumes and modes of the same name.
+  /// New modes come in as if they were switched on now. A volume that stands still in both scenes
+  /// is where the new scene puts it. Real-time safe.
   void take_over(const HapticRun& before) noexcept;
-  /// Makes the material at `world` the proxy in every volume; where it can not be found the carrier
-  /// starts faded out. Real-time safe.
+  /// Puts every carrier at the material point that is at `world`; where it can not be found the
+  /// carrier starts faded out. Real-time safe.
   void place_proxy(glm::dvec3 world) noexcept;
-  /// Takes switches, gains and the stiffness on towards what is wanted, no faster than a hand may
-  /// feel it: by at most kRamp_n_per_s, where felt_n is the force on it now. Real-time safe.
+  /// Moves switches, gains and the stiffness towards their wanted values, so that the force changes
+  /// by at most kRamp_n_per_s; felt_n is the force on the hand now. Real-time safe.
   void ramp(double dt_s, double felt_n) noexcept;
 };
 

@@ -9,12 +9,12 @@
 namespace palpate {
 namespace {
 
-constexpr double kLongest_s =
-    0.010;  // a later frame is taken as this long: time lost is not made up for in one jump
+// longer frames count as this long: lost time is not made up for in one jump
+constexpr double kLongest_s = 0.010;
 
 constexpr int kFirstRounds = 4;  // after which a slide from anywhere has come to its end
 
-constexpr double kMoment_s = 0.5;  // a device lost for longer may have been put elsewhere
+constexpr double kShortLoss_s = 0.5;  // a device lost for longer may have been put elsewhere
 
 constexpr double kDoubtful = 0.35;  // a confidence below this has faded the force
 
@@ -55,7 +55,8 @@ std::unique_ptr<HapticRun> Haptics::adopt(std::unique_ptr<HapticRun> next) noexc
   }
   const Transform& device = run_->scene->world_from_device;
   if (placed_ && !(device == device_)) {
-    // The world is seen from elsewhere: hand, proxy and force stay what they are to the hand.
+    // The device stands elsewhere in the new world: hand, proxy and force stay the same in device
+    // space.
     proxy_ = device.world_from_volume(device_.volume_from_world(proxy_));
     last_probe_ = device.world_from_volume(device_.volume_from_world(last_probe_));
     last_wanted_ = device.rotation * (glm::conjugate(device_.rotation) * last_wanted_);
@@ -65,8 +66,8 @@ std::unique_ptr<HapticRun> Haptics::adopt(std::unique_ptr<HapticRun> next) noexc
   }
   device_ = device;
   if (placed_) {
-    // What the new scene gives where hand and proxy are now: the difference is bridged, and what
-    // the hand does next is felt at once.
+    // The force of the new scene with hand and proxy where they are now. The difference to the old
+    // one is bridged; what the hand does next is felt at once.
     run_->place_proxy(proxy_);
     for (int i = 0; i < kFirstRounds; ++i) move_proxy(last_probe_, 0.0);
     bridge_.exchange(last_wanted_,
@@ -130,7 +131,7 @@ void Haptics::move_on(const TickInput& input, double dt_s) noexcept {
   }
   run_->ramp(dt_s, glm::length(last_wanted_));
   for (CarrierRun& carrier : run_->carriers) {
-    carrier.held = false;
+    carrier.frozen = false;
     carrier.carrier->clear_report();
     const glm::dvec3 before = carrier.carrier->at();
     carrier.carrier->carry();
@@ -138,7 +139,7 @@ void Haptics::move_on(const TickInput& input, double dt_s) noexcept {
   }
 }
 
-/// Takes the proxy to its balance, as far as the energy allows.
+/// Moves the proxy to its balance, as far as the energy tank allows.
 Sweep Haptics::move_proxy(glm::dvec3 probe, double dt_s) noexcept {
   const double k = run_->stiffness_n_per_m;
   const Sweep swept = sweep(*run_, probe, k, dt_s);
@@ -163,7 +164,7 @@ glm::dvec3 Haptics::force_n(glm::dvec3 probe, const TickInput& input, double dt_
     of_proxy = point_.add(input.now_ns, proxy_);
     of_probe = hand_.add(input.reading.time_ns, probe);
   }
-  ForceBridge::Frame frame;
+  ForceBridge::BridgeFrame frame;
   frame.spring_n = spring_n(probe, of_proxy, of_probe);
   frame.felt_n = last_wanted_;
   frame.step_m = probe - last_probe_;
@@ -179,13 +180,14 @@ glm::dvec3 Haptics::read(const DeviceReading& reading, double dt_s) noexcept {
   if (reading.fault != DeviceFault::kNone) {
     lost_s_ += dt_s;
   } else if (lost_s_ > 0.0) {
-    // No line joins what was before with what is now: the grip may have been put anywhere. After a
-    // moment the proxy still waits where the hand has to come back to; after longer it comes to it.
+    // Positions before and after a loss are not joined: the grip may have been put anywhere. After
+    // a short loss the proxy stays where it was and waits for the hand; after a longer one it is
+    // put at the hand.
     lead_.reset();
     device_hand_.reset();
     hand_.reset();
     point_.reset();
-    if (lost_s_ > kMoment_s) placed_ = false;
+    if (lost_s_ > kShortLoss_s) placed_ = false;
     lost_s_ = 0.0;
   }
   if (reading.fresh) device_hand_.add(reading.time_ns, reading.position_m);
@@ -207,8 +209,7 @@ TickOutput Haptics::tick(const TickInput& input) noexcept {
     guard.rearm |= input.events[e].kind == ControlEvent::Kind::kRearm;
   }
 
-  // A position that is not finite is the guards' to tell; the scene goes on with the last one that
-  // was.
+  // The guards report a position that is not finite; the scene goes on with the last finite one.
   glm::dvec3 probe = last_probe_;
   if (run_ && is_finite(led_m)) probe = run_->scene->world_from_device.world_from_volume(led_m);
 
@@ -251,16 +252,16 @@ TickOutput Haptics::tick(const TickInput& input) noexcept {
 
 Cause Haptics::report(TickOutput& out) const noexcept {
   double confidence = 1.0;
-  out.held = bridge_.is_rough();
+  out.frozen = bridge_.is_rough();
   for (const CarrierRun& run : run_->carriers) {
     const CarrierReport& of = run.carrier->report();
     out.residual_m = std::max(out.residual_m, of.residual_m);
     out.newton_steps = std::max(out.newton_steps, uint8_t(std::min(of.steps, 255)));
-    out.held |= run.held || of.unsound;
+    out.frozen |= run.frozen || of.unsound;
     confidence = std::min(confidence, of.confidence);
   }
   if (empty_) return Cause::kSceneEmpty;
-  if (out.held) return Cause::kField;
+  if (out.frozen) return Cause::kField;
   if (confidence < kDoubtful) return Cause::kConfidence;
   return bridge_.is_felt() ? Cause::kSudden : Cause::kNone;
 }

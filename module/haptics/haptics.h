@@ -18,8 +18,10 @@ struct HapticsOptions {
   SafetyOptions safety;
   EnergyTankOptions tank;
   bool meter_energy = true;  ///< off: for experiments with a simulated hand only
-  double period_s = 1e-3;  ///< of the loop: with the device's delay it says how far the probe leads
-  bool lead = true;        ///< take back part of what sampling and delay cost; see DelayLead
+  /// of the loop; with the device's delay it determines how far ahead the probe is predicted
+  double period_s = 1e-3;
+  /// predict the probe to compensate a part of sampling and delay; see DelayLead
+  bool lead = true;
 };
 
 /// The haptic step: one frame of the method, section 6 (the paper's Fig. 13), for any number of
@@ -29,9 +31,8 @@ struct HapticsOptions {
 ///   guards, goes to the device.
 /// What limits the force on its way, in this order (docs/force-limits.md): ramp (HapticRun::ramp),
 /// confidence (Carrier::place), fade (CarrierRun::follow_to), tank (EnergyTank), bridge
-/// (ForceBridge), guards (Safety).
-/// What a scene does not have is not there: no pose is asked for a still volume, no time for a
-/// single frame.
+/// (ForceBridge), guards (Safety). What a scene does not have costs nothing: no pose for a volume
+/// that stands still, no phase for a single frame.
 class Haptics final : public Ticker {
  public:
   Haptics(const HapticsOptions& options, const DeviceInfo& device);
@@ -48,8 +49,8 @@ class Haptics final : public Ticker {
 
   const HapticRun* run() const { return run_.get(); }
   const EnergyTank& tank() const { return tank_; }
-  /// What a scene's stiffness becomes on this device: no more than it holds without humming, N/m in
-  /// the world. Any thread.
+  /// The stiffness, N/m in the world, that is used on this device: the scene's, but no more than
+  /// the device holds without humming. Any thread.
   double stiffness_on_device(const Scene& scene, double wanted_n_per_m) const noexcept;
 
  private:
@@ -65,18 +66,18 @@ class Haptics final : public Ticker {
   HapticsOptions options_;
   Safety safety_;
   EnergyTank tank_;
-  double most_stiffness_n_per_m_;  ///< of the device; infinite: it does not say
+  double most_stiffness_n_per_m_;  ///< of the device; infinite: not known
   DelayLead lead_;
   VelocityEstimate hand_, device_hand_, point_;
   std::unique_ptr<HapticRun> run_;
   glm::dvec3 proxy_{0.0};       ///< world
-  glm::dvec3 last_probe_{0.0};  ///< world, leading; the last good one
+  glm::dvec3 last_probe_{0.0};  ///< world, predicted; the last good one
   glm::dvec3 last_wanted_{0.0};
   ForceBridge bridge_;
   bool placed_ = false;  ///< proxy_ has been put to a probe
   bool empty_ = true;
   Transform device_;     ///< world from device of the scene that ran last
-  double lost_s_ = 0.0;  ///< for so long the device has given no position to trust
+  double lost_s_ = 0.0;  ///< how long the device has given no position to trust
 };
 
 }  // namespace palpate

@@ -15,10 +15,10 @@ LoopOptions twice(LoopOptions options) {
 
 }  // namespace
 
-DeviceReading HostLoop::Device::exchange(const DeviceCommand& wanted) noexcept {
+DeviceReading HostLoop::HostLoopDevice::exchange(const DeviceCommand& wanted) noexcept {
   command = wanted;
   const DeviceReading answer = reading;
-  // The second exchange of a period has nothing new to say.
+  // The second exchange of a period brings no new position.
   reading.fresh = false;
   return answer;
 }

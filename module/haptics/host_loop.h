@@ -22,7 +22,7 @@ struct HostTick {
 class HostLoop {
  public:
   /// `ticker` and the listeners are borrowed. options.period_ns is only the time before the first
-  /// tick, options.exchanges is not looked at.
+  /// tick, options.exchanges is ignored.
   HostLoop(Ticker& ticker, const DeviceInfo& device, const LoopOptions& options = {},
            TickListeners listeners = {});
 
@@ -46,14 +46,14 @@ class HostLoop {
   bool newest(int reader, TickOutput& output) noexcept {
     return ports_.outputs[size_t(reader)].get(output);
   }
-  /// Counts of ticks, lateness by the watchdog and faults; nothing of how long anything took.
+  /// Counts ticks, late ticks and faults; durations are not measured.
   const ServoStatistics& statistics() const noexcept { return ports_.statistics; }
 
  private:
-  /// The host's device: where the hand is comes in with the tick, the force goes out as its result.
-  class Device final : public ForceDevice {
+  /// The host's device: its position is an argument of the tick, its force the tick's result.
+  class HostLoopDevice final : public ForceDevice {
    public:
-    explicit Device(const DeviceInfo& info) : info_(info) {}
+    explicit HostLoopDevice(const DeviceInfo& info) : info_(info) {}
     DeviceInfo info() const override { return info_; }
     DeviceReading exchange(const DeviceCommand& command) noexcept override;
 
@@ -63,8 +63,8 @@ class HostLoop {
    private:
     DeviceInfo info_;
   };
-  /// The host's time of this tick, all through it: the same ticks give the same forces.
-  class Clock final : public ServoClock {
+  /// The host's time of this tick, constant during it, so that the same ticks give the same forces.
+  class HostLoopClock final : public ServoClock {
    public:
     int64_t now_ns() noexcept override { return time_ns; }
     void sleep_until(int64_t) noexcept override {}
@@ -73,9 +73,9 @@ class HostLoop {
   };
 
   ServoPorts ports_;
-  Device device_;
-  Clock clock_;
-  std::atomic<int64_t> ahead_ns_{0};  ///< the host's clock before the monotonic one
+  HostLoopDevice device_;
+  HostLoopClock clock_;
+  std::atomic<int64_t> ahead_ns_{0};  ///< the host's clock minus the monotonic one
   ServoLoop loop_;
   bool over_ = false;
 };

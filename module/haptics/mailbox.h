@@ -10,7 +10,7 @@
 
 namespace palpate {
 
-/// Apart by a cache line, so that two threads' counters do not fight over one.
+/// Counters of two threads are a cache line apart, to avoid false sharing.
 inline constexpr size_t kCacheLine = 64;
 
 /// A queue from one writing thread to one reading thread, in order, of fixed capacity (a power of
@@ -142,7 +142,7 @@ class Handover {
     return power;
   }
   void drop(T* object) {
-    std::erase_if(out_, [&](const std::unique_ptr<T>& held) { return held.get() == object; });
+    std::erase_if(out_, [&](const std::unique_ptr<T>& kept) { return kept.get() == object; });
   }
 
   std::vector<std::unique_ptr<T>> out_;  ///< all that exist, the owner's

@@ -7,7 +7,7 @@
 
 namespace palpate {
 
-/// The data as a mode may know them: at one point, at one moment. Time, transforms and devices stay
+/// The data as a mode may read them: at one point and one time. Time, transforms and devices stay
 /// outside. What "scalar" and "vector" are (the value, a gradient, a curl, ...) is chosen in the
 /// scene, not here. Space: the volume's own, m. Values are read when asked for and kept, so asking
 /// twice costs nothing. Real-time safe.
@@ -64,10 +64,11 @@ class Mode {
   virtual bool wants_probe() const { return false; }
 };
 
-/// A mode whose code is not palpate's and not C++'s as Mode wants it: it may fail while it is felt.
+/// A mode with code from outside, not bound to the rules of Mode: it may fail while it is felt.
 class ForeignMode : public Mode {
  public:
-  /// Why it places nothing any more: one sentence; "" as long as it works. Any thread.
+  /// The reason why it places nothing any more, in one sentence; "" as long as it works. Any
+  /// thread.
   virtual const char* failure() const noexcept = 0;
 };
 

@@ -13,7 +13,7 @@ constexpr double kLongestWaveS = 1.0 / 30.0;  // half a period at 15 Hz
 // A half wave against the one before it on its own side and on the other side. A force that can
 // only push (a wall) makes sides of unlike size; what decays by more than this is a touch.
 constexpr double kAlike = 0.6, kOpposite = 0.35;
-// So quick a half wave is no hand's; and it is only a few samples wide, so that its size wanders.
+// No hand makes a half wave as quick as this. It is only a few samples wide, so its size varies.
 constexpr double kQuickS = 0.005, kQuickAlike = 0.2;
 constexpr int kRow = 6;          // half waves: three periods
 constexpr double kLowest = 0.2;  // gain

@@ -4,8 +4,8 @@
 
 namespace palpate {
 
-/// Hears a force that buzzes, 20 to 300 Hz, as it does when the spring is too stiff for the loop,
-/// and lowers it. Two things must come together:
+/// Detects a force that oscillates at 20 to 300 Hz, as it does when the spring is too stiff for the
+/// loop, and lowers it. Both must hold:
 /// - power: the mean square of the band-passed force, over 50 ms;
 /// - a row of half waves along the buzz's own axis, each of either sign, of like size and shorter
 ///   than that of 15 Hz. A touch, however hard, makes one or two half waves of which the second is

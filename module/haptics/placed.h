@@ -9,8 +9,8 @@ namespace palpate {
 /// What a plane knows of the data it stands in, if it is a surface of equal value.
 struct SurfaceValue {
   double value = 0.0;  ///< of the data where it stands
-  double slope_per_m =
-      0.0;  ///< of that value along the plane's direction, world; 0: no such surface
+  /// of that value along the plane's direction, world; 0: no such surface
+  double slope_per_m = 0.0;
 };
 
 /// The primitives of all modes at one place of the proxy.

@@ -6,7 +6,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kStallS = 0.5;         // a longer wait says nothing of the frame times
+constexpr double kStallS = 0.5;         // a longer wait does not count as a frame time
 constexpr double kFirstDelayS = 0.025;  // before any wait is known: 60 Hz
 constexpr double kLongestStretchS = 0.25;
 constexpr double kLongestStepS = 0.05;  // of playing, after the caller itself was late
@@ -293,8 +293,7 @@ void MovingPose::plan_from_here() {
   // Too near to be reached smoothly: on to the next one, or give it time.
   while (room() < room_s_ && target_ + 1 < knot_count_) ++target_;
   if (room() < room_s_) shift(target_, room() - room_s_);
-  // A clock that was braked, or that has to be now, is set right by putting its speed into the
-  // path.
+  // Where the clock brakes, or has braked, its speed is put into the path instead.
   braking_s_ = room_s_;
   if (speed_ < 0.85 || speed_ > braked(knots_[size_t(knot_count_ - 1)].time_s - play_s_)) {
     rate = speed_ * rate;
@@ -304,14 +303,14 @@ void MovingPose::plan_from_here() {
   drop_passed();
 }
 
-/// The fastest that the clock may be so long before the last pose that is known: it brakes at a
-/// constant rate, at last like exp(-2 t / braking_s_).
+/// The largest rate of the clock when the last known pose is left_s ahead: it brakes at a constant
+/// rate, in the end like exp(-2 t / braking_s_).
 double MovingPose::braked(double left_s) const {
   const double left = left_s / braking_s_;
   return left > 0.25 ? std::sqrt(left) : 2.0 * left;
 }
 
-/// The clock's rate: 1 while the delay is as long as it should be, give or take.
+/// The clock's rate: 1 while the delay is about as long as it should be.
 double MovingPose::next_speed(double now_s, double dt_s) {
   const double delay_s = now_s - play_s_, behind = delay_s - wanted_delay_s_;
   if (behind > 0.25 * wanted_delay_s_) catching_up_ = true;

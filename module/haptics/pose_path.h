@@ -17,7 +17,8 @@ class FrameIntervals {
   int count() const { return count_; }
   /// Equation (21): mean of the middle half of the last 12; 0 if there are none.
   double inter_quartile_mean_s() const;
-  /// The longest of those kept that are no stall (more than 3 times the inter-quartile mean).
+  /// The longest of them that is not a stall; a stall is longer than 3 times the inter-quartile
+  /// mean.
   double longest_s() const;
 
  private:
@@ -25,9 +26,9 @@ class FrameIntervals {
   int count_ = 0, next_ = 0;
 };
 
-/// The pose of a volume at every haptic frame, from poses that come now and then: section 5 of the
-/// method. A value: no clock, no allocation. `add` what arrives (also several at once, also late or
-/// twice), then `at` the haptic frame's time, rising. One thread; real-time safe.
+/// The pose of a volume at every haptic frame, from poses that arrive at irregular times: section 5
+/// of the method. A value: no clock, no allocation. `add` what arrives (also several at once, also
+/// late or twice), then `at` the haptic frame's time, rising. One thread; real-time safe.
 ///
 /// kPaper: equations (17) to (21): from the current pose to the new one by lerp, slerp, lerp over
 /// the estimated frame time, then hold. Where frame times vary, velocity jumps: the paper's tick.
@@ -103,7 +104,7 @@ class MovingPose {
   PoseCurve curve_;
   double curve_start_s_ = 0.0, curve_per_s_ = 0.0;
   PoseRate target_rate_;  ///< at the end of curve_
-  double play_s_ = 0.0;   ///< the moment that is shown
+  double play_s_ = 0.0;   ///< the time that is shown
   double speed_ = 1.0;    ///< of playing
   bool resting_ = true;   ///< at the newest knot, without velocity
   bool catching_up_ = false;

@@ -10,8 +10,8 @@ namespace palpate {
 /// unit length, strengths in N, all in one space.
 struct Primitive {
   enum class Kind : uint8_t {
-    kPlane,  ///< (7) s q while (x - position).q < 0: holds the proxy on the side q points to,
-             ///< one-sided
+    /// (7) s q while (x - position).q < 0: holds the proxy on the side q points to, one-sided
+    kPlane,
     kLine,   ///< (8) s towards the line through position along q
     kPoint,  ///< (9) s towards position
     kForce,  ///< (10) s q, always; position is not used

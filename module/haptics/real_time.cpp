@@ -20,8 +20,8 @@ namespace {
 
 constexpr size_t kStackBytes = 256 * 1024;
 
-/// Locking under a limit would let later allocations of the whole program fail: it is done only
-/// where there is none.
+/// With a limit on locked memory later allocations of the whole program would fail, so memory is
+/// locked only where there is no limit.
 bool may_lock_all() {
   rlimit limit{};
   if (getrlimit(RLIMIT_MEMLOCK, &limit) == 0 && limit.rlim_cur == RLIM_INFINITY) return true;

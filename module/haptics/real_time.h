@@ -5,15 +5,15 @@
 
 namespace palpate {
 
-/// What the servo thread asks the system for. Each is tried, none is needed.
+/// What the servo thread asks the system for. All are tried; the loop runs without them too.
 struct RealTimeOptions {
-  int priority = 80;        ///< of SCHED_FIFO, 1 to 99; 0: is not asked for
+  int priority = 80;        ///< of SCHED_FIFO, 1 to 99; 0: not asked for
   int core = -1;            ///< the thread is pinned to this one; -1: to none
   bool lock_memory = true;  ///< no page of the process may be taken away again
   bool cores_awake = true;  ///< no deep sleep of the cores while the loop runs
 };
 
-/// What it got. For people; one sentence each says what it means or what to do.
+/// What was granted, for people: a sentence each that says what it means or what to do.
 struct ServoReport {
   struct Item {
     std::string what;  ///< "real-time priority"

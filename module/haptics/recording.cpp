@@ -14,7 +14,7 @@ constexpr std::chrono::milliseconds kPause{20};
 constexpr size_t kFooter = 1 + 3 * sizeof(uint64_t);
 
 /// Whether the bytes end as finish() ends a file: then a tick that reaches beyond the end was
-/// damaged, not cut off. That the middle of a tick looks so has a chance below 1e-12.
+/// damaged, not cut off. The chance that the middle of a tick looks like this is below 1e-12.
 bool has_end(std::string_view all) {
   if (all.size() < kFooter) return false;
   FieldDecoder decoder{all, all.size() - kFooter};
@@ -83,24 +83,25 @@ Status RecordingWriter::finish(uint64_t lost) {
   return Nothing{};
 }
 
-Recorder::Recorder(std::optional<RecordingWriter> writer, std::vector<TickListener*> listeners)
+TickRecorder::TickRecorder(std::optional<RecordingWriter> writer,
+                           std::vector<TickListener*> listeners)
     : writer_(std::move(writer)),
       listeners_(std::move(listeners)),
       background_(std::make_unique<Background>(kPause, [this] { drain(); })) {}
 
-Result<std::unique_ptr<Recorder>> Recorder::start(const std::filesystem::path& path,
-                                                  std::string_view scene, int64_t period_ns,
-                                                  std::vector<TickListener*> listeners) {
+Result<std::unique_ptr<TickRecorder>> TickRecorder::start(const std::filesystem::path& path,
+                                                          std::string_view scene, int64_t period_ns,
+                                                          std::vector<TickListener*> listeners) {
   auto writer = RecordingWriter::create(path, scene, period_ns);
   if (!writer) return writer.error();
-  return std::unique_ptr<Recorder>(new Recorder(std::move(*writer), std::move(listeners)));
+  return std::unique_ptr<TickRecorder>(new TickRecorder(std::move(*writer), std::move(listeners)));
 }
 
-void Recorder::hear(const TickInput& input, const TickOutput& output) noexcept {
+void TickRecorder::hear(const TickInput& input, const TickOutput& output) noexcept {
   ring_.push({input, output});
 }
 
-void Recorder::drain() {
+void TickRecorder::drain() {
   HeardTick tick;
   while (ring_.pop(tick)) {
     if (writer_) writer_->hear(tick.input, tick.output);
@@ -108,7 +109,7 @@ void Recorder::drain() {
   }
 }
 
-Status Recorder::finish() {
+Status TickRecorder::finish() {
   assert(background_ && "a recording ends once");
   background_.reset();  // drains what is left
   return writer_ ? writer_->finish(ring_.dropped()) : Nothing{};

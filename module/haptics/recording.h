@@ -34,11 +34,11 @@ class RecordingWriter final : public TickListener {
   Status finish(uint64_t lost);
 
  private:
-  struct Close {
+  struct CloseFile {
     void operator()(std::FILE* file) const { std::fclose(file); }
   };
   void put(std::string_view bytes);
-  std::unique_ptr<std::FILE, Close> file_;
+  std::unique_ptr<std::FILE, CloseFile> file_;
   std::filesystem::path path_;
   std::string buffer_;
   uint64_t ticks_ = 0, hash_ = 0;
@@ -50,14 +50,14 @@ class RecordingWriter final : public TickListener {
 /// that need not be real-time safe: a recording, a BlackBox, a table. What does not fit is lost,
 /// and counted: the loop never waits. Must live longer than the Servo, and its listeners longer
 /// than it.
-class Recorder : public TickListener {
+class TickRecorder : public TickListener {
  public:
-  explicit Recorder(std::vector<TickListener*> listeners)
-      : Recorder(std::nullopt, std::move(listeners)) {}
+  explicit TickRecorder(std::vector<TickListener*> listeners)
+      : TickRecorder(std::nullopt, std::move(listeners)) {}
   /// The same with a recording in a file. kBadInput, kBadOutput.
-  static Result<std::unique_ptr<Recorder>> start(const std::filesystem::path& path,
-                                                 std::string_view scene, int64_t period_ns,
-                                                 std::vector<TickListener*> listeners = {});
+  static Result<std::unique_ptr<TickRecorder>> start(const std::filesystem::path& path,
+                                                     std::string_view scene, int64_t period_ns,
+                                                     std::vector<TickListener*> listeners = {});
   /// Real-time safe.
   void hear(const TickInput& input, const TickOutput& output) noexcept override;
   /// After the Servo has stopped, once: passes on what is left, and writes the end of the
@@ -66,7 +66,7 @@ class Recorder : public TickListener {
   uint64_t lost() const { return ring_.dropped(); }
 
  private:
-  Recorder(std::optional<RecordingWriter> writer, std::vector<TickListener*> listeners);
+  TickRecorder(std::optional<RecordingWriter> writer, std::vector<TickListener*> listeners);
   void drain();
 
   std::optional<RecordingWriter> writer_;
@@ -75,7 +75,8 @@ class Recorder : public TickListener {
   std::unique_ptr<Background> background_;
 };
 
-/// A recording as read, checked from end to end; of one that was cut off all whole ticks.
+/// A recording that was read and checked completely. Of one that was cut off it has all whole
+/// ticks.
 class Recording {
  public:
   /// kBadInput with one sentence: not there, not a recording, of another version, cut off before
@@ -87,7 +88,7 @@ class Recording {
   const std::string& scene() const { return scene_; }
   int64_t period_ns() const { return period_ns_; }
   uint64_t ticks() const { return ticks_; }
-  uint64_t lost() const { return lost_; }  ///< not 0: a replay can not give the same bits
+  uint64_t lost() const { return lost_; }  ///< if not 0, a replay can not give the same bits
   /// It was not ended properly: ticks after the last one are missing.
   bool is_cut_off() const { return is_cut_off_; }
   /// The next tick; false at the end.

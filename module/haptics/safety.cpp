@@ -8,10 +8,10 @@
 namespace palpate {
 namespace {
 
-constexpr double kShortestFrameS = 1e-6;  // a shorter one is a clock that stands still
+constexpr double kShortestFrameS = 1e-6;  // shorter: the clock stands still
 constexpr double kUsualFrameS = 1e-3;     // stands in for a dt that is none
 constexpr double kLongestFrameS = 2e-3;   // a longer one counts as this: see Safety
-constexpr double kJumpS = 1.0;            // a longer frame is no delay but another clock
+constexpr double kJumpS = 1.0;            // longer: the clock was set, this is not a delay
 constexpr double kEnergyShare = 0.1;      // of the slew, kept for the energy gate
 constexpr double kUsualPowerW = 2.0;
 constexpr double kFar = 2.0;         // times the velocity limit: far too fast
@@ -21,7 +21,7 @@ constexpr uint32_t bit(Cause cause) {
   return 1u << unsigned(cause);
 }
 constexpr uint32_t kForPeople = bit(Cause::kStopped) | bit(Cause::kOscillation);
-// Named first where several hold.
+// In the order in which they are reported where several hold.
 constexpr Cause kOffCauses[] = {Cause::kStopped,   Cause::kOscillation, Cause::kDevice,
                                 Cause::kNotFinite, Cause::kClock,       Cause::kLate,
                                 Cause::kTooFast,   Cause::kUnseen,      Cause::kDeadMan};
@@ -113,8 +113,9 @@ SafetyOutput Safety::step(const SafetyInput& input) noexcept {
 
 // What the last force did since the last frame: heat in the motors, work on the hand, sound.
 void Safety::account(const SafetyInput& input, double dt_s) noexcept {
-  const double held_s = input.dt_s >= kShortestFrameS ? std::min(input.dt_s, kJumpS) : kUsualFrameS;
-  heat_.step(length_of(force_), held_s);
+  const double applied_s =
+      input.dt_s >= kShortestFrameS ? std::min(input.dt_s, kJumpS) : kUsualFrameS;
+  heat_.step(length_of(force_), applied_s);
   const DeviceReading& reading = input.reading;
   double work_j = 0.0;
   if (reading.fault == DeviceFault::kNone && is_finite(reading.position_m)) {
@@ -150,12 +151,12 @@ uint32_t Safety::off_causes(const SafetyInput& input, double dt_s) noexcept {
     off |= bit(Cause::kLate);
   const bool far = is_finite(input.velocity_m_per_s) &&
                    length_of(input.velocity_m_per_s) > kFar * options_.max_speed_m_per_s;
-  // Twice the time at most, so that one second of it is not held against the hand for another.
+  // At most twice the time, so that it takes no longer to forget than to trip.
   fast_s_ = std::clamp(fast_s_ + (far ? dt_s : -dt_s), 0.0, 2.0 * options_.too_fast_s);
   if (far && fast_s_ > options_.too_fast_s) off |= bit(Cause::kTooFast);
   if (options_.dead_man && (reading.buttons & options_.dead_man_buttons) == 0)
     off |= bit(Cause::kDeadMan);
-  if (options_.seen_buttons != 0 && (reading.buttons & options_.seen_buttons) == 0)
+  if (options_.shown_buttons != 0 && (reading.buttons & options_.shown_buttons) == 0)
     off |= bit(Cause::kUnseen);
   if (input.rearm) needs_person_ = 0;
   if (input.stop) needs_person_ |= bit(Cause::kStopped);
@@ -164,7 +165,7 @@ uint32_t Safety::off_causes(const SafetyInput& input, double dt_s) noexcept {
 }
 
 void Safety::latch(uint32_t off) noexcept {
-  // The first stays as long as it holds; then what is in the way now.
+  // The first cause stays as long as it is present; then one that is present now.
   if (off != 0 && !(off & bit(latched_))) latched_ = first(off);
 }
 
@@ -250,7 +251,7 @@ glm::dvec3 Safety::limited(const SafetyInput& input, double dt_s) noexcept {
   // Damping and edge.
   const glm::dvec3 damp = damping(input.velocity_m_per_s);
   force = faded_at_edge(force + damp, input.reading.position_m);
-  // Finite: whatever the steps above made.
+  // Finite, whatever the steps above did.
   if (!is_finite(force)) force = glm::dvec3(0.0);
   const glm::dvec3 wanted = force;
   // Magnitude and heat.

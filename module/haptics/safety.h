@@ -28,16 +28,16 @@ struct SafetyOptions {
   double first_contact_n_per_s = 200.0;  ///< slew while a contact is younger than first_contact_s
   double first_contact_s = 0.010;        ///< 0: no such guard
   double buzz_n = 0.3;                   ///< oscillation guard: rms of the force from 20 to 300 Hz
-  double continuous_force_n =
-      0.0;  ///< thermal model: what the motors can hold for ever; 0: a third of the device's most
+  /// thermal model: what the motors can hold for ever; 0: a third of the device's most
+  double continuous_force_n = 0.0;
   double thermal_s = 60.0;          ///< its time constant
   double late_s = 0.005;            ///< watchdog: a frame as long as this is late
   double stale_s = 0.020;           ///< without a new position for so long: a fault of the device
   bool dead_man = false;            ///< a button must be held
   uint32_t dead_man_buttons = ~0u;  ///< any of these
-  uint32_t seen_buttons = 0;  ///< one of these says that somebody sees the scene; 0: not asked for
-  double max_power_w =
-      0.0;               ///< energy gate: power given to the hand beyond what it gave back; 0: 2 W
+  uint32_t shown_buttons = 0;  ///< one of these says that a viewer shows the scene; 0: not needed
+  /// energy gate: power given to the hand beyond what it gave back; 0: 2 W
+  double max_power_w = 0.0;
   double burst_j = 0.5;  ///< what may be given at once
 };
 
@@ -71,29 +71,30 @@ struct SafetyOutput {
   bool in_contact = false;
 };
 
-/// Everything between the scene's force and a human hand.
+/// All limits between the scene's force and a human hand.
 ///
 /// Off-causes: stop, oscillation, device fault or no new position, a value that is not finite, a
 /// clock that stands, goes back or jumps by a second, a late frame, far too fast, dead-man, unseen.
-/// In the first frame that shows one the force is on a straight ramp from what was last given to
-/// zero; the ramp needs nothing from the input, so garbage can not disturb it. What was first is
-/// latched; after the ramp the cause is whatever is still in the way. Then comes the start gate.
-/// kStopped and kOscillation need a person (rearm), all others only a free hand.
+/// In the first frame that has one, the force begins a straight ramp from the last force to zero.
+/// The ramp uses nothing of the input, so garbage can not disturb it. The first cause is latched;
+/// after the ramp the reported cause is the one that is still present. Then comes the start gate.
+/// After kStopped and kOscillation a person has to say go on (rearm); after all others it is enough
+/// that the hand is free.
 ///
 /// Limits, while on: start ramp and damping, gain of the oscillation guard, damping above the
 /// velocity limit, workspace edge; then always in this order: finite, magnitude (also the motors'
-/// heat), slew (slower at a first contact), energy. The energy gate's own changes have a tenth of
-/// the slew to themselves, so that the sum keeps to it.
+/// heat), slew (slower at a first contact), energy. A tenth of the slew is reserved for the changes
+/// that the energy gate makes, so that all changes together stay within it.
 ///
 /// No step is larger than max_slew * dt, where dt is that of the frame, at most 2 ms (and 1 ms
-/// where the clock is to blame: below 1 us or not a number): after a gap the hand gets no more at
-/// once than in any other frame, and the ramp takes ten frames at least.
+/// where the clock is to blame: below 1 us or not a number): after a gap the force changes by no
+/// more than in any other frame, and the ramp takes at least ten frames.
 ///
 /// A value; step() is real-time safe and its result depends on the inputs alone. One thread.
 class Safety {
  public:
   Safety(const SafetyOptions& options, const DeviceInfo& device) noexcept;
-  /// Once per haptic frame, always, whatever the state: it keeps the books of heat and energy.
+  /// Call it once per haptic frame in every state, since it also integrates heat and energy.
   SafetyOutput step(const SafetyInput& input) noexcept;
   /// The options as used.
   const SafetyOptions& options() const noexcept { return options_; }

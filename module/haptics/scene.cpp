@@ -86,7 +86,7 @@ SceneVolume planned(const VolumeSpec& spec, std::shared_ptr<const MovingVolume> 
   return volume;
 }
 
-/// What of a scene's numbers can not be felt, apart from its data.
+/// Checks the numbers of a scene, apart from its data.
 Status check_numbers(const SceneSpec& spec, const std::vector<ModeSpec>& modes) {
   if (!(spec.stiffness_n_per_m > 0.0) || !std::isfinite(spec.stiffness_n_per_m))
     return bad("The scene's stiffness must be a number above 0 (N/m).");

@@ -12,7 +12,7 @@
 
 namespace palpate {
 
-/// How the transform of a volume in a haptic frame comes about.
+/// Where the transform of a volume in a haptic frame comes from.
 enum class PoseStage : uint8_t {
   kNone,    ///< it does not change: no pose is asked for
   kDrive,   ///< its drive gives the pose at every haptic frame's own time
@@ -21,14 +21,14 @@ enum class PoseStage : uint8_t {
   kSmooth,  ///< a smooth path through sent poses
 };
 
-/// How the data of a volume come to their phase in a haptic frame.
+/// How the data of a volume are brought to their phase in a haptic frame.
 enum class DataStage : uint8_t {
   kStill,     ///< one frame that stands still: there is no time
   kMaterial,  ///< one frame's values, carried by one motion for all times
   kFrames,    ///< the values of each frame, carried to the next one by a field per step
 };
 
-/// A volume ready to be felt and seen, and what of it a haptic frame works out.
+/// A volume ready to be felt and shown, and what a haptic frame has to compute for it.
 struct SceneVolume {
   VolumeSpec spec;
   std::shared_ptr<const MovingVolume> data;  ///< frames, times, motions
@@ -38,7 +38,7 @@ struct SceneVolume {
 
   bool is_posed() const { return pose != PoseStage::kNone; }
   bool is_still() const { return phase == DataStage::kStill; }
-  /// Its poses come from outside the loop: somebody has to send them.
+  /// Its poses come from outside the loop; the session sends them.
   bool is_sent() const { return is_posed() && pose != PoseStage::kDrive; }
 };
 
@@ -50,16 +50,16 @@ struct SceneMode {
   int segment = -1;  ///< index of the volume's segment that it reads; -1: the values
 };
 
-/// One way in which a volume's data move: modes of one volume that name the same motion share it,
-/// and with it the point of the material that the proxy rests on. At the stage of a still volume
-/// nothing of time is left.
+/// One motion of a volume's data. Modes of one volume that name the same motion share the carrier,
+/// and with it the material point that the proxy rests on. For data that do not move there is no
+/// time in it.
 struct SceneCarrier {
   int volume = 0;
   const Motion* motion = nullptr;  ///< null: the data do not move, or one motion moves them all
 };
 
-/// A scene as it is felt, seen and printed: what each haptic frame has to do, and nothing else. The
-/// loop runs these stages, text() says them. Immutable, shared between threads by pointer.
+/// A scene as it is felt, shown and printed: what each haptic frame has to do, and nothing else.
+/// The loop runs these stages, text() prints them. Immutable, shared between threads by pointer.
 struct Scene {
   std::vector<SceneVolume> volumes;
   std::vector<SceneMode> modes;
@@ -69,10 +69,10 @@ struct Scene {
   Transform world_from_device;
 };
 
-/// Joins a scene's words with its data (one MovingVolume per volume of the spec, in order), makes
-/// its modes and decides the stages of a haptic frame. kBadInput, in one sentence: a mode of an
-/// unknown volume, motion or kind, data that do not fit together, more than kMostModes modes, a
-/// transform with a negative determinant or another number that can not be felt. Allocates; any
+/// Joins a scene's specification with its data (one MovingVolume per volume of the spec, in order),
+/// makes its modes and decides the stages of a haptic frame. kBadInput, in one sentence: a mode of
+/// an unknown volume, motion or kind, data that do not fit together, more than kMostModes modes, a
+/// transform with a negative determinant or another number that is out of range. Allocates; any
 /// thread but the servo's.
 Result<std::shared_ptr<const Scene>> plan(const SceneSpec& spec,
                                           std::vector<std::shared_ptr<const MovingVolume>> data,

@@ -26,7 +26,7 @@ struct KnownMotion {
   size_t folded = 0;          ///< cells or samples that fold or may fold
   bool inverted = false;      ///< proved everywhere
   size_t bytes = 0;
-  std::string begin, steepness;  ///< how it is told; how near to a fold it comes
+  std::string begin, steepness;  ///< how its line begins; how near to a fold it comes
 };
 
 std::string text(const KnownMotion& known, const char* of) {
@@ -88,7 +88,7 @@ bool is_carrying(const Scene& scene, int volume, const Motion* motion) {
   });
 }
 
-/// How the pose of a haptic frame comes about; "": none is asked for.
+/// Where the pose of a haptic frame comes from; "": there is none.
 std::string text(PoseStage pose, DriveSpec::Kind drive) {
   const std::string source = drive == DriveSpec::Kind::kSecondHand ? "of the second hand"
                              : drive == DriveSpec::Kind::kTurn     ? "turning"

@@ -5,7 +5,7 @@
 namespace palpate {
 
 SceneTicker::~SceneTicker() {
-  // The handover owns every run, the step only borrows one.
+  // The handover owns every run; the haptic step only borrows one.
   haptics_.adopt(nullptr).release();
 }
 
@@ -25,23 +25,24 @@ TickOutput SceneTicker::tick(const TickInput& input) noexcept {
 void SceneTicker::publish(const TickInput& input, const TickOutput& output) noexcept {
   const HapticRun* run = haptics_.run();
   if (!run) return;
-  SceneMoment moment;
-  moment.now_ns = input.now_ns;
-  moment.volume_count = std::min(int(run->volumes.size()), SceneMoment::kMostVolumes);
-  for (int v = 0; v < moment.volume_count; ++v) {
+  SceneSnapshot snapshot;
+  snapshot.now_ns = input.now_ns;
+  snapshot.volume_count = std::min(int(run->volumes.size()), SceneSnapshot::kMostVolumes);
+  for (int v = 0; v < snapshot.volume_count; ++v) {
     const VolumeRun& volume = run->volumes[size_t(v)];
-    moment.volumes[size_t(v)] = {volume.transform, volume.playback.time_s(),
-                                 volume.playback.rate()};
+    snapshot.volumes[size_t(v)] = {volume.transform, volume.playback.time_s(),
+                                   volume.playback.rate()};
   }
-  moment.probe_m = output.probe_m;
-  moment.proxy_m = output.proxy_m;
-  moment.force_n = run->scene->world_from_device.rotation * output.command.force_n;
-  moment.cause = output.cause;
-  moment.in_contact = output.command.in_contact;
-  for (Newest<SceneMoment>& reader : moments_) reader.put(moment);
-  if (const auto kind = button_.step(input.reading, input.now_ns)) commands_.push({*kind, moment});
+  snapshot.probe_m = output.probe_m;
+  snapshot.proxy_m = output.proxy_m;
+  snapshot.force_n = run->scene->world_from_device.rotation * output.command.force_n;
+  snapshot.cause = output.cause;
+  snapshot.in_contact = output.command.in_contact;
+  for (Newest<SceneSnapshot>& reader : snapshots_) reader.put(snapshot);
+  if (const auto kind = button_.step(input.reading, input.now_ns))
+    commands_.push({*kind, snapshot});
   for (int e = 0; e < std::min(input.event_count, int(input.events.size())); ++e)
-    if (const auto kind = command_of(input.events[size_t(e)])) commands_.push({*kind, moment});
+    if (const auto kind = command_of(input.events[size_t(e)])) commands_.push({*kind, snapshot});
 }
 
 }  // namespace palpate

@@ -6,13 +6,13 @@
 #include "module/haptics/hand_commands.h"
 #include "module/haptics/haptics.h"
 #include "module/haptics/mailbox.h"
-#include "module/haptics/scene_moment.h"
+#include "module/haptics/scene_snapshot.h"
 
 namespace palpate {
 
-/// Haptics whose scene its owner exchanges while the servo thread runs it: that is how fields
-/// arrive, modes are added and data are swapped. The old scene is deleted by the owner, never by
-/// the servo thread. Must outlive the Servo that runs it.
+/// Haptics whose owner exchanges the scene while the servo thread runs it, to hand over new fields,
+/// modes or data. The old scene is deleted by the owner, never by the servo thread. Must outlive
+/// the Servo that runs it.
 class SceneTicker final : public Ticker {
  public:
   SceneTicker(const HapticsOptions& options, const DeviceInfo& device)
@@ -22,20 +22,20 @@ class SceneTicker final : public Ticker {
   SceneTicker& operator=(const SceneTicker&) = delete;
 
   /// Owner: the next tick runs this scene, without a step of the force (see Haptics::adopt). False
-  /// if too many wait to be taken back: try again a few ticks later. Allocates; one thread.
+  /// if too many old scenes wait for collect(): try again a few ticks later. Allocates; one thread.
   bool offer(std::shared_ptr<const Scene> scene);
   /// Owner: deletes scenes that the loop no longer runs.
   void collect() { handover_.collect(); }
 
   TickOutput tick(const TickInput& input) noexcept override;
 
-  /// So many may look at the same time: a headset, a window, pictures for a page, what follows a
-  /// live source, what sends to others, and what keeps stream tubes.
+  /// Readers of the newest tick, each with a place of its own: headset, window, pictures for a
+  /// page, live source, server, and stream tubes.
   static constexpr int kReaders = 6;
-  /// Reader 0 to kReaders - 1, each one thread's: the newest tick as an eye sees it; true if it is
+  /// The newest tick for a reader, 0 to kReaders - 1, each used by one thread. True if it is
   /// another than last time. Wait-free.
-  bool newest(int reader, SceneMoment& moment) noexcept {
-    return moments_[size_t(reader)].get(moment);
+  bool newest(int reader, SceneSnapshot& snapshot) noexcept {
+    return snapshots_[size_t(reader)].get(snapshot);
   }
 
   /// Owner, before the loop runs: these buttons of the device give commands.
@@ -43,7 +43,7 @@ class SceneTicker final : public Ticker {
   /// The next command of the hand, in order; false if there is none. Wait-free; one thread.
   bool next_command(HandCommand& command) noexcept { return commands_.pop(command); }
 
-  /// The step itself, for options and books; not while a Servo runs it.
+  /// The haptic step, to read options and counters; not while a Servo runs it.
   const Haptics& haptics() const { return haptics_; }
 
  private:
@@ -51,7 +51,7 @@ class SceneTicker final : public Ticker {
 
   Handover<HapticRun> handover_;
   Haptics haptics_;
-  std::array<Newest<SceneMoment>, kReaders> moments_;
+  std::array<Newest<SceneSnapshot>, kReaders> snapshots_;
   CommandButton button_;
   Ring<HandCommand, 32> commands_;
 };

@@ -9,8 +9,7 @@
 
 namespace palpate {
 
-/// How the second hand moves at this moment. Space: the world's axes, x right, y up, z towards the
-/// user.
+/// How the second hand moves now. Space: the world's axes, x right, y up, z towards the user.
 struct SecondHandReading {
   glm::dvec3 linear_m_per_s{0.0};
   glm::dvec3 angular_rad_per_s{0.0};  ///< direction: the axis, by the right hand's rule
@@ -25,8 +24,8 @@ class SecondHand {
   virtual ~SecondHand() = default;
   /// For people. Any thread, not real-time safe. workspace and force mean nothing here and are 0.
   virtual DeviceInfo info() const = 0;
-  /// The newest motion; rest if the device has been silent for too long. Any thread, any number of
-  /// them; wait-free.
+  /// The newest motion; zero if the device has been silent for too long. Any number of threads;
+  /// wait-free.
   virtual SecondHandReading read() const noexcept = 0;
 };
 
@@ -39,8 +38,8 @@ struct MoveLimits {
 
 /// The transform (world_from_volume) after moving for dt_s as the hand says: the pivot goes along
 /// linear_m_per_s, everything turns about the pivot (volume space, m) by exp(angular dt); the scale
-/// stays. A pivot that is out of reach already comes closer or stays, it does not jump. What is not
-/// finite moves nothing. Pure, real-time safe.
+/// stays. A pivot that is already out of reach may only come closer; it does not jump. Values that
+/// are not finite move nothing. Pure, real-time safe.
 Transform moved(const Transform& from, const SecondHandReading& hand, double dt_s,
                 glm::dvec3 pivot_m = glm::dvec3(0.0), const MoveLimits& limits = {}) noexcept;
 

@@ -18,9 +18,9 @@ struct ServoOptions {
   TickListeners listeners = {};
 };
 
-/// The thread that lets the hand feel: a ServoLoop, once per period, with what the system gives of
-/// real-time. Made and destroyed by one thread, its owner. While it runs, device and ticker are the
-/// servo thread's alone.
+/// The servo thread: runs a ServoLoop once per period, with the real-time privileges that the
+/// system grants. Made and destroyed by one thread, its owner. While it runs only the servo thread
+/// uses device and ticker.
 class Servo {
  public:
   /// Starts the thread; it runs when this returns. device and ticker are borrowed, `clock` too
@@ -34,18 +34,18 @@ class Servo {
   Servo(const Servo&) = delete;
   Servo& operator=(const Servo&) = delete;
 
-  /// Asks for the ramp to zero, waits until the device has had zero, and ends the thread: after the
-  /// tick's ramp, or LoopOptions::stop_ns + ramp_ns at the latest, plus what the device takes to
-  /// answer. Further calls do nothing.
+  /// Asks for the ramp to zero, waits until force zero has been sent to the device, and ends the
+  /// thread. This takes as long as the tick's ramp, at most LoopOptions::stop_ns + ramp_ns and the
+  /// device's time to answer. Further calls do nothing.
   void stop();
   /// Whether a stop was asked for and the device has had a force of zero since. Any thread.
   bool at_rest() const noexcept { return ports_->at_rest.load(std::memory_order_acquire); }
 
-  /// What the system gave. Does not change. Any thread.
+  /// The privileges that the system granted. Does not change. Any thread.
   const ServoReport& report() const { return report_; }
 
-  /// Into the loop, in order, at most four per tick; false, and counted, if 256 wait already. One
-  /// thread each; wait-free.
+  /// Sends to the loop, which takes at most four per tick, in order. False, and counted, if 256
+  /// already wait. One thread for each of the two; wait-free.
   bool send(const ControlEvent& event) noexcept { return ports_->events.push(event); }
   /// Both or neither.
   bool send(const ControlEvent& first, const ControlEvent& second) noexcept {
@@ -55,8 +55,9 @@ class Servo {
   /// Events and poses that were refused. Any thread.
   uint64_t dropped() const noexcept { return ports_->events.dropped() + ports_->poses.dropped(); }
 
-  /// The newest tick for reader 0 or 1 (say, the renderer and the live line), each one thread's:
-  /// true if it is another than last time. Before the first tick `output` is left alone. Wait-free.
+  /// The newest tick for reader 0 or 1 (for example the renderer and the line on the console), each
+  /// used by one thread. True if it is another than last time. Before the first tick `output` is
+  /// left alone. Wait-free.
   bool newest(int reader, TickOutput& output) noexcept;
   /// Any thread, while it runs.
   const ServoStatistics& statistics() const noexcept { return ports_->statistics; }

@@ -8,7 +8,7 @@
 namespace palpate {
 
 void ExchangePlan::add(const DeviceReading& reading, int64_t took_ns) noexcept {
-  // A device that is not there answers at once: that says nothing about how it will be.
+  // A missing device answers at once, which says nothing about its real round trip.
   if (reading.fault != DeviceFault::kNone) {
     seen_ = short_ = 0;
     fits_ = false;
@@ -65,7 +65,7 @@ void ServoLoop::note_start(int64_t woke_ns) noexcept {
                             : device_ns_ > tick_ns_ ? MissCause::kDeviceLong
                                                     : MissCause::kTickLong;
     count_up(statistics.misses[int(cause)]);
-    // The lost time is lost: ticks in a burst would show the scene, and the hand, a wrong speed.
+    // Lost time is not made up for: ticks in a burst would give scene and hand a wrong speed.
     deadline_ns_ = woke_ns;
   }
   last_woke_ns_ = woke_ns;
@@ -138,8 +138,8 @@ TickInput ServoLoop::gather(const DeviceReading& reading, int64_t now_ns) noexce
   return input;
 }
 
-/// The tick guards its own force; what is looked at here is only whether the tick itself still
-/// works: numbers that are none, and a stop that does not come to an end.
+/// The tick limits its own force. This only checks that the tick itself works: that its force is
+/// finite, and that a stop comes to an end.
 void ServoLoop::guard(const DeviceCommand& wanted, int64_t now_ns) noexcept {
   const bool finite = is_finite(wanted.force_n);
   if (!finite) count_up(ports_.statistics.not_finite);
@@ -156,7 +156,7 @@ void ServoLoop::guard(const DeviceCommand& wanted, int64_t now_ns) noexcept {
   const double done = double(now_ns - ramp_start_ns_) / double(options_.ramp_ns);
   command_.force_n = done >= 0.0 && done < 1.0 ? ramp_from_n_ * (1.0 - done) : glm::dvec3(0.0);
   command_.in_contact = false;
-  // Only a tick that asks for zero by itself is believed again.
+  // The tick is trusted again once it asks for zero by itself.
   if (!stopping_ && wanted.force_n == glm::dvec3(0.0) && done >= 1.0) ramping_ = false;
 }
 

@@ -10,16 +10,18 @@
 
 namespace palpate {
 
-/// How often the device is talked to in one period T. A device answers a command with a position,
-/// so one exchange per period sends a force that is a whole period old: K_max = b / (T/2 + T). A
-/// second exchange right after the tick makes the age of the force one round trip R: K_max = b /
-/// (T/2 + R). Its own answer is kept for the next tick only if it says what the next first answer
-/// does not. With R > T/4 half the period and one exchange would be better still, at the same use
+/// How many exchanges with the device there are in one period T. A device answers a command with a
+/// position, so with one exchange per period the force is a whole period old: K_max = b / (T/2 +
+/// T). With a second exchange right after the tick it is one round trip R old: K_max = b / (T/2 +
+/// R). The second answer is kept for the next tick only if the next first answer does not contain
+/// the same. With R > T/4 half the period and one exchange would be better still, at the same use
 /// of the bus: that is the caller's choice of period.
 enum class Exchanges : uint8_t {
-  kAuto,   ///< twice if nine of ten round trips take less than 0.4 T, found anew after every fault
+  kAuto,   ///< twice if nine of ten round trips take less than 0.4 T; measured again after every
+           ///< fault
   kOnce,   ///< for a device that needs the whole period for one
-  kTwice,  ///< first the force as it is, for a position; then the force that the tick made of it
+  kTwice,  ///< first with the old force, to get a position; then with the force that the tick
+           ///< computed from it
 };
 
 struct LoopOptions {
@@ -64,7 +66,7 @@ struct HeardTick {
 /// Those who hear; null: nobody.
 using TickListeners = std::array<TickListener*, 4>;
 
-/// What goes into and comes out of the loop while it runs: one writer and one reader each.
+/// Inputs and outputs of the running loop; each has one writer and one reader.
 struct ServoPorts {
   static constexpr int kReaders = 2;
   Ring<ControlEvent, 256> events;
@@ -76,8 +78,8 @@ struct ServoPorts {
       false};  ///< the device has had a force of zero since a stop was asked for
 };
 
-/// One period after another, as values: what the servo thread runs. Has no thread and, but for
-/// `clock`, no time, so that tests run it step by step. After construction everything is real-time
+/// What the servo thread runs, period by period. It has no thread of its own, and `clock` is its
+/// only source of time, so tests run it step by step. After construction everything is real-time
 /// safe: no allocation, lock, log or exception.
 class ServoLoop {
  public:
@@ -85,8 +87,8 @@ class ServoLoop {
   ServoLoop(ForceDevice& device, Ticker& ticker, ServoClock& clock, ServoPorts& ports,
             const LoopOptions& options, TickListeners listeners = {});
 
-  /// One period: waits for its deadline, asks the device where it is, ticks, sends. False once it
-  /// was asked to stop and the device had zero three times: then it is over.
+  /// One period: waits for its deadline, asks the device where it is, ticks, sends. False when a
+  /// stop was asked for and force zero has been sent three times: the loop has ended.
   bool run_period() noexcept;
   /// For a crash of the servo thread itself: ramps the last force to zero over options.ramp_ns, one
   /// exchange per ms. Does nothing if the crash was inside the device's own code.

@@ -6,12 +6,12 @@
 
 namespace palpate {
 
-/// How often which time was seen. Exact below 128 ns, then 64 bins per factor of two: a quantile is
-/// read within 1.6 %. One thread adds, others may read meanwhile: what they see is a moment's blur
-/// of neighbouring ticks, never a torn number. No lock, no allocation.
+/// A histogram of times. Exact below 128 ns, then 64 bins per factor of two: quantiles are within
+/// 1.6 %. One thread adds, others may read meanwhile: they may miss the newest ticks, but never
+/// read a torn number. No lock, no allocation.
 class Histogram {
  public:
-  /// Negative times count as 0, those above 2^40 ns (18 minutes) as that. Real-time safe.
+  /// Negative times count as 0, those above 2^40 ns (18 minutes) as 2^40 ns. Real-time safe.
   void add(int64_t time_ns) noexcept;
 
   uint64_t count() const noexcept;

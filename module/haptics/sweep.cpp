@@ -11,27 +11,26 @@ namespace palpate {
 namespace {
 
 constexpr int kMostPieces = 48;
-// Looks at the data, one per mode and place: enough for a hand of 1 m/s, whose way in a frame is 1
-// mm. Where the proxy has further to go, because a surface gave way, it takes some frames for that:
-// so no frame takes many times as long as another.
-constexpr int kMostLooks = 96;
+// Samples of the data, one per mode and place: enough for a hand of 1 m/s, which moves 1 mm in a
+// frame. Where the proxy has further to go, because a surface gave way, it takes several frames, so
+// that no frame takes many times as long as another.
+constexpr int kMostSamples = 96;
 constexpr int kMostHalvings = 24;
 constexpr int kMostCarriers = kMostModes;
-// Shorter moves are taken as they are: what bends within them is less than an encoder could ever
-// see.
+// Shorter moves are not corrected: how far they bend is less than an encoder resolves.
 constexpr double kShort_m = 0.5e-6;
 constexpr double kContact_m = 0.2e-6;
-constexpr double kAgainst =
-    1e-9;  // a plane is in the way if its normal has more than this against the way
+// a plane is in the way if its normal has more than this against the way
+constexpr double kAgainst = 1e-9;
 // A way that rises from a plane by no more than this, per length, leads along it.
 constexpr double kAlong = 1e-3;
 
-// Where a surface bends it is looked at twice as closely, down to a sixteenth of a stride.
-constexpr double kClosestLook = 1.0 / 16.0;
+// Where a surface bends, pieces are halved, down to a sixteenth of a stride.
+constexpr double kShortestPiece = 1.0 / 16.0;
 // Forces that balance before this share of a piece end it there.
 constexpr double kGivesWay = 0.8;
-// What puts a slide back on its iso-surface is a small part of its length, or the data are too
-// rough for it.
+// The correction that puts a slide back on its iso-surface may be at most this share of its length;
+// where it would be more, the data are too rough for it.
 constexpr double kMostBack = 0.25;
 // How deep below the value it was met with a surface may be left alone, and how fast it may take
 // the proxy along by its values alone, per frame; in strides.
@@ -48,7 +47,7 @@ class Way {
     for (size_t c = 0; c < run_.carriers.size(); ++c) starts_[c] = run_.carriers[c].carrier->mark();
     place(*here);
     settle(*here);
-    while (result.pieces < kMostPieces && looks_ < kMostLooks) {
+    while (result.pieces < kMostPieces && samples_ < kMostSamples) {
       Balance balance = solve(*here, result);
       measure(balance.proxy);
       if (length_ <= kShort_m) {
@@ -58,12 +57,12 @@ class Way {
       }
       ++result.pieces;
       mark();
-      double share = std::min(1.0, look_ / strides_);
+      double share = std::min(1.0, strides_per_piece_ / strides_);
       advance(share, balance.proxy);
       place(*there);
       if (const uint32_t met = against(*there) & ~stood_on(*here)) {
         find_contact(met, share, balance.proxy, *there);
-        keep_levels(*there, met);
+        keep_iso_values(*there, met);
         std::swap(here, there);
         continue;
       }
@@ -74,12 +73,12 @@ class Way {
           if (balanced < kGivesWay * share) {
             advance(balanced, balance.proxy);
             place(*there);
-            look_ *= 0.5;
+            strides_per_piece_ *= 0.5;
             std::swap(here, there);
             continue;
           }
-          if (look_ > kClosestLook && bends(*here, *there, stiffness_)) {
-            look_ *= 0.5;
+          if (strides_per_piece_ > kShortestPiece && bends(*here, *there, stiffness_)) {
+            strides_per_piece_ *= 0.5;
             continue;
           }
           mean(*here, *there, *between);
@@ -87,7 +86,7 @@ class Way {
           balance = solve(*between, result);
           balance.proxy = bent(*here, *there, straight, balance.proxy, kShort_m, stiffness_);
           measure(balance.proxy);
-          share = length_ > 0.0 ? std::min(1.0, look_ / strides_) : 1.0;
+          share = length_ > 0.0 ? std::min(1.0, strides_per_piece_ / strides_) : 1.0;
           balance.proxy = on_surface(*here, *there, share, balance.proxy);
           advance(share, balance.proxy);
         }
@@ -97,10 +96,10 @@ class Way {
         }
         if (!here->set.empty()) place(*there);
       }
-      look_ = std::min(1.0, 2.0 * look_);
+      strides_per_piece_ = std::min(1.0, 2.0 * strides_per_piece_);
       std::swap(here, there);
     }
-    // Out of pieces: the proxy waits where the way was cut, with what acts there.
+    // Out of pieces: the proxy stays where the way was cut, with the primitives of that place.
     result.proxy = run_.carriers.empty() ? probe_ : last_at();
     return result;
   }
@@ -118,7 +117,7 @@ class Way {
   }
 
   void place(Placed& placed) noexcept {
-    looks_ += int(run_.modes.size());
+    samples_ += int(run_.modes.size());
     placed.set.clear();
     for (size_t m = 0; m < run_.modes.size(); ++m) {
       ModeRun& mode = run_.modes[m];
@@ -141,15 +140,15 @@ class Way {
         placed.pull += p.direction * (p.strength_n / stiffness_);
   }
 
-  /// How far it is to a point, in metres and in strides of the carrier that has to look closest;
-  /// the direction of each carrier's own way: where volumes move, each has taken the proxy along.
+  /// How far it is to a point, in metres and in strides of the carrier with the shortest stride;
+  /// and the direction of each carrier's own way, which differ where volumes move.
   void measure(glm::dvec3 to) noexcept {
     strides_ = length_ = 0.0;
     way_ = glm::dvec3(0.0);
     for (size_t c = 0; c < run_.carriers.size(); ++c) {
       const CarrierRun& run = run_.carriers[c];
       ways_[c] = glm::dvec3(0.0);
-      if (run.held) continue;
+      if (run.frozen) continue;
       const glm::dvec3 d = to - run.carrier->at();
       const double length = glm::length(d);
       if (length >= length_) way_ = d;
@@ -159,16 +158,16 @@ class Way {
     }
   }
 
-  /// Takes every carrier the share of its way to a point. One that can not follow is held where the
-  /// frame began: what was felt there goes on until it has faded. On the way it may already have
-  /// been off the surface, and then the force would be gone at once.
+  /// Moves every carrier by the share of its way to a point. One that can not follow is set back to
+  /// where the frame began, so that the force felt there fades. Where it failed it may already have
+  /// been off the surface, and the force would end at once.
   void advance(double share, glm::dvec3 to) noexcept {
     for (size_t c = 0; c < run_.carriers.size(); ++c) {
       CarrierRun& run = run_.carriers[c];
-      if (run.held) continue;
+      if (run.frozen) continue;
       const glm::dvec3 from = run.carrier->at();
       if (run.carrier->go_to(share == 1.0 ? to : from + share * (to - from))) continue;
-      run.held = true;
+      run.frozen = true;
       run.carrier->reset(starts_[c]);
     }
   }
@@ -178,7 +177,7 @@ class Way {
   }
   void reset() noexcept {
     for (size_t c = 0; c < run_.carriers.size(); ++c)
-      if (!run_.carriers[c].held) run_.carriers[c].carrier->reset(marks_[c]);
+      if (!run_.carriers[c].frozen) run_.carriers[c].carrier->reset(marks_[c]);
   }
 
   /// How fast the way of its mode's carrier leads out of plane i, per length: below 0, against it.
@@ -201,9 +200,9 @@ class Way {
     return modes;
   }
 
-  /// A slide that is to end at share of the way to a point, corrected by what the data at `there`
-  /// say of its end: sliding along a surface does not change the value. Without this, small errors
-  /// add up, and on rough data the proxy creeps through a thin surface.
+  /// A slide that is to end at share of the way to a point, corrected by the data at `there`:
+  /// sliding along a surface does not change the value. Without this, small errors add up, and on
+  /// rough data the proxy creeps through a thin surface.
   glm::dvec3 on_surface(const Placed& here, const Placed& there, double share,
                         glm::dvec3 to) const noexcept {
     for (int i = 0; i < here.set.count(); ++i) {
@@ -222,8 +221,8 @@ class Way {
     return to;
   }
 
-  /// Surfaces newly met: from now on the proxy keeps to their values.
-  void keep_levels(const Placed& there, uint32_t met) noexcept {
+  /// Surfaces that were newly met: from now on the proxy stays at their iso-values.
+  void keep_iso_values(const Placed& there, uint32_t met) noexcept {
     for (int i = 0; i < there.set.count(); ++i) {
       if (!(met >> there.owner[i] & 1u) || there.surface_value[i].slope_per_m == 0.0) continue;
       ModeRun& mode = run_.modes[there.owner[i]];
@@ -258,7 +257,7 @@ class Way {
       run_.modes[m].on_surface = (kept & pressed_on) >> m & 1u;
     if (way == glm::dvec3(0.0)) return;
     for (CarrierRun& run : run_.carriers)
-      if (!run.held && !run.carrier->go_to(run.carrier->at() + way)) run.held = true;
+      if (!run.frozen && !run.carrier->go_to(run.carrier->at() + way)) run.frozen = true;
     place(here);
   }
   CarrierRun& carrier_of(int mode) const noexcept {
@@ -331,7 +330,7 @@ class Way {
 
   glm::dvec3 last_at() const noexcept {
     for (const CarrierRun& run : run_.carriers)
-      if (!run.held) return run.carrier->at();
+      if (!run.frozen) return run.carrier->at();
     return run_.carriers.front().carrier->at();
   }
 
@@ -339,10 +338,10 @@ class Way {
   glm::dvec3 probe_;
   double stiffness_, dt_s_;
   double strides_ = 0.0, length_ = 0.0;
-  glm::dvec3 way_{0.0};  // the longest of the carriers' ways
-  double look_ = 1.0;    // strides to a piece
+  glm::dvec3 way_{0.0};             // the longest of the carriers' ways
+  double strides_per_piece_ = 1.0;  // strides to a piece
   bool inside_side_ = false;
-  int looks_ = 0;
+  int samples_ = 0;
   std::array<Carrier::Mark, kMostCarriers> marks_, starts_;
   std::array<glm::dvec3, kMostCarriers> ways_;
 };

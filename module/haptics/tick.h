@@ -11,7 +11,7 @@
 
 namespace palpate {
 
-/// A graphics frame's (or second hand's) word on where a volume is.
+/// The pose of a volume, sent by a graphics frame or the second hand.
 struct PoseUpdate {
   int volume = 0;       ///< index in the scene
   Transform transform;  ///< world_from_volume
@@ -50,8 +50,8 @@ struct TickInput {
   std::array<ControlEvent, 4> events;
 };
 
-/// What a haptic frame gives: the command for the device, and what happened, for eyes and logs.
-/// Plain data.
+/// The result of a haptic frame: the command for the device, and what happened, for viewers and
+/// logs. Plain data.
 struct TickOutput {
   DeviceCommand command;     ///< device space, behind every guard
   glm::dvec3 wanted_n{0.0};  ///< world: the spring's force, before the guards
@@ -59,14 +59,15 @@ struct TickOutput {
   glm::dvec3 proxy_m{0.0};   ///< world
   Cause cause = Cause::kNone;
   DeviceFault fault = DeviceFault::kNone;
-  uint8_t substeps = 0;         ///< pieces into which the proxy's path was cut
-  uint8_t primitives = 0;       ///< in the last balance
-  uint8_t newton_steps = 0;     ///< most of any back-tracking in this frame
-  bool held = false;            ///< a back-tracking failed: the material point is held
-  double residual_m = 0.0;      ///< worst back-tracking residual
-  double scene_energy_j = 0.0;  ///< put into the spring by moving data and transforms in this frame
-  double tank_j = 0.0;          ///< what the tank holds
-  FramePointer first;           ///< of the first moving volume
+  uint8_t substeps = 0;      ///< pieces into which the proxy's path was cut
+  uint8_t primitives = 0;    ///< in the last balance
+  uint8_t newton_steps = 0;  ///< most of any back-tracking in this frame
+  bool frozen = false;       ///< a back-tracking failed: the material point is frozen
+  double residual_m = 0.0;   ///< worst back-tracking residual
+  /// energy that moving data and transforms put into the spring in this frame
+  double scene_energy_j = 0.0;
+  double tank_j = 0.0;  ///< what the tank holds
+  FramePointer first;   ///< of the first moving volume
 };
 
 }  // namespace palpate

@@ -38,8 +38,8 @@ struct FieldEncoder {
   }
 };
 
-/// Takes fields from bytes. Beyond the end `good` becomes false and fields are zero; at a truth
-/// value that is none `possible` does.
+/// Takes fields from bytes. Beyond the end `good` becomes false and fields are zero. At a truth
+/// value other than 0 and 1 `possible` becomes false.
 struct FieldDecoder {
   std::string_view bytes;
   size_t at = 0;
@@ -102,7 +102,7 @@ inline void encode_tick(const TickInput& input, const TickOutput& output, std::s
   visit_output(output, encoder);
 }
 
-/// Of what follows the 'T'. False if it is cut off or can not be.
+/// Decodes what follows the 'T'. False if it is cut off or has impossible values.
 inline bool decode_tick(FieldDecoder& decoder, TickInput& input, TickOutput& output) {
   input = TickInput{};
   output = TickOutput{};

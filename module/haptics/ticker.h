@@ -5,7 +5,7 @@
 namespace palpate {
 
 /// One haptic frame after another: what the servo thread runs. Its result depends on its state and
-/// its input alone, so that a recorded run can be done again, bit by bit.
+/// its input alone, so that a recorded run can be repeated bit by bit.
 class Ticker {
  public:
   virtual ~Ticker() = default;

@@ -22,7 +22,7 @@ void VelocityEstimate::reset() noexcept {
   velocity_ = glm::dvec3(0.0);
 }
 
-const VelocityEstimate::Sample& VelocityEstimate::back(int age) const noexcept {
+const VelocityEstimate::TimedPosition& VelocityEstimate::back(int age) const noexcept {
   return ring_[size_t((newest_ + kCapacity - age) % kCapacity)];
 }
 
@@ -32,8 +32,8 @@ glm::dvec3 VelocityEstimate::add(int64_t time_ns, glm::dvec3 position_m) noexcep
     if (elapsed(back(0).time_ns, time_ns) <= window_ns_) return velocity_;
     reset();
   }
-  // The newest sample gives way to this one while it is closer to the one before it than the ring
-  // can resolve: the newest position always counts.
+  // The newest sample is replaced by this one while it is closer to the one before it than the ring
+  // can resolve, so that the newest position always counts.
   const bool crowded =
       count_ > 1 && elapsed(back(0).time_ns, back(1).time_ns) < window_ns_ / (kCapacity - 1);
   if (!crowded) {
@@ -48,8 +48,8 @@ glm::dvec3 VelocityEstimate::add(int64_t time_ns, glm::dvec3 position_m) noexcep
 
 glm::dvec3 VelocityEstimate::slope() const noexcept {
   if (count_ < 2) return glm::dvec3(0.0);
-  // Relative to the newest sample: absolute nanoseconds squared would eat the digits.
-  const Sample& origin = back(0);
+  // Relative to the newest sample: squares of absolute nanoseconds would lose the digits.
+  const TimedPosition& origin = back(0);
   double mean_t = 0.0;
   glm::dvec3 mean_p(0.0);
   for (int i = 0; i < count_; ++i) {

@@ -29,14 +29,14 @@ class VelocityEstimate {
   void reset() noexcept;
 
  private:
-  struct Sample {
+  struct TimedPosition {
     int64_t time_ns = 0;
     glm::dvec3 position_m{0.0};
   };
-  const Sample& back(int age) const noexcept;  // 0 is the newest
+  const TimedPosition& back(int age) const noexcept;  // 0 is the newest
   glm::dvec3 slope() const noexcept;
 
-  std::array<Sample, kCapacity> ring_{};
+  std::array<TimedPosition, kCapacity> ring_{};
   int newest_ = 0, count_ = 0;
   uint64_t window_ns_;
   glm::dvec3 velocity_{0.0};

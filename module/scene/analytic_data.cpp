@@ -17,11 +17,11 @@ constexpr double kPhantomHalfWidthM = 0.064;
 /// A phantom of compute/volume by its formulas.
 class AnalyticPhantom final : public FrameData {
  public:
-  using Value = double (*)(glm::dvec3 lps_mm, int frame, int frames, uint32_t seed,
-                           double voxel_mm);
+  using ValueFunction = double (*)(glm::dvec3 lps_mm, int frame, int frames, uint32_t seed,
+                                   double voxel_mm);
   using Gradient = glm::dvec3 (*)(glm::dvec3 lps_mm, int frame, int frames, uint32_t seed,
                                   double voxel_mm);
-  AnalyticPhantom(Value value, Gradient gradient, int frame, int frames, uint32_t seed,
+  AnalyticPhantom(ValueFunction value, Gradient gradient, int frame, int frames, uint32_t seed,
                   double voxel_mm)
       : value_(value),
         gradient_(gradient),
@@ -57,7 +57,7 @@ class AnalyticPhantom final : public FrameData {
   glm::dvec3 high_m() const noexcept override { return glm::dvec3(kPhantomHalfWidthM); }
 
  private:
-  Value value_;
+  ValueFunction value_;
   Gradient gradient_;
   int frame_, frames_;
   uint32_t seed_;

@@ -11,10 +11,9 @@
 
 namespace palpate {
 
-/// One frame of the beating heart or shell of compute/volume, as the formula says it: no samples,
-/// no noise, exact gradients. Its Jacobian is a central difference of the gradient over half of
-/// voxel_mm. voxel_mm: how soft edges are. It goes on as the formula does outside its box, 128 mm
-/// wide.
+/// One frame of the beating heart or shell of compute/volume, by its formula: no samples, no noise,
+/// exact gradients. Its Jacobian is a central difference of the gradient over half of voxel_mm.
+/// voxel_mm: the width of edges. Outside its box, 128 mm wide, the formula goes on.
 std::shared_ptr<const FrameData> analytic_heart(int frame, int frames = kHeartFrames,
                                                 uint32_t seed = 1, double voxel_mm = 1.0);
 std::shared_ptr<const FrameData> analytic_shell(int frame, int frames = kShellFrames,

@@ -28,8 +28,8 @@ SceneSpec surface_scene(const char* name, double frames_per_second, TransferFunc
 SceneSpec heart_scene() {
   // Blood with its texture ends at 245, muscle begins at 485.
   SceneSpec scene = surface_scene("heart", 4.0, *TransferFunction::window(350.0, 100.0, 5.0));
-  // The middle of the device is before the ventricles, so that the hand comes upon a wall
-  // that moves.
+  // The middle of the device is in front of the ventricles, so that the hand meets a wall that
+  // moves.
   scene.world_from_device.translation_m = {-0.009, -0.006, 0.0};
   return scene;
 }

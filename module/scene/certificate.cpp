@@ -7,17 +7,17 @@ namespace palpate::certificate {
 namespace {
 
 using lanes::Float4;
-using Vector = std::array<Float4, 3>;
+using LaneVector = std::array<Float4, 3>;
 
 // Means and sums of some 60 float products, each rounded by 6e-8, whose terms are bounded by
 // (1 + q)^3; parts of a cell are known to 8 roundings of its edges, four times magnified.
 constexpr float kRounding = 2e-5F;
 constexpr int kDeepestCut = 2;
 
-Float4 dot(const Vector& a, const Vector& b) {
+Float4 dot(const LaneVector& a, const LaneVector& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
-Vector cross(const Vector& a, const Vector& b) {
+LaneVector cross(const LaneVector& a, const LaneVector& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 Float4 least(Float4 a, Float4 b) {
@@ -29,7 +29,7 @@ Float4 greatest(Float4 a, Float4 b) {
 
 /// du / d(length) along the 4 edges of each axis, in the cell's own axes. Edge e of axis a runs
 /// from the corner whose two other bits (lower axis first) are those of e.
-using Edges = std::array<std::array<Vector, 4>, 3>;
+using Edges = std::array<std::array<LaneVector, 4>, 3>;
 
 int edge_start(int axis, int edge) {
   const int first = edge & 1, second = edge >> 1;
@@ -38,15 +38,15 @@ int edge_start(int axis, int edge) {
   return first | second << 1;
 }
 
-Edges edges_of(const Corners& corners, const CellShape& shape) {
+Edges edges_of(const CellCorners& corners, const CellShape& shape) {
   Edges edges;
   for (int a = 0; a < 3; ++a)
     for (int e = 0; e < 4; ++e) {
       const auto& low = corners.u[size_t(edge_start(a, e))];
       const auto& high = corners.u[size_t(edge_start(a, e) | 1 << a)];
       const float per_m = 1.0F / shape.edges[a];
-      const Vector d{(high[0] - low[0]) * per_m, (high[1] - low[1]) * per_m,
-                     (high[2] - low[2]) * per_m};
+      const LaneVector d{(high[0] - low[0]) * per_m, (high[1] - low[1]) * per_m,
+                         (high[2] - low[2]) * per_m};
       for (int r = 0; r < 3; ++r)
         edges[size_t(a)][size_t(e)][size_t(r)] =
             d[0] * shape.axes[r].x + d[1] * shape.axes[r].y + d[2] * shape.axes[r].z;
@@ -60,7 +60,7 @@ Float4 squared_contraction(const Edges& edges) {
   Float4 sum{};
   for (const auto& axis : edges) {
     Float4 longest{};
-    for (const Vector& d : axis) longest = greatest(longest, dot(d, d));
+    for (const LaneVector& d : axis) longest = greatest(longest, dot(d, d));
     sum += longest;
   }
   return sum;
@@ -81,11 +81,11 @@ Least least_determinant(const Edges& d) {
   std::array<float, 27> count{};
   for (size_t y = 0; y < 4; ++y)
     for (size_t z = 0; z < 4; ++z) {
-      const Vector &dy = d[1][y], &dz = d[2][z];
-      const Vector normal = cross(dy, dz);
+      const LaneVector &dy = d[1][y], &dz = d[2][z];
+      const LaneVector normal = cross(dy, dz);
       const Float4 minor_yz = normal[0], trace_yz = dy[1] + dz[2];
       for (size_t x = 0; x < 4; ++x) {
-        const Vector& dx = d[0][x];
+        const LaneVector& dx = d[0][x];
         const size_t on_x = (y & 1) + (z & 1), on_y = (x & 1) + (z >> 1),
                      on_z = (x >> 1) + (y >> 1);
         const size_t group = on_x + 3 * on_y + 9 * on_z;
@@ -110,8 +110,8 @@ Least least_determinant(const Edges& d) {
 }
 
 /// Four of the eight parts of one cell: those in the lower (half = 0) or upper half of z.
-Corners parts_of(const Corners& corners, size_t lane, int half) {
-  Corners parts;
+CellCorners parts_of(const CellCorners& corners, size_t lane, int half) {
+  CellCorners parts;
   for (int c = 0; c < 8; ++c)
     for (size_t part = 0; part < 4; ++part) {
       const float x = 0.5F * float((c & 1) + int(part & 1));
@@ -129,11 +129,11 @@ Corners parts_of(const Corners& corners, size_t lane, int half) {
 }
 
 /// The determinant bound of one cell after cutting it in eight.
-float cut_bound(const Corners& corners, size_t lane, const CellShape& shape, int depth) {
+float cut_bound(const CellCorners& corners, size_t lane, const CellShape& shape, int depth) {
   const CellShape part{0.5F * shape.edges, shape.axes};
   float worst = 1.0F;
   for (int half = 0; half < 2; ++half) {
-    const Corners parts = parts_of(corners, lane, half);
+    const CellCorners parts = parts_of(corners, lane, half);
     const Edges edges = edges_of(parts, part);
     const Least found = least_determinant(edges);
     for (size_t p = 0; p < 4; ++p) {
@@ -148,7 +148,7 @@ float cut_bound(const Corners& corners, size_t lane, const CellShape& shape, int
 
 }  // namespace
 
-std::array<CellCertificate, 4> bounds(const Corners& corners, const CellShape& shape) noexcept {
+std::array<CellCertificate, 4> bounds(const CellCorners& corners, const CellShape& shape) noexcept {
   const Edges edges = edges_of(corners, shape);
   const Float4 squared = squared_contraction(edges);
   const Least found = least_determinant(edges);

@@ -3,8 +3,8 @@
 namespace palpate {
 namespace {
 
-// The cycle is close to the identity, so correcting the start by the error of the end converges by
-// the factor of that closeness.
+// The cycle is close to the identity, so correcting the start by the error at the end converges
+// fast.
 constexpr int kMostRounds = 8;
 constexpr double kClosed = 1e-9;  // of a cell
 

@@ -7,12 +7,12 @@
 
 namespace palpate {
 
-/// What has to be added to the last step of a cycle, for the material at `last` (in the last frame,
-/// volume space, m), so that it comes back to where it started: fields sampled on a grid, each a
-/// little wrong, do not compose to nothing, and a still hand would be carried away beat by beat.
-/// The start of this material is found by running the cycle, a few reads per step and only once per
-/// beat. Zero if it can not be found (no closing is better than a wrong one). Steps that are null
-/// stand still. Real-time safe.
+/// What has to be added to the last step of a cycle so that the material at `last` (in the last
+/// frame, volume space, m) comes back to where it started. Fields that are sampled on a grid have
+/// small errors, so their composition over a cycle is not the identity, and a still hand would
+/// drift with every beat. The start of this material is found by running the cycle, a few reads per
+/// step and only once per beat. Zero if it can not be found (no closing is better than a wrong
+/// one). Steps that are null stand still. Real-time safe.
 glm::dvec3 closing_forward(const std::vector<std::shared_ptr<const MotionMap>>& steps,
                            glm::dvec3 last) noexcept;
 

@@ -7,8 +7,8 @@
 
 namespace palpate {
 
-/// A wall that is derived from the values of a frame where their own surface is none: a smooth
-/// signed distance to it, mm, above 0 inside, as a segment is felt.
+/// A wall derived from the values of a frame, for data whose iso-surface is no closed wall: a
+/// smooth signed distance to it, mm, above 0 inside, which is felt like a segment.
 struct DerivedWall {
   Volume distance_mm;
   double iso_value = 0.0;
@@ -19,11 +19,11 @@ struct DerivedWall {
 /// All lengths below are times wall_scale() of the frame.
 
 /// The border of what is brighter than the iso-value (none: wall_of()'s there) in the frame
-/// smoothed by a Gaussian (none: the weakest of 1, 2, 3 and 4 mm with which a hand that strokes
-/// comes to an end at no more than a tenth of the places, else the one with the fewest), without
-/// its pieces and holes of less than (10 mm)^3. At the ends of the data there is no wall. Bright
-/// things thinner than about twice the Gaussian are lost. Empty where nothing is brighter, or all.
-/// Uses all cores; about a second for 2 million voxels and each Gaussian.
+/// smoothed by a Gaussian (none: the weakest of 1, 2, 3 and 4 mm with which a stroking hand meets
+/// an end of the wall at no more than a tenth of the places, else the one with the fewest ends),
+/// without its pieces and holes of less than (10 mm)^3. At the ends of the data there is no wall.
+/// Bright things thinner than about twice the Gaussian are lost. Empty where nothing is brighter,
+/// or all. Uses all cores; about a second for 2 million voxels and each Gaussian.
 std::optional<DerivedWall> region_wall(const Volume& frame, std::optional<double> iso_value = {},
                                        std::optional<double> smooth_mm = {});
 

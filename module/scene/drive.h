@@ -4,9 +4,9 @@
 
 namespace palpate {
 
-/// Where a volume that a scene turns or swings by itself is after time_s (s), from where it
-/// started. A second hand's volume and a still one stay at the start. Any thread; real-time safe.
-/// Keys need to have passed check().
+/// The transform of a volume after time_s (s) of its drive, from its start. With a second hand and
+/// without a drive it stays at the start. Any thread; real-time safe. Keys need to have passed
+/// check().
 Transform driven(const DriveSpec& drive, const Transform& start, double time_s) noexcept;
 
 /// kBadInput, in one sentence, for a drive that can not be followed: numbers that are not finite,

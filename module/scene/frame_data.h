@@ -16,7 +16,7 @@ struct ScalarSample {
   glm::dvec3 gradient{0.0};  ///< per m
 };
 
-/// What a sampled scalar frame is read from; no place where it is not sampled.
+/// The samples of a scalar frame; empty for a frame that is not sampled.
 struct ScalarSamples {
   const GridPlace* place = nullptr;
   std::span<const float> values;  ///< coefficients of its spline, shape (nz, ny, nx)
@@ -28,7 +28,7 @@ struct ScalarSamples {
 
 /// One frame of data as functions of a place in volume space (m, y up): sampled or analytic, scalar
 /// or vector. Immutable; all reads are real-time safe, any thread. Outside the data everything is
-/// zero-gradient: the border value is held. A scalar source gives its gradient as vector(); a
+/// zero-gradient: the border value is clamped. A scalar source gives its gradient as vector(); a
 /// vector source gives its magnitude as scalar().
 class FrameData {
  public:
@@ -44,20 +44,20 @@ class FrameData {
   virtual glm::dvec3 vector(glm::dvec3 x_m) const noexcept = 0;
   /// Column j is d vector / dx_j, per m.
   virtual glm::dmat3 vector_jacobian(glm::dvec3 x_m) const noexcept = 0;
-  /// Edge of the smallest thing it can hold (the finest spacing), m: how closely a path through it
-  /// has to be looked at.
+  /// Edge of its smallest detail (the finest spacing), m: a path through it is sampled as finely as
+  /// this.
   virtual double detail_m() const noexcept = 0;
   /// Box in which there are data, m.
   virtual glm::dvec3 low_m() const noexcept = 0;
   virtual glm::dvec3 high_m() const noexcept = 0;
-  /// For those that lay the data out elsewhere, as the eye does.
+  /// For those that copy the data, as the renderer does.
   virtual ScalarSamples samples() const noexcept { return {}; }
 };
 
 /// A sampled scalar frame, read by a cubic B-spline (see spline.h for why, and
 /// spline_coefficients.h for its coefficients): value and gradient belong together and are smooth
 /// everywhere; beyond the outermost samples the last one is repeated. The volume is moved in, not
-/// copied; it must have samples. Uses all cores for a moment: not for the servo thread.
+/// copied; it must have samples. Uses all cores: not for the servo thread.
 std::shared_ptr<const FrameData> sampled_scalar(Volume volume);
 
 /// A vector frame on a grid, e.g. a flow: `values` along the patient's LPS axes, one per sample,

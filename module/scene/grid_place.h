@@ -8,8 +8,8 @@
 
 namespace palpate {
 
-/// How a grid lies in volume space (m, y up): index = index_from_volume * x + offset. What all that
-/// is sampled and felt shares. Values; real-time safe.
+/// How a grid lies in volume space (m, y up): index = index_from_volume * x + offset. Used by all
+/// that is sampled and felt. Values; real-time safe.
 struct GridPlace {
   glm::dmat3 index_from_volume{1.0};
   glm::dvec3 offset{0.0};
@@ -38,15 +38,15 @@ struct AxisPlace {
   int low;        ///< the lower sample
   int step;       ///< to the upper one: 1, or 0 on an axis of one sample
   double weight;  ///< of the upper one
-  double inside;  ///< 1 between the outermost samples, 0 beyond: there the border is held
+  double inside;  ///< 1 between the outermost samples, 0 beyond: there the border is clamped
 
   AxisPlace(double index, int size) noexcept {
     // In this order NaN becomes 0, so that no caller's mistake reads outside the samples.
-    const double held = std::max(0.0, std::min(index, double(size - 1)));
+    const double clamped = std::max(0.0, std::min(index, double(size - 1)));
     step = size > 1;
-    low = std::min(int(held), size - 1 - step);
-    weight = held - double(low);
-    inside = held == index ? 1.0 : 0.0;
+    low = std::min(int(clamped), size - 1 - step);
+    weight = clamped - double(low);
+    inside = clamped == index ? 1.0 : 0.0;
   }
 };
 

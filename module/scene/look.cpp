@@ -177,7 +177,8 @@ Look windowed(Look look, double level, double width) {
 
 Look over_range(Look look, double lowest, double highest, double thickness_mm) {
   for (LookPoint& point : look.points) point.value = lowest + point.value * (highest - lowest);
-  // The opacities stay: what a thin sample takes can be more than an opacity of 1 mm can say.
+  // The opacities stay those of `thickness_mm`: converted to 1 mm they might exceed the range of an
+  // opacity.
   look.thickness_mm = thickness_mm;
   const double share_per_thickness = look.surface_slope > 0.0 ? look.surface_slope : kUsualSlope;
   look.surface_slope = share_per_thickness * (highest - lowest) / thickness_mm;

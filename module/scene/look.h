@@ -13,11 +13,11 @@ namespace palpate {
 struct LookPoint {
   double value = 0.0;      ///< of the data, in its unit (HU for CT)
   glm::dvec3 colour{1.0};  ///< sRGB, 0 to 1, as a person names colours
-  double opacity = 0.0;    ///< share of the light that its look's thickness takes, 0 to 0.999
+  double opacity = 0.0;    ///< share of the light that the look's thickness_mm absorbs, 0 to 0.999
   bool operator==(const LookPoint&) const = default;
 };
 
-/// How volumes answer light. Shares; what is not a surface glows as its colour says.
+/// Lighting of surfaces, as shares; what is not a surface emits its colour.
 struct Shine {
   double ambient = 0.35;
   double diffuse = 0.75;
@@ -25,7 +25,7 @@ struct Shine {
   bool operator==(const Shine&) const = default;
 };
 
-/// What a volume looks like: colour and opacity of every value, linear between points and held
+/// What a volume looks like: colour and opacity of every value, linear between points and clamped
 /// beyond them, and how surfaces shine.
 struct Look {
   std::string name;
@@ -34,7 +34,7 @@ struct Look {
   /// Slope at which a place counts as a surface and is fully shaded, in the data's unit per mm. 0:
   /// a tenth of the points' range per mm.
   double surface_slope = 0.0;
-  double thickness_mm = 1.0;  ///< whose opacities those of the points are
+  double thickness_mm = 1.0;  ///< the thickness for which the points' opacities hold
   bool operator==(const Look&) const = default;
 };
 
@@ -49,17 +49,16 @@ struct LookSample {
 Status check(const Look& look);
 
 /// What `value` looks like. Opacity a of thickness d is the extinction -ln(1 - a) / d (Beer and
-/// Lambert); colours are blended as written, in sRGB, and then made linear. Nothing is seen of NaN.
+/// Lambert); colours are blended as written, in sRGB, and then made linear. NaN is transparent.
 LookSample look_at(const Look& look, double value);
 
-/// The same look for another window: what stood at its first value stands at level - width / 2,
-/// what stood at its last one at level + width / 2. Needs width > 0.
+/// The same look for another window: its first value moves to level - width / 2, its last one to
+/// level + width / 2. Needs width > 0.
 Look windowed(Look look, double level, double width);
-/// The look that is meant by one whose values are shares, 0 to 1, of the way from `lowest` to
-/// `highest`, and whose opacities are those of `thickness_mm` instead of 1 mm, as the transfer
-/// functions are that other renderers keep in textures. The slope of a surface is per thickness
-/// too, so that the look does not change with the unit of lengths. Needs highest >= lowest,
-/// thickness > 0.
+/// Converts a look whose values are shares, 0 to 1, of the way from `lowest` to `highest`, and
+/// whose opacities are those of `thickness_mm` instead of 1 mm, as in the transfer functions that
+/// other renderers keep in textures. The slope of a surface is per thickness too, so that the look
+/// does not change with the unit of lengths. Needs highest >= lowest, thickness > 0.
 Look over_range(Look look, double lowest, double highest, double thickness_mm);
 /// The level and width of a look as it is.
 double level_of(const Look& look);
@@ -70,8 +69,8 @@ double width_of(const Look& look);
 Result<Look> preset_look(std::string_view name);
 /// In the order in which they are offered.
 std::vector<std::string> preset_names();
-/// The preset that suits data of this range: CT in HU reaches below -300, the phantoms (the
-/// shell up to about 1100, the heart up to about 1350) are told by name and range, all else is
+/// The preset that suits data of this range: CT in HU reaches below -300, the phantoms (the shell
+/// up to about 1100, the heart up to about 1350) are recognised by name and range, all else is
 /// taken for MR and its window set to the range.
 Look fitting_look(std::string_view volume_name, double lowest, double highest);
 

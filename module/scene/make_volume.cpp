@@ -198,7 +198,7 @@ std::shared_ptr<const FrameData> carried_back(const FrameData& distance, const S
   at_reference.values.resize(at_reference.grid.count());
   const Grid& grid = at_reference.grid;
   parallel_ranges(grid.size.z, 200.0 * grid.size.x * grid.size.y, [&](int begin, int end) {
-    SequenceMoment then(map, time);
+    SequenceSnapshot then(map, time);
     for (int k = begin; k < end; ++k)
       for (int j = 0; j < grid.size.y; ++j)
         for (int i = 0; i < grid.size.x; ++i) {
@@ -220,7 +220,7 @@ std::shared_ptr<const FrameData> mean_of(
   const Grid& grid = mean.grid;
   parallel_ranges(grid.size.z, 200.0 * double(frames.size()) * grid.size.x * grid.size.y,
                   [&](int begin, int end) {
-                    std::vector<SequenceMoment> at_frame;
+                    std::vector<SequenceSnapshot> at_frame;
                     for (size_t k = 0; k < frames.size(); ++k)
                       at_frame.emplace_back(map, map.basis().at(map.basis().times_s[k]));
                     std::vector<double> values;
@@ -231,7 +231,7 @@ std::shared_ptr<const FrameData> mean_of(
                           values.clear();
                           for (size_t f = 0; f < frames.size(); ++f) {
                             const glm::dvec3 y = x + at_frame[f].displacement(x);
-                            // Frames in which it has left the data say nothing about it.
+                            // Frames in which it has left the data do not count.
                             if (glm::all(glm::greaterThanEqual(y, frames[f]->low_m())) &&
                                 glm::all(glm::lessThanEqual(y, frames[f]->high_m())))
                               values.push_back(frames[f]->scalar(y));
@@ -261,7 +261,8 @@ struct Phantom {
   std::shared_ptr<const FrameData> (*exact)(int frame, int frames, uint32_t seed, double voxel_mm);
   Sequence (*sampled)(const Grid& grid, int frames, uint32_t seed, double noise);
   Field (*truth)(const Grid& grid, int from_frame, int to_frame, int frames);
-  /// Of the motion, mm: trilinear in between it is to be right to a hundredth of a millimetre.
+  /// Spacing of the motion's samples, mm: fine enough that trilinear interpolation is right to a
+  /// hundredth of a millimetre.
   double motion_mm;
 };
 constexpr Phantom kShell{kShellFrames, analytic_shell, shell_phantom, shell_truth, 1.0};

@@ -27,7 +27,7 @@ struct SegmentData {
   std::vector<Mask> masks;  ///< one per frame, or one alone, of the frame that the spec names
 };
 
-/// What the files of a VolumeSpec held. Times come from `frames`, scalars or vectors.
+/// What was read from the files of a VolumeSpec. Times come from `frames`, scalars or vectors.
 struct VolumeData {
   Sequence frames;                   ///< scalars; its frames are empty where there are vectors
   std::vector<VectorFrame> vectors;  ///< instead of scalars
@@ -38,10 +38,10 @@ struct VolumeData {
   std::vector<SegmentData> segments;
 };
 
-/// The volume that hand and eye take, from files that were read. Data are moved in. Times: the
+/// The volume that is felt and shown, from files that were read. Data are moved in. Times: the
 /// file's own from its first frame on, or frame / frames_per_second where the spec gives that, or
-/// one frame a second where nobody knows. A cycle closes after the median step. With `whole` the
-/// motion says times and cycle, at its own pace or that of the spec's frames_per_second. kBadInput,
+/// one frame a second where neither is known. A cycle closes after the median step. With `whole`,
+/// times and cycle are the motion's, at its own pace or at the spec's frames_per_second. kBadInput,
 /// in one sentence that names the volume: what is missing, does not fit, lies elsewhere in space,
 /// or is not finite. Lays out fields and bounds them, on all cores: not for the servo thread.
 Result<MovingVolume> build(const VolumeSpec& spec, VolumeData data);
@@ -71,7 +71,7 @@ Result<MovingVolume> standing_at(const MovingVolume& own, size_t k);
 /// the spec's box. kBadInput, in one sentence, if the data can not fill it without shear.
 Result<Transform> start_transform(const VolumeSpec& spec, const MovingVolume& volume);
 
-/// The same place said by a box: sets box_m and the transform of a volume of files so that
+/// Describes the same place by a box: sets box_m and the transform of a volume of files so that
 /// start_transform() gives `world_from_volume` again. kBadInput if the data have no grid, or where
 /// that transform stretches them along other axes than the grid's.
 Status place_by_box(VolumeSpec& spec, const MovingVolume& volume,

@@ -38,7 +38,7 @@ std::vector<glm::vec4> packed(const Field& field, const Confidence* confidence) 
   return samples;
 }
 
-/// Certificates of all cells of one field, the held border included.
+/// Certificates of all cells of one field, the clamped border included.
 class Certifier {
  public:
   Certifier(const std::vector<glm::vec4>& samples, const Grid& grid)
@@ -49,11 +49,11 @@ class Certifier {
     }
   }
 
-  /// The row of cells (., j, k), j and k counted from the held border.
+  /// The row of cells (., j, k), j and k counted from the clamped border.
   void row(int j, int k, CellCertificate* out) const {
     for (int first = 0; first < cells_.x; first += 4) {
       const int count = std::min(4, cells_.x - first);
-      certificate::Corners corners;
+      certificate::CellCorners corners;
       std::array<bool, 4> unknown{};
       for (int lane = 0; lane < count; ++lane)
         unknown[size_t(lane)] = !gather(first + lane, j, k, size_t(lane), corners);
@@ -68,7 +68,7 @@ class Certifier {
 
  private:
   /// False if a corner is marked as unusable.
-  bool gather(int i, int j, int k, size_t lane, certificate::Corners& corners) const {
+  bool gather(int i, int j, int k, size_t lane, certificate::CellCorners& corners) const {
     const glm::ivec3 cell(i, j, k);
     glm::vec4 base(0.0F);
     bool known = true;
@@ -149,7 +149,7 @@ CellCertificate MotionMap::certificate(glm::dvec3 x_m) const noexcept {
   size_t offset = 0;
   for (int a = 2; a >= 0; --a) {
     const double last = double(place_.size[a]);
-    // The held cell before the first sample is 0: adding 1 first makes the cut towards zero a
+    // The border cell before the first sample is 0: adding 1 first makes the cut towards zero a
     // floor. In this order NaN becomes 0.
     const int cell = int(std::max(0.0, std::min(index[a] + 1.0, last)));
     offset = offset * size_t(place_.size[a] + 1) + size_t(cell);

@@ -10,7 +10,7 @@
 
 namespace palpate {
 
-/// What a motion field says at a point of its fixed frame.
+/// A motion field at a point of its fixed frame.
 struct MotionSample {
   glm::dvec3 u_m;       ///< displacement to the next frame, volume space, m
   glm::dmat3 jacobian;  ///< column j is du/dx_j, no unit
@@ -20,20 +20,21 @@ struct MotionSample {
 /// How safely the motion x + g u(x), g in [0, 1], can be inverted, over one cell of the field:
 /// equation (29) bounded.
 struct CellCertificate {
-  float contraction;  ///< q: bound of |u(b) - u(a)| / |b - a| within the cell; below 1 the fixed
-                      ///< point converges for every g
-  float determinant;  ///< a lower bound of det(I + g du/dx) over the cell and all g in [0, 1];
-                      ///< above 0: no fold
+  /// q: bound of |u(b) - u(a)| / |b - a| within the cell; below 1 the fixed point converges for
+  /// every g
+  float contraction;
+  /// a lower bound of det(I + g du/dx) over the cell and all g in [0, 1]; above 0: no fold
+  float determinant;
 };
 
 /// One motion field laid out for the hand: 16 bytes a sample (u in volume space, m, and
-/// confidence), trilinear, border held. Immutable, any thread, reads are real-time safe and finite
-/// wherever x is, NaN included.
+/// confidence), trilinear, border clamped. Immutable, any thread, reads are real-time safe and
+/// finite wherever x is, NaN included.
 class MotionMap {
  public:
   /// `confidence` may be null (1 everywhere) and may have another grid. Computes the certificates,
-  /// in parallel. A vector that is not finite becomes a still one of confidence 0, and the cells
-  /// around it count as folded. The field must have samples.
+  /// in parallel. A vector that is not finite becomes zero with confidence 0, and the cells around
+  /// it count as folded. The field must have samples.
   static std::shared_ptr<const MotionMap> of(const Field& field,
                                              const Confidence* confidence = nullptr);
 
@@ -42,7 +43,7 @@ class MotionMap {
   /// zero.
   MotionSample sample(glm::dvec3 x_m) const noexcept;
   glm::dvec3 displacement(glm::dvec3 x_m) const noexcept;
-  /// Of the cell that holds x. The held border has cells too.
+  /// Of the cell that holds x. The clamped border has cells too.
   CellCertificate certificate(glm::dvec3 x_m) const noexcept;
 
   float worst_contraction() const { return worst_contraction_; }
@@ -64,7 +65,8 @@ class MotionMap {
   MotionMap() = default;
   GridPlace place_;
   std::vector<glm::vec4> samples_;
-  std::vector<CellCertificate> cells_;  ///< (size + 1) along each axis: the first and last are held
+  std::vector<CellCertificate>
+      cells_;  ///< (size + 1) along each axis: the first and last are the clamped border
   float worst_contraction_ = 0, worst_determinant_ = 1;
   size_t folded_cells_ = 0;
   double largest_u_m_ = 0, cell_m_ = 0, moving_share_ = 0;

@@ -20,8 +20,8 @@ struct Motion {
       steps;  ///< times.steps() of them; null where not known (yet): still
 };
 
-/// A part of a volume that somebody marked out (a ventricle, a wall), with a surface that is closed
-/// and smooth where the values' own is not.
+/// A part of a volume that a person marked (a ventricle, a wall): its surface is closed and smooth
+/// even where iso-surfaces of the values are not.
 struct Segment {
   std::string name;
   glm::vec3 colour{1.0F};  ///< red, green, blue, 0 to 1
@@ -32,9 +32,9 @@ struct Segment {
   bool shown = true;
 };
 
-/// A volume as hand and eye take it: frames, when they are, and how they move. Immutable once made;
-/// handed between threads by pointer. Making another that shares frames and fields is cheap: that
-/// is how fields arrive while the loop runs.
+/// A volume that is felt and shown: frames, their times, and how they move. Immutable; handed
+/// between threads by pointer. Another one that shares frames and fields is cheap to make: fields
+/// that are found while the loop runs are handed over like this.
 struct MovingVolume {
   std::string name;
   FrameTimes times;

@@ -9,11 +9,11 @@ namespace {
 
 constexpr double kRampS = 0.020;      // of a change of rate
 constexpr double kSettleS = 0.010;    // time constant of the last part of an approach
-constexpr double kArrivedS = 1e-6;    // nearer is there: a velocity of 1e-4 s per s is left then
+constexpr double kArrivedS = 1e-6;    // nearer counts as arrived; the velocity then is 1e-4 s per s
 constexpr double kOnTheEndS = 1e-12;  // rounding of a time that should be an end exactly
 
-/// The fastest that can still come to rest `way` before: braking at a constant full_speed / 20 ms,
-/// at the end like exp(-t / 10 ms), whose braking is no harder.
+/// The largest speed that still comes to rest within `way`: braking at a constant full_speed / 20
+/// ms, at the end like exp(-t / 10 ms), which does not brake harder.
 double arriving_speed(double way, double full_speed) {
   const double braking = full_speed / kRampS;
   const double speed =
@@ -22,15 +22,15 @@ double arriving_speed(double way, double full_speed) {
 }
 
 /// a + b as two doubles, without error.
-struct Sum {
+struct DoubleDouble {
   double high, low;
 };
-Sum exact_sum(double a, double b) {
+DoubleDouble exact_sum(double a, double b) {
   const double high = a + b, back = high - a;
   return {high, (a - (high - back)) + (b - back)};
 }
-Sum exact_sum(Sum a, double b) {
-  const Sum s = exact_sum(a.high, b);
+DoubleDouble exact_sum(DoubleDouble a, double b) {
+  const DoubleDouble s = exact_sum(a.high, b);
   return exact_sum(s.high, s.low + a.low);
 }
 
@@ -65,7 +65,7 @@ void Playback::set_times(const FrameTimes* times) noexcept {
   }
   const auto& t = times_->times_s;
   pointer_.frame = std::max(0, int(std::upper_bound(t.begin(), t.end(), time_s_) - t.begin()) - 1);
-  // A time just below a border rounds to it: the low part knows.
+  // A time just below a border rounds to it; the low part tells the side.
   if (time_s_ == start_of(pointer_.frame) && time_low_s_ < 0.0 && pointer_.frame > 0)
     --pointer_.frame;
   start_ramp();
@@ -98,7 +98,7 @@ FramePointer Playback::step(double dt_s) noexcept {
   crossed_ = 0;
   if (is_single() || !(dt_s > 0.0) || std::isinf(dt_s)) return pointer_;
   owed_s_ += advance_rate(dt_s);
-  // Whole cycles lead to the same place.
+  // Whole cycles can be left out.
   if (times_->cyclic() && std::abs(owed_s_) >= times_->cycle_s)
     owed_s_ = std::fmod(owed_s_, times_->cycle_s);
   if (owed_s_ != 0.0) move(owed_s_);
@@ -109,7 +109,7 @@ void Playback::start_ramp() {
   ramp_per_s_ = std::abs(wanted_rate_ - rate_) / kRampS;
 }
 
-/// Way that is left to the scrub's target, signed; what is owed counts as gone.
+/// Way left to the scrub's target, signed; way that is owed counts as done.
 double Playback::to_target() const {
   const double way = (scrub_target_s_ - time_s_) - time_low_s_ - owed_s_;
   return times_->cyclic() ? std::remainder(way, times_->cycle_s) : way;
@@ -167,7 +167,7 @@ double Playback::advance_rate(double dt_s) {
 
 /// Moves by `way`, over one border at most; what is left is owed.
 void Playback::move(double way) {
-  Sum to = exact_sum({time_s_, time_low_s_}, way);
+  DoubleDouble to = exact_sum({time_s_, time_low_s_}, way);
   const auto past = [&](double border) { return (to.high - border) + to.low; };
   const int last = int(times_->times_s.size()) - 1;
   int& frame = pointer_.frame;

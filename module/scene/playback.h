@@ -4,9 +4,9 @@
 
 namespace palpate {
 
-/// Where a sequence stands: the paper's fractional frame pointer F = frame + phase. frame is the
-/// data frame whose field leads to the next one; phase in [0, 1) is how much of the way is done. A
-/// sequence that is not cyclic ends in its last frame with phase 0, where no field starts.
+/// The phase of a sequence: the paper's fractional frame pointer F = frame + phase. frame is the
+/// data frame whose field leads to the next one; phase in [0, 1) is the share of the way that is
+/// done. A sequence that is not cyclic ends in its last frame with phase 0, where no field starts.
 struct FramePointer {
   int frame = 0;
   double phase = 0.0;
@@ -15,22 +15,23 @@ struct FramePointer {
 /// When the frames of a sequence are. Immutable.
 struct FrameTimes {
   std::vector<double> times_s;  ///< of each frame, rising, the first 0; uneven steps are honoured
-  double cycle_s =
-      0.0;  ///< cyclic: from the first frame to the first again; 0: it ends at the last frame
+  /// cyclic: from the first frame to the first again; 0: it ends at the last frame
+  double cycle_s = 0.0;
   bool cyclic() const { return cycle_s > 0.0; }
-  /// Fields there are: one per step to a next frame.
+  /// How many fields there are: one per step to a next frame.
   int steps() const { return int(times_s.size()) - (cyclic() ? 0 : 1); }
   /// The whole length, s.
   double length_s() const { return cyclic() ? cycle_s : times_s.back(); }
 };
 
-/// Where a sequence stands at a time of it, s: beyond its ends it wraps (cyclic) or stays at them.
-/// For eyes, which look ahead to when a picture is seen. NaN: the start. Any thread.
+/// The frame pointer at a time of the sequence, s: beyond its ends it wraps (cyclic) or stays at
+/// them. For viewers, which predict the time at which a picture is displayed. NaN: the start. Any
+/// thread.
 FramePointer pointer_at(const FrameTimes& times, double time_s) noexcept;
 
 /// Moves the frame pointer as time goes on: rate (1 = as recorded, negative = backwards, 0 =
-/// paused) and scrubbing (a target to go to, at a bounded speed, so that the hand is carried and
-/// not thrown). A value: copying it copies the state. Real-time safe.
+/// paused) and scrubbing (a target to go to, at a bounded speed, so that the hand is not thrown). A
+/// value: copying it copies the state. Real-time safe.
 ///
 /// The time of the sequence is kept in two doubles, so that ten million steps add up to the sum of
 /// what was asked for (tested to 1e-9 s). The velocity has no jumps: changes of rate are ramped
@@ -42,8 +43,8 @@ class Playback {
   /// `times` must outlive it; null or a single frame stands still.
   explicit Playback(const FrameTimes* times) : times_(times) {}
 
-  /// The same sequence held elsewhere, or another: goes on at the same time of it. For when fields
-  /// arrive and the volume is exchanged.
+  /// Continues at the same time with other frame times, such as those of an exchanged volume.
+  /// `times` must outlive it.
   void set_times(const FrameTimes* times) noexcept;
 
   /// As recorded is 1. Changes act from the next step on and are ramped over 20 ms so that no
@@ -54,10 +55,10 @@ class Playback {
   /// ignored.
   void scrub_to(double time_s, double max_speed = 4.0) noexcept;
 
-  /// Moves on by dt (s, of the haptic frame) and returns where it stands. At most one frame border
-  /// is crossed per call whatever rate and dt are: what is left is done in the next calls
-  /// (crossed() says which border, and the rate at which this limits is steps per haptic frame,
-  /// 1,000 frames per second). A dt that is not above 0 moves nothing.
+  /// Moves on by dt (s, of the haptic frame) and returns the frame pointer. At most one frame
+  /// border is crossed per call, whatever rate and dt are; the rest of the way is done in the next
+  /// calls. At 1 kHz this limits playing to 1,000 frames per second. crossed() says which border it
+  /// was. A dt that is not above 0 moves nothing.
   FramePointer step(double dt_s) noexcept;
 
   FramePointer now() const { return pointer_; }

@@ -5,8 +5,8 @@
 
 namespace palpate {
 
-/// Filters over a frame of data: what a mode reads as its scalar or its vector. Of a scalar frame
-/// the vector is the gradient, so that its magnitude is the gradient's, its divergence the
+/// Properties of a frame of data that a mode can read as its scalar or its vector. Of a scalar
+/// frame the vector is the gradient, so that its magnitude is the gradient's, its divergence the
 /// Laplacian and its curl zero but for rounding; of a vector frame the value is the magnitude. All
 /// points in volume space, m. Real-time safe, any thread.
 

@@ -28,23 +28,25 @@ enum class ScalarProperty : uint8_t {
 enum class VectorProperty : uint8_t { kVector, kGradient, kCurl };
 
 struct ModeSpec {
-  std::string name;              ///< unique in the scene
-  std::string kind = "surface";  ///< surface, follow, front, vortex, gradient-force, vector-force,
-                                 ///< attractor, tissue, or a user's own
-  std::string volume;            ///< name of the volume it reads
-  std::string segment;           ///< reads this segment's signed distance (mm, above 0 inside)
-                                 ///< instead of the volume's values; empty: the values
-  std::string motion;            ///< name of the motion that carries it; empty: the volume's first
+  std::string name;  ///< unique in the scene
+  /// surface, follow, front, vortex, gradient-force, vector-force, attractor, tissue, or one of
+  /// your own
+  std::string kind = "surface";
+  std::string volume;  ///< name of the volume it reads
+  /// reads this segment's signed distance (mm, above 0 inside) instead of the volume's values;
+  /// empty: the values
+  std::string segment;
+  std::string motion;  ///< name of the motion that carries it; empty: the volume's first
   ScalarProperty scalar = ScalarProperty::kValue;
   VectorProperty vector = VectorProperty::kVector;
-  TransferFunction strength;  ///< N, of the scalar (surface, gradient-force, attractor) or of the
-                              ///< vector's length
+  /// N, of the scalar (surface, gradient-force, attractor) or of the vector's length
+  TransferFunction strength;
   TransferFunction friction;  ///< Coulomb's mu, of the scalar; surface only
   double gain = 1.0;          ///< force modes: C of equations (2), (3)
-  bool two_sided =
-      false;  ///< surface: holds when entering and when leaving higher values; front: both sides
-  bool leaving =
-      false;  ///< surface: holds when leaving higher values instead of when entering them
+  /// surface: holds when entering and when leaving higher values; front: both sides
+  bool two_sided = false;
+  /// surface: holds when leaving higher values instead of when entering them
+  bool leaving = false;
   glm::dvec3 point_m{0.0};  ///< attractor: volume space, m
   double range_m = 0.0;     ///< attractor: reach; 0 is without end
   bool on = true;
@@ -58,7 +60,7 @@ struct KeyTrack {
   std::vector<double> keys;  ///< shares of the cycle, rising, 0 to 1; none: nothing changes
   std::vector<T> values;     ///< one per key
   double cycle_s = 1.0;      ///< how long the way from share 0 to share 1 takes
-  bool loop = true;          ///< over and over; else once, and then it stays at its end
+  bool loop = true;          ///< repeats; else it runs once and stays at its end
   bool operator==(const KeyTrack&) const = default;
 };
 
@@ -84,26 +86,26 @@ struct DriveSpec {
 
 /// How the pose at a haptic frame's time is found.
 enum class PosePath : uint8_t {
-  kSmooth,  ///< a C1 path through the poses at their own times, a little late: no tick at frame
-            ///< ends
-  kPaper,   ///< the paper's: lerp and slerp from the current pose over the estimated frame time
-  kExact,   ///< the source is asked for the pose at the haptic frame's own time (scripted drives)
+  /// a C1 path through the poses at their own times, a little late: no tick at frame ends
+  kSmooth,
+  kPaper,  ///< the paper's: lerp and slerp from the current pose over the estimated frame time
+  kExact,  ///< the source is asked for the pose at the haptic frame's own time (scripted drives)
 };
 
 /// The best path for a drive: the exact pose where the source can give it, the smooth path where
-/// poses only come now and then.
+/// poses arrive irregularly.
 constexpr PosePath usual_path(DriveSpec::Kind drive) {
   return drive == DriveSpec::Kind::kStill || drive == DriveSpec::Kind::kSecondHand
              ? PosePath::kSmooth
              : PosePath::kExact;
 }
 
-/// Whose values a sequence shows and lets feel at all times.
+/// Which frame's values are felt and shown at all times.
 enum class CarriedValues : uint8_t {
   kReference,  ///< one frame's, carried by one motion for all frames
-  kMean,       ///< the mean of all frames where their material is in that one, carried likewise:
-               ///< less noise
-  kOwn,        ///< each frame's own: right where values change by themselves (flows, simulations)
+  /// the mean of all frames, each read at the same material, carried likewise: less noise
+  kMean,
+  kOwn,  ///< each frame's own: right where values change by themselves (flows, simulations)
 };
 
 enum class BackTracking : uint8_t { kNewton, kPicard };
@@ -115,30 +117,30 @@ struct MotionSpec {
   std::vector<std::filesystem::path> confidences;  ///< none or one per field
 };
 
-/// How a volume is to be seen; nothing of it is felt.
-struct SeenSpec {
+/// How a volume is drawn; this does not change what is felt.
+struct AppearanceSpec {
   bool shown = true;
   std::string preset;             ///< of preset_names(); empty: points, or what suits the data
   std::vector<LookPoint> points;  ///< colour and opacity of its own
   /// The points' values are shares of the range of the first frame's values, and their opacities
   /// those of its finest spacing: see over_range().
   bool points_of_range = false;
-  double level = 0.0;  ///< of the window that the look is brought to
-  double width = 0.0;  ///< 0: the look's own window
-  /// Stream tubes: along vectors, or along the gradient of scalars. Without a word, vector data
-  /// have them.
+  double window_level = 0.0;  ///< of the window that the look is brought to
+  double width = 0.0;         ///< 0: the look's own window
+  /// Stream tubes along vectors, or along the gradient of scalars. None: only vector data have
+  /// them.
   std::optional<bool> tubes;
   int tubes_per_axis = 5;        ///< seeds of the tubes
   bool segments = true;          ///< the surfaces of its segments, in their colours
   double segment_opacity = 0.4;  ///< of each of them, 0 to 0.99
-  bool operator==(const SeenSpec&) const = default;
+  bool operator==(const AppearanceSpec&) const = default;
 };
 
-/// A part of a segmentation, how it is felt and seen.
+/// A part of a segmentation, and how it is felt and shown.
 struct SegmentSpec {
   std::string name;  ///< unique in its volume
-  /// What of the files it is made of: names of their segments, or label values as decimal numbers;
-  /// none: the one with its own name.
+  /// The segments of the files that it consists of: their names, or label values as decimal
+  /// numbers; none: the one with its own name.
   std::vector<std::string> labels;
   std::optional<glm::dvec3> colour;  ///< red, green, blue, 0 to 1; none: as the file says
   bool felt = true;
@@ -171,8 +173,8 @@ struct SegmentsSpec {
 /// A charge that is spread out so that its potential stays finite.
 struct PointCharge {
   glm::dvec3 position_m{0.0};  ///< volume space
-  double strength_v_m = 0.0;   ///< potential times distance, far away: q / (4 pi eps0), V m
-  double softness_m = 0.01;    ///< > 0; the potential at the charge is strength / softness
+  double strength_v_m = 0.0;  ///< potential times distance, at large distance: q / (4 pi eps0), V m
+  double softness_m = 0.01;   ///< > 0; the potential at the charge is strength / softness
   bool operator==(const PointCharge&) const = default;
 };
 
@@ -193,15 +195,15 @@ struct VolumeSpec {
   PosePath path = PosePath::kSmooth;
   BackTracking back_tracking = BackTracking::kNewton;
   double frames_per_second = 0.0;  ///< 0: as the file says
-  double cycle_s =
-      0.0;  ///< how long the whole sequence takes, instead of the above; 0: as they say
+  /// how long the whole sequence takes, instead of frames_per_second; 0: as the files say
+  double cycle_s = 0.0;
   double rate = 1.0;
   bool cyclic = true;
   /// None: the reference frame's where one motion for all frames is known or found, else its own.
   /// Synthetic data and vectors have their own.
   std::optional<CarriedValues> values;
   bool blend_values = true;  ///< own values: equation (24); off: the frame's own until the next
-  SeenSpec seen;
+  AppearanceSpec appearance;
   SegmentsSpec segments;
 };
 

@@ -15,8 +15,9 @@ namespace {
 
 // No data move by a kilometre.
 constexpr float kAbsurdM = 1e3F;
-// Reads of the look for folds; beyond, only the frames themselves are looked at.
-constexpr double kMostLooks = 2e7;
+// The most samples that are read in the search for folds; where it would be more, only the times of
+// the frames are searched.
+constexpr double kMostSamples = 2e7;
 
 /// The weighted sum of a sample's terms, and its confidence.
 lanes::Float4 summed(const float* terms, size_t floats, const TimeWeights& time) noexcept {
@@ -68,7 +69,7 @@ std::shared_ptr<const SequenceMap> SequenceMap::of(const SequenceMotion& motion,
   std::vector<float> trust(grid.count(), 1.0F);
   if (confidence) trust = resampled(Volume{confidence->grid, confidence->values}, grid).values;
   for (float& w : trust) w = w > 0.0F ? std::min(w, 1.0F) : 0.0F;
-  // What can not be used does not move at any time.
+  // A term that is not finite makes its sample stand still at all times.
   for (size_t s = 0; s < grid.count(); ++s)
     for (const Field& term : motion.terms)
       if (!is_fine(term.u_mm[s])) trust[s] = -1.0F;
@@ -106,10 +107,10 @@ void SequenceMap::look_for_folds() {
   const glm::ivec3 size = place_.size;
   const size_t count = size_t(size.x) * size_t(size.y) * size_t(size.z);
   const int frames = int(basis_.times_s.size());
-  const int looks = 2.0 * frames * double(count) > kMostLooks ? 1 : 2;
+  const int per_frame = 2.0 * frames * double(count) > kMostSamples ? 1 : 2;
   std::vector<glm::vec4> now(count);
-  for (int look = 0; look < looks * frames; ++look) {
-    const TimeWeights time = basis_.at(look / looks, look % looks == 0 ? 0.0 : 0.5);
+  for (int sample = 0; sample < per_frame * frames; ++sample) {
+    const TimeWeights time = basis_.at(sample / per_frame, sample % per_frame == 0 ? 0.0 : 0.5);
     size_t folded = 0, moving = 0;
     std::mutex guard;
     parallel_ranges(size.z, double(time.count) * size.x * size.y, [&](int begin, int end) {
@@ -177,10 +178,11 @@ SequenceMap::Samples SequenceMap::samples(int factor) const {
 }
 
 glm::dvec3 SequenceMap::displacement(glm::dvec3 x_m, const TimeWeights& time) const noexcept {
-  return SequenceMoment(*this, time).displacement(x_m);
+  return SequenceSnapshot(*this, time).displacement(x_m);
 }
 
-const SequenceMoment::Block& SequenceMoment::block(const spline::Around& around) noexcept {
+const SequenceSnapshot::CoefficientBlock& SequenceSnapshot::block(
+    const spline::Around& around) noexcept {
   const glm::ivec3 cell(around.x.low, around.y.low, around.z.low);
   for (const int b : {newest_, 1 - newest_})
     if (blocks_[size_t(b)].known && blocks_[size_t(b)].cell == cell) {
@@ -188,7 +190,7 @@ const SequenceMoment::Block& SequenceMoment::block(const spline::Around& around)
       return blocks_[size_t(b)];
     }
   newest_ = 1 - newest_;
-  Block& block = blocks_[size_t(newest_)];
+  CoefficientBlock& block = blocks_[size_t(newest_)];
   block.known = true;
   block.cell = cell;
   const size_t floats = map_.floats_per_sample();
@@ -202,19 +204,19 @@ const SequenceMoment::Block& SequenceMoment::block(const spline::Around& around)
   return block;
 }
 
-spline::Blend<lanes::Quad> SequenceMoment::read(glm::dvec3 x_m) noexcept {
+spline::Blend<lanes::Quad> SequenceSnapshot::read(glm::dvec3 x_m) noexcept {
   const spline::Around around(map_.place_, map_.place_.index(x_m));
-  const Block& values = block(around);
+  const CoefficientBlock& values = block(around);
   size_t at = 0;
   // spline::read goes through the 64 in this order.
   return spline::read<lanes::Quad>(around, [&](size_t) { return widened(values.u[at++]); });
 }
 
-MotionSample SequenceMoment::sample(glm::dvec3 x_m) noexcept {
+MotionSample SequenceSnapshot::sample(glm::dvec3 x_m) noexcept {
   return sample_of(map_.place_, read(x_m));
 }
 
-glm::dvec3 SequenceMoment::displacement(glm::dvec3 x_m) noexcept {
+glm::dvec3 SequenceSnapshot::displacement(glm::dvec3 x_m) noexcept {
   return lanes::xyz(read(x_m).value);
 }
 

@@ -15,28 +15,30 @@ namespace palpate {
 
 /// One motion for a whole sequence laid out for the hand: at each sample all terms of u next to
 /// each other (volume space, m) and the confidence, 12 bytes a term and 4 more. Between the samples
-/// u is the cubic B-spline of spline.h: told from one frame a motion is steep, and where a
-/// trilinear one bends at the faces of its cells, a wall that it carries has an edge. Measured on
-/// heart_cine (cells of 3.3 mm, u above 1 mm): such edges had 1.2 degrees in the median, 9 at one
-/// in a hundred. Beyond the outermost samples the last one is repeated. Immutable, any thread.
+/// u is the cubic B-spline of spline.h: a motion from one reference frame is steep, and a trilinear
+/// one would bend a carried wall at the faces of its cells. Measured on heart_cine (cells of 3.3
+/// mm, u above 1 mm): such edges had 1.2 degrees in the median, 9 at one in a hundred. Beyond the
+/// outermost samples the last one is repeated. Immutable, any thread.
 class SequenceMap {
  public:
-  /// `confidence` may be null (1 everywhere) and may have another grid. Looks for folds at all
+  /// `confidence` may be null (1 everywhere) and may have another grid. Searches for folds at all
   /// samples, at all frames and, unless the grid is large, midway between them; uses all cores.
   /// Where a vector of a term is not finite the material stands still, with confidence 0.
   static std::shared_ptr<const SequenceMap> of(const SequenceMotion& motion,
                                                const Confidence* confidence = nullptr);
 
-  /// u(x, t). For many reads at one time see SequenceMoment. Real-time safe; finite wherever x is,
-  /// NaN included.
+  /// u(x, t). For many reads at one time see SequenceSnapshot. Real-time safe; finite wherever x
+  /// is, NaN included.
   glm::dvec3 displacement(glm::dvec3 x_m, const TimeWeights& time) const noexcept;
 
   const TimeBasis& basis() const { return basis_; }
   size_t reference() const { return reference_; }
-  /// The least det(I + du/dx) that was seen.
+  /// The least det(I + du/dx) that was found.
   double least_determinant() const { return least_determinant_; }
   bool may_fold() const { return !(least_determinant_ > 0.0); }
-  size_t folded_samples() const { return folded_; }  ///< most at one of the times looked at
+  size_t folded_samples() const {
+    return folded_;
+  }  ///< the largest number at one of the times that were searched
   double largest_u_m() const { return largest_u_m_; }
   /// Share of the samples that move by more than a hundredth of a cell at one of these times.
   double moving_share() const { return moving_share_; }
@@ -51,8 +53,8 @@ class SequenceMap {
   size_t floats_per_sample() const { return 3 * basis_.terms() + 1; }
 
   /// u of the terms, m, at the samples of a grid `factor` (1 or more) times as fine, the first and
-  /// last sample in common: for those that read it otherwise. Shape (terms, nz, ny, nx). Uses all
-  /// cores.
+  /// last sample in common: for readers with another interpolation. Shape (terms, nz, ny, nx). Uses
+  /// all cores.
   struct Samples {
     GridPlace place;
     std::vector<glm::vec3> u_m;
@@ -60,7 +62,7 @@ class SequenceMap {
   Samples samples(int factor) const;
 
  private:
-  friend class SequenceMoment;
+  friend class SequenceSnapshot;
   SequenceMap() = default;
   void look_for_folds();
   GridPlace place_;
@@ -74,9 +76,9 @@ class SequenceMap {
 
 /// A SequenceMap at one time. Terms are summed once for each cell that is read, and then the reads
 /// there cost no more than those of one field. One thread; real-time safe; the map must outlive it.
-class SequenceMoment {
+class SequenceSnapshot {
  public:
-  SequenceMoment(const SequenceMap& map, const TimeWeights& time) noexcept : map_(map) {
+  SequenceSnapshot(const SequenceMap& map, const TimeWeights& time) noexcept : map_(map) {
     set(time);
   }
   void set(const TimeWeights& time) noexcept {
@@ -91,17 +93,17 @@ class SequenceMoment {
 
  private:
   /// The 4 x 4 x 4 coefficients around a cell, summed.
-  struct Block {
+  struct CoefficientBlock {
     bool known = false;
     glm::ivec3 cell{0};
     std::array<lanes::Float4, 64> u;
   };
   spline::Blend<lanes::Quad> read(glm::dvec3 x_m) noexcept;
-  const Block& block(const spline::Around& around) noexcept;
+  const CoefficientBlock& block(const spline::Around& around) noexcept;
 
   const SequenceMap& map_;
   TimeWeights time_;
-  std::array<Block, 2> blocks_;  ///< a way may lead to and fro over a face
+  std::array<CoefficientBlock, 2> blocks_;  ///< a way may lead to and fro over a face
   int newest_ = 0;
 };
 

@@ -9,14 +9,14 @@
 #include "module/scene/lanes.h"
 
 /// Values and gradients between the samples of a grid by the cubic B-spline with given
-/// coefficients: twice continuously differentiable, and gradients that belong to the very values
-/// they are read with. That is what a hand needs. A trilinear value with blended central
-/// differences disagrees with itself: on a sharp edge (1.5 voxels) around a ball of 25 voxels its
-/// normals are 0.10 rad (RMS) off the ball's and cross the iso-surface, so that a sliding proxy
-/// digs in; the spline's, with the samples as coefficients, are 0.03 off, and normal to what is
-/// felt. Samples as coefficients are blurred by 0.58 voxels (the standard deviation of the spline):
-/// a surface of radius R lies h^2 / (3 R) further in, and the value in a wall one voxel thick falls
-/// to two thirds; spline_coefficients.h has better ones.
+/// coefficients: twice continuously differentiable, and gradients that are exactly those of the
+/// values. A hand needs both. Trilinear values with blended central differences are not consistent:
+/// on a sharp edge (1.5 voxels) around a ball of 25 voxels its normals are 0.10 rad (RMS) off the
+/// ball's and cross the iso-surface, so that a sliding proxy digs in; the spline's, with the
+/// samples as coefficients, are 0.03 off, and normal to what is felt. Samples as coefficients are
+/// blurred by 0.58 voxels (the standard deviation of the spline): a surface of radius R lies h^2 /
+/// (3 R) further in, and the value in a wall one voxel thick falls to two thirds;
+/// spline_coefficients.h has better ones.
 namespace palpate::spline {
 
 /// Value and derivative per index of each axis.
@@ -34,10 +34,11 @@ struct Taps {
   bool inside;  ///< no sample is repeated: the four lie one after the other
 
   Taps(double index, int size, size_t stride) noexcept {
-    // In this order NaN becomes the first sample. Two samples beyond the end all is constant.
-    const double held = std::max(-2.0, std::min(index, double(size) + 1.0));
-    low = int(held + 4.0) - 4;  // floor, as held >= -2
-    const double t = held - low, u = 1.0 - t;
+    // In this order NaN becomes the first sample. From two samples beyond the end on, everything is
+    // constant.
+    const double clamped = std::max(-2.0, std::min(index, double(size) + 1.0));
+    low = int(clamped + 4.0) - 4;  // floor, since clamped >= -2
+    const double t = clamped - low, u = 1.0 - t;
     for (int k = 0; k < 4; ++k) offset[k] = size_t(std::clamp(low - 1 + k, 0, size - 1)) * stride;
     inside = low >= 1 && low + 2 < size;
     weight = {u * u * u / 6.0, 2.0 / 3.0 - t * t * (1.0 - 0.5 * t),
@@ -82,8 +83,8 @@ Blend<T> read(const Around& around, const Load& load) noexcept {
   return sum;
 }
 
-/// Scalars, four along x at once: the same sums in single precision, an eighth of a millionth of
-/// the largest sample off.
+/// Scalars, four along x at once: the same sums in single precision, with an error of an eighth of
+/// a millionth of the largest sample.
 inline Blend<double> read(const Around& around, const float* values) noexcept {
   if (!around.x.inside)
     return read<double>(around, [values](size_t at) { return double(values[at]); });

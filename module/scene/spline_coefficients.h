@@ -4,10 +4,10 @@
 
 namespace palpate {
 
-/// The coefficients of the cubic B-spline that stands for a sampled volume, from its samples: along
+/// The coefficients of the cubic B-spline that represents a sampled volume, from its samples: along
 /// each axis
 ///   c_i = (-31 s_(i-2) + 84 s_(i-1) + 134 s_i + 84 s_(i+1) - 31 s_(i+2)) / 240.
-/// Its second moment takes back the spline's own blur, so that the spline is exact for cubic
+/// Its second moment compensates the spline's own blur, so that the spline is exact for cubic
 /// polynomials and a curved surface lies where it is. It lets 0.55 of what has 0.3 waves a sample
 /// pass and next to nothing of what has 0.4: the grid hardly tells where these are between its
 /// samples, and they tilt the normals of a surface. It lowers noise, too: the coefficients of white

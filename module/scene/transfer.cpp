@@ -61,7 +61,7 @@ Result<TransferFunction> TransferFunction::window(double level, double width, do
 }
 
 double TransferFunction::operator()(double in) const noexcept {
-  // Not a number has no place on the axis: nothing is felt there.
+  // NaN has no place on the axis: nothing is felt there.
   if (in_.empty() || std::isnan(in)) return 0.0;
   const size_t above = size_t(std::upper_bound(in_.begin(), in_.end(), in) - in_.begin());
   if (above == 0) return out_.front();
@@ -69,7 +69,7 @@ double TransferFunction::operator()(double in) const noexcept {
   // in_[above - 1] <= in < in_[above], so the divisor is not zero.
   const double a = out_[above - 1], b = out_[above];
   const double share = (in - in_[above - 1]) / (in_[above] - in_[above - 1]);
-  // Rounding could pass the upper end by one bit; highest() is a promise.
+  // Rounding could pass the upper end by one bit, but highest() is guaranteed.
   return std::clamp(a + (b - a) * share, std::min(a, b), std::max(a, b));
 }
 

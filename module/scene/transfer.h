@@ -8,8 +8,8 @@
 
 namespace palpate {
 
-/// The paper's tau: what a value of the data means to the hand. Piecewise (in, out) pairs, linear
-/// in between or stepped, or a window. Immutable; evaluation is real-time safe and takes
+/// The paper's tau: from a value of the data to a strength or friction. Piecewise (in, out) pairs,
+/// linear in between or stepped, or a window. Immutable; evaluation is real-time safe and takes
 /// log2(pairs) comparisons.
 class TransferFunction {
  public:
@@ -17,7 +17,7 @@ class TransferFunction {
   TransferFunction() = default;
   /// The same for every value. `out` must be finite.
   static TransferFunction constant(double out);
-  /// Linear between pairs, held before the first and after the last. Needs at least one pair,
+  /// Linear between pairs, clamped before the first and after the last. Needs at least one pair,
   /// finite, in rising; equal neighbours in `in` make a step there.
   static Result<TransferFunction> linear(std::vector<double> in, std::vector<double> out);
   /// out[k] from in[k] up to in[k + 1]; below in[0] out[0].

@@ -14,7 +14,7 @@ constexpr int kPlaces = 800;  // of a surface that are looked at
 // Times wall_scale():
 constexpr double kAside_mm = 5.0;   // that a hand moves
 constexpr double kAcross_mm = 4.0;  // before and behind, where the surface may be there
-constexpr double kLook_mm = 0.5;    // between two looks
+constexpr double kSample_mm = 0.5;  // between two looks
 constexpr double kLarge_mm = 100.0;
 constexpr int kDirections = 8;
 
@@ -27,10 +27,10 @@ Groups groups_of(const Volume& frame);
 
 /// Whether the values rise over `iso_value` on the line from `from` along `way`, LPS mm.
 bool rises(const Volume& frame, double iso_value, glm::dvec3 from, glm::dvec3 way) {
-  const int looks = int(std::ceil(glm::length(way) / (kLook_mm * wall_scale(frame.grid))));
+  const int samples = int(std::ceil(glm::length(way) / (kSample_mm * wall_scale(frame.grid))));
   bool is_low = false;
-  for (int n = 0; n <= looks; ++n) {
-    const glm::dvec3 index = frame.grid.index_from_lps(from + way * (double(n) / looks));
+  for (int n = 0; n <= samples; ++n) {
+    const glm::dvec3 index = frame.grid.index_from_lps(from + way * (double(n) / samples));
     const bool is_high = sample(frame, index) > iso_value;
     if (is_high && is_low) return true;
     is_low = !is_high;

@@ -11,9 +11,9 @@ constexpr std::chrono::milliseconds kPause{1};         // where nothing is new
 
 constexpr double kStronger = 1.2;  // force, of one picture to another that is as good
 
-bool moves(const SceneMoment& moment) {
-  return std::any_of(moment.volumes.begin(), moment.volumes.end(),
-                     [](const VolumeMoment& volume) { return volume.rate != 0.0; });
+bool moves(const SceneSnapshot& snapshot) {
+  return std::any_of(snapshot.volumes.begin(), snapshot.volumes.end(),
+                     [](const VolumeSnapshot& volume) { return volume.rate != 0.0; });
 }
 
 }  // namespace
@@ -26,11 +26,11 @@ Gallery::Gallery(Session& session, const GalleryOptions& options)
               {.gpu = options.gpu,
                .choices = options.view,
                .renderer = {.most = options.size, .most_eyes = 2},
-               .reader = MomentReader::kPictures},
-              [this](Viewer& viewer, const SceneMoment& moment,
+               .reader = SnapshotReader::kPictures},
+              [this](Viewer& viewer, const SceneSnapshot& snapshot,
                      bool is_new) -> Result<std::chrono::milliseconds> {
                 if (!is_new) return kPause;
-                return draw(viewer, moment);
+                return draw(viewer, snapshot);
               }) {}
 
 double Gallery::median_ms() const {
@@ -47,27 +47,27 @@ std::vector<StereoPicture> Gallery::pictures() const {
   return pictures;
 }
 
-Result<std::chrono::milliseconds> Gallery::draw(Viewer& viewer, const SceneMoment& moment) {
+Result<std::chrono::milliseconds> Gallery::draw(Viewer& viewer, const SceneSnapshot& snapshot) {
   const auto start = Clock::now();
   const auto seconds_since = [](Clock::time_point then) {
     return std::chrono::duration<double>(Clock::now() - then).count();
   };
   if (const Status set = viewer.update(session_); !set) return set.error();
-  auto pictures = viewer.take_all(moment, options_.size, 2);
+  auto pictures = viewer.take_all(snapshot, options_.size, 2);
   if (!pictures) return pictures.error();
   frame_ms_.push_back(1e3 * seconds_since(start));
   if (first_picture_s_ == 0.0) first_picture_s_ = seconds_since(begin_);
-  keep(moment, viewer.shown(), std::move(*pictures));
-  return moves(moment) ? kFrame : kStillFrame;
+  keep(snapshot, viewer.shown(), std::move(*pictures));
+  return moves(snapshot) ? kFrame : kStillFrame;
 }
 
 /// One picture per stretch of the cycle: one while touching and moving is better than one of the
 /// still frame, and that better than one in free space; of two alike, one where far more is felt.
-void Gallery::keep(const SceneMoment& moment, const ViewScene& scene,
+void Gallery::keep(const SceneSnapshot& snapshot, const ViewScene& scene,
                    std::vector<Picture> pictures) {
   size_t bin = 0;
   double pointer = 0.0;
-  const bool moving = moves(moment);
+  const bool moving = moves(snapshot);
   for (size_t v = 0; v < scene.volumes.size(); ++v) {
     const MovingVolume& volume = *scene.volumes[v].data;
     if (volume.is_still()) continue;
@@ -77,11 +77,11 @@ void Gallery::keep(const SceneMoment& moment, const ViewScene& scene,
     break;
   }
   Kept& kept = kept_[bin];
-  const int worth = 2 * moment.in_contact + moving, before = 2 * kept.touching + kept.moving;
-  const double force_n = glm::length(moment.force_n);
+  const int worth = 2 * snapshot.in_contact + moving, before = 2 * kept.touching + kept.moving;
+  const double force_n = glm::length(snapshot.force_n);
   const bool stronger = worth == before && force_n > kStronger * kept.picture.force_n;
   if (kept.any && worth <= before && !stronger) return;
-  kept = {true, moment.in_contact, moving, {}};
+  kept = {true, snapshot.in_contact, moving, {}};
   kept.picture = {{std::move(pictures[0]), std::move(pictures[1])}, pointer, force_n};
 }
 

@@ -46,8 +46,8 @@ class Gallery {
     bool any = false, touching = false, moving = false;
     StereoPicture picture;
   };
-  Result<std::chrono::milliseconds> draw(Viewer& viewer, const SceneMoment& moment);
-  void keep(const SceneMoment& moment, const ViewScene& scene, std::vector<Picture> pictures);
+  Result<std::chrono::milliseconds> draw(Viewer& viewer, const SceneSnapshot& snapshot);
+  void keep(const SceneSnapshot& snapshot, const ViewScene& scene, std::vector<Picture> pictures);
 
   Session& session_;
   GalleryOptions options_;

@@ -9,7 +9,7 @@ namespace palpate {
 std::string HandTubes::take(const HandCommand& command, const Scene& scene) {
   switch (command.kind) {
     case HandCommand::Kind::kReleaseTube:
-      return release(scene, command.moment);
+      return release(scene, command.snapshot);
     case HandCommand::Kind::kKeepTubes: {
       auto kept = std::make_shared<ReleasedTubes>(*tubes_);
       for (ReleasedTube& tube : *kept) tube.kept = true;
@@ -23,16 +23,16 @@ std::string HandTubes::take(const HandCommand& command, const Scene& scene) {
   return {};
 }
 
-std::string HandTubes::release(const Scene& scene, const SceneMoment& moment) {
+std::string HandTubes::release(const Scene& scene, const SceneSnapshot& snapshot) {
   std::string why = "nothing here has a direction: neither vectors nor motion";
-  for (size_t v = 0; v < scene.volumes.size() && int(v) < moment.volume_count; ++v) {
+  for (size_t v = 0; v < scene.volumes.size() && int(v) < snapshot.volume_count; ++v) {
     const SceneVolume& volume = scene.volumes[v];
     const auto field = tube_field(scene, v);
     if (!field) continue;
-    const VolumeMoment& now = moment.volumes[v];
+    const VolumeSnapshot& now = snapshot.volumes[v];
     auto tube = StreamTube::release(volume.data, volume.blends, *field,
                                     pointer_at(volume.data->times, now.time_s),
-                                    now.world_from_volume.volume_from_world(moment.proxy_m));
+                                    now.world_from_volume.volume_from_world(snapshot.proxy_m));
     if (!tube) {
       why = tube.error().message;
       continue;
@@ -60,7 +60,7 @@ void HandTubes::clear() {
   tubes_ = std::move(left);
 }
 
-std::string HandTubes::follow(const Scene& scene, const SceneMoment& now) {
+std::string HandTubes::follow(const Scene& scene, const SceneSnapshot& now) {
   const auto is_at_home = [&](const ReleasedTube& tube) {
     return tube.volume < scene.volumes.size() &&
            scene.volumes[tube.volume].data == tube.tube->data();

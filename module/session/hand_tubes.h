@@ -28,13 +28,13 @@ class HandTubes {
   std::string take(const HandCommand& command, const Scene& scene);
   /// Takes the tubes over to the scene's data, which agree with those before at `now`. Those that
   /// can not be taken are gone, and that is said.
-  std::string follow(const Scene& scene, const SceneMoment& now);
+  std::string follow(const Scene& scene, const SceneSnapshot& now);
 
   /// Never null.
   std::shared_ptr<const ReleasedTubes> tubes() const { return tubes_; }
 
  private:
-  std::string release(const Scene& scene, const SceneMoment& moment);
+  std::string release(const Scene& scene, const SceneSnapshot& snapshot);
   void clear();
 
   std::shared_ptr<const ReleasedTubes> tubes_ = std::make_shared<const ReleasedTubes>();

@@ -29,9 +29,9 @@ LivePicture::LivePicture(Session& session, const vulkan::ContextOptions& gpu)
               {.gpu = gpu,
                .choices = {},
                .renderer = {.most = kMost, .most_eyes = 1},
-               .reader = MomentReader::kWindow},
-              [this](Viewer& viewer, const SceneMoment& moment, bool) {
-                return draw(viewer, moment);
+               .reader = SnapshotReader::kWindow},
+              [this](Viewer& viewer, const SceneSnapshot& snapshot, bool) {
+                return draw(viewer, snapshot);
               }) {}
 
 void LivePicture::want(const WantedPicture& wanted) {
@@ -44,7 +44,7 @@ std::shared_ptr<const LiveFrame> LivePicture::newest() const {
   return newest_;
 }
 
-Result<std::chrono::milliseconds> LivePicture::draw(Viewer& viewer, const SceneMoment& moment) {
+Result<std::chrono::milliseconds> LivePicture::draw(Viewer& viewer, const SceneSnapshot& snapshot) {
   WantedPicture wanted;
   {
     const std::lock_guard lock(mutex_);
@@ -56,14 +56,14 @@ Result<std::chrono::milliseconds> LivePicture::draw(Viewer& viewer, const SceneM
   const PictureSize size = scaled(within(wanted.size, kMost), resolution_.scale);
   // It is seen when it is done, as long from now as the last one took.
   const int64_t seen_ns =
-      moment.now_ns + int64_t(1e9 * resolution_.full_s * resolution_.scale * resolution_.scale);
+      snapshot.now_ns + int64_t(1e9 * resolution_.full_s * resolution_.scale * resolution_.scale);
   const auto drawing = Clock::now();
-  auto pictures = viewer.take(moment, seen_ns, {&wanted.eye, 1}, size);
+  auto pictures = viewer.take(snapshot, seen_ns, {&wanted.eye, 1}, size);
   if (!pictures) return pictures.error();
   auto frame = std::make_shared<LiveFrame>();
   frame->picture = std::move(pictures->front());
   frame->eye = wanted.eye;
-  frame->moment = moment;
+  frame->snapshot = snapshot;
   frame->picture_s = std::chrono::duration<double>(Clock::now() - drawing).count();
   resolution_ = next_resolution(resolution_, frame->picture_s, kResolution);
   const std::lock_guard lock(mutex_);

@@ -20,7 +20,7 @@ struct WantedPicture {
 struct LiveFrame {
   Picture picture;
   Eye eye;
-  SceneMoment moment;
+  SceneSnapshot snapshot;
   double picture_s = 0.0;  ///< that drawing and reading it back took
 };
 
@@ -28,7 +28,7 @@ struct LiveFrame {
 class LivePicture {
  public:
   /// Starts at once, and opens a device of its own; draws from the first want() on. `session` is
-  /// borrowed, and its newest moment is read here alone.
+  /// borrowed, and its newest snapshot is read here alone.
   LivePicture(Session& session, const vulkan::ContextOptions& gpu);
 
   /// From the next picture on. Any thread.
@@ -39,7 +39,7 @@ class LivePicture {
   std::string trouble() const { return thread_.trouble(); }
 
  private:
-  Result<std::chrono::milliseconds> draw(Viewer& viewer, const SceneMoment& moment);
+  Result<std::chrono::milliseconds> draw(Viewer& viewer, const SceneSnapshot& snapshot);
 
   Session& session_;
   Resolution resolution_;

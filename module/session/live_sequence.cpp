@@ -56,11 +56,11 @@ void LiveSequence::prepare(LoadedScene& scene, size_t volume) {
   scene.spec.volumes[volume].rate = 0.0;
 }
 
-LiveSequence::LiveSequence(Session& session, size_t volume, const Grid& grid,
+LiveSequence::LiveSequence(Session& session, size_t volume, const Volume& first,
                            LiveSequenceOptions options)
     : session_(session),
       index_(volume),
-      grid_(grid),
+      grid_(first.grid),
       options_(std::move(options)),
       ring_(*session.scene()->volumes[volume].data),
       felt_(first) {
@@ -108,7 +108,7 @@ void LiveSequence::push(const Volume& frame, int64_t arrived_ns) {
 }
 
 void LiveSequence::take(const Volume& frame, int64_t arrived_ns) {
-  Frame taken{{}, arrived_ns};
+  RingFrame taken{{}, arrived_ns};
   if (same_geometry(frame.grid, grid_)) {
     taken.volume = frame;
     taken.volume.grid = grid_;
@@ -142,7 +142,7 @@ void LiveSequence::look_for_cycle(const Volume& frame, int64_t arrived_ns) {
   const std::optional<int> period = repetition_.add(frame);
   if (!period || size_t(*period) + 1 > history_.size()) return;
   // A frame more: where the cycle closes.
-  const std::vector<Frame> frames(history_.end() - *period - 1, history_.end());
+  const std::vector<RingFrame> frames(history_.end() - *period - 1, history_.end());
   searching_ = false;
   const std::lock_guard lock(mutex_);
   cycle_ = std::async(std::launch::async, [this, frames, means = repetition_.last(*period + 1),
@@ -155,7 +155,7 @@ void LiveSequence::look_for_cycle(const Volume& frame, int64_t arrived_ns) {
   repetition_.clear();
 }
 
-Result<LiveSequence::Cycle> LiveSequence::find_cycle(std::vector<Frame> frames,
+Result<LiveSequence::Cycle> LiveSequence::find_cycle(std::vector<RingFrame> frames,
                                                      std::vector<std::vector<float>> means,
                                                      double contrast) {
   Cycle cycle;
@@ -244,11 +244,11 @@ void LiveSequence::take_further(Cycle& cycle, Further& further, size_t frame, Vo
 }
 
 void LiveSequence::watch() {
-  SceneMoment moment;
-  if (!session_.newest(MomentReader::kLive, moment)) return;
-  if (int(index_) >= moment.volume_count) return;
+  SceneSnapshot snapshot;
+  if (!session_.newest(SnapshotReader::kLive, snapshot)) return;
+  if (int(index_) >= snapshot.volume_count) return;
   const std::lock_guard lock(mutex_);
-  time_s_ = moment.volumes[index_].time_s;
+  time_s_ = snapshot.volumes[index_].time_s;
   if (target_arrived_ns_ == 0) return;
   const double length_s = double(kSlots) * kSlot_s;
   double left_s = std::abs(target_s_ - time_s_);
@@ -280,7 +280,7 @@ void LiveSequence::run(std::stop_token stop) {
 }
 
 /// The newest frame, or false: stop, or a cycle was found. Without frames nothing moves.
-bool LiveSequence::wait_for_frame(Frame& frame, std::stop_token stop, bool or_cycle) {
+bool LiveSequence::wait_for_frame(RingFrame& frame, std::stop_token stop, bool or_cycle) {
   const auto since = std::chrono::steady_clock::now();
   bool silent = false;
   std::unique_lock lock(mutex_);
@@ -318,7 +318,7 @@ Status LiveSequence::follow(const std::shared_ptr<vulkan::Context>& context, std
   });
   if (!estimator) return estimator.error();
   size_t pushed = 0;
-  Frame frame;
+  RingFrame frame;
   // What is felt now is where the first motion begins.
   if (const Status begun = (*estimator)->push(pushed++, felt_); !begun) return begun;
   while (wait_for_frame(frame, stop, true)) {
@@ -428,7 +428,7 @@ void LiveSequence::keep(Cycle& cycle, std::stop_token stop) {
       "The frames repeat every {:.2f} s: {} of them are kept, with one motion, and keep "
       "the pace of those that come.",
       cycle.cycle_s, frames));
-  Frame frame;
+  RingFrame frame;
   Further further;
   bool begun = false;
   int odd = 0, last_frame = 0;
@@ -442,7 +442,7 @@ void LiveSequence::keep(Cycle& cycle, std::stop_token stop) {
     }
     // What goes to and fro looks the same twice in a cycle: where it was says which it is.
     const double since_s = 1e-9 * double(frame.arrived_ns - last_ns);
-    const Repetition::Match match =
+    const Repetition::NearestFrame match =
         begun ? Repetition::nearest(frame.volume, cycle.means, last_frame + since_s / step_s,
                                     kAsLike * cycle.contrast)
               : Repetition::nearest(frame.volume, cycle.means);

@@ -50,17 +50,17 @@ class LiveSequence {
  public:
   static constexpr size_t kSlots = 4;
   static constexpr int kMostCycles = 8;
-  static constexpr double kSlot_s = 0.4;  ///< of the ring's own time; gone through four times as
-                                          ///< fast, so that a wall goes 10 mm in 0.1 s
+  /// of the ring's own time; gone through four times as fast, so that a wall goes 10 mm in 0.1 s
+  static constexpr double kSlot_s = 0.4;
 
   /// The scene's frames before any has moved: the first one in each slot.
   static Sequence standing(const Volume& first);
   /// Makes the volume of a scene that was loaded with standing() ready to be followed.
   static void prepare(LoadedScene& scene, size_t volume);
 
-  /// Starts at once. `session` is borrowed and has a scene that was prepared; `grid` is that of the
-  /// frame which it lets feel.
-  LiveSequence(Session& session, size_t volume, const Grid& grid, LiveSequenceOptions options);
+  /// Starts at once. `session` is borrowed and has a scene that was prepared; `first` is the frame
+  /// that it lets feel.
+  LiveSequence(Session& session, size_t volume, const Volume& first, LiveSequenceOptions options);
   /// Ends what is estimated and waits for it.
   ~LiveSequence();
   LiveSequence(const LiveSequence&) = delete;
@@ -72,7 +72,7 @@ class LiveSequence {
   LiveNumbers numbers() const;
 
  private:
-  struct Frame {
+  struct RingFrame {
     Volume volume;
     int64_t arrived_ns = 0;
   };
@@ -105,9 +105,9 @@ class LiveSequence {
                                    std::stop_token stop);
   void take_further(Cycle& cycle, Further& further, size_t frame, Volume volume,
                     std::stop_token stop);
-  Result<Cycle> find_cycle(std::vector<Frame> frames, std::vector<std::vector<float>> means,
+  Result<Cycle> find_cycle(std::vector<RingFrame> frames, std::vector<std::vector<float>> means,
                            double contrast);
-  bool wait_for_frame(Frame& frame, std::stop_token stop, bool or_cycle);
+  bool wait_for_frame(RingFrame& frame, std::stop_token stop, bool or_cycle);
   void hand_over(std::shared_ptr<const MovingVolume> volume, std::stop_token stop);
   void watch();
   void say(const std::string& sentence) const;
@@ -120,12 +120,12 @@ class LiveSequence {
   size_t slot_ = 0;
   Volume felt_;            ///< samples of the frame at slot_, which its spline does not give back
   Repetition repetition_;  ///< push()'s alone, with history_ and its bytes
-  std::deque<Frame> history_;
+  std::deque<RingFrame> history_;
   std::atomic<bool> searching_{true};
 
   mutable std::mutex mutex_;  ///< of what follows but the threads
   std::condition_variable_any changed_;
-  std::optional<Frame> newest_;
+  std::optional<RingFrame> newest_;
   std::optional<PairMotion> pair_;
   std::future<Result<Cycle>> cycle_;
   LiveNumbers numbers_;

@@ -37,7 +37,7 @@ MovedVolume moved_volume(const MovingVolume& volume, double time_s, size_t most_
   const MotionMap* map = nullptr;
   if (!volume.whole && !volume.motions.empty() && frame < volume.motions[0].steps.size())
     map = volume.motions[0].steps[frame].get();
-  std::optional<SequenceMoment> whole;
+  std::optional<SequenceSnapshot> whole;
   if (volume.whole) whole.emplace(*volume.whole, volume.whole->basis().at(time_s));
   moved.values.grid = grid_of(*samples.place, most_samples);
   const Grid& grid = moved.values.grid;

@@ -81,10 +81,10 @@ std::vector<std::vector<float>> Repetition::last(int k) const {
   return {means_.end() - std::min<ptrdiff_t>(k, ptrdiff_t(means_.size())), means_.end()};
 }
 
-Repetition::Match Repetition::nearest(const Volume& frame,
-                                      const std::vector<std::vector<float>>& of) {
+Repetition::NearestFrame Repetition::nearest(const Volume& frame,
+                                             const std::vector<std::vector<float>>& of) {
   const std::vector<float> means = means_of(frame);
-  Match best{0, INFINITY};
+  NearestFrame best{0, INFINITY};
   for (size_t f = 0; f < of.size(); ++f) {
     if (of[f].size() != means.size()) continue;
     const double far = distance(means, of[f]);
@@ -93,16 +93,16 @@ Repetition::Match Repetition::nearest(const Volume& frame,
   return best;
 }
 
-Repetition::Match Repetition::nearest(const Volume& frame,
-                                      const std::vector<std::vector<float>>& of, double expected,
-                                      double as_like) {
+Repetition::NearestFrame Repetition::nearest(const Volume& frame,
+                                             const std::vector<std::vector<float>>& of,
+                                             double expected, double as_like) {
   const std::vector<float> means = means_of(frame);
   const double count = double(of.size());
   std::vector<double> far(of.size(), INFINITY);
   for (size_t f = 0; f < of.size(); ++f)
     if (of[f].size() == means.size()) far[f] = distance(means, of[f]);
   const double best = far.empty() ? INFINITY : *std::min_element(far.begin(), far.end());
-  Match found{0, INFINITY};
+  NearestFrame found{0, INFINITY};
   double nearest = INFINITY;
   for (size_t f = 0; f < of.size(); ++f) {
     const double away = std::abs(std::remainder(double(f) - expected, count));

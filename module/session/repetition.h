@@ -25,18 +25,18 @@ class Repetition {
   double contrast() const { return contrast_; }
   /// Of the last k frames (the newest is k - 1) the one that the newest before add() or this frame
   /// is most like, and how far it is.
-  struct Match {
+  struct NearestFrame {
     int frame = 0;
     double distance = 0.0;
   };
   /// The last k frames as they are now, to compare others with.
   std::vector<std::vector<float>> last(int k) const;
-  static Match nearest(const Volume& frame, const std::vector<std::vector<float>>& of);
+  static NearestFrame nearest(const Volume& frame, const std::vector<std::vector<float>>& of);
   /// The same in a cycle of which this frame is expected to be frame `expected` (any number, not
   /// whole): of all that are like it to within `as_like` of the best, the one nearest to that. What
   /// goes to and fro looks the same twice in a cycle.
-  static Match nearest(const Volume& frame, const std::vector<std::vector<float>>& of,
-                       double expected, double as_like);
+  static NearestFrame nearest(const Volume& frame, const std::vector<std::vector<float>>& of,
+                              double expected, double as_like);
   void clear();
 
  private:

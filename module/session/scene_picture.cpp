@@ -15,9 +15,9 @@ constexpr glm::dvec3 kTouch{0.25, 0.95, 1.0}, kPressed{0.10, 0.25, 1.0};
 constexpr glm::dvec3 kFrame{0.42, 0.46, 0.54};
 constexpr double kHeightAngle = 0.55;  // of a picture
 constexpr double kArrow_m_per_n = 0.008;
-constexpr double kTube = 0.0006;        // radius beside a volume of 10 cm
-constexpr double kKeptTube = 1.6;       // of that, where it is to stay
-constexpr double kLongestLook_s = 0.1;  // a tick older than this says nothing of now
+constexpr double kTube = 0.0006;              // radius beside a volume of 10 cm
+constexpr double kKeptTube = 1.6;             // of that, where it is to stay
+constexpr double kLongestPrediction_s = 0.1;  // a tick older than this says nothing of now
 
 /// The least and greatest value of a frame on a coarse lattice: enough to choose a look.
 std::pair<double, double> range_of(const FrameData& frame) {
@@ -71,22 +71,22 @@ Look fitting(const Scene& scene, const SceneVolume& volume) {
 Look look_for(const std::string& name, const Scene& scene, const SceneVolume& volume) {
   if (name != "auto")
     if (auto preset = preset_look(name)) return *preset;
-  const SeenSpec& seen = volume.spec.seen;
+  const AppearanceSpec& appearance = volume.spec.appearance;
   Look look;
-  if (!seen.points.empty()) {
+  if (!appearance.points.empty()) {
     look.name = "of the scene";
-    look.points = seen.points;
-    if (seen.points_of_range) {
+    look.points = appearance.points;
+    if (appearance.points_of_range) {
       const FrameData& frame = *volume.data->frames.front();
       const auto [low, high] = exact_range_of(frame);
       look = over_range(std::move(look), low, high, 1e3 * frame.detail_m());
     }
-  } else if (auto preset = preset_look(seen.preset); preset && !seen.preset.empty()) {
+  } else if (auto preset = preset_look(appearance.preset); preset && !appearance.preset.empty()) {
     look = *preset;
   } else {
     look = fitting(scene, volume);
   }
-  return seen.width > 0.0 ? windowed(look, seen.level, seen.width) : look;
+  return appearance.width > 0.0 ? windowed(look, appearance.window_level, appearance.width) : look;
 }
 
 }  // namespace
@@ -109,7 +109,7 @@ bool ScenePicture::update(std::shared_ptr<const Scene> felt) {
   std::vector<std::shared_ptr<const MovingVolume>> volumes;
   shown_.clear();
   for (size_t v = 0; v < felt->volumes.size() && volumes.size() < kMostDrawn; ++v) {
-    if (!felt->volumes[v].spec.seen.shown) continue;
+    if (!felt->volumes[v].spec.appearance.shown) continue;
     shown_.push_back(v);
     volumes.push_back(felt->volumes[v].data);
   }
@@ -118,7 +118,7 @@ bool ScenePicture::update(std::shared_ptr<const Scene> felt) {
     stream_.clear();
     for (const size_t v : shown_) {
       looks_.push_back(look_for(choices_.look, *felt, felt->volumes[v]));
-      stream_.emplace_back(felt->volumes[v].spec.seen.tubes_per_axis);
+      stream_.emplace_back(felt->volumes[v].spec.appearance.tubes_per_axis);
     }
   }
   felt_ = std::move(felt);
@@ -127,12 +127,12 @@ bool ScenePicture::update(std::shared_ptr<const Scene> felt) {
   return changed;
 }
 
-void ScenePicture::box(const SceneMoment& moment, glm::dvec3& low, glm::dvec3& high) const {
+void ScenePicture::box(const SceneSnapshot& snapshot, glm::dvec3& low, glm::dvec3& high) const {
   low = glm::dvec3(1e300), high = glm::dvec3(-1e300);
   // All that is felt: hidden volumes too, so that the hand stays in view.
   for (size_t v = 0; v < felt_->volumes.size(); ++v) {
     const FrameData& frame = *felt_->volumes[v].data->frames.front();
-    const Transform& place = moment.volumes[v].world_from_volume;
+    const Transform& place = snapshot.volumes[v].world_from_volume;
     for (int c = 0; c < 8; ++c) {
       const glm::dvec3 t(c & 1, c >> 1 & 1, c >> 2);
       const glm::dvec3 x = place.world_from_volume(glm::mix(frame.low_m(), frame.high_m(), t));
@@ -142,21 +142,22 @@ void ScenePicture::box(const SceneMoment& moment, glm::dvec3& low, glm::dvec3& h
   }
 }
 
-void ScenePicture::bounds(const SceneMoment& moment, glm::dvec3& centre, double& radius_m) const {
+void ScenePicture::bounds(const SceneSnapshot& snapshot, glm::dvec3& centre,
+                          double& radius_m) const {
   glm::dvec3 low, high;
-  box(moment, low, high);
+  box(snapshot, low, high);
   centre = 0.5 * (low + high);
   radius_m = 0.5 * glm::distance(low, high);
 }
 
-void ScenePicture::add_things(const SceneMoment& moment, const Eye& eye, double radius_m,
+void ScenePicture::add_things(const SceneSnapshot& snapshot, const Eye& eye, double radius_m,
                               ViewScene& scene) {
   const double size = radius_m / 0.1;  // of things, beside a volume of 10 cm radius
-  if (choices_.hand) add_hand(moment, eye, size, scene);
+  if (choices_.hand) add_hand(snapshot, eye, size, scene);
   for (size_t v = 0; v < volumes_.size(); ++v)
     add_tubes(scene.volumes[v], v, kTube * size, scene.things);
   for (size_t v = 0; v < volumes_.size(); ++v) {
-    if (!spec(v).seen.tubes.value_or(volumes_[v]->frames.front()->is_vector())) continue;
+    if (!spec(v).appearance.tubes.value_or(volumes_[v]->frames.front()->is_vector())) continue;
     const ViewVolume& of = scene.volumes[v];
     stream_[v].add(scene.things, *volumes_[v], of.world_from_volume, of.pointer, kTube * size,
                    choices_.whole_frames);
@@ -196,30 +197,31 @@ void ScenePicture::add_tubes(const ViewVolume& of, size_t v, double radius_m,
   }
 }
 
-void ScenePicture::add_hand(const SceneMoment& moment, const Eye& eye, double size,
+void ScenePicture::add_hand(const SceneSnapshot& snapshot, const Eye& eye, double size,
                             ViewScene& scene) {
   if (choices_.fingertip) {
     const double share =
-        std::clamp(glm::length(moment.force_n) / std::max(choices_.full_force_n, 1e-9), 0.0, 1.0);
+        std::clamp(glm::length(snapshot.force_n) / std::max(choices_.full_force_n, 1e-9), 0.0, 1.0);
     // At a contact where the surface holds it: the finger itself is hidden inside.
-    const bool touches = moment.in_contact;
-    add_sphere(scene.things, touches ? moment.proxy_m : moment.probe_m, 0.007 * size,
+    const bool touches = snapshot.in_contact;
+    add_sphere(scene.things, touches ? snapshot.proxy_m : snapshot.probe_m, 0.007 * size,
                touches ? glm::mix(kTouch, kPressed, share) : kPen);
     return;
   }
   // The pen comes from the side of the eye, so that its tip is in view.
   const glm::dvec3 away = glm::normalize(eye.orientation * glm::dvec3(0.45, 0.55, 0.70));
-  add_pen(scene.things, moment.probe_m, away, 0.0022 * size, 0.07 * size, kPen);
-  if (moment.in_contact) add_sphere(scene.things, moment.proxy_m, 0.0026 * size, kProxy);
-  add_arrow(scene.things, moment.proxy_m, moment.force_n, kArrow_m_per_n * size, 0.0012 * size,
+  add_pen(scene.things, snapshot.probe_m, away, 0.0022 * size, 0.07 * size, kPen);
+  if (snapshot.in_contact) add_sphere(scene.things, snapshot.proxy_m, 0.0026 * size, kProxy);
+  add_arrow(scene.things, snapshot.proxy_m, snapshot.force_n, kArrow_m_per_n * size, 0.0012 * size,
             kArrow);
 }
 
-ViewScene ScenePicture::at(const SceneMoment& moment, int64_t display_ns, const Eye& eye) {
+ViewScene ScenePicture::at(const SceneSnapshot& snapshot, int64_t display_ns, const Eye& eye) {
   ViewScene scene;
-  const double ahead_s = std::clamp(double(display_ns - moment.now_ns) * 1e-9, 0.0, kLongestLook_s);
+  const double ahead_s =
+      std::clamp(double(display_ns - snapshot.now_ns) * 1e-9, 0.0, kLongestPrediction_s);
   for (size_t v = 0; v < volumes_.size(); ++v) {
-    const VolumeMoment& of = moment.volumes[shown_[v]];
+    const VolumeSnapshot& of = snapshot.volumes[shown_[v]];
     ViewVolume volume;
     volume.data = volumes_[v];
     volume.world_from_volume = of.world_from_volume;
@@ -227,15 +229,15 @@ ViewScene ScenePicture::at(const SceneMoment& moment, int64_t display_ns, const 
     volume.look = looks_[v];
     volume.blend_values = felt_->volumes[shown_[v]].blends;
     volume.whole_frames = choices_.whole_frames;
-    volume.segment_opacity = spec(v).seen.segments ? spec(v).seen.segment_opacity : 0.0;
+    volume.segment_opacity = spec(v).appearance.segments ? spec(v).appearance.segment_opacity : 0.0;
     scene.volumes.push_back(volume);
   }
   glm::dvec3 centre;
   double radius_m = 0.0;
-  bounds(moment, centre, radius_m);
-  add_things(moment, eye, radius_m, scene);
+  bounds(snapshot, centre, radius_m);
+  add_things(snapshot, eye, radius_m, scene);
   if (choices_.cut_open) {
-    const glm::dvec3 touched = choices_.hand ? moment.proxy_m : centre;
+    const glm::dvec3 touched = choices_.hand ? snapshot.proxy_m : centre;
     scene.clips.push_back(cut_before(eye, touched, centre, radius_m));
   }
   return scene;

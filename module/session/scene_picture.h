@@ -6,7 +6,7 @@
 
 #include "compute/vulkan/context.h"
 #include "module/haptics/scene.h"
-#include "module/haptics/scene_moment.h"
+#include "module/haptics/scene_snapshot.h"
 #include "module/session/hand_tubes.h"
 #include "module/view/stream_lines.h"
 #include "module/view/view_scene.h"
@@ -45,17 +45,17 @@ class ScenePicture {
 
   /// What is to be seen at display_ns (monotonic), from a tick not long before: volumes at the
   /// phase that the hand will feel then, where they are, with pen, proxy and force.
-  ViewScene at(const SceneMoment& moment, int64_t display_ns, const Eye& eye);
+  ViewScene at(const SceneSnapshot& snapshot, int64_t display_ns, const Eye& eye);
 
-  /// A box around all volumes at their places in `moment`, along the world's axes, m.
-  void box(const SceneMoment& moment, glm::dvec3& low, glm::dvec3& high) const;
+  /// A box around all volumes at their places in `snapshot`, along the world's axes, m.
+  void box(const SceneSnapshot& snapshot, glm::dvec3& low, glm::dvec3& high) const;
   /// A ball around the same, world, m.
-  void bounds(const SceneMoment& moment, glm::dvec3& centre, double& radius_m) const;
+  void bounds(const SceneSnapshot& snapshot, glm::dvec3& centre, double& radius_m) const;
 
  private:
-  void add_things(const SceneMoment& moment, const Eye& eye, double radius_m, ViewScene& scene);
+  void add_things(const SceneSnapshot& snapshot, const Eye& eye, double radius_m, ViewScene& scene);
   void add_tubes(const ViewVolume& of, size_t v, double radius_m, Things& things) const;
-  void add_hand(const SceneMoment& moment, const Eye& eye, double size, ViewScene& scene);
+  void add_hand(const SceneSnapshot& snapshot, const Eye& eye, double size, ViewScene& scene);
   const VolumeSpec& spec(size_t v) const { return felt_->volumes[shown_[v]].spec; }
 
   ViewChoices choices_;

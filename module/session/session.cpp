@@ -255,7 +255,7 @@ void Session::play(bool on) {
       send({ControlEvent::Kind::kRate, int(v), on ? rates_[v] : 0.0});
 }
 
-void Session::scrub(const SceneMoment& moment, double share) {
+void Session::scrub(const SceneSnapshot& snapshot, double share) {
   if (!can_play_) return;
   play(false);
   const auto felt = scene();
@@ -263,9 +263,9 @@ void Session::scrub(const SceneMoment& moment, double share) {
   {
     const std::lock_guard lock(mutex_);
     if (scrubbed_s_.empty())
-      for (int v = 0; v < moment.volume_count; ++v)
-        scrubbed_s_.push_back(moment.volumes[size_t(v)].time_s);
-    for (int v = 0; v < std::min(int(felt->volumes.size()), moment.volume_count); ++v) {
+      for (int v = 0; v < snapshot.volume_count; ++v)
+        scrubbed_s_.push_back(snapshot.volumes[size_t(v)].time_s);
+    for (int v = 0; v < std::min(int(felt->volumes.size()), snapshot.volume_count); ++v) {
       const MovingVolume& volume = *felt->volumes[size_t(v)].data;
       if (volume.is_still()) continue;
       const double length_s = volume.times.length_s();
@@ -327,8 +327,8 @@ std::shared_ptr<const ReleasedTubes> Session::tubes() const {
 /// Stream tubes: what the hand asked for since the last time, in the scene as it is now.
 void Session::take_commands() {
   const auto felt = scene();
-  SceneMoment now;
-  newest(MomentReader::kTubes, now);
+  SceneSnapshot now;
+  newest(SnapshotReader::kTubes, now);
   const auto say = [this](const std::string& sentence) {
     if (!sentence.empty()) tell(SessionEvent::Kind::kNote, sentence);
   };

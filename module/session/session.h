@@ -48,9 +48,9 @@ struct SessionOptions {
   std::function<std::string()> next_note;
 };
 
-/// Who reads the newest moment, each on a thread of its own.
-enum class MomentReader { kHeadset, kWindow, kPictures, kLive, kServer, kTubes };
-static_assert(int(MomentReader::kTubes) < SceneTicker::kReaders);
+/// Who reads the newest snapshot, each on a thread of its own.
+enum class SnapshotReader { kHeadset, kWindow, kPictures, kLive, kServer, kTubes };
+static_assert(int(SnapshotReader::kTubes) < SceneTicker::kReaders);
 
 /// A scene that is being felt: joins scene, haptic step and servo loop, sends the poses of volumes
 /// that move by themselves, estimates motion that nothing gives and takes it up while the loop
@@ -109,9 +109,9 @@ class Session {
   /// Plays what was paused, pauses what was played; nothing while motion is awaited. Any thread.
   void toggle_play();
   void play(bool on);
-  /// By a share of each sequence from where it is in `moment`, or from where the scrub before took
-  /// it, which no picture may have shown yet; pauses. Any thread.
-  void scrub(const SceneMoment& moment, double share);
+  /// By a share of each sequence from where it is in `snapshot`, or from where the scrub before
+  /// took it, which no picture may have shown yet; pauses. Any thread.
+  void scrub(const SceneSnapshot& snapshot, double share);
   /// To a share of every moving sequence's length, 0 to 1; pauses. Any thread.
   void scrub_to(double share);
 
@@ -121,7 +121,9 @@ class Session {
   const LiveMotion& motion() const { return *motion_; }
 
   /// The newest tick as an eye sees it; true if it is another than last time. One thread each.
-  bool newest(MomentReader who, SceneMoment& moment) { return ticker_.newest(int(who), moment); }
+  bool newest(SnapshotReader who, SceneSnapshot& snapshot) {
+    return ticker_.newest(int(who), snapshot);
+  }
   /// The newest tick for reader 0 or 1; see Servo::newest().
   bool newest(int reader, TickOutput& output) noexcept;
   const ServoStatistics& statistics() const noexcept;

@@ -44,7 +44,7 @@ double step_s(const FrameTimes& times, int frame) {
 std::optional<glm::dvec3> material_at(const MovingVolume& data, FramePointer pointer,
                                       glm::dvec3 target) {
   if (data.whole) {
-    SequenceMoment now(*data.whole, data.whole->basis().at(pointer.frame, pointer.phase));
+    SequenceSnapshot now(*data.whole, data.whole->basis().at(pointer.frame, pointer.phase));
     const BackTrack found = back_track(now, target, target);
     if (!found.ok) return std::nullopt;
     return found.x_m;
@@ -156,7 +156,7 @@ class FrozenField {
   const FrameData* next_ = nullptr;  ///< blended with, if any
   ModeSpec mode_;
   LastRead read_, read_next_;
-  std::optional<SequenceMoment> before_, now_, after_;
+  std::optional<SequenceSnapshot> before_, now_, after_;
   double between_s_ = 0.0;
 };
 
@@ -205,7 +205,7 @@ std::optional<TubeField> tube_field(const Scene& scene, size_t volume) {
                                                                   : TubeField::kGradient;
   }
   if (vectors) return TubeField::kVectors;
-  if (of.spec.seen.tubes.value_or(false)) return TubeField::kGradient;
+  if (of.spec.appearance.tubes.value_or(false)) return TubeField::kGradient;
   if (!of.data->is_still() && (of.data->whole || !of.data->motions.empty()))
     return TubeField::kVelocity;
   return std::nullopt;
@@ -340,7 +340,7 @@ std::optional<StreamTube> StreamTube::moved_to(std::shared_ptr<const MovingVolum
 
 std::vector<glm::dvec3> StreamTube::places(FramePointer pointer) const {
   if (data_->whole) {
-    SequenceMoment now(*data_->whole, data_->whole->basis().at(pointer.frame, pointer.phase));
+    SequenceSnapshot now(*data_->whole, data_->whole->basis().at(pointer.frame, pointer.phase));
     std::vector<glm::dvec3> places = material_m_.front();
     for (glm::dvec3& x : places) x += now.displacement(x);
     return places;

@@ -6,7 +6,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::chrono::milliseconds kPause{2};  // before there is a moment
+constexpr std::chrono::milliseconds kPause{2};  // before there is a snapshot
 
 }  // namespace
 
@@ -40,16 +40,16 @@ Status Viewer::update(const Session& session) {
   return update(session.scene());
 }
 
-Status Viewer::start(const SceneMoment& moment, int64_t display_ns, std::span<const Eye> eyes,
+Status Viewer::start(const SceneSnapshot& snapshot, int64_t display_ns, std::span<const Eye> eyes,
                      PictureSize size, const HostImages* images) {
-  shown_ = picture_.at(moment, display_ns, eyes[0]);
+  shown_ = picture_.at(snapshot, display_ns, eyes[0]);
   return images ? renderer_->start(shown_, eyes, size, *images)
                 : renderer_->start(shown_, eyes, size);
 }
 
-Result<std::vector<Picture>> Viewer::take(const SceneMoment& moment, int64_t display_ns,
+Result<std::vector<Picture>> Viewer::take(const SceneSnapshot& snapshot, int64_t display_ns,
                                           std::span<const Eye> eyes, PictureSize size) {
-  if (const Status started = start(moment, display_ns, eyes, size); !started)
+  if (const Status started = start(snapshot, display_ns, eyes, size); !started)
     return started.error();
   std::vector<Picture> pictures;
   for (size_t eye = 0; eye < eyes.size(); ++eye) {
@@ -60,13 +60,13 @@ Result<std::vector<Picture>> Viewer::take(const SceneMoment& moment, int64_t dis
   return pictures;
 }
 
-Result<std::vector<Picture>> Viewer::take_all(const SceneMoment& moment, PictureSize size,
+Result<std::vector<Picture>> Viewer::take_all(const SceneSnapshot& snapshot, PictureSize size,
                                               int eyes) {
   glm::dvec3 low, high;
-  picture_.box(moment, low, high);
+  picture_.box(snapshot, low, high);
   std::array<Eye, 2> before = eyes_before(low, high, size);
   if (eyes == 1) before[0] = eye_before(low, high, size);
-  return take(moment, moment.now_ns, {before.data(), size_t(eyes)}, size);
+  return take(snapshot, snapshot.now_ns, {before.data(), size_t(eyes)}, size);
 }
 
 ViewerThread::ViewerThread(Session& session, ViewerThreadOptions options, Draw draw)
@@ -96,13 +96,13 @@ void ViewerThread::run(std::stop_token stop) {
 Status ViewerThread::draw_until(std::stop_token stop) {
   const auto viewer = Viewer::open(options_.gpu, options_.choices, options_.renderer);
   if (!viewer) return viewer.error();
-  SceneMoment moment;
+  SceneSnapshot snapshot;
   while (!stop.stop_requested()) {
     const auto start = std::chrono::steady_clock::now();
-    const bool is_new = session_.newest(options_.reader, moment);
+    const bool is_new = session_.newest(options_.reader, snapshot);
     std::chrono::milliseconds pause = kPause;
-    if (moment.volume_count > 0) {
-      const auto drawn = draw_(**viewer, moment, is_new);
+    if (snapshot.volume_count > 0) {
+      const auto drawn = draw_(**viewer, snapshot, is_new);
       if (!drawn) return drawn.error();
       pause = *drawn;
     }

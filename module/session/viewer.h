@@ -40,16 +40,16 @@ class Viewer {
   void show(std::shared_ptr<const ReleasedTubes> tubes) { picture_.show(std::move(tubes)); }
   /// Both, as they are in a session now.
   Status update(const Session& session);
-  /// Draws `moment` as it will be at display_ns (monotonic) for one eye or two; submits, and does
+  /// Draws `snapshot` as it will be at display_ns (monotonic) for one eye or two; submits, and does
   /// not wait. See VolumeRenderer::start(). images: of a host's, into which it goes; null: none.
-  Status start(const SceneMoment& moment, int64_t display_ns, std::span<const Eye> eyes,
+  Status start(const SceneSnapshot& snapshot, int64_t display_ns, std::span<const Eye> eyes,
                PictureSize size, const HostImages* images = nullptr);
   /// Draws the same and waits: a picture per eye.
-  Result<std::vector<Picture>> take(const SceneMoment& moment, int64_t display_ns,
+  Result<std::vector<Picture>> take(const SceneSnapshot& snapshot, int64_t display_ns,
                                     std::span<const Eye> eyes, PictureSize size);
   /// A picture for a file: at the time of its tick, from a place that sees all of the scene. eyes:
   /// 1 or 2, of a head there.
-  Result<std::vector<Picture>> take_all(const SceneMoment& moment, PictureSize size, int eyes);
+  Result<std::vector<Picture>> take_all(const SceneSnapshot& snapshot, PictureSize size, int eyes);
 
   /// What the last picture shows.
   const ViewScene& shown() const { return shown_; }
@@ -68,17 +68,18 @@ struct ViewerThreadOptions {
   vulkan::ContextOptions gpu;
   ViewChoices choices;
   RendererOptions renderer;
-  MomentReader reader = MomentReader::kPictures;  ///< nobody else reads as this one
+  SnapshotReader reader = SnapshotReader::kPictures;  ///< nobody else reads as this one
 };
 
 /// Draws what is felt again and again, on a thread of low priority and a device of its own, for
 /// those who show it or keep it.
 class ViewerThread {
  public:
-  /// Draws one picture of the newest moment (is_new: another than last time) or none, and says when
-  /// it wants to be asked again, counted from when it was asked. On the thread. An error ends it.
+  /// Draws one picture of the newest snapshot (is_new: another than last time) or none, and says
+  /// when it wants to be asked again, counted from when it was asked. On the thread. An error ends
+  /// it.
   using Draw = std::function<Result<std::chrono::milliseconds>(
-      Viewer& viewer, const SceneMoment& moment, bool is_new)>;
+      Viewer& viewer, const SceneSnapshot& snapshot, bool is_new)>;
 
   /// Starts at once. `session` is borrowed.
   ViewerThread(Session& session, ViewerThreadOptions options, Draw draw);

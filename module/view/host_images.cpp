@@ -18,7 +18,7 @@ bool has_stencil(VkFormat format) {
 }
 
 /// One image of an eye, and where it is copied from or to.
-struct Part {
+struct CopiedImage {
   VkImage image = VK_NULL_HANDLE;
   VkImageAspectFlags copied = VK_IMAGE_ASPECT_COLOR_BIT;  ///< what is copied ...
   VkImageAspectFlags all = VK_IMAGE_ASPECT_COLOR_BIT;     ///< ... and what changes its layout
@@ -26,13 +26,13 @@ struct Part {
   uint32_t layer = 0;
 };
 
-Part colour_of(const HostImages& images, int eye) {
+CopiedImage colour_of(const HostImages& images, int eye) {
   const HostImages::OfEye& of = images.eyes[size_t(eye)];
   return {of.colour, VK_IMAGE_ASPECT_COLOR_BIT, VK_IMAGE_ASPECT_COLOR_BIT, images.colour_layout,
           of.colour_layer};
 }
 
-Part depth_of(const HostImages& images, int eye) {
+CopiedImage depth_of(const HostImages& images, int eye) {
   const HostImages::OfEye& of = images.eyes[size_t(eye)];
   const VkImageAspectFlags stencil =
       has_stencil(images.depth_format) ? VK_IMAGE_ASPECT_STENCIL_BIT : 0;
@@ -40,7 +40,7 @@ Part depth_of(const HostImages& images, int eye) {
           images.depth_layout, of.depth_layer};
 }
 
-void change_layout(VkCommandBuffer commands, const Part& part, VkImageLayout from,
+void change_layout(VkCommandBuffer commands, const CopiedImage& part, VkImageLayout from,
                    VkImageLayout to) {
   VkImageMemoryBarrier change{VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER};
   change.srcAccessMask = VK_ACCESS_MEMORY_WRITE_BIT;
@@ -59,7 +59,7 @@ void change_layout(VkCommandBuffer commands, const Part& part, VkImageLayout fro
                        VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, 0, 1, &memory, 0, nullptr, 1, &change);
 }
 
-VkBufferImageCopy region_of(const Part& part, PictureSize size, uint64_t first_pixel) {
+VkBufferImageCopy region_of(const CopiedImage& part, PictureSize size, uint64_t first_pixel) {
   VkBufferImageCopy region{};
   region.bufferOffset = 4 * first_pixel;
   region.imageSubresource = {part.copied, 0, part.layer, 1};
@@ -67,7 +67,7 @@ VkBufferImageCopy region_of(const Part& part, PictureSize size, uint64_t first_p
   return region;
 }
 
-void copy_from(VkCommandBuffer commands, const Part& part, PictureSize size, VkBuffer to,
+void copy_from(VkCommandBuffer commands, const CopiedImage& part, PictureSize size, VkBuffer to,
                uint64_t first_pixel) {
   constexpr VkImageLayout kSource = VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL;
   change_layout(commands, part, part.layout, kSource);
@@ -76,7 +76,7 @@ void copy_from(VkCommandBuffer commands, const Part& part, PictureSize size, VkB
   change_layout(commands, part, kSource, part.layout);
 }
 
-void copy_into(VkCommandBuffer commands, const Part& part, PictureSize size, VkBuffer from,
+void copy_into(VkCommandBuffer commands, const CopiedImage& part, PictureSize size, VkBuffer from,
                uint64_t first_pixel) {
   constexpr VkImageLayout kTarget = VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL;
   change_layout(commands, part, part.layout, kTarget);

@@ -12,12 +12,13 @@
 
 namespace palpate {
 
-/// A host's images, which a picture is drawn into: what the host has drawn hides the volumes that
-/// lie behind it and is seen through those before it. Of the same device as the renderer, drawn on
-/// its queue before, as large as the picture, one sample, usable as source and target of transfers.
+/// A host's images, which a picture is drawn into: what the host has drawn hides the volumes behind
+/// it, and is visible through those in front of it. They belong to the renderer's device, were
+/// drawn on its queue before, have the picture's size and one sample, and can be source and target
+/// of transfers.
 struct HostImages {
-  /// What can be taken: 8 bits of R, G, B and A in either order, _SRGB or _UNORM. Their bytes are
-  /// taken as encoded for a display in either case.
+  /// Formats that can be used: 8 bits of R, G, B and A in either order, _SRGB or _UNORM. Their
+  /// bytes are taken as encoded for a display in either case.
   static bool takes_colour(VkFormat format);
   /// D32_SFLOAT, D32_SFLOAT_S8_UINT, X8_D24_UNORM_PACK32, D24_UNORM_S8_UINT; stencils stay as they
   /// are.

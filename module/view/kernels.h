@@ -26,13 +26,13 @@ class Kernels {
   const vulkan::Kernel& mark(bool carried);
   const vulkan::Kernel& list();
   const vulkan::Kernel& need();
-  /// moves: nodes are looked at; blends: the next frame is.
+  /// moves: nodes are read; blends: the next frame is read.
   const vulkan::Kernel& brick(bool moves, bool blends);
   const vulkan::Kernel& carry();
   const vulkan::Kernel& distance(int axis);
   const vulkan::Kernel& things();
-  /// volumes: 1 to kMostVolumes. skip: off marches everywhere; count: samples are counted. Both
-  /// for measurements. masked: not all pixels are seen. texels: skip words are read as texels.
+  /// volumes: 1 to kMostVolumes. skip: off marches everywhere; count: samples are counted. Both for
+  /// measurements. masked: not all pixels are visible. texels: skip words are read as texels.
   /// backdrop: see view::backdrop_bits(); 0: none.
   const vulkan::Kernel& raycast(int volumes, bool things, bool skip, bool count, bool masked,
                                 bool texels, uint32_t backdrop);

@@ -44,7 +44,7 @@ Repacker::Repacker(std::shared_ptr<vulkan::Context> context, VkFormat format, Pi
 }
 
 Repacker::~Repacker() {
-  // The device must be done with what is freed below, whatever became of it.
+  // The device must have finished with what is freed below, also after an error.
   try {
     recorder_->wait();
   } catch (const vulkan::Failure&) {

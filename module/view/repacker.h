@@ -9,8 +9,8 @@
 namespace palpate {
 
 /// The renderer's colours in the bytes of another image format. OpenXR and Vulkan take values of
-/// formats that are not _SRGB ones for linear, so the encoding is taken away for them: 8 bits then
-/// show bands where it is dark. One thread at a time. Throws vulkan::Failure.
+/// formats that are not _SRGB for linear, so for these the encoding is removed: with 8 bits dark
+/// parts then show bands. One thread at a time. Throws vulkan::Failure.
 class Repacker {
  public:
   /// Formats that a picture can be handed over in: 8 bits of R, G, B and A in either order, _SRGB

@@ -13,8 +13,8 @@ namespace palpate::view {
 namespace {
 
 constexpr int kMostMadeSamples = 256, kLeastMadeSamples = 128;
-// What is taken off before trilinear reading, as a share of f''. One reading adds between 0 and 1/8
-// of it, so 1/16 leaves at most 1/16 to either side; moving volumes are read twice.
+// What is subtracted before trilinear reading, as a share of f''. One reading adds between 0 and
+// 1/8 of it, so 1/16 leaves at most 1/16 to either side; moving volumes are read twice.
 constexpr double kOnce = 1.0 / 16.0, kTwice = 4.0 / 32.0;
 
 bool same(const GridPlace& a, const GridPlace& b) {
@@ -42,7 +42,7 @@ size_t count_of(const GridPlace& place) {
   return size_t(place.size.x) * size_t(place.size.y) * size_t(place.size.z);
 }
 
-/// A frame at the voxels of `place`, as the hand reads it there.
+/// A frame at the voxels of `place`, read as the hand reads it.
 std::vector<float> read_at(const FrameData& data, const GridPlace& place) {
   std::vector<float> values(count_of(place));
   const glm::dmat3 volume_from_index = glm::inverse(place.index_from_volume);
@@ -57,11 +57,11 @@ std::vector<float> read_at(const FrameData& data, const GridPlace& place) {
   return values;
 }
 
-struct Range {
+struct BrickRange {
   float low = 3e38F, high = -3e38F;
 };
 
-void widen(Range& range, std::span<const float> values) {
+void widen(BrickRange& range, std::span<const float> values) {
   for (const float v : values)
     if (std::isfinite(v)) range.low = std::min(range.low, v), range.high = std::max(range.high, v);
 }
@@ -117,9 +117,9 @@ class FrameUpload {
   vulkan::Image samples_;
 };
 
-/// What closes a cycle, by the index of its last field. The rest that many fields leave is small
-/// and smooth: it is worked out at every fourth sample of each axis, as that takes runs of the
-/// cycle.
+/// The closing of a cycle, by the index of its last field. What the fields leave is small and
+/// smooth, and each value needs several runs of the cycle, so it is computed at every fourth sample
+/// of each axis.
 class Closing {
  public:
   Closing(const std::vector<std::shared_ptr<const MotionMap>>& steps, const GridPlace& place)
@@ -182,11 +182,11 @@ std::shared_ptr<const ResidentFrames> upload_frames(const std::shared_ptr<vulkan
   const glm::dmat3 volume_from_index = glm::inverse(resident->place.index_from_volume);
   for (int a = 0; a < 3; ++a) resident->spacing_mm[a] = 1e3 * glm::length(volume_from_index[a]);
 
-  // Read once: what was read has to be kept until the range of all frames is known.
+  // Each frame is read once and kept until the range of all frames is known.
   std::vector<std::vector<float>> read(volume.frames.size());
   std::vector<std::span<const float>> values(volume.frames.size());
   std::vector<bool> is_sampled(volume.frames.size());
-  Range range;
+  BrickRange range;
   for (size_t k = 0; k < volume.frames.size(); ++k) {
     const ScalarSamples own = volume.frames[k]->samples();
     is_sampled[k] = own.place && same(*own.place, resident->place);

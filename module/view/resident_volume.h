@@ -23,11 +23,11 @@ struct ResidentField {
 struct ResidentTerms {
   vulkan::Buffer terms;
   vulkan::TexelView texels;
-  ResidentField place;  ///< without an image: that of a time is made by who draws it
+  ResidentField place;  ///< without an image: ShownVolume makes that of a time
 };
 
-/// The way from a frame to the next one: how it moves, and bounds of what each part of 4 x 4 x 4
-/// cells shows on it (PartRange), by which bricks are left out.
+/// The step from a frame to the next one: how it moves, and bounds of the values that each part of
+/// 4 x 4 x 4 cells has during it (PartRange), by which bricks are skipped.
 struct ResidentStep {
   std::shared_ptr<const ResidentField> field;  ///< null where the data stand still
   vulkan::Buffer parts;
@@ -39,9 +39,10 @@ struct ResidentFrames {
   GridPlace place;  ///< of the first frame; the others are brought onto it
   glm::dvec3 spacing_mm{1.0};
   double lowest = 0.0, highest = 1.0;
-  /// One image, with slopes, to be read as shaders/view/curve.comp says: of a volume that one
-  /// motion carries at all times, on a CPU. A GPU's texture unit weighs corners in 256 steps, and
-  /// its half floats hold no slope times place: there values lie alone, as of all other volumes.
+  /// One image, with slopes, to be read as shaders/view/curve.comp says: used for a volume that one
+  /// motion carries at all times, on a CPU. A GPU's texture unit has only 256 steps of weight
+  /// between corners, and half floats are too coarse for slopes; there, and for all other volumes,
+  /// the image has values alone.
   bool curved = false;
   std::vector<vulkan::Image> images;
   std::vector<std::shared_ptr<const FrameData>> sources;
@@ -51,19 +52,19 @@ struct ResidentFrames {
 struct ResidentVolume {
   std::shared_ptr<const MovingVolume> source;
   std::shared_ptr<const ResidentFrames> frames;
-  /// By motion, then by frame; the first motion's stand for data without motions, which have one.
+  /// By motion, then by frame. Data without a motion have one entry for it, the first.
   std::vector<std::vector<std::shared_ptr<const ResidentStep>>> steps;
   /// Null where there is no motion for the whole sequence.
   std::shared_ptr<const ResidentTerms> whole;
 };
 
-/// Uploads frames; those not sampled (formulas, vectors) are sampled as their detail asks, at most
-/// 256 along an axis. Throws Failure.
+/// Uploads frames; those not sampled (formulas, vectors) are sampled at their detail_m(), with at
+/// most 256 samples along an axis. Throws Failure.
 std::shared_ptr<const ResidentFrames> upload_frames(const std::shared_ptr<vulkan::Context>& context,
                                                     Kernels& kernels, const MovingVolume& volume);
 
-/// Uploads one step of a motion. The last step of a cycle gets what closes the cycle added, as the
-/// hand adds it (module/scene/cycle_closing.h). Throws Failure.
+/// Uploads one step of a motion. The closing of a cycle is added to its last step, as it is for the
+/// hand (module/scene/cycle_closing.h). Throws Failure.
 std::shared_ptr<const ResidentField> upload_field(const std::shared_ptr<vulkan::Context>& context,
                                                   const ResidentFrames& frames,
                                                   const MovingVolume& volume, size_t motion,
@@ -74,13 +75,13 @@ std::shared_ptr<const ResidentTerms> upload_terms(const std::shared_ptr<vulkan::
                                                   const ResidentFrames& frames,
                                                   const SequenceMap& map);
 
-/// Bounds the way from `frame` to `next`. Throws Failure.
+/// Bounds the values during the step from `frame` to `next`. Throws Failure.
 std::shared_ptr<const ResidentStep> bound_step(const std::shared_ptr<vulkan::Context>& context,
                                                Kernels& kernels, const ResidentFrames& frames,
                                                int frame, int next,
                                                std::shared_ptr<const ResidentField> field);
 
-/// The rows that take a voxel to an index of the field, as the kernels want them.
+/// The rows that take a voxel to an index of the field, as the kernels take them.
 void set_rows(const ResidentField& field, glm::vec4 (&rows)[3]);
 
 /// The frame after this one: the first again in a cycle, itself at an end.

@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kTooSlow = 0.95, kTooFast = 0.65, kAim = 0.80;
 constexpr double kDown = 0.97, kUp = 1.01;
-// Of a new time in the smoothed one: about eight pictures.
+// The weight of a new time in the smoothed one: about eight pictures are averaged.
 constexpr double kNew = 0.125;
 
 }  // namespace

@@ -20,10 +20,11 @@ struct Resolution {
 
 /// The next state after a picture drawn at now.scale took frame_s. A pure function.
 ///
-/// Time is taken to go with the number of pixels. The scale starts to move only when a picture
-/// would take more than 95 % or less than 65 % of the budget, and then goes to where it takes 80 %:
-/// so it stands still where times scatter by some 15 %. It never snaps: by at most 3 % of itself a
-/// picture downwards and 1 % upwards. A time that is not above 0 and finite changes nothing.
+/// Time is assumed to be proportional to the number of pixels. The scale starts to move only when a
+/// picture would take more than 95 % or less than 65 % of the budget, and then goes to where it
+/// takes 80 %: so it stands still where times scatter by some 15 %. It never snaps: by at most 3 %
+/// of itself a picture downwards and 1 % upwards. A time that is not above 0 and finite changes
+/// nothing.
 Resolution next_resolution(const Resolution& now, double frame_s, const ResolutionOptions& options);
 
 /// The picture's size at a scale: even numbers, at least 16.

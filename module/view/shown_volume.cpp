@@ -30,30 +30,30 @@ glm::ivec3 rows(glm::ivec3 size) {
 
 }  // namespace
 
-Moment moment_of(const ViewVolume& volume, const ResidentVolume& resident) {
+ShownFrames shown_frames_of(const ViewVolume& volume, const ResidentVolume& resident) {
   const MovingVolume& source = *resident.source;
-  Moment moment;
+  ShownFrames frames;
   if (source.whole) {
     const int last = int(source.times.times_s.size()) - 1;
-    moment.frame = moment.next = 0;
-    moment.phase = 1.0;
-    moment.step = resident.steps[0][0].get();
-    moment.moves = true;
-    moment.whole = resident.whole.get();
-    // Not moved is what there is at the time of the one frame.
-    moment.whole_frame = std::clamp(
+    frames.frame = frames.next = 0;
+    frames.phase = 1.0;
+    frames.step = resident.steps[0][0].get();
+    frames.moves = true;
+    frames.whole = resident.whole.get();
+    // Without motion: the values at the time of the one frame.
+    frames.whole_frame = std::clamp(
         volume.whole_frames ? int(source.whole->reference()) : volume.pointer.frame, 0, last);
-    moment.whole_phase = volume.whole_frames ? 0.0 : std::clamp(volume.pointer.phase, 0.0, 1.0);
-    return moment;
+    frames.whole_phase = volume.whole_frames ? 0.0 : std::clamp(volume.pointer.phase, 0.0, 1.0);
+    return frames;
   }
-  moment.frame = std::clamp(volume.pointer.frame, 0, int(source.frames.size()) - 1);
-  moment.next = next_frame(source, moment.frame);
-  moment.phase = volume.whole_frames ? 0.0 : std::clamp(volume.pointer.phase, 0.0, 1.0);
-  moment.blend = volume.blend_values && moment.phase > 0.0;
+  frames.frame = std::clamp(volume.pointer.frame, 0, int(source.frames.size()) - 1);
+  frames.next = next_frame(source, frames.frame);
+  frames.phase = volume.whole_frames ? 0.0 : std::clamp(volume.pointer.phase, 0.0, 1.0);
+  frames.blend = volume.blend_values && frames.phase > 0.0;
   const size_t motion = size_t(std::clamp(volume.motion, 0, int(resident.steps.size()) - 1));
-  moment.step = resident.steps[motion][size_t(moment.frame)].get();
-  moment.moves = moment.phase > 0.0 && moment.step->field;
-  return moment;
+  frames.step = resident.steps[motion][size_t(frames.frame)].get();
+  frames.moves = frames.phase > 0.0 && frames.step->field;
+  return frames;
 }
 
 int ShownVolume::skip_words(const ResidentVolume& resident) {
@@ -85,8 +85,8 @@ ShownVolume::ShownVolume(std::shared_ptr<vulkan::Context> context, Kernels& kern
   start[0] = 0, start[1] = 1, start[2] = 1;
   for (vulkan::Buffer& distance : distance_)
     distance = vulkan::Buffer(context_, 4 * product(bricks_));
-  held_ = vulkan::Buffer(context_, 4, vulkan::Buffer::Kind::kHostVisible);
-  held_.as<uint32_t>()[0] = 0;
+  frozen_ = vulkan::Buffer(context_, 4, vulkan::Buffer::Kind::kHostVisible);
+  frozen_.as<uint32_t>()[0] = 0;
 }
 
 void ShownVolume::set_resident(std::shared_ptr<const ResidentVolume> resident) {
@@ -94,7 +94,7 @@ void ShownVolume::set_resident(std::shared_ptr<const ResidentVolume> resident) {
   shown_ = {};
 }
 
-void ShownVolume::record(vulkan::Recorder& recorder, const Moment& moment, bool look_changed,
+void ShownVolume::record(vulkan::Recorder& recorder, const ShownFrames& frames, bool look_changed,
                          double thin_per_mm, bool long_steps, const LookTables& tables,
                          const vulkan::Buffer& skip) {
   if (fresh_) {
@@ -104,16 +104,16 @@ void ShownVolume::record(vulkan::Recorder& recorder, const Moment& moment, bool 
     recorder.clear(nodes_);
   }
   fresh_ = false;
-  if (moment == shown_ && !look_changed) return;
-  if (moment.whole) record_motion(recorder, moment);
-  record_list(recorder, moment, thin_per_mm < 0.0, long_steps, tables, skip);
-  if (moment.moves) record_nodes(recorder, moment);
-  record_bricks(recorder, moment, thin_per_mm, tables, skip);
-  shown_ = moment;
+  if (frames == shown_ && !look_changed) return;
+  if (frames.whole) record_motion(recorder, frames);
+  record_list(recorder, frames, thin_per_mm < 0.0, long_steps, tables, skip);
+  if (frames.moves) record_nodes(recorder, frames);
+  record_bricks(recorder, frames, thin_per_mm, tables, skip);
+  shown_ = frames;
 }
 
-void ShownVolume::record_list(vulkan::Recorder& recorder, const Moment& moment, bool everything,
-                              bool long_steps, const LookTables& tables,
+void ShownVolume::record_list(vulkan::Recorder& recorder, const ShownFrames& frames,
+                              bool everything, bool long_steps, const LookTables& tables,
                               const vulkan::Buffer& skip) {
   const glm::ivec3 parts = blocks_of(size_, kPart);
   recorder.begin_concurrent();
@@ -124,25 +124,25 @@ void ShownVolume::record_list(vulkan::Recorder& recorder, const Moment& moment, 
   push.parts = glm::ivec4(parts, 0);
   push.bricks = glm::ivec4(bricks_, 0);
   push.table = entries();
-  push.phase = glm::vec4(moment.moves ? moment.phase : 0.0, moment.blend ? moment.phase : 0.0,
-                         moment.moves ? 1.0 : 0.0, 0.0);
-  if (moment.whole) {
-    push.field_size = glm::ivec4(moment.whole->place.size, 0);
-    set_rows(moment.whole->place, push.field_from);
+  push.phase = glm::vec4(frames.moves ? frames.phase : 0.0, frames.blend ? frames.phase : 0.0,
+                         frames.moves ? 1.0 : 0.0, 0.0);
+  if (frames.whole) {
+    push.field_size = glm::ivec4(frames.whole->place.size, 0);
+    set_rows(frames.whole->place, push.field_from);
   }
   // Something has to be bound where there is no such motion; it is not read.
-  const vulkan::Image& field = moment.whole ? motion_ : nodes_;
-  recorder.dispatch(kernels_.mark(moment.whole != nullptr),
-                    {moment.step->parts, tables.next_entries, marks_, {field, kernels_.nearest()}},
+  const vulkan::Image& field = frames.whole ? motion_ : nodes_;
+  recorder.dispatch(kernels_.mark(frames.whole != nullptr),
+                    {frames.step->parts, tables.next_entries, marks_, {field, kernels_.nearest()}},
                     push, rows(parts));
   // Below 0: segments may be longer than an eighth of a brick, see need.comp.
-  const int first = moment.whole && long_steps ? -1 - first_skip_word_ : first_skip_word_;
-  recorder.dispatch(moment.whole ? kernels_.need() : kernels_.list(), {marks_, near_, list_, skip},
+  const int first = frames.whole && long_steps ? -1 - first_skip_word_ : first_skip_word_;
+  recorder.dispatch(frames.whole ? kernels_.need() : kernels_.list(), {marks_, near_, list_, skip},
                     BricksPush{glm::ivec4(bricks_, first)}, rows(bricks_));
 }
 
-void ShownVolume::record_motion(vulkan::Recorder& recorder, const Moment& moment) {
-  const glm::ivec3 size = moment.whole->place.size;
+void ShownVolume::record_motion(vulkan::Recorder& recorder, const ShownFrames& frames) {
+  const glm::ivec3 size = frames.whole->place.size;
   if (!weights_ || motion_.size() != size) {
     motion_ = vulkan::Image(context_, size, VK_FORMAT_R32G32B32A32_SFLOAT);
     weights_ = vulkan::Buffer(context_, sizeof(glm::vec4) * kMostTerms,
@@ -150,44 +150,44 @@ void ShownVolume::record_motion(vulkan::Recorder& recorder, const Moment& moment
     recorder.prepare(motion_);
   }
   const TimeWeights time =
-      resident_->source->whole->basis().at(moment.whole_frame, moment.whole_phase);
+      resident_->source->whole->basis().at(frames.whole_frame, frames.whole_phase);
   const std::span<glm::vec4> weights = weights_.as<glm::vec4>();
   for (size_t n = 0; n < size_t(time.count); ++n)
     weights[n] = glm::vec4(time.weight[n], time.term[n], 0.0F, 0.0F);
-  recorder.dispatch(kernels_.motion_at(moment.whole->texels.whole()),
-                    {weights_, moment.whole->texels, motion_, moment.whole->terms},
+  recorder.dispatch(kernels_.motion_at(frames.whole->texels.whole()),
+                    {weights_, frames.whole->texels, motion_, frames.whole->terms},
                     MotionAtPush{glm::ivec4(size, time.count)}, rows(size));
 }
 
-void ShownVolume::record_nodes(vulkan::Recorder& recorder, const Moment& moment) {
-  const ResidentField& field = moment.whole ? moment.whole->place : *moment.step->field;
-  const vulkan::Image& image = moment.whole ? motion_ : field.image;
+void ShownVolume::record_nodes(vulkan::Recorder& recorder, const ShownFrames& frames) {
+  const ResidentField& field = frames.whole ? frames.whole->place : *frames.step->field;
+  const vulkan::Image& image = frames.whole ? motion_ : field.image;
   TrackPush push{};
-  // What was found in the same step is a good start, and what is held where nothing is found.
-  const bool warm = shown_.moves && (shown_.step == moment.step || (shown_.whole && moment.whole));
+  // The result of the same step is a good start, and is kept where nothing is found.
+  const bool warm = shown_.moves && (shown_.step == frames.step || (shown_.whole && frames.whole));
   push.nodes = glm::ivec4(node_count_, warm ? 1 : 0);
   push.field_size = glm::ivec4(field.size, 0);
   set_rows(field, push.field_from);
-  push.phase = glm::vec4(moment.phase, kCloseVoxels, moment.whole ? 1.0F : 0.0F,
+  push.phase = glm::vec4(frames.phase, kCloseVoxels, frames.whole ? 1.0F : 0.0F,
                          resident_->frames->curved ? 0.0F : 1.0F);
   push.bricks = glm::ivec4(bricks_, 0);
-  recorder.fill(held_, 0);
+  recorder.fill(frozen_, 0);
   recorder.dispatch(
       kernels_.track(),
-      {{image, kernels_.nearest()}, {nodes_, kernels_.nearest()}, nodes_, held_, near_}, push,
+      {{image, kernels_.nearest()}, {nodes_, kernels_.nearest()}, nodes_, frozen_, near_}, push,
       rows(node_count_));
 }
 
-void ShownVolume::record_bricks(vulkan::Recorder& recorder, const Moment& moment,
+void ShownVolume::record_bricks(vulkan::Recorder& recorder, const ShownFrames& frames,
                                 double thin_per_mm, const LookTables& tables,
                                 const vulkan::Buffer& skip) {
   BrickPush push{};
   push.size = glm::ivec4(size_, 0);
   push.bricks = glm::ivec4(bricks_, first_skip_word_);
   push.nodes = glm::vec4(glm::vec3(node_count_), 0.0F);
-  const double share = moment.blend ? moment.phase : 0.0;
-  // Below a thousandth the next frame has no weight that could be seen, and 1 / phase no meaning.
-  push.frames = glm::vec4(1.0 - share, share, thin_per_mm, 1.0 / std::max(moment.phase, 1e-3));
+  const double share = frames.blend ? frames.phase : 0.0;
+  // Below a thousandth the next frame's weight is invisible, and 1 / phase would be too large.
+  push.frames = glm::vec4(1.0 - share, share, thin_per_mm, 1.0 / std::max(frames.phase, 1e-3));
   push.table = entries();
   push.per_mm = glm::vec4(1.0 / resident_->frames->spacing_mm, 0.0);
   const auto& images = resident_->frames->images;
@@ -203,10 +203,10 @@ void ShownVolume::record_bricks(vulkan::Recorder& recorder, const Moment& moment
                                 near_},
                                &push, list_, 0);
   } else {
-    recorder.dispatch_indirect(kernels_.brick(moment.moves, moment.blend),
+    recorder.dispatch_indirect(kernels_.brick(frames.moves, frames.blend),
                                {{nodes_, kernels_.linear()},
-                                {images[size_t(moment.frame)], kernels_.linear()},
-                                {images[size_t(moment.next)], kernels_.linear()},
+                                {images[size_t(frames.frame)], kernels_.linear()},
+                                {images[size_t(frames.next)], kernels_.linear()},
                                 list_,
                                 tables.next_entries,
                                 tables.most,

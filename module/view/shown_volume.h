@@ -8,9 +8,9 @@
 
 namespace palpate::view {
 
-/// What decides the values of the picture of a volume: two frames and how they are put together;
-/// or, where one motion carries one frame at all times, the time.
-struct Moment {
+/// What the values of a volume in a picture depend on: two frames and how they are blended; or,
+/// where one motion carries one frame at all times, the time.
+struct ShownFrames {
   int frame = -1, next = -1;
   double phase = 0.0;
   const ResidentStep* step = nullptr;
@@ -19,18 +19,18 @@ struct Moment {
   const ResidentTerms* whole = nullptr;
   int whole_frame = 0;       ///< with `whole`: the time is this frame's,
   double whole_phase = 0.0;  ///< and this share of the way to the next one
-  bool operator==(const Moment&) const = default;
+  bool operator==(const ShownFrames&) const = default;
 };
 
-/// What the look means to the kernels: shared by all volumes, a part for each slot.
+/// The looks as tables for the kernels: shared by all volumes, a part for each slot.
 struct LookTables {
   vulkan::Buffer colours;       ///< 2 kTable: colour and extinction; their integrals
   vulkan::Buffer next_entries;  ///< kTable: the next entry with extinction
   vulkan::Buffer most;          ///< kMostLevels x kTable: most extinction of 2^level entries
 };
 
-/// The moment that a ViewVolume asks for.
-Moment moment_of(const ViewVolume& volume, const ResidentVolume& resident);
+/// The frames that a ViewVolume asks for.
+ShownFrames shown_frames_of(const ViewVolume& volume, const ResidentVolume& resident);
 
 /// A volume at one phase, as rays read it: values with slopes, and which bricks can show anything.
 /// Brought to another phase or look by a few passes over the volume, then only read.
@@ -42,30 +42,30 @@ class ShownVolume {
 
   static int skip_words(const ResidentVolume& resident);
 
-  /// Records what the moment and a changed look need, and nothing if neither has changed.
-  /// thin_per_mm: a brick with no more extinction may be sampled in longer steps; below 0: every
-  /// brick is made, as no place will be skipped. long_steps: of more than half a brick.
-  void record(vulkan::Recorder& recorder, const Moment& moment, bool look_changed,
+  /// Records the passes that changed frames or a changed look need; nothing if neither has changed.
+  /// thin_per_mm: bricks with no more extinction than this may be sampled in longer steps; below 0:
+  /// every brick is computed, since none will be skipped. long_steps: of more than half a brick.
+  void record(vulkan::Recorder& recorder, const ShownFrames& frames, bool look_changed,
               double thin_per_mm, bool long_steps, const LookTables& tables,
               const vulkan::Buffer& skip);
 
   const ResidentVolume& resident() const { return *resident_; }
-  /// Fields that came later for the same frames.
+  /// Sets fields that were found later for the same frames.
   void set_resident(std::shared_ptr<const ResidentVolume> resident);
   const vulkan::Image& surface() const { return surface_; }
   glm::ivec3 bricks() const { return bricks_; }
   int slot() const { return slot_; }
   int first_skip_word() const { return first_skip_word_; }
-  /// Counter of nodes that had to be held at the last change of phase, one word, host visible.
-  vulkan::Buffer& held() { return held_; }
+  /// Counter of nodes that were frozen at the last change of phase, one word, host visible.
+  vulkan::Buffer& frozen() { return frozen_; }
 
  private:
   glm::vec4 entries() const;
-  void record_list(vulkan::Recorder& recorder, const Moment& moment, bool everything,
+  void record_list(vulkan::Recorder& recorder, const ShownFrames& frames, bool everything,
                    bool long_steps, const LookTables& tables, const vulkan::Buffer& skip);
-  void record_motion(vulkan::Recorder& recorder, const Moment& moment);
-  void record_nodes(vulkan::Recorder& recorder, const Moment& moment);
-  void record_bricks(vulkan::Recorder& recorder, const Moment& moment, double thin_per_mm,
+  void record_motion(vulkan::Recorder& recorder, const ShownFrames& frames);
+  void record_nodes(vulkan::Recorder& recorder, const ShownFrames& frames);
+  void record_bricks(vulkan::Recorder& recorder, const ShownFrames& frames, double thin_per_mm,
                      const LookTables& tables, const vulkan::Buffer& skip);
 
   std::shared_ptr<vulkan::Context> context_;
@@ -76,8 +76,8 @@ class ShownVolume {
   vulkan::Image surface_, nodes_;
   vulkan::Image motion_;    ///< with `whole`: u at the time that is shown
   vulkan::Buffer weights_;  ///< with `whole`: of its terms
-  vulkan::Buffer marks_, near_, list_, list_start_, distance_[2], held_;
-  Moment shown_;
+  vulkan::Buffer marks_, near_, list_, list_start_, distance_[2], frozen_;
+  ShownFrames shown_;
   bool fresh_ = true;
 };
 

@@ -9,7 +9,7 @@ void StreamLines::add(Things& things, const MovingVolume& volume,
     frames_ = volume.frames;
     laid_.assign(frames_.size(), {});
   }
-  // Of a volume with one motion for all times there is one frame, and the motion carries it.
+  // A volume with one motion for all times has one frame, which the motion carries.
   const size_t of = volume.whole ? 0 : size_t(pointer.frame);
   const FrameData& frame = *frames_[of];
   Things& laid = laid_[of];

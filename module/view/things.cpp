@@ -116,7 +116,7 @@ void add_letters(Things& things, const Transform& world_from_volume, glm::dvec3 
 
 namespace {
 
-/// Where a length is between the least and the most, logarithmically, 0 to 1.
+/// The place of a length between the least and the most, on a logarithmic scale, 0 to 1.
 double share_of(double length, double least, double most) {
   if (!(length > 0.0) || !(least < most)) return 0.0;
   return std::clamp(std::log(length / least) / std::log(most / least), 0.0, 1.0);
@@ -147,11 +147,11 @@ void add_stream_tubes(Things& things, const Transform& world_from_volume, const 
   line.most_steps = options.most_segments;
   line.least_length = options.least_length;
   const glm::dvec3 extent = data.high_m() - data.low_m();
-  struct Segment {
+  struct LineSegment {
     glm::dvec3 from, to;
     double length;
   };
-  std::vector<Segment> segments;
+  std::vector<LineSegment> segments;
   const int n = options.seeds_per_axis;
   for (int seed = 0; seed < n * n * n; ++seed) {
     const glm::dvec3 cell(seed % n, seed / n % n, seed / n / n);
@@ -164,9 +164,9 @@ void add_stream_tubes(Things& things, const Transform& world_from_volume, const 
     }
   }
   double least = 1e300, most = 0.0;
-  for (const Segment& s : segments)
+  for (const LineSegment& s : segments)
     if (s.length > 0.0) least = std::min(least, s.length), most = std::max(most, s.length);
-  for (const Segment& s : segments)
+  for (const LineSegment& s : segments)
     add_rod(things, world_from_volume.world_from_volume(s.from),
             world_from_volume.world_from_volume(s.to), options.radius_m,
             tube_colour(s.length, least, most));

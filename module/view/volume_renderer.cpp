@@ -229,8 +229,8 @@ std::vector<ViewVolume> VolumeRenderer::with_segments(const ViewScene& scene) co
 }
 
 Status VolumeRenderer::start(const ViewScene& scene, std::span<const Eye> eyes, PictureSize size,
-                             std::shared_ptr<const SeenPixels> seen) {
-  return start(scene, eyes, size, std::move(seen), nullptr);
+                             std::shared_ptr<const VisiblePixels> visible) {
+  return start(scene, eyes, size, std::move(visible), nullptr);
 }
 
 Status VolumeRenderer::start(const ViewScene& scene, std::span<const Eye> eyes, PictureSize size,
@@ -240,14 +240,15 @@ Status VolumeRenderer::start(const ViewScene& scene, std::span<const Eye> eyes, 
 }
 
 Status VolumeRenderer::start(const ViewScene& scene, std::span<const Eye> eyes, PictureSize size,
-                             std::shared_ptr<const SeenPixels> seen, const HostImages* images) {
+                             std::shared_ptr<const VisiblePixels> visible,
+                             const HostImages* images) {
   if (eyes.empty() || int(eyes.size()) > options_.most_eyes)
     return refused("it has no eyes, or more than the renderer was made for");
   if (size.width < 1 || size.height < 1 || size.width > options_.most.width ||
       size.height > options_.most.height)
     return refused("the picture is empty, or larger than the renderer was made for");
-  if (seen && (seen->size.width != size.width || seen->size.height != size.height ||
-               seen->eyes != int(eyes.size())))
+  if (visible && (visible->size.width != size.width || visible->size.height != size.height ||
+                  visible->eyes != int(eyes.size())))
     return refused("what is said to be seen of it is about another picture");
   if (scene.volumes.empty() || scene.volumes.size() > kMostGiven)
     return refused("it has no volumes, or more than " + std::to_string(kMostGiven));
@@ -261,7 +262,7 @@ Status VolumeRenderer::start(const ViewScene& scene, std::span<const Eye> eyes, 
   }
   return tried([&] {
     recorder_->restart();
-    seen_ = std::move(seen);
+    visible_ = std::move(visible);
     record(scene, eyes, size, images);
     recorder_->start();
   });
@@ -271,10 +272,10 @@ Status VolumeRenderer::prepare(const ViewScene& scene, std::span<const Eye> eyes
   constexpr int kEdge = 8;  // one tile of pixels
   const PictureSize size{std::min(kEdge, options_.most.width),
                          std::min(kEdge, options_.most.height)};
-  std::shared_ptr<const SeenPixels> all;
+  std::shared_ptr<const VisiblePixels> all;
   if (masked) {
-    all = std::make_shared<const SeenPixels>(
-        SeenPixels{size, int(eyes.size()), std::vector<uint64_t>(eyes.size(), ~uint64_t(0))});
+    all = std::make_shared<const VisiblePixels>(
+        VisiblePixels{size, int(eyes.size()), std::vector<uint64_t>(eyes.size(), ~uint64_t(0))});
   }
   if (const Status started = start(scene, eyes, size, std::move(all)); !started) return started;
   return wait();
@@ -299,16 +300,16 @@ bool VolumeRenderer::set_table(int slot, const Look& look) {
   return true;
 }
 
-void VolumeRenderer::upload_seen() {
-  if (!seen_ || seen_ == uploaded_seen_) return;
-  const uint64_t bytes = seen_->tiles.size() * sizeof(uint64_t);
-  if (seen_tiles_.bytes() < bytes) {
-    seen_tiles_ = Buffer(context_, bytes);
-    staged_seen_ = Buffer(context_, bytes, Buffer::Kind::kHostVisible);
+void VolumeRenderer::upload_visible() {
+  if (!visible_ || visible_ == uploaded_visible_) return;
+  const uint64_t bytes = visible_->tiles.size() * sizeof(uint64_t);
+  if (visible_tiles_.bytes() < bytes) {
+    visible_tiles_ = Buffer(context_, bytes);
+    staged_visible_ = Buffer(context_, bytes, Buffer::Kind::kHostVisible);
   }
-  std::copy(seen_->tiles.begin(), seen_->tiles.end(), staged_seen_.as<uint64_t>().begin());
-  recorder_->copy(staged_seen_, seen_tiles_, bytes);
-  uploaded_seen_ = seen_;
+  std::copy(visible_->tiles.begin(), visible_->tiles.end(), staged_visible_.as<uint64_t>().begin());
+  recorder_->copy(staged_visible_, visible_tiles_, bytes);
+  uploaded_visible_ = visible_;
 }
 
 void VolumeRenderer::record(const ViewScene& scene, std::span<const Eye> eyes, PictureSize size,
@@ -331,7 +332,7 @@ void VolumeRenderer::record(const ViewScene& scene, std::span<const Eye> eyes, P
   std::vector<const view::ShownVolume*> drawn;
   for (size_t v = 0; v < volumes.size(); ++v) {
     view::ShownVolume* shown = shown_of(volumes[v]);
-    shown->record(recorder, view::moment_of(volumes[v], shown->resident()), look_changed[v],
+    shown->record(recorder, view::shown_frames_of(volumes[v], shown->resident()), look_changed[v],
                   thin_per_mm(shown->resident()), options_.samples_per_voxel < kShortSteps,
                   *tables_, skip_);
     parameters.volumes[v] = view::volume_parameters_of(
@@ -340,7 +341,7 @@ void VolumeRenderer::record(const ViewScene& scene, std::span<const Eye> eyes, P
     parameters.volumes[v].table.z = float(kTable * shown->slot());
     drawn.push_back(shown);
   }
-  upload_seen();
+  upload_visible();
   recorder.stamp("volumes");
   const bool things = !scene.things.empty();
   if (things)
@@ -350,7 +351,7 @@ void VolumeRenderer::record(const ViewScene& scene, std::span<const Eye> eyes, P
                                         thing_colour_, colour_,        depth_,       samples_};
   for (size_t v = 0; v < size_t(kMostVolumes); ++v)
     bindings.emplace_back(drawn[std::min(v, drawn.size() - 1)]->surface(), kernels_->linear());
-  bindings.emplace_back(seen_ ? seen_tiles_ : samples_);
+  bindings.emplace_back(visible_ ? visible_tiles_ : samples_);
   bindings.emplace_back(skip_);
   if (images) {
     const uint64_t bytes = 8 * uint64_t(size.width) * uint64_t(size.height) * uint64_t(eyes_);
@@ -362,7 +363,7 @@ void VolumeRenderer::record(const ViewScene& scene, std::span<const Eye> eyes, P
   bindings.emplace_back(images ? backdrop_ : samples_);
   recorder.dispatch(
       kernels_->raycast(int(drawn.size()), things, options_.skip_empty, options_.count_samples,
-                        seen_ != nullptr, skip_texels_.whole(),
+                        visible_ != nullptr, skip_texels_.whole(),
                         images ? view::backdrop_bits(*images) : 0U),
       bindings, nullptr, {(size.width + 7) / 8, (size.height + 7) / 8, eyes_});
   recorder.stamp("rays");
@@ -401,7 +402,7 @@ ViewStatistics VolumeRenderer::statistics() {
   ViewStatistics statistics;
   const Status status = tried([&] {
     recorder_->wait();
-    for (const auto& shown : shown_) statistics.held_nodes += shown->held().as<uint32_t>()[0];
+    for (const auto& shown : shown_) statistics.frozen_nodes += shown->frozen().as<uint32_t>()[0];
     if (!options_.count_samples) return;
     const uint64_t pixels = uint64_t(size_.width) * uint64_t(size_.height) * uint64_t(eyes_);
     Buffer counts(context_, 8 * pixels, Buffer::Kind::kHostVisible);

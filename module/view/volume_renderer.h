@@ -10,8 +10,8 @@
 #include "module/view/eye.h"
 #include "module/view/host_images.h"
 #include "module/view/picture.h"
-#include "module/view/seen_pixels.h"
 #include "module/view/view_scene.h"
+#include "module/view/visible_pixels.h"
 
 namespace palpate {
 
@@ -37,7 +37,7 @@ struct RendererOptions {
 struct ViewStatistics {
   uint64_t samples_taken = 0;   ///< of the last picture, if they are counted
   uint64_t samples_needed = 0;  ///< those with extinction where more than 1 % of the light is left
-  uint32_t held_nodes = 0;      ///< of the last change of phase: places where back-tracking held
+  uint32_t frozen_nodes = 0;    ///< of the last change of phase: places where back-tracking failed
 };
 
 /// Draws volumes and things for one or two eyes, by compute alone. Everything but set_volumes runs
@@ -75,7 +75,7 @@ class VolumeRenderer {
   /// picture before. size at most that of the options; 1 or 2 eyes. seen: of these eyes and this
   /// size, or none where all is seen, which costs nothing; the same object is uploaded once.
   Status start(const ViewScene& scene, std::span<const Eye> eyes, PictureSize size,
-               std::shared_ptr<const SeenPixels> seen = nullptr);
+               std::shared_ptr<const VisiblePixels> visible = nullptr);
   /// The same into a host's images: what the host has drawn takes the place of the background, and
   /// ends rays. On the queue after what the host has submitted, before what it submits next.
   Status start(const ViewScene& scene, std::span<const Eye> eyes, PictureSize size,
@@ -97,10 +97,10 @@ class VolumeRenderer {
   VolumeRenderer(std::shared_ptr<vulkan::Context> context, const RendererOptions& options);
   void upload(std::span<const std::shared_ptr<const MovingVolume>> volumes);
   Status start(const ViewScene& scene, std::span<const Eye> eyes, PictureSize size,
-               std::shared_ptr<const SeenPixels> seen, const HostImages* images);
+               std::shared_ptr<const VisiblePixels> visible, const HostImages* images);
   void record(const ViewScene& scene, std::span<const Eye> eyes, PictureSize size,
               const HostImages* images);
-  void upload_seen();
+  void upload_visible();
   void upload_steps(view::ResidentVolume& resident, const view::ResidentVolume* before);
   double thin_per_mm(const view::ResidentVolume& resident) const;
   bool set_table(int slot, const Look& look);
@@ -124,9 +124,9 @@ class VolumeRenderer {
   std::unique_ptr<view::LookTables> tables_, staged_tables_;
   vulkan::TexelView colour_texels_, skip_texels_;
   vulkan::Buffer parameters_, skip_, thing_depth_, thing_colour_, colour_, depth_, samples_;
-  std::shared_ptr<const SeenPixels> seen_, uploaded_seen_;
-  vulkan::Buffer seen_tiles_, staged_seen_;  ///< made when first needed
-  vulkan::Buffer backdrop_;                  ///< likewise
+  std::shared_ptr<const VisiblePixels> visible_, uploaded_visible_;
+  vulkan::Buffer visible_tiles_, staged_visible_;  ///< made when first needed
+  vulkan::Buffer backdrop_;                        ///< likewise
   std::unique_ptr<vulkan::Recorder> recorder_;
   PictureSize size_;
   int eyes_ = 0;

@@ -22,7 +22,7 @@ XrActionType type_of(ActKind kind) {
   }
 }
 
-/// Room for the text and its end is in every field of OpenXR that these go to.
+/// Copies into a fixed field of OpenXR; every one that is used has room for the text and its end.
 template <size_t n>
 void set_text(char (&field)[n], const char* text) {
   std::strncpy(field, text, n - 1);
@@ -31,7 +31,7 @@ void set_text(char (&field)[n], const char* text) {
 
 }  // namespace
 
-Outcome<Actions> Actions::make(const Instance& instance, const Session& session) {
+Outcome<Actions> Actions::make(const Instance& instance, const OpenXrSession& session) {
   Actions made;
   Done done = made.make_actions(instance);
   if (done) done = made.suggest(instance);
@@ -72,7 +72,7 @@ Done Actions::suggest(const Instance& instance) {
     const Outcome<XrPath> path = instance.path(profile.path);
     if (!path) return path.error();
     std::vector<XrActionSuggestedBinding> bindings;
-    for (const Binding& binding : profile.bindings) {
+    for (const InputBinding& binding : profile.bindings) {
       const Outcome<XrPath> part = instance.path(binding.path);
       if (!part) return part.error();
       bindings.push_back({action(binding.act), *part});
@@ -89,7 +89,7 @@ Done Actions::suggest(const Instance& instance) {
   return Nothing{};
 }
 
-Done Actions::attach(const Session& session) {
+Done Actions::attach(const OpenXrSession& session) {
   const XrActionSet set = set_.get();
   XrSessionActionSetsAttachInfo attach{XR_TYPE_SESSION_ACTION_SETS_ATTACH_INFO};
   attach.countActionSets = 1;
@@ -118,7 +118,8 @@ XrActionStateGetInfo Actions::about(Act act, XrPath hand) const {
   return get;
 }
 
-Outcome<XrActionStateBoolean> Actions::button(const Session& session, Act act, XrPath hand) const {
+Outcome<XrActionStateBoolean> Actions::button(const OpenXrSession& session, Act act,
+                                              XrPath hand) const {
   const XrActionStateGetInfo get = about(act, hand);
   XrActionStateBoolean state{XR_TYPE_ACTION_STATE_BOOLEAN};
   const XrResult result = xrGetActionStateBoolean(session.handle(), &get, &state);
@@ -128,7 +129,7 @@ Outcome<XrActionStateBoolean> Actions::button(const Session& session, Act act, X
   return state;
 }
 
-Outcome<Hands> Actions::read(const Session& session, XrSpace base, XrTime time,
+Outcome<Hands> Actions::read(const OpenXrSession& session, XrSpace base, XrTime time,
                              const Pose& world_from_base) {
   Hands hands;
   if (!session.life().focused()) return hands;
@@ -138,7 +139,7 @@ Outcome<Hands> Actions::read(const Session& session, XrSpace base, XrTime time,
   sync.activeActionSets = &active;
   const XrResult synced = xrSyncActions(session.handle(), &sync);
   if (XR_FAILED(synced)) return problem_of("xrSyncActions", synced);
-  // The runtime took the focus away and its event is still on the way.
+  // The runtime has taken the focus away, but its event has not arrived yet.
   if (synced == XR_SESSION_NOT_FOCUSED) return hands;
   hands.focused = true;
   Done done = read_buttons(session, hands);
@@ -148,8 +149,8 @@ Outcome<Hands> Actions::read(const Session& session, XrSpace base, XrTime time,
   return hands;
 }
 
-Done Actions::read_hand(const Session& session, size_t side, XrSpace base, XrTime time,
-                        const Pose& world_from_base, Hand& hand) const {
+Done Actions::read_hand(const OpenXrSession& session, size_t side, XrSpace base, XrTime time,
+                        const Pose& world_from_base, Controller& hand) const {
   const auto held = [&](Act act, bool& into) -> Done {
     const auto state = button(session, act, sides_[side]);
     if (!state) return state.error();
@@ -181,7 +182,7 @@ Done Actions::read_hand(const Session& session, size_t side, XrSpace base, XrTim
   return read;
 }
 
-Done Actions::read_buttons(const Session& session, Hands& hands) const {
+Done Actions::read_buttons(const OpenXrSession& session, Hands& hands) const {
   Done read = Nothing{};
   const auto pressed = [&](Act act) {
     if (!read) return false;
@@ -203,7 +204,8 @@ Done Actions::read_buttons(const Session& session, Hands& hands) const {
   return read;
 }
 
-Done Actions::vibrate(const Session& session, int hand, double amplitude, int64_t duration_ns) {
+Done Actions::vibrate(const OpenXrSession& session, int hand, double amplitude,
+                      int64_t duration_ns) {
   XrHapticActionInfo info{XR_TYPE_HAPTIC_ACTION_INFO};
   info.action = action(Act::kVibrate);
   info.subactionPath = sides_[size_t(hand)];
@@ -218,7 +220,7 @@ Done Actions::vibrate(const Session& session, int hand, double amplitude, int64_
                                     reinterpret_cast<XrHapticBaseHeader*>(&vibration)));
 }
 
-Done Actions::ask_profiles(const Instance& instance, const Session& session) {
+Done Actions::ask_profiles(const Instance& instance, const OpenXrSession& session) {
   for (size_t side = 0; side < 2; ++side) {
     XrInteractionProfileState state{XR_TYPE_INTERACTION_PROFILE_STATE};
     Done asked = done("xrGetCurrentInteractionProfile",

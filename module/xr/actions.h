@@ -8,35 +8,35 @@
 
 namespace palpate::xr {
 
-/// Seventh in the life cycle: what the hands do. Made once per session, before it begins.
+/// Seventh in the life cycle: the input of controllers. Made once per session, before it begins.
 /// Move-only.
 class Actions {
  public:
-  static Outcome<Actions> make(const Instance& instance, const Session& session);
+  static Outcome<Actions> make(const Instance& instance, const OpenXrSession& session);
 
-  /// Reads everything for the display time. Unfocused: at rest, nothing is asked.
-  Outcome<Hands> read(const Session& session, XrSpace base, XrTime time,
+  /// Reads everything for the display time. Unfocused: at rest, without a call.
+  Outcome<Hands> read(const OpenXrSession& session, XrSpace base, XrTime time,
                       const Pose& world_from_base);
 
   /// Starts a vibration, or stops what runs (amplitude 0).
-  Done vibrate(const Session& session, int hand, double amplitude, int64_t duration_ns);
+  Done vibrate(const OpenXrSession& session, int hand, double amplitude, int64_t duration_ns);
 
   /// Asks again which controllers are in the hands: after XrEventDataInteractionProfileChanged.
-  Done ask_profiles(const Instance& instance, const Session& session);
+  Done ask_profiles(const Instance& instance, const OpenXrSession& session);
 
  private:
-  using Set = Handle<XrActionSet, xrDestroyActionSet>;
-  using Space = Handle<XrSpace, xrDestroySpace>;
+  using Set = XrHandle<XrActionSet, xrDestroyActionSet>;
+  using Space = XrHandle<XrSpace, xrDestroySpace>;
 
   Done make_actions(const Instance& instance);
   Done suggest(const Instance& instance);
-  Done attach(const Session& session);
+  Done attach(const OpenXrSession& session);
   XrAction action(Act act) const { return actions_[size_t(act)]; }
   XrActionStateGetInfo about(Act act, XrPath hand) const;
-  Outcome<XrActionStateBoolean> button(const Session& session, Act act, XrPath hand) const;
-  Done read_hand(const Session& session, size_t side, XrSpace base, XrTime time,
-                 const Pose& world_from_base, Hand& hand) const;
-  Done read_buttons(const Session& session, Hands& hands) const;
+  Outcome<XrActionStateBoolean> button(const OpenXrSession& session, Act act, XrPath hand) const;
+  Done read_hand(const OpenXrSession& session, size_t side, XrSpace base, XrTime time,
+                 const Pose& world_from_base, Controller& hand) const;
+  Done read_buttons(const OpenXrSession& session, Hands& hands) const;
 
   Set set_;
   std::array<XrAction, size_t(Act::kCount)> actions_{};  ///< die with the set

@@ -19,9 +19,9 @@ constexpr std::array kActs{
     ActSpec{Act::kVibrate, "vibrate", "Force as vibration", ActKind::kVibration, true}};
 static_assert(kActs.size() == size_t(Act::kCount));
 
-#define PALPATE_BOTH(act, part)                    \
-  Binding{act, "/user/hand/left/" part}, Binding { \
-    act, "/user/hand/right/" part                  \
+#define PALPATE_BOTH(act, part)                              \
+  InputBinding{act, "/user/hand/left/" part}, InputBinding { \
+    act, "/user/hand/right/" part                            \
   }
 #define PALPATE_HELD                                                                      \
   PALPATE_BOTH(Act::kGrip, "input/grip/pose"), PALPATE_BOTH(Act::kAim, "input/aim/pose"), \
@@ -30,48 +30,48 @@ static_assert(kActs.size() == size_t(Act::kCount));
 // Two buttons only: the volume is grabbed with either hand, the dead-man is the other button of the
 // right one.
 constexpr std::array kSimple{PALPATE_HELD, PALPATE_BOTH(Act::kGrab, "input/select/click"),
-                             Binding{Act::kPlayPause, "/user/hand/left/input/menu/click"},
-                             Binding{Act::kDeadMan, "/user/hand/right/input/menu/click"}};
+                             InputBinding{Act::kPlayPause, "/user/hand/left/input/menu/click"},
+                             InputBinding{Act::kDeadMan, "/user/hand/right/input/menu/click"}};
 
 constexpr std::array kTouch{PALPATE_HELD,
                             PALPATE_BOTH(Act::kGrab, "input/squeeze/value"),
                             PALPATE_BOTH(Act::kDeadMan, "input/trigger/value"),
                             PALPATE_BOTH(Act::kClip, "input/thumbstick/click"),
-                            Binding{Act::kPlayPause, "/user/hand/right/input/a/click"},
-                            Binding{Act::kRecentre, "/user/hand/right/input/b/click"},
-                            Binding{Act::kPresetNext, "/user/hand/left/input/y/click"},
-                            Binding{Act::kPresetPrevious, "/user/hand/left/input/x/click"},
-                            Binding{Act::kScrub, "/user/hand/right/input/thumbstick/x"}};
+                            InputBinding{Act::kPlayPause, "/user/hand/right/input/a/click"},
+                            InputBinding{Act::kRecentre, "/user/hand/right/input/b/click"},
+                            InputBinding{Act::kPresetNext, "/user/hand/left/input/y/click"},
+                            InputBinding{Act::kPresetPrevious, "/user/hand/left/input/x/click"},
+                            InputBinding{Act::kScrub, "/user/hand/right/input/thumbstick/x"}};
 
 constexpr std::array kVive{PALPATE_HELD,
                            PALPATE_BOTH(Act::kGrab, "input/squeeze/click"),
                            PALPATE_BOTH(Act::kDeadMan, "input/trigger/value"),
-                           Binding{Act::kClip, "/user/hand/right/input/trackpad/click"},
-                           Binding{Act::kPlayPause, "/user/hand/right/input/menu/click"},
-                           Binding{Act::kRecentre, "/user/hand/left/input/menu/click"},
-                           Binding{Act::kPresetNext, "/user/hand/left/input/trackpad/click"},
-                           Binding{Act::kScrub, "/user/hand/left/input/trackpad/x"}};
+                           InputBinding{Act::kClip, "/user/hand/right/input/trackpad/click"},
+                           InputBinding{Act::kPlayPause, "/user/hand/right/input/menu/click"},
+                           InputBinding{Act::kRecentre, "/user/hand/left/input/menu/click"},
+                           InputBinding{Act::kPresetNext, "/user/hand/left/input/trackpad/click"},
+                           InputBinding{Act::kScrub, "/user/hand/left/input/trackpad/x"}};
 
 constexpr std::array kIndex{PALPATE_HELD,
                             PALPATE_BOTH(Act::kGrab, "input/squeeze/value"),
                             PALPATE_BOTH(Act::kDeadMan, "input/trigger/value"),
                             PALPATE_BOTH(Act::kClip, "input/thumbstick/click"),
-                            Binding{Act::kPlayPause, "/user/hand/right/input/a/click"},
-                            Binding{Act::kRecentre, "/user/hand/right/input/b/click"},
-                            Binding{Act::kPresetNext, "/user/hand/left/input/b/click"},
-                            Binding{Act::kPresetPrevious, "/user/hand/left/input/a/click"},
-                            Binding{Act::kScrub, "/user/hand/right/input/thumbstick/x"}};
+                            InputBinding{Act::kPlayPause, "/user/hand/right/input/a/click"},
+                            InputBinding{Act::kRecentre, "/user/hand/right/input/b/click"},
+                            InputBinding{Act::kPresetNext, "/user/hand/left/input/b/click"},
+                            InputBinding{Act::kPresetPrevious, "/user/hand/left/input/a/click"},
+                            InputBinding{Act::kScrub, "/user/hand/right/input/thumbstick/x"}};
 
 constexpr std::array kMixedReality{
     PALPATE_HELD,
     PALPATE_BOTH(Act::kGrab, "input/squeeze/click"),
     PALPATE_BOTH(Act::kDeadMan, "input/trigger/value"),
     PALPATE_BOTH(Act::kClip, "input/thumbstick/click"),
-    Binding{Act::kPlayPause, "/user/hand/right/input/menu/click"},
-    Binding{Act::kRecentre, "/user/hand/left/input/menu/click"},
-    Binding{Act::kPresetNext, "/user/hand/right/input/trackpad/click"},
-    Binding{Act::kPresetPrevious, "/user/hand/left/input/trackpad/click"},
-    Binding{Act::kScrub, "/user/hand/right/input/thumbstick/x"}};
+    InputBinding{Act::kPlayPause, "/user/hand/right/input/menu/click"},
+    InputBinding{Act::kRecentre, "/user/hand/left/input/menu/click"},
+    InputBinding{Act::kPresetNext, "/user/hand/right/input/trackpad/click"},
+    InputBinding{Act::kPresetPrevious, "/user/hand/left/input/trackpad/click"},
+    InputBinding{Act::kScrub, "/user/hand/right/input/thumbstick/x"}};
 #undef PALPATE_HELD
 #undef PALPATE_BOTH
 

@@ -32,14 +32,14 @@ struct ActSpec {
 };
 std::span<const ActSpec> acts();
 
-/// One line of the table: this act by this part of this controller.
-struct Binding {
+/// One line of the table: which part of a controller gives this act.
+struct InputBinding {
   Act act;
   const char* path;
 };
 struct Profile {
   const char* path;
-  std::span<const Binding> bindings;
+  std::span<const InputBinding> bindings;
 };
 /// Simple, touch, vive, index and WMR controllers.
 std::span<const Profile> profiles();

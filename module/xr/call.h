@@ -21,16 +21,16 @@ inline Done done(const char* call, XrResult result) {
 
 /// Owns an OpenXR handle. Destroying is allowed after every loss. Move-only.
 template <class T, XrResult(XRAPI_PTR* destroy)(T)>
-class Handle {
+class XrHandle {
  public:
-  Handle() = default;
-  explicit Handle(T handle) : handle_(handle) {}
-  Handle(Handle&& other) noexcept : handle_(std::exchange(other.handle_, XR_NULL_HANDLE)) {}
-  Handle& operator=(Handle&& other) noexcept {
+  XrHandle() = default;
+  explicit XrHandle(T handle) : handle_(handle) {}
+  XrHandle(XrHandle&& other) noexcept : handle_(std::exchange(other.handle_, XR_NULL_HANDLE)) {}
+  XrHandle& operator=(XrHandle&& other) noexcept {
     std::swap(handle_, other.handle_);
     return *this;
   }
-  ~Handle() {
+  ~XrHandle() {
     if (handle_ != XR_NULL_HANDLE) destroy(handle_);
   }
   T get() const { return handle_; }

@@ -7,13 +7,13 @@ namespace {
 constexpr int64_t kSecond = 1'000'000'000;
 }
 
-Outcome<Moment> moment_of(const Instance& instance, XrTime time, XrDuration period,
-                          int64_t now_ns) {
-  if (!instance.convert_time_to_timespec) return Moment{now_ns + period, false};
+Outcome<TimeStamp> time_stamp_of(const Instance& instance, XrTime time, XrDuration period,
+                                 int64_t now_ns) {
+  if (!instance.convert_time_to_timespec) return TimeStamp{now_ns + period, false};
   timespec at{};
   const XrResult result = instance.convert_time_to_timespec(instance.handle(), time, &at);
   if (XR_FAILED(result)) return problem_of("xrConvertTimeToTimespecTimeKHR", result);
-  return Moment{int64_t(at.tv_sec) * kSecond + int64_t(at.tv_nsec), true};
+  return TimeStamp{int64_t(at.tv_sec) * kSecond + int64_t(at.tv_nsec), true};
 }
 
 int64_t monotonic_ns() {

@@ -4,16 +4,17 @@
 
 namespace palpate::xr {
 
-/// A moment of the monotonic clock.
-struct Moment {
+/// A time of the monotonic clock.
+struct TimeStamp {
   int64_t ns = 0;
   bool exact = true;  ///< false: guessed
 };
 
-/// XrTime as a moment of CLOCK_MONOTONIC. Without XR_KHR_convert_timespec_time nothing ties the two
-/// together: then display times are taken to be one period ahead of now_ns, which is when
-/// xrWaitFrame returns.
-Outcome<Moment> moment_of(const Instance& instance, XrTime time, XrDuration period, int64_t now_ns);
+/// XrTime as a time of CLOCK_MONOTONIC. Without XR_KHR_convert_timespec_time their offset is
+/// unknown: then display times are assumed to be one period after now_ns, when xrWaitFrame
+/// returned.
+Outcome<TimeStamp> time_stamp_of(const Instance& instance, XrTime time, XrDuration period,
+                                 int64_t now_ns);
 
 /// CLOCK_MONOTONIC now.
 int64_t monotonic_ns();

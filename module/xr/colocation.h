@@ -25,8 +25,8 @@ class Colocation {
   /// The device is at room_from_device in the base space and at world_from_device in the scene:
   /// from now on the world stays with the device.
   void keep(const Pose& room_from_device, const Pose& world_from_device);
-  /// No device in the room: the world follows the runtime's origin, from which it stands off as
-  /// given, until the next keep() or follow().
+  /// No device in the room: the world follows the runtime's origin, with the given offset, until
+  /// the next keep() or follow().
   void follow(const Pose& world_from_base = {});
   bool keeps() const { return keeps_; }
 
@@ -42,12 +42,12 @@ class Colocation {
   void advance(int64_t time_ns);
 
   /// The runtime says that stage_from_local at this time. Keeps the two consistent: the one whose
-  /// place in the world is known places the other.
+  /// place in the world is known determines the other's.
   void place_by(const Pose& stage_from_local);
 
   /// A new session begins: the stage is taken to be where it was (runtimes keep it with the room),
-  /// the local space is wherever the person is now. `runtime_restarted`: even the stage may have
-  /// moved unseen, which doubtful() then says.
+  /// the local space is wherever the person is now. `runtime_restarted`: the stage too may have
+  /// moved, and doubtful() then says so.
   void begin_session(bool runtime_restarted);
 
   Pose world_from_base() const { return places_[size_t(base_)].world_from_space; }
@@ -60,11 +60,11 @@ class Colocation {
   void trust() { places_[size_t(base_)].known = true; }
 
  private:
-  struct Place {
+  struct RoomPlace {
     Pose world_from_space;
     bool known = true;
   };
-  struct Change {
+  struct RoomChange {
     Room room;
     int64_t time_ns;
     std::optional<Pose> previous_from_new;
@@ -73,8 +73,8 @@ class Colocation {
   bool keeps_ = false;
   Room base_ = Room::kStage;
   Pose world_from_device_;
-  Place places_[2];
-  std::vector<Change> pending_;
+  RoomPlace places_[2];
+  std::vector<RoomChange> pending_;
 };
 
 }  // namespace palpate::xr

@@ -61,7 +61,7 @@ FrameCommands::FrameCommands(std::shared_ptr<vulkan::Context> context)
 }
 
 FrameCommands::~FrameCommands() {
-  // A lost device has nothing to wait for: whatever comes back, the objects may go.
+  // A lost device has no work to wait for: whatever the result is, the objects may be destroyed.
   if (pending_) vkWaitForFences(context_->device(), 1, &fence_, VK_TRUE, UINT64_MAX);
   vkDestroyFence(context_->device(), fence_, nullptr);
   vkDestroyCommandPool(context_->device(), pool_, nullptr);
@@ -85,7 +85,7 @@ Drawn FrameCommands::run(const Target& color, const Target& depth,
     if (!target.image) return;
     Access runtime = with_runtime(is_depth);
     if (to_source) {
-      // What was in the image does not matter, only that nobody still uses it.
+      // The image's content does not matter, only that it is no longer in use.
       runtime.layout = VK_IMAGE_LAYOUT_UNDEFINED;
       hand_over(commands_, target.image, is_depth, runtime, kTransfer);
     } else {

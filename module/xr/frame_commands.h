@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "compute/vulkan/context.h"
-#include "module/xr/frame_source.h"
+#include "module/xr/picture_source.h"
 
 namespace palpate::xr {
 

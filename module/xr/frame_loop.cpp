@@ -4,7 +4,7 @@
 
 namespace palpate::xr {
 
-/// The projection layer of one frame; its parts point at each other, so it stays where it is made.
+/// The projection layer of one frame; its parts point at each other, so it must not be moved.
 struct FrameLoop::Layer {
   std::array<XrView, 2> views{{{XR_TYPE_VIEW}, {XR_TYPE_VIEW}}};
   std::array<XrCompositionLayerProjectionView, 2> projection{};
@@ -58,16 +58,17 @@ Outcome<FrameResult> FrameLoop::run(const FrameParts& parts) {
 Done FrameLoop::fill(const FrameParts& parts, const XrFrameState& state, Layer& layer,
                      Hands& hands) {
   const XrTime time = state.predictedDisplayTime;
-  const auto moment = moment_of(parts.instance, time, state.predictedDisplayPeriod, monotonic_ns());
-  if (!moment) return moment.error();
+  const auto time_stamp =
+      time_stamp_of(parts.instance, time, state.predictedDisplayPeriod, monotonic_ns());
+  if (!time_stamp) return time_stamp.error();
   parts.colocation.advance(time);
   const auto stage_from_local = parts.spaces.stage_from_local(time);
   if (!stage_from_local) return stage_from_local.error();
   if (*stage_from_local) parts.colocation.place_by(**stage_from_local);
 
-  Frame frame;
-  frame.display_time_ns = moment->ns;
-  frame.display_time_exact = moment->exact;
+  HeadsetFrame frame;
+  frame.display_time_ns = time_stamp->ns;
+  frame.display_time_exact = time_stamp->exact;
   frame.period_ns = state.predictedDisplayPeriod;
   const Outcome<Hands> read = parts.actions.read(parts.session, parts.spaces.base(), time,
                                                  parts.colocation.world_from_base());
@@ -123,7 +124,7 @@ Done FrameLoop::prepare(const FrameParts& parts) {
   return Nothing{};
 }
 
-Done FrameLoop::locate_eyes(const FrameParts& parts, XrTime time, Layer& layer, Frame& frame,
+Done FrameLoop::locate_eyes(const FrameParts& parts, XrTime time, Layer& layer, HeadsetFrame& frame,
                             bool& valid) {
   XrViewLocateInfo locate{XR_TYPE_VIEW_LOCATE_INFO};
   locate.viewConfigurationType = kStereo;
@@ -148,7 +149,7 @@ Done FrameLoop::locate_eyes(const FrameParts& parts, XrTime time, Layer& layer, 
   return Nothing{};
 }
 
-Outcome<Drawn> FrameLoop::draw(const FrameParts& parts, Frame& frame) {
+Outcome<Drawn> FrameLoop::draw(const FrameParts& parts, HeadsetFrame& frame) {
   Swapchain* depth = chains_->depth ? &*chains_->depth : nullptr;
   const auto color_image = chains_->color.acquire();
   if (!color_image) return color_image.error();
@@ -168,7 +169,7 @@ Outcome<Drawn> FrameLoop::draw(const FrameParts& parts, Frame& frame) {
   } catch (const vulkan::Failure& caught) {
     failure = caught;
   }
-  // Given back in any case: the runtime must not be left without its images.
+  // Released in any case: the runtime needs its images back.
   Done released = chains_->color.release();
   if (depth && depth->waited()) {
     const Done depth_released = depth->release();

@@ -16,12 +16,12 @@ namespace palpate::xr {
 struct FrameParts {
   const Instance& instance;
   const System& system;
-  const Session& session;
+  const OpenXrSession& session;
   const Spaces& spaces;
   Actions& actions;
   HandTracking& tracking;
   Colocation& colocation;
-  FrameSource& source;
+  PictureSource& source;
   XrEnvironmentBlendMode blend;
   bool see_through;  ///< what the picture does not cover shows what is behind it
 };
@@ -35,7 +35,7 @@ struct FrameResult {
 };
 
 /// Ninth and last in the life cycle: wait, begin, locate, draw, end. Swapchains are made by the
-/// first frame that is to be seen, because a session may run for long without one.
+/// first frame that is displayed, because a session may run for long without one.
 class FrameLoop {
  public:
   FrameLoop(std::shared_ptr<vulkan::Context> context, double view_scale)
@@ -54,8 +54,9 @@ class FrameLoop {
  private:
   struct Layer;
   Done prepare(const FrameParts& parts);
-  Done locate_eyes(const FrameParts& parts, XrTime time, Layer& layer, Frame& frame, bool& valid);
-  Outcome<Drawn> draw(const FrameParts& parts, Frame& frame);
+  Done locate_eyes(const FrameParts& parts, XrTime time, Layer& layer, HeadsetFrame& frame,
+                   bool& valid);
+  Outcome<Drawn> draw(const FrameParts& parts, HeadsetFrame& frame);
   Done fill(const FrameParts& parts, const XrFrameState& state, Layer& layer, Hands& hands);
   Done end(const FrameParts& parts, XrTime time, const Layer& layer);
 

@@ -37,7 +37,7 @@ Transform Grab::drag(const Transform& world_from_volume, const Hands& hands) {
   std::array<bool, 2> holds{};
   std::array<Pose, 2> now{};
   for (size_t side = 0; side < 2; ++side) {
-    const Hand& hand = hands.hand[side];
+    const Controller& hand = hands.hand[side];
     holds[side] = hands.focused && hand.active && hand.grabs;
     now[side] = hand.world_from_grip;
   }
@@ -93,7 +93,7 @@ Transform Grab::by_two(const Transform& volume, const std::array<Pose, 2>& now) 
   return moved;
 }
 
-Plane clip_plane(const Pose& world_from_grip, int hand) {
+CutPlane clip_plane(const Pose& world_from_grip, int hand) {
   // The grip's x axis comes out of the left palm and goes into the right one.
   const glm::dvec3 out_of_palm(hand == 0 ? 1.0 : -1.0, 0.0, 0.0);
   return {world_from_grip.position_m, glm::normalize(world_from_grip.rotation * out_of_palm)};

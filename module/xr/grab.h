@@ -8,7 +8,7 @@
 namespace palpate::xr {
 
 /// A plane in the world: what lies on the side of the normal is kept.
-struct Plane {
+struct CutPlane {
   glm::dvec3 point_m{0.0};
   glm::dvec3 normal{0.0, 1.0, 0.0};  ///< unit length
 };
@@ -22,7 +22,7 @@ struct GrabLimits {
 
 /// Moves a volume by the hands that hold it. One hand: it moves and turns with the hand. Two hands:
 /// what is under each hand stays there, so it moves, turns and scales; turning both hands about the
-/// line between them rolls it by their mean. Letting go or taking hold never makes it jump.
+/// line between them rolls it by their mean. It never jumps when a hand lets go or takes hold.
 ///
 /// A value: the state is which hands held on, and where, in the last frame. The movement is put
 /// together from frame to frame: that is exact for the points under the hands (quotients and
@@ -48,7 +48,7 @@ class Grab {
 
 /// The plane of a flat hand that holds a controller; the palm's side is kept. hand: 0 left, 1
 /// right.
-Plane clip_plane(const Pose& world_from_grip, int hand);
+CutPlane clip_plane(const Pose& world_from_grip, int hand);
 
 /// The volume brought to a place: its centre (volume space, m) at `target_m`, turned about the
 /// vertical so that its front (+z, the patient's chest) looks to `viewer_m`; scale kept. From

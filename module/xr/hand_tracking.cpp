@@ -9,7 +9,7 @@ namespace {
 constexpr XrSpaceLocationFlags kSeen =
     XR_SPACE_LOCATION_POSITION_VALID_BIT | XR_SPACE_LOCATION_POSITION_TRACKED_BIT;
 
-/// A joint that is seen, not one that the runtime guesses: a hand that has left the cameras must
+/// Whether a joint is tracked and not guessed by the runtime: a hand that has left the cameras must
 /// not go on touching.
 bool is_seen(const XrHandJointLocationEXT& joint) {
   const XrVector3f& p = joint.pose.position;
@@ -24,7 +24,7 @@ glm::dvec3 place_of(const XrHandJointLocationEXT& joint) {
 }  // namespace
 
 Outcome<HandTracking> HandTracking::make(const Instance& instance, const System& system,
-                                         const Session& session) {
+                                         const OpenXrSession& session) {
   HandTracking made;
   if (!instance.create_hand_tracker || !system.hand_tracking) return made;
   made.locate_ = instance.locate_hand_joints;
@@ -45,7 +45,7 @@ Outcome<HandTracking> HandTracking::make(const Instance& instance, const System&
   return made;
 }
 
-/// A loss is the session's, all else is done without.
+/// A loss is reported to the session; after any other error hands are left out.
 Done HandTracking::refuse(const Problem& problem) {
   if (problem.trouble == Trouble::kSessionLost || problem.trouble == Trouble::kInstanceLost)
     return problem;

@@ -8,8 +8,9 @@
 
 namespace palpate::xr {
 
-/// Whether thumb and forefinger pinch, from the air between them, m: it begins when they touch, and
-/// ends only when they are well apart, so that a noisy tracker does not make two of one. A value.
+/// Whether thumb and forefinger pinch, from the gap between them, m: a pinch begins when they touch
+/// and ends only when they are well apart, so that a noisy tracker does not make two of one. A
+/// value.
 class Pinch {
  public:
   static constexpr double kBegins_m = 0.004, kEnds_m = 0.014;
@@ -24,12 +25,13 @@ class Pinch {
 };
 
 /// Eighth in the life cycle: hands without controllers (XR_EXT_hand_tracking), where runtime and
-/// headset have them. Without them nothing is asked and no hand is ever seen. Move-only.
+/// headset have them. Without them no call is made and no hand is reported. Move-only.
 class HandTracking {
  public:
-  /// Fails only where the session is lost: a runtime that can not track after all is done without.
+  /// Fails only where the session is lost: if the runtime can not track after all, hands are left
+  /// out.
   static Outcome<HandTracking> make(const Instance& instance, const System& system,
-                                    const Session& session);
+                                    const OpenXrSession& session);
 
   /// Where the fingers are at `time`. A runtime that refuses is not asked again in this session.
   Done read(XrSpace base, XrTime time, const Pose& world_from_base,
@@ -41,7 +43,7 @@ class HandTracking {
   const std::string& refused() const { return refused_; }
 
  private:
-  /// Like Handle, but the function that destroys it is the runtime's own.
+  /// Like XrHandle, but destroyed by a function that the runtime gives.
   class Tracker {
    public:
     Tracker() = default;

@@ -9,18 +9,18 @@
 namespace palpate::xr {
 
 /// One controller at the predicted display time.
-struct Hand {
+struct Controller {
   bool active = false;                 ///< a controller is there and tells where it is
   Pose world_from_grip;                ///< the palm; valid if active
   std::optional<Pose> world_from_aim;  ///< where it points
-  glm::dvec3 velocity_m_per_s{0.0};    ///< of the grip, world; 0 where the runtime does not say
+  glm::dvec3 velocity_m_per_s{0.0};    ///< of the grip, world; 0 where it is not known
   bool grabs = false;                  ///< holds on to the volume
   bool dead_man = false;               ///< holds the button without which a force device stays limp
   bool clip = false;                   ///< holds the clip plane on this controller
   std::string profile;                 ///< the controller's interaction profile; empty: none
 };
 
-/// A hand that the headset sees by itself, without a controller, at the predicted display time.
+/// A hand that the headset tracks without a controller, at the predicted display time.
 struct Fingers {
   bool seen = false;            ///< thumb and forefinger are
   glm::dvec3 fingertip_m{0.0};  ///< of the forefinger, world; valid if seen
@@ -30,7 +30,7 @@ struct Fingers {
 /// Everything the person did since the frame before. While the session is not focused all of it is
 /// at rest: nothing is grabbed, no dead-man is held.
 struct Hands {
-  std::array<Hand, 2> hand;        ///< left, right
+  std::array<Controller, 2> hand;  ///< left, right
   std::array<Fingers, 2> fingers;  ///< likewise; runtimes may see a hand that holds a controller
   bool play_pause = false;         ///< was pressed since the last frame
   bool recentre = false;           ///< was pressed since the last frame

@@ -12,15 +12,15 @@ namespace {
 constexpr int64_t kSecond = 1'000'000'000;
 constexpr int64_t kFarewell = 2 * kSecond;
 
-State state_of(const Lifecycle& life) {
-  if (!life.running()) return State::kIdle;
-  if (life.focused()) return State::kFocused;
-  return life.visible() ? State::kVisible : State::kHidden;
+HeadsetState state_of(const Lifecycle& life) {
+  if (!life.running()) return HeadsetState::kIdle;
+  if (life.focused()) return HeadsetState::kFocused;
+  return life.visible() ? HeadsetState::kVisible : HeadsetState::kHidden;
 }
 
-Blend blend_of(XrEnvironmentBlendMode mode) {
-  if (mode == XR_ENVIRONMENT_BLEND_MODE_ADDITIVE) return Blend::kAdditive;
-  return mode == XR_ENVIRONMENT_BLEND_MODE_ALPHA_BLEND ? Blend::kAlpha : Blend::kOpaque;
+BlendMode blend_of(XrEnvironmentBlendMode mode) {
+  if (mode == XR_ENVIRONMENT_BLEND_MODE_ADDITIVE) return BlendMode::kAdditive;
+  return mode == XR_ENVIRONMENT_BLEND_MODE_ALPHA_BLEND ? BlendMode::kAlpha : BlendMode::kOpaque;
 }
 
 Problem of_device(const Error& error) {
@@ -29,21 +29,21 @@ Problem of_device(const Error& error) {
 
 }  // namespace
 
-const char* name(State state) {
+const char* name(HeadsetState state) {
   switch (state) {
-    case State::kNoRuntime:
+    case HeadsetState::kNoRuntime:
       return "no runtime";
-    case State::kWaiting:
+    case HeadsetState::kWaiting:
       return "waiting";
-    case State::kIdle:
+    case HeadsetState::kIdle:
       return "idle";
-    case State::kHidden:
+    case HeadsetState::kHidden:
       return "hidden";
-    case State::kVisible:
+    case HeadsetState::kVisible:
       return "visible";
-    case State::kFocused:
+    case HeadsetState::kFocused:
       return "focused";
-    case State::kEnded:
+    case HeadsetState::kEnded:
       return "ended";
   }
   return "";
@@ -52,7 +52,7 @@ const char* name(State state) {
 /// The members are in the order of the life cycle, so that they go in the opposite one.
 class Headset::Story {
  public:
-  Story(HeadsetOptions wanted, FrameSource& shown) : options(wanted), source(shown) {}
+  Story(HeadsetOptions wanted, PictureSource& shown) : options(wanted), source(shown) {}
   ~Story() {
     drop_runtime();
     drop_context();
@@ -63,7 +63,7 @@ class Headset::Story {
   void look_again();
 
   const HeadsetOptions options;
-  FrameSource& source;
+  PictureSource& source;
   Report report;
   Colocation colocation;
   std::shared_ptr<vulkan::Context> context;
@@ -76,7 +76,7 @@ class Headset::Story {
   Outcome<Round> round();
   void take(const Round& round);
   void fail(const Problem& problem, int64_t now_ns);
-  void rest(State state, const std::string& sentence);
+  void rest(HeadsetState state, const std::string& sentence);
   void drop_runtime();
   void drop_context();
   int64_t pause_ns(Trouble trouble) const;
@@ -95,10 +95,10 @@ class Headset::Story {
 void Headset::Story::step(int64_t now_ns) {
   report.sentence.clear();
   report.hands = {};
-  if (report.state == State::kEnded || report.state == State::kNoRuntime) return;
+  if (report.state == HeadsetState::kEnded || report.state == HeadsetState::kNoRuntime) return;
   if (leave_at_ns_ && now_ns >= *leave_at_ns_) {
     drop_runtime();
-    return rest(State::kEnded, "The headset was left: its runtime did not end the session.");
+    return rest(HeadsetState::kEnded, "The headset was left: its runtime did not end the session.");
   }
   if (!live) {
     if (now_ns < next_try_ns_) return;
@@ -132,7 +132,7 @@ void Headset::Story::take(const Round& round) {
   }
   if (round.duty == Duty::kDropEnded) {
     drop_runtime();
-    return rest(State::kEnded, "The session in the headset was ended.");
+    return rest(HeadsetState::kEnded, "The session in the headset was ended.");
   }
   if (!live) return;
   report.state = state_of(live->session().life());
@@ -158,8 +158,8 @@ Done Headset::Story::arrive() {
   if (!ready) return ready;
   ready = open_session();
   if (ready || !context_is_old_ || insisted_) return ready;
-  // The runtime may insist on a device of its own making: tried once, because a new device costs
-  // all that was loaded onto the old one.
+  // The runtime may insist on a device that it made itself. This is tried once, because with a new
+  // device everything has to be uploaded again.
   insisted_ = true;
   drop_context();
   ready = find_context();
@@ -203,11 +203,12 @@ Done Headset::Story::open_session() {
   report.blend = blend_of(live->blend());
   report.see_through = live->see_through();
   report.main_visible = true;
-  rest(State::kIdle, "The headset is there: " + report.system + " through " + report.runtime + ".");
+  rest(HeadsetState::kIdle,
+       "The headset is there: " + report.system + " through " + report.runtime + ".");
   return Nothing{};
 }
 
-void Headset::Story::rest(State state, const std::string& sentence) {
+void Headset::Story::rest(HeadsetState state, const std::string& sentence) {
   report.state = state;
   if (sentence == said_) return;
   said_ = report.sentence = sentence;
@@ -216,7 +217,7 @@ void Headset::Story::rest(State state, const std::string& sentence) {
 int64_t Headset::Story::pause_ns(Trouble trouble) const {
   if (trouble == Trouble::kUnsupported) return 5 * kSecond;
   if (trouble != Trouble::kRefused && trouble != Trouble::kNoGraphics) return kSecond;
-  // What fails for no good reason may fail for ever: ask more and more seldom.
+  // What fails without a known reason may fail for ever: the pauses between attempts grow.
   return std::min<int64_t>(30, int64_t(1) << std::min(failures_in_a_row_, 5)) * kSecond;
 }
 
@@ -227,12 +228,12 @@ void Headset::Story::fail(const Problem& problem, int64_t now_ns) {
   const bool only_session = trouble == Trouble::kSessionLost || trouble == Trouble::kNoHeadset;
   if (!only_session || leave_at_ns_) drop_runtime();
   if (trouble == Trouble::kNoGraphics) drop_context();
-  if (leave_at_ns_) return rest(State::kEnded, problem.message);
+  if (leave_at_ns_) return rest(HeadsetState::kEnded, problem.message);
   if (trouble == Trouble::kNoRuntime && !had_runtime_)
-    return rest(State::kNoRuntime, problem.message);
+    return rest(HeadsetState::kNoRuntime, problem.message);
   next_try_ns_ = now_ns + pause_ns(trouble);
   ++failures_in_a_row_;
-  rest(State::kWaiting, problem.message);
+  rest(HeadsetState::kWaiting, problem.message);
 }
 
 void Headset::Story::drop_runtime() {
@@ -252,19 +253,19 @@ void Headset::Story::end(int64_t now_ns) {
   const bool running = live && live->session().life().running();
   if (running && live->request_exit()) return;
   drop_runtime();
-  rest(State::kEnded, "The session in the headset was ended.");
+  rest(HeadsetState::kEnded, "The session in the headset was ended.");
 }
 
 void Headset::Story::look_again() {
-  if (report.state != State::kEnded && report.state != State::kNoRuntime) return;
-  report.state = State::kWaiting;
+  if (report.state != HeadsetState::kEnded && report.state != HeadsetState::kNoRuntime) return;
+  report.state = HeadsetState::kWaiting;
   leave_at_ns_.reset();
   next_try_ns_ = INT64_MIN;
   failures_in_a_row_ = 0;
   said_.clear();
 }
 
-Headset::Headset(HeadsetOptions options, FrameSource& source)
+Headset::Headset(HeadsetOptions options, PictureSource& source)
     : story_(std::make_unique<Story>(options, source)) {}
 
 Headset::~Headset() = default;
@@ -287,8 +288,7 @@ void Headset::end(int64_t now_ns) {
 }
 
 void Headset::vibrate(int hand, double amplitude) {
-  // What a vibration that is refused costs is a vibration: a runtime that is gone says so in the
-  // next frame.
+  // A refused vibration is only lost: if the runtime is gone, the next frame reports it.
   if (story_->live) (void)story_->live->vibrate(hand, amplitude);
 }
 

@@ -6,31 +6,32 @@
 #include <string>
 
 #include "module/xr/colocation.h"
-#include "module/xr/frame_source.h"
+#include "module/xr/picture_source.h"
 #include "module/xr/problem.h"
 
 namespace palpate::xr {
 
-/// Where the headset's story is. Every state has a way on, see docs/decisions/xr.md.
-enum class State {
+/// The state of the headset's life cycle. What leads out of each state: docs/decisions/xr.md.
+enum class HeadsetState {
   kNoRuntime,  ///< there is nothing to talk to; look_again() starts over
-  kWaiting,    ///< nothing was asked yet, or runtime down, headset off, or something refused: asked
-               ///< again (Report says when)
-  kIdle,       ///< a session is there; the runtime wants no frames (headset laid down)
-  kHidden,     ///< frames run but are not seen
-  kVisible,    ///< seen, but input goes elsewhere (a menu of the runtime)
-  kFocused,    ///< seen, with input
-  kEnded,      ///< the person or the program ended it; look_again() starts over
+  /// not tried yet, or the runtime is down, the headset off, or a call was refused: tried again
+  /// (Report says when)
+  kWaiting,
+  kIdle,     ///< a session is there; the runtime wants no frames (headset laid down)
+  kHidden,   ///< frames run but are not displayed
+  kVisible,  ///< displayed, but input goes elsewhere (a menu of the runtime)
+  kFocused,  ///< displayed, with input
+  kEnded,    ///< the person or the program ended it; look_again() starts over
 };
-const char* name(State state);
+const char* name(HeadsetState state);
 
-enum class Blend { kOpaque, kAdditive, kAlpha };
+enum class BlendMode { kOpaque, kAdditive, kAlpha };
 enum class Origin { kStage, kLocal, kView };
 
 struct HeadsetOptions {
-  bool validation = false;         ///< Vulkan validation layers, if installed
-  Origin origin = Origin::kStage;  ///< kStage falls back to kLocal where there is none
-  Blend blend = Blend::kOpaque;    ///< used where offered, else the runtime's first choice
+  bool validation = false;               ///< Vulkan validation layers, if installed
+  Origin origin = Origin::kStage;        ///< kStage falls back to kLocal where there is none
+  BlendMode blend = BlendMode::kOpaque;  ///< used where offered, else the runtime's first choice
   /// Above the picture of another OpenXR program that runs at the same time, on runtimes that can
   /// (XR_EXTX_overlay); of several overlays the higher number is in front. None: palpate is the
   /// program that runs.
@@ -42,21 +43,21 @@ struct HeadsetOptions {
 
 /// What there is to know after a step.
 struct Report {
-  State state = State::kWaiting;
+  HeadsetState state = HeadsetState::kWaiting;
   std::string sentence;            ///< for a person, whenever it changes; empty: nothing new
   Problem problem;                 ///< the last one; `call` is empty if there was none
   std::string runtime;             ///< name and version
   std::string system;              ///< name of the headset
   Origin origin = Origin::kStage;  ///< as it is
-  Blend blend = Blend::kOpaque;
+  BlendMode blend = BlendMode::kOpaque;
   bool depth = false;  ///< the depth layer is handed over
-  /// What the picture does not cover is seen through: a room, or the program below an overlay.
+  /// The room, or the program below an overlay, is visible where the picture does not cover it.
   bool see_through = false;
   bool hand_tracking = false;    ///< hands without controllers are looked for
   std::string no_hand_tracking;  ///< the call that was refused for them; empty: none
   bool main_visible = true;      ///< an overlay's: the program below is seen
-  /// As of the last frame; at rest in every state but kFocused. What must not go on when frames
-  /// stop, the dead-man, is to be asked here: a FrameSource hears nothing then.
+  /// As of the last frame; at rest in every state but kFocused. Read here what must end when frames
+  /// stop, such as the dead-man: a PictureSource is not called then.
   Hands hands;
   uint64_t frames = 0;    ///< ended with xrEndFrame since the program's start
   uint64_t drawn = 0;     ///< of these with a picture
@@ -64,12 +65,13 @@ struct Report {
 };
 
 /// A picture in a headset through whatever OpenXR runtime there is, for as long as the program
-/// lives: finds the runtime, opens session after session, goes on after every loss. Owns the Vulkan
-/// device that goes with it. One thread (the render thread), never the servo thread.
+/// lives: finds the runtime, opens a new session after each one that ended, and recovers from every
+/// loss. Owns the Vulkan device that goes with it. One thread (the render thread), never the servo
+/// thread.
 class Headset {
  public:
   /// `source` must outlive it.
-  Headset(HeadsetOptions options, FrameSource& source);
+  Headset(HeadsetOptions options, PictureSource& source);
   ~Headset();
   Headset(const Headset&) = delete;
   Headset& operator=(const Headset&) = delete;
@@ -86,7 +88,7 @@ class Headset {
 
   /// Asks the runtime to end the session, as the rules of OpenXR have it; step() is to be called
   /// until the state is kEnded. A runtime that does not answer within two seconds of now_ns is
-  /// left.
+  /// abandoned.
   void end(int64_t now_ns);
 
   /// Lets controller `hand` (0 left, 1 right) vibrate, 0 to 1, for about two frames: call it once
@@ -97,7 +99,7 @@ class Headset {
   Colocation& colocation();
 
   /// The headset's Vulkan device; null before there was one. It outlives sessions and runtimes: the
-  /// desktop view may go on with it. FrameSource::use and drop say when it changes.
+  /// desktop view may go on using it. PictureSource::use and drop tell when it changes.
   std::shared_ptr<vulkan::Context> context() const;
 
  private:

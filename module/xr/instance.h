@@ -30,7 +30,8 @@ class Instance {
   bool has_hand_tracking() const { return create_hand_tracker != nullptr; }
   bool has_clock() const { return convert_time_to_timespec != nullptr; }
 
-  /// True with the next event in `event`, or false. A buffer is 4 kB: it is the caller's, once.
+  /// True with the next event in `event`, or false. The caller reuses one buffer, since it has 4
+  /// kB.
   Outcome<bool> next_event(XrEventDataBuffer& event) const;
 
   Outcome<XrPath> path(const char* text) const;
@@ -50,7 +51,7 @@ class Instance {
  private:
   Done load_functions(bool clock, bool mask, bool hands);
 
-  Handle<XrInstance, xrDestroyInstance> handle_;
+  XrHandle<XrInstance, xrDestroyInstance> handle_;
   std::string runtime_;
   bool depth_layer_ = false;
 };

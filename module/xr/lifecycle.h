@@ -27,9 +27,8 @@ enum class Duty : uint8_t {
 };
 
 /// The part of a session's life that is bookkeeping: which frames may run, what an announcement
-/// asks for. OpenXR 1.0, section "Session Lifecycle". A value; announcements that make no sense (a
-/// second READY, STOPPING while not running) ask for nothing instead of breaking the order of
-/// calls.
+/// asks for. OpenXR 1.0, section "Session Lifecycle". A value; announcements out of order (a second
+/// READY, STOPPING while not running) ask for nothing, so that the order of calls stays valid.
 class Lifecycle {
  public:
   /// The runtime announced a state.

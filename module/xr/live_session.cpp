@@ -6,11 +6,11 @@
 namespace palpate::xr {
 namespace {
 
-XrEnvironmentBlendMode blend_mode(Blend wanted, const System& system) {
+XrEnvironmentBlendMode blend_mode(BlendMode wanted, const System& system) {
   const XrEnvironmentBlendMode mode =
-      wanted == Blend::kAdditive ? XR_ENVIRONMENT_BLEND_MODE_ADDITIVE
-      : wanted == Blend::kAlpha  ? XR_ENVIRONMENT_BLEND_MODE_ALPHA_BLEND
-                                 : XR_ENVIRONMENT_BLEND_MODE_OPAQUE;
+      wanted == BlendMode::kAdditive ? XR_ENVIRONMENT_BLEND_MODE_ADDITIVE
+      : wanted == BlendMode::kAlpha  ? XR_ENVIRONMENT_BLEND_MODE_ALPHA_BLEND
+                                     : XR_ENVIRONMENT_BLEND_MODE_OPAQUE;
   const auto& offered = system.blend_modes;
   const bool there = std::find(offered.begin(), offered.end(), mode) != offered.end();
   return there ? mode : offered.front();
@@ -32,7 +32,7 @@ Outcome<std::unique_ptr<LiveSession>> LiveSession::make(const Instance& instance
                                                         std::shared_ptr<vulkan::Context> context,
                                                         const HeadsetOptions& options,
                                                         Colocation& colocation) {
-  auto session = Session::make(instance, system, context, options.overlay);
+  auto session = OpenXrSession::make(instance, system, context, options.overlay);
   if (!session) return session.error();
   auto spaces = Spaces::make(*session, options.origin);
   if (!spaces) return spaces.error();
@@ -48,8 +48,9 @@ Outcome<std::unique_ptr<LiveSession>> LiveSession::make(const Instance& instance
 }
 
 LiveSession::LiveSession(const Instance& instance, const System& system, Colocation& colocation,
-                         Session session, Spaces spaces, Actions actions, HandTracking tracking,
-                         FrameLoop loop, XrEnvironmentBlendMode blend, bool overlay)
+                         OpenXrSession session, Spaces spaces, Actions actions,
+                         HandTracking tracking, FrameLoop loop, XrEnvironmentBlendMode blend,
+                         bool overlay)
     : instance_(instance),
       system_(system),
       colocation_(colocation),
@@ -61,7 +62,7 @@ LiveSession::LiveSession(const Instance& instance, const System& system, Colocat
       blend_(blend),
       overlay_(overlay) {}
 
-Outcome<Round> LiveSession::round(FrameSource& source) {
+Outcome<Round> LiveSession::round(PictureSource& source) {
   Round round;
   const Outcome<Duty> duty = poll();
   if (!duty) return duty.error();
@@ -93,7 +94,7 @@ Outcome<Duty> LiveSession::obey(const XrEventDataBuffer& event) {
       if (changed.session != session_.handle()) return Duty::kNone;
       const bool was_focused = session_.life().focused();
       const Outcome<Duty> duty = session_.announced(changed.state);
-      // A controller left vibrating would go on for as long as it was told.
+      // A vibration that was started would go on to its end.
       if (was_focused && !session_.life().focused()) vibrating_ = {};
       return duty;
     }

@@ -13,7 +13,7 @@ struct Round {
   FrameResult frame;
 };
 
-/// A session with all that hangs on it, made and torn down in order. Not movable.
+/// A session and everything that depends on it, created and destroyed in order. Not movable.
 class LiveSession {
  public:
   static Outcome<std::unique_ptr<LiveSession>> make(const Instance& instance, const System& system,
@@ -25,11 +25,11 @@ class LiveSession {
 
   /// Polls events, obeys the session's state, and runs a frame if one is wanted. Throws
   /// vulkan::Failure.
-  Outcome<Round> round(FrameSource& source);
+  Outcome<Round> round(PictureSource& source);
   Done request_exit() { return session_.request_exit(); }
   Done vibrate(int hand, double amplitude);
 
-  const Session& session() const { return session_; }
+  const OpenXrSession& session() const { return session_; }
   Origin origin() const { return spaces_.origin(); }
   XrEnvironmentBlendMode blend() const { return blend_; }
   bool see_through() const { return overlay_ || blend_ == XR_ENVIRONMENT_BLEND_MODE_ALPHA_BLEND; }
@@ -38,7 +38,7 @@ class LiveSession {
 
  private:
   LiveSession(const Instance& instance, const System& system, Colocation& colocation,
-              Session session, Spaces spaces, Actions actions, HandTracking tracking,
+              OpenXrSession session, Spaces spaces, Actions actions, HandTracking tracking,
               FrameLoop loop, XrEnvironmentBlendMode blend, bool overlay);
   Outcome<Duty> poll();
   Outcome<Duty> obey(const XrEventDataBuffer& event);
@@ -47,7 +47,7 @@ class LiveSession {
   const Instance& instance_;
   const System& system_;
   Colocation& colocation_;
-  Session session_;
+  OpenXrSession session_;
   Spaces spaces_;
   Actions actions_;
   HandTracking tracking_;

@@ -31,7 +31,7 @@ Trouble trouble_of(std::string_view call, XrResult result) {
     default:
       break;
   }
-  // A runtime whose service does not run has no other way to say so.
+  // This is how a runtime reports that its service does not run.
   const bool first_calls =
       call == "xrCreateInstance" || call == "xrEnumerateInstanceExtensionProperties";
   return first_calls ? Trouble::kRuntimeDown : Trouble::kRefused;

@@ -6,20 +6,20 @@
 
 namespace palpate::xr {
 
-/// Why there is no picture in the headset, and with that what comes next. Every OpenXR call of this
-/// folder that fails is one of these; none ends the program.
+/// Why there is no picture in the headset; this also determines what is tried next. Every OpenXR
+/// call of this folder that fails is one of these; none ends the program.
 enum class Trouble {
-  kNoRuntime,     ///< No OpenXR runtime is installed or chosen. Not asked again by itself.
-  kRuntimeDown,   ///< A runtime is installed but does not answer: its service does not run. Asked
-                  ///< again.
-  kUnsupported,   ///< The runtime lacks something that palpate needs; the message says what. Asked
-                  ///< again.
+  kNoRuntime,  ///< No OpenXR runtime is installed or chosen. Not asked again by itself.
+  /// A runtime is installed but does not answer: its service does not run. Asked again.
+  kRuntimeDown,
+  /// The runtime lacks something that palpate needs; the message says what. Asked again.
+  kUnsupported,
   kNoHeadset,     ///< The runtime runs, the headset is off or unplugged. Asked again.
   kNoGraphics,    ///< No Vulkan device could be made for the headset, or it was lost. Asked again.
   kInstanceLost,  ///< The runtime went away (crashed, restarted, updated). All is made anew.
   kSessionLost,  ///< The runtime took the session away (headset unplugged). A new one is asked for.
-  kRefused,  ///< The runtime refused a call for any other reason. All is made anew, more and more
-             ///< seldom.
+  /// The runtime refused a call for any other reason. Everything is made anew, with growing pauses.
+  kRefused,
 };
 
 /// One failed call.

@@ -2,9 +2,9 @@
 
 namespace palpate::xr {
 
-Outcome<Session> Session::make(const Instance& instance, const System& system,
-                               std::shared_ptr<vulkan::Context> context,
-                               std::optional<uint32_t> overlay) {
+Outcome<OpenXrSession> OpenXrSession::make(const Instance& instance, const System& system,
+                                           std::shared_ptr<vulkan::Context> context,
+                                           std::optional<uint32_t> overlay) {
   XrGraphicsBindingVulkan2KHR binding{XR_TYPE_GRAPHICS_BINDING_VULKAN2_KHR};
   binding.instance = context->instance();
   binding.physicalDevice = context->physical_device();
@@ -18,7 +18,7 @@ Outcome<Session> Session::make(const Instance& instance, const System& system,
   create.next = overlay ? static_cast<const void*>(&above) : &binding;
   create.systemId = system.id;
 
-  Session made;
+  OpenXrSession made;
   made.context_ = std::move(context);
   // The runtime may use the queue in here.
   const auto queue = made.context_->hold_queue();
@@ -28,13 +28,13 @@ Outcome<Session> Session::make(const Instance& instance, const System& system,
   return made;
 }
 
-Session::~Session() {
+OpenXrSession::~OpenXrSession() {
   if (!handle_) return;
   const auto queue = context_->hold_queue();
   handle_ = {};
 }
 
-Outcome<Duty> Session::announced(XrSessionState state) {
+Outcome<Duty> OpenXrSession::announced(XrSessionState state) {
   const Duty duty = life_.announced(SessionState(state));
   if (duty == Duty::kBegin) {
     XrSessionBeginInfo begin{XR_TYPE_SESSION_BEGIN_INFO};
@@ -53,7 +53,7 @@ Outcome<Duty> Session::announced(XrSessionState state) {
   return duty;
 }
 
-Done Session::request_exit() {
+Done OpenXrSession::request_exit() {
   if (!life_.running()) return Nothing{};
   return done("xrRequestExitSession", xrRequestExitSession(handle()));
 }

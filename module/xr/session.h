@@ -9,17 +9,17 @@
 
 namespace palpate::xr {
 
-/// Fourth in the life cycle: the session, and the calls that move it along. Move-only; what was
+/// Fourth in the life cycle: the session, and the calls that change its state. Move-only; what was
 /// made from it must be gone before it.
-class Session {
+class OpenXrSession {
  public:
   /// overlay: its place among the overlays above another program; none: not one of them.
-  static Outcome<Session> make(const Instance& instance, const System& system,
-                               std::shared_ptr<vulkan::Context> context,
-                               std::optional<uint32_t> overlay = std::nullopt);
-  ~Session();
-  Session(Session&&) = default;
-  Session& operator=(Session&&) = delete;
+  static Outcome<OpenXrSession> make(const Instance& instance, const System& system,
+                                     std::shared_ptr<vulkan::Context> context,
+                                     std::optional<uint32_t> overlay = std::nullopt);
+  ~OpenXrSession();
+  OpenXrSession(OpenXrSession&&) = default;
+  OpenXrSession& operator=(OpenXrSession&&) = delete;
 
   /// Does what the announcement asks for (xrBeginSession, xrEndSession) and returns what is left to
   /// do for the owner: kDropLost, kDropEnded or kNone.
@@ -32,9 +32,9 @@ class Session {
   vulkan::Context& context() const { return *context_; }
 
  private:
-  Session() = default;
+  OpenXrSession() = default;
   std::shared_ptr<vulkan::Context> context_;
-  Handle<XrSession, xrDestroySession> handle_;
+  XrHandle<XrSession, xrDestroySession> handle_;
   Lifecycle life_;
 };
 

@@ -6,7 +6,7 @@
 namespace palpate::xr {
 namespace {
 
-Outcome<std::vector<XrReferenceSpaceType>> offered_spaces(const Session& session) {
+Outcome<std::vector<XrReferenceSpaceType>> offered_spaces(const OpenXrSession& session) {
   constexpr const char* kCall = "xrEnumerateReferenceSpaces";
   uint32_t count = 0;
   XrResult result = xrEnumerateReferenceSpaces(session.handle(), 0, &count, nullptr);
@@ -18,7 +18,7 @@ Outcome<std::vector<XrReferenceSpaceType>> offered_spaces(const Session& session
   return offered;
 }
 
-Done make_space(const Session& session, XrReferenceSpaceType type, XrSpace* made) {
+Done make_space(const OpenXrSession& session, XrReferenceSpaceType type, XrSpace* made) {
   XrReferenceSpaceCreateInfo create{XR_TYPE_REFERENCE_SPACE_CREATE_INFO};
   create.referenceSpaceType = type;
   create.poseInReferenceSpace = identity_pose();
@@ -32,7 +32,7 @@ XrReferenceSpaceType type_of(Origin origin) {
 
 }  // namespace
 
-Outcome<Spaces> Spaces::make(const Session& session, Origin wanted) {
+Outcome<Spaces> Spaces::make(const OpenXrSession& session, Origin wanted) {
   const auto offered = offered_spaces(session);
   if (!offered) return offered.error();
   const bool stage =

@@ -9,10 +9,10 @@
 namespace palpate::xr {
 
 /// Fifth in the life cycle: the reference spaces. Frames are located in the base space; the other
-/// one of stage and local is kept to find the way back when the base moves unseen. Move-only.
+/// one of stage and local is kept to notice and repair unannounced moves of the base. Move-only.
 class Spaces {
  public:
-  static Outcome<Spaces> make(const Session& session, Origin wanted);
+  static Outcome<Spaces> make(const OpenXrSession& session, Origin wanted);
 
   /// The space in which views and hands are located.
   XrSpace base() const { return base_.get(); }
@@ -22,7 +22,7 @@ class Spaces {
   Outcome<std::optional<Pose>> stage_from_local(XrTime time) const;
 
  private:
-  using Space = Handle<XrSpace, xrDestroySpace>;
+  using Space = XrHandle<XrSpace, xrDestroySpace>;
   Space base_, stage_, local_;
   Origin origin_ = Origin::kLocal;
 };

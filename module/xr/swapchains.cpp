@@ -10,7 +10,7 @@ namespace {
 
 constexpr XrDuration kPatience = 1'000'000'000;  // ns: far more than any frame, less than a hang
 
-Outcome<std::vector<int64_t>> offered_formats(const Session& session) {
+Outcome<std::vector<int64_t>> offered_formats(const OpenXrSession& session) {
   constexpr const char* kCall = "xrEnumerateSwapchainFormats";
   uint32_t count = 0;
   XrResult result = xrEnumerateSwapchainFormats(session.handle(), 0, &count, nullptr);
@@ -23,13 +23,13 @@ Outcome<std::vector<int64_t>> offered_formats(const Session& session) {
 }
 
 /// The first takes the renderer's bytes as they are, the second swapped. What is not _SRGB is taken
-/// as linear, for which 8 bits are few where it is dark: so halves come before them.
+/// as linear, for which 8 bits are too few in dark parts, so half floats are preferred.
 constexpr std::array kColours{VK_FORMAT_R8G8B8A8_SRGB, VK_FORMAT_B8G8R8A8_SRGB,
                               VK_FORMAT_R16G16B16A16_SFLOAT, VK_FORMAT_R8G8B8A8_UNORM,
                               VK_FORMAT_B8G8R8A8_UNORM};
 
-/// The first of ours that is offered: the runtime's own order is about a renderer that could draw
-/// into any of them, ours about what the picture is made from.
+/// The first format of our list that is offered. The runtime's order suits a renderer that can draw
+/// into any format; ours suits the bytes of our pictures.
 template <size_t n>
 std::optional<VkFormat> first(const std::array<VkFormat, n>& ours,
                               const std::vector<int64_t>& offered) {
@@ -62,7 +62,7 @@ VkExtent2D scaled(const XrViewConfigurationView& view, const System& system, dou
 
 }  // namespace
 
-Outcome<Swapchain> Swapchain::make(const Session& session, VkFormat format, VkExtent2D size,
+Outcome<Swapchain> Swapchain::make(const OpenXrSession& session, VkFormat format, VkExtent2D size,
                                    XrSwapchainUsageFlags usage) {
   XrSwapchainCreateInfo create{XR_TYPE_SWAPCHAIN_CREATE_INFO};
   create.usageFlags = usage;
@@ -114,7 +114,7 @@ Outcome<std::optional<VkImage>> Swapchain::acquire() {
     if (XR_FAILED(result)) return problem_of("xrAcquireSwapchainImage", result);
     acquired_ = true;
   }
-  // Not under the queue's lock: the compositor may be long, and others have work.
+  // Not under the queue's lock: the compositor may take long, and others use the queue.
   XrSwapchainImageWaitInfo wait{XR_TYPE_SWAPCHAIN_IMAGE_WAIT_INFO};
   wait.timeout = kPatience;
   const XrResult result = xrWaitSwapchainImage(handle(), &wait);
@@ -133,7 +133,7 @@ Done Swapchain::release() {
   return done("xrReleaseSwapchainImage", xrReleaseSwapchainImage(handle(), &release));
 }
 
-Outcome<Swapchains> Swapchains::make(const Session& session, const System& system, bool depth,
+Outcome<Swapchains> Swapchains::make(const OpenXrSession& session, const System& system, bool depth,
                                      double view_scale) {
   const auto offered = offered_formats(session);
   if (!offered) return offered.error();
@@ -155,7 +155,7 @@ Outcome<Swapchains> Swapchains::make(const Session& session, const System& syste
   if (depth && depth_format) {
     auto chain = Swapchain::make(session, *depth_format, both,
                                  kShared | XR_SWAPCHAIN_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT);
-    // The picture does not need it: a runtime that offers depth but can not make it goes without.
+    // The picture does not need depth: it is left out if the runtime offers it but can not make it.
     if (chain)
       made.depth.emplace(std::move(*chain));
     else if (chain.error().trouble == Trouble::kInstanceLost ||

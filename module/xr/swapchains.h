@@ -9,18 +9,18 @@
 
 namespace palpate::xr {
 
-/// Images shared with the compositor, two layers each, one per eye. Move-only. The calls that may
-/// use the queue hold it.
+/// Images shared with the compositor, two layers each, one per eye. Move-only. Calls that may use
+/// the queue lock it.
 class Swapchain {
  public:
-  static Outcome<Swapchain> make(const Session& session, VkFormat format, VkExtent2D size,
+  static Outcome<Swapchain> make(const OpenXrSession& session, VkFormat format, VkExtent2D size,
                                  XrSwapchainUsageFlags usage);
   ~Swapchain();
   Swapchain(Swapchain&&) = default;
   Swapchain& operator=(Swapchain&&) = delete;
 
-  /// Takes the next image and waits until the compositor has left it; none if that takes longer
-  /// than a second. The image stays taken either way until release().
+  /// Acquires the next image and waits until the compositor no longer uses it; none if that takes
+  /// longer than a second. In both cases the image stays acquired until release().
   Outcome<std::optional<VkImage>> acquire();
   Done release();
   bool acquired() const { return acquired_; }
@@ -36,7 +36,7 @@ class Swapchain {
   Done enumerate();
 
   vulkan::Context* context_;
-  Handle<XrSwapchain, xrDestroySwapchain> handle_;
+  XrHandle<XrSwapchain, xrDestroySwapchain> handle_;
   std::vector<VkImage> images_;
   VkFormat format_ = VK_FORMAT_UNDEFINED;
   VkExtent2D size_{};
@@ -53,7 +53,7 @@ struct Swapchains {
   /// Sizes are the recommended ones times view_scale, within what the runtime can. Colour is
   /// the first that is offered of R8G8B8A8_SRGB, B8G8R8A8_SRGB, R16G16B16A16_SFLOAT and the 8-bit
   /// _UNORM ones; kUnsupported if none is.
-  static Outcome<Swapchains> make(const Session& session, const System& system, bool depth,
+  static Outcome<Swapchains> make(const OpenXrSession& session, const System& system, bool depth,
                                   double view_scale);
 };
 

@@ -2,7 +2,8 @@
 
 namespace palpate::xr {
 
-Outcome<HiddenMesh> hidden_mesh(const Instance& instance, const Session& session, uint32_t view) {
+Outcome<HiddenMesh> hidden_mesh(const Instance& instance, const OpenXrSession& session,
+                                uint32_t view) {
   if (!instance.get_visibility_mask) return HiddenMesh{};
   const auto ask = [&](XrVisibilityMaskKHR& mask) {
     return done(
@@ -24,7 +25,7 @@ Outcome<HiddenMesh> hidden_mesh(const Instance& instance, const Session& session
   asked = ask(mask);
   if (!asked) return asked.error();
   for (const XrVector2f& vertex : vertices) mesh.vertices.emplace_back(vertex.x, vertex.y);
-  // A triangle that names a vertex that is not there would be read by the GPU.
+  // With an index out of range the GPU would read outside the buffer.
   for (const uint32_t index : mesh.triangles)
     if (index >= mesh.vertices.size()) return HiddenMesh{};
   mesh.triangles.resize(mesh.triangles.size() / 3 * 3);

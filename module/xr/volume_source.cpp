@@ -8,12 +8,13 @@
 namespace palpate::xr {
 namespace {
 
-constexpr double kShare = 0.7;  // of the display's period: the runtime wants the rest
+constexpr double kShare = 0.7;  // of the display's period: the runtime needs the rest
 constexpr double kRaysAtLeast = 0.25;
-constexpr double kAtFirst = 0.5;  // of the width and height: a slow device shows something soon
+// of the width and height: so a slow device too shows its first picture soon
+constexpr double kAtFirst = 0.5;
 constexpr double kUsualPeriod_s = 1.0 / 90.0;
 
-/// What the renderer says as the exception that the frame loop takes.
+/// Throws the renderer's error, as the frame loop expects it.
 void check(const Status& status) {
   if (status) return;
   const bool memory = status.error().kind == ErrorKind::kOutOfMemory;
@@ -22,13 +23,13 @@ void check(const Status& status) {
 }
 
 /// Whether the optics hide any of the frame's pixels.
-bool hides(const Frame& frame) {
+bool hides(const HeadsetFrame& frame) {
   return !frame.eyes[0].hidden->triangles.empty() || !frame.eyes[1].hidden->triangles.empty();
 }
 
 }  // namespace
 
-palpate::Eye eye_of(const Eye& eye) {
+palpate::Eye eye_of(const EyeView& eye) {
   palpate::Eye view;
   view.position_m = eye.world_from_eye.position_m;
   view.orientation = eye.world_from_eye.rotation;
@@ -55,15 +56,15 @@ void VolumeSource::drop() noexcept {
   unmeasured_ = false;
 }
 
-VolumeSource::Made VolumeSource::make(const std::shared_ptr<vulkan::Context>& context,
-                                      const Wanted& wanted) {
+VolumeSource::DrawingResult VolumeSource::make(const std::shared_ptr<vulkan::Context>& context,
+                                               const Wanted& wanted) {
   auto drawing = std::make_unique<Drawing>();
   auto renderer = VolumeRenderer::make(context, {.most = wanted.most});
   if (!renderer) return renderer.error();
   drawing->renderer = std::move(*renderer);
   const Status set = drawing->renderer->set_volumes(wanted.volumes);
   if (!set) return set.error();
-  // A scene that can not be drawn is said by the frame that asks for it.
+  // An error of the scene is reported by the frame that asks for it.
   const Status prepared = drawing->renderer->prepare(wanted.scene, wanted.eyes, wanted.masked);
   if (!prepared && prepared.error().kind != ErrorKind::kBadInput) return prepared.error();
   if (Repacker::needless(wanted.format)) return drawing;
@@ -86,10 +87,10 @@ void VolumeSource::start_making(Wanted wanted) {
   });
 }
 
-bool VolumeSource::prepare(const Scenery& scenery, const Frame& frame, PictureSize most) {
+bool VolumeSource::prepare(const Scenery& scenery, const HeadsetFrame& frame, PictureSize most) {
   if (making_.valid()) {
     if (making_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return false;
-    Made made = making_.get();
+    DrawingResult made = making_.get();
     if (!made) check(made.error());
     drawing_ = std::move(*made);
   }
@@ -105,13 +106,13 @@ bool VolumeSource::prepare(const Scenery& scenery, const Frame& frame, PictureSi
   }
   if (std::equal(volumes_.begin(), volumes_.end(), scenery.volumes.begin(), scenery.volumes.end()))
     return true;
-  // What is new of volumes that are known, a step of motion say, is little.
+  // Additions to known volumes, such as a step of motion, are small.
   check(drawing_->renderer->set_volumes(scenery.volumes));
   volumes_.assign(scenery.volumes.begin(), scenery.volumes.end());
   return true;
 }
 
-Drawn VolumeSource::record(const Frame& frame, VkCommandBuffer commands) {
+Drawn VolumeSource::record(const HeadsetFrame& frame, VkCommandBuffer commands) {
   trouble_.clear();
   const auto scenery = show_(frame);
   if (!scenery || scenery->volumes.empty()) return {};
@@ -124,7 +125,7 @@ Drawn VolumeSource::record(const Frame& frame, VkCommandBuffer commands) {
     const VolumeRenderer::Times took = drawing_->renderer->times();
     picture_s_ = took.update_s + took.rays_s;
     unmeasured_ = false;
-    // Fewer pixels make rays cheaper, not the bringing of volumes to their phase.
+    // Fewer pixels make casting rays cheaper, but not bringing volumes to their phase.
     const double left_s = std::max(kShare * period_s - took.update_s, kRaysAtLeast * period_s);
     resolution_ = next_resolution(resolution_, took.rays_s, {.budget_s = left_s});
   }
@@ -133,7 +134,7 @@ Drawn VolumeSource::record(const Frame& frame, VkCommandBuffer commands) {
   size_ = {std::min(wanted.width, full.width), std::min(wanted.height, full.height)};
   const std::array<palpate::Eye, 2> eyes{eye_of(frame.eyes[0]), eye_of(frame.eyes[1])};
   const Status started =
-      drawing_->renderer->start(scenery->scene, eyes, size_, seen_of(frame, eyes));
+      drawing_->renderer->start(scenery->scene, eyes, size_, visible_of(frame, eyes));
   if (!started && started.error().kind == ErrorKind::kBadInput) {
     trouble_ = started.error().message;
     return {};
@@ -144,11 +145,11 @@ Drawn VolumeSource::record(const Frame& frame, VkCommandBuffer commands) {
   return copy(frame, commands);
 }
 
-std::shared_ptr<const SeenPixels> VolumeSource::seen_of(const Frame& frame,
-                                                        const std::array<palpate::Eye, 2>& eyes) {
+std::shared_ptr<const VisiblePixels> VolumeSource::visible_of(
+    const HeadsetFrame& frame, const std::array<palpate::Eye, 2>& eyes) {
   if (!hides(frame)) return nullptr;
-  bool same = mask_.seen && mask_.seen->size.width == size_.width &&
-              mask_.seen->size.height == size_.height;
+  bool same = mask_.visible && mask_.visible->size.width == size_.width &&
+              mask_.visible->size.height == size_.height;
   std::array<HiddenTriangles, 2> hidden;
   for (size_t e = 0; e < 2; ++e) {
     const HiddenMesh& mesh = *frame.eyes[e].hidden;
@@ -159,12 +160,13 @@ std::shared_ptr<const SeenPixels> VolumeSource::seen_of(const Frame& frame,
     if (!same) mask_.hidden[e] = mesh;
     hidden[e] = {mesh.vertices, mesh.triangles};
   }
-  if (!same) mask_.seen = std::make_shared<const SeenPixels>(seen_pixels(eyes, hidden, size_));
-  return mask_.seen;
+  if (!same)
+    mask_.visible = std::make_shared<const VisiblePixels>(visible_pixels(eyes, hidden, size_));
+  return mask_.visible;
 }
 
 /// The eyes lie one after the other in the renderer's buffers, as layers do in a copy.
-Drawn VolumeSource::copy(const Frame& frame, VkCommandBuffer commands) const {
+Drawn VolumeSource::copy(const HeadsetFrame& frame, VkCommandBuffer commands) const {
   VkMemoryBarrier drawn_before{VK_STRUCTURE_TYPE_MEMORY_BARRIER};
   drawn_before.srcAccessMask = VK_ACCESS_SHADER_WRITE_BIT;
   drawn_before.dstAccessMask = VK_ACCESS_TRANSFER_READ_BIT;

@@ -12,33 +12,34 @@
 #include "module/view/repacker.h"
 #include "module/view/resolution.h"
 #include "module/view/volume_renderer.h"
-#include "module/xr/frame_source.h"
+#include "module/xr/picture_source.h"
 
 namespace palpate::xr {
 
 /// What a frame is to show.
 struct Scenery {
   ViewScene scene;
-  /// All volumes of which the scene may show some; uploaded when they are others than before.
+  /// All volumes that the scene may show; uploaded when they change.
   std::span<const std::shared_ptr<const MovingVolume>> volumes;
 };
 
-/// Asked once per frame; nothing: there is nothing to show yet.
-using Show = std::function<std::optional<Scenery>(const Frame& frame)>;
+/// Called once per frame; none: there is nothing to show yet.
+using Show = std::function<std::optional<Scenery>(const HeadsetFrame& frame)>;
 
 /// An eye of the headset as the renderer takes it.
-palpate::Eye eye_of(const Eye& eye);
+palpate::Eye eye_of(const EyeView& eye);
 
 /// Draws volumes into the headset: both eyes in one dispatch, colour and depth, in as many pixels
 /// as there is time for. On another device all is made and uploaded anew, on a thread of its own,
-/// while frames without a picture keep the runtime's loop alive. Behind a FrameSource's rules.
-class VolumeSource final : public FrameSource {
+/// while frames without a picture keep the runtime's loop alive. Threads and errors as
+/// PictureSource says.
+class VolumeSource final : public PictureSource {
  public:
   explicit VolumeSource(Show show) : show_(std::move(show)) {}
 
   Status use(const std::shared_ptr<vulkan::Context>& context) override;
   void drop() noexcept override;
-  Drawn record(const Frame& frame, VkCommandBuffer commands) override;
+  Drawn record(const HeadsetFrame& frame, VkCommandBuffer commands) override;
 
   /// Why the last frame that was asked for has no picture: a sentence, or nothing.
   const std::string& trouble() const { return trouble_; }
@@ -54,7 +55,7 @@ class VolumeSource final : public FrameSource {
     /// None where the renderer's bytes go as they are. Goes first: it reads what the renderer has.
     std::unique_ptr<Repacker> repacker;
   };
-  using Made = Result<std::unique_ptr<Drawing>>;
+  using DrawingResult = Result<std::unique_ptr<Drawing>>;
   /// What a renderer is made for, and the first picture that it will draw.
   struct Wanted {
     PictureSize most;
@@ -64,29 +65,29 @@ class VolumeSource final : public FrameSource {
     std::array<palpate::Eye, 2> eyes;
     bool masked;
   };
-  static Made make(const std::shared_ptr<vulkan::Context>& context, const Wanted& wanted);
+  static DrawingResult make(const std::shared_ptr<vulkan::Context>& context, const Wanted& wanted);
   /// True once there is a renderer with the scenery's volumes, for pictures of this format.
-  bool prepare(const Scenery& scenery, const Frame& frame, PictureSize most);
+  bool prepare(const Scenery& scenery, const HeadsetFrame& frame, PictureSize most);
   void start_making(Wanted wanted);
   /// What of pictures of this size the optics let through; null where that is all.
-  std::shared_ptr<const SeenPixels> seen_of(const Frame& frame,
-                                            const std::array<palpate::Eye, 2>& eyes);
-  Drawn copy(const Frame& frame, VkCommandBuffer commands) const;
+  std::shared_ptr<const VisiblePixels> visible_of(const HeadsetFrame& frame,
+                                                  const std::array<palpate::Eye, 2>& eyes);
+  Drawn copy(const HeadsetFrame& frame, VkCommandBuffer commands) const;
 
   Show show_;
   std::shared_ptr<vulkan::Context> context_;
   std::unique_ptr<Drawing> drawing_;                          ///< none: nothing is ready
-  std::future<Made> making_;                                  ///< valid while a renderer is made
+  std::future<DrawingResult> making_;                         ///< valid while a renderer is made
   PictureSize most_;                                          ///< that it is or was made for
   VkFormat format_ = VK_FORMAT_UNDEFINED;                     ///< the same
   std::vector<std::shared_ptr<const MovingVolume>> volumes_;  ///< that it has or will have
   /// As it was last asked for, and what came of it.
-  struct Mask {
+  struct HiddenParts {
     std::array<HiddenMesh, 2> hidden;
     std::array<glm::dvec4, 2> tangents{};
-    std::shared_ptr<const SeenPixels> seen;
+    std::shared_ptr<const VisiblePixels> visible;
   };
-  Mask mask_;
+  HiddenParts mask_;
   Resolution resolution_;
   PictureSize size_;
   double picture_s_ = 0.0;

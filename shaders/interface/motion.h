@@ -92,8 +92,9 @@ struct NormalEquationsPush {
       cells;  // of the field; w: colour of the checkerboard that is read, 0 or 1; -1 = every voxel
   ivec4 fixed_size;   // of the fixed image; w: z of the first slice that the bound slab holds
   ivec4 moving_size;  // of the moving image; w: z of the first slice that the bound slab holds
-  ivec4 moving_slab;  // x: slices in the bound slab; y, z: first and last + 1 sample floor(z) this
-                      // slab answers for w: 1 = add to what is there, 0 = write
+  // x: slices in the bound slab; y, z: first and last + 1 sample floor(z) this slab answers for; w:
+  // 1 = add to what is there, 0 = write
+  ivec4 moving_slab;
   ivec4 fixed_slab;  // x: slices in the bound slab; y, z: first and last + 1 slice of it that count
   vec4 spacing_mm;   // of the images
 };
@@ -109,19 +110,22 @@ PALPATE_SIZE(UpdatePush, 48);
 struct UpdateTwoPush {
   ivec4 cells;
   vec4 cell_mm;
-  vec4 step;   // x, y: alpha^2 / h^2 in 1/mm^2 where the share s is 0 and 1; z: largest |d| in mm
-  vec4 share;  // x, y: rho at which s leaves 0 and reaches 1; z: W, r^2 that noise leaves where it
-               // is flat; w: flat
-  vec4 filter_weight;  // x: of the total variation where s is 1, as a multiple; y: T at which it is
-                       // halved z: voxels that the narrow window averages
+  vec4 step;  // x, y: alpha^2 / h^2 in 1/mm^2 where the share s is 0 and 1; z: largest |d| in mm
+  // x, y: rho at which s leaves 0 and reaches 1; z: W, r^2 that noise leaves where it is flat; w:
+  // flat
+  vec4 share;
+  // x: of the total variation where s is 1, as a multiple; y: T at which it is halved; z: voxels
+  // that the narrow window averages
+  vec4 filter_weight;
 };
 PALPATE_SIZE(UpdateTwoPush, 80);
 
 struct TotalVariationPush {
   ivec4 cells;
-  vec4 slope;   // per axis: weight of the difference of neighbours
-  vec4 weight;  // x: lambda h in mm where the field's .w is 0; y: dual step; z: Huber threshold in
-                // mm; w: momentum
+  vec4 slope;  // per axis: weight of the difference of neighbours
+  // x: lambda h in mm where the field's .w is 0; y: dual step; z: Huber threshold in mm; w:
+  // momentum
+  vec4 weight;
 };
 PALPATE_SIZE(TotalVariationPush, 48);
 
@@ -142,10 +146,11 @@ PALPATE_SIZE(MeasurePush, 32);
 struct ConfidencePush {
   ivec4 cells;
   vec4 cell_mm;  // w: 1 / h in 1/mm
-  vec4 noise;    // xyz: kNoiseOfGradient / (voxel edge in mm)^2; w: 1 / (voxels averaged by the
-                 // window, times h^2)
-  vec4 left;     // x: W, r^2 that noise leaves on the coarser level where it is flat; y: flat; z:
-                 // alpha^2 / h^2 in 1/mm^2 w: 1 = there is a coarser level, 0 = rho is 0
+  // xyz: kNoiseOfGradient / (voxel edge in mm)^2; w: 1 / (voxels averaged by the window, times h^2)
+  vec4 noise;
+  // x: W, r^2 that noise leaves on the coarser level where it is flat; y: flat; z: alpha^2 / h^2 in
+  // 1/mm^2; w: 1 = there is a coarser level, 0 = rho is 0
+  vec4 left;
 };
 PALPATE_SIZE(ConfidencePush, 64);
 
@@ -226,15 +231,16 @@ struct SlidingCostPush {
 };
 PALPATE_SIZE(SlidingCostPush, 112);
 
-struct SlidingLookPush {
+struct SlidingWorkPush {
   ivec4 cells;
   ivec4 step;  // cells from candidate to candidate along each axis
-  vec4 cost;   // x: share of the own cost, and y: cost, by which a candidate has to be better;
-               // z: cost that noise explains
+  // x: share of the own cost, and y: cost, by which a candidate has to be better; z: cost that
+  // noise explains
+  vec4 cost;
   vec4 cell_mm;
   vec4 different;  // across a border: x: by mm at least, y: over distance
 };
-PALPATE_SIZE(SlidingLookPush, 80);
+PALPATE_SIZE(SlidingWorkPush, 80);
 
 struct SlidingChoosePush {
   ivec4 cells;  // w: the first candidate

@@ -60,12 +60,13 @@ struct ViewVolumeParameters {
   vec4 size;         // voxels; w: 1 if the volume is drawn
   ivec4 bricks;      // along each axis; w: first word of its skip structure
   vec4 spacing_mm;   // of its voxels, w: samples along a ray per mm
-  vec4 table;    // x, y: entry = x * value + y; z: first entry; w: slope (1/mm) of a full surface
-  vec4 shine;    // ambient, diffuse, specular, exponent
-  vec4 light;    // towards the light, along the volume's axes (of voxels)
-  vec4 head;     // towards the eyes, the same
-  vec4 stretch;  // normal = stretch * slope, for volumes scaled more along one axis; w: 1/2 if the
-                 // volume is read as curve.comp says, else 0
+  vec4 table;  // x, y: entry = x * value + y; z: first entry; w: slope (1/mm) of a full surface
+  vec4 shine;  // ambient, diffuse, specular, exponent
+  vec4 light;  // towards the light, along the volume's axes (of voxels)
+  vec4 head;   // towards the eyes, the same
+  // normal = stretch * slope, for volumes scaled more along one axis; w: 1/2 if the volume is read
+  // as curve.comp says, else 0
+  vec4 stretch;
 };
 
 struct ViewParameters {
@@ -90,8 +91,8 @@ struct ViewThing {
 };
 PALPATE_SIZE(ViewThing, 48);
 
-PALPATE_CONSTANT int kItemPixels =
-    64;  // along the edge of the part of a picture that a group draws
+// along the edge of the part of a picture that a group draws
+PALPATE_CONSTANT int kItemPixels = 64;
 
 struct ThingsPush {
   ivec4 pass;  // x: 0 depth, 1 colour
@@ -113,8 +114,9 @@ struct TrackPush {
   ivec4 nodes;         // along each axis; w: 1 = start from the nodes of the last phase
   ivec4 field_size;    // samples of the field
   vec4 field_from[3];  // rows: index of the field = row . (voxel, 1)
-  vec4 phase;  // x: g; y: how close is close enough, voxels; z: 1 = of a motion for all times
-               // (track.comp); w: 1 = nodes before a brick's first one are looked at
+  // x: g; y: how close is close enough, voxels; z: 1 = of a motion for all times (track.comp); w: 1
+  // = nodes before a brick's first one are looked at
+  vec4 phase;
   ivec4 bricks;
 };
 PALPATE_SIZE(TrackPush, 112);
@@ -148,10 +150,11 @@ struct BrickPush {
   ivec4 size;
   ivec4 bricks;  // w: first word of the skip structure
   vec4 nodes;    // of the back-tracked nodes
-  vec4 frames;   // x, y: weight of frame and next frame; z: a brick with less extinction (1/mm) is
-                 // thin; w: 1 / phase
-  vec4 table;    // as in MarkPush
-  vec4 per_mm;   // voxels per mm along each axis
+  // x, y: weight of frame and next frame; z: a brick with less extinction (1/mm) is thin; w: 1 /
+  // phase
+  vec4 frames;
+  vec4 table;   // as in MarkPush
+  vec4 per_mm;  // voxels per mm along each axis
 };
 PALPATE_SIZE(BrickPush, 96);
 

@@ -12,7 +12,7 @@
 // 2        in         rgba32f: u .         cells            mm
 // 3        out        rgba32f: u .         cells            mm; the fourth is the cell's own
 //
-// One invocation: one cell. Border: held. Precision: fp32. Race: each output written once, not in place.
+// One invocation: one cell. Border: clamped. Precision: fp32. Race: each output written once, not in place.
 // CPU oracle: oracle::blend.
 layout(set = 0, binding = 1) uniform sampler3D flags;
 layout(set = 0, binding = 2) uniform sampler3D field;

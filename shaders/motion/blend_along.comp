@@ -15,7 +15,7 @@
 // 3        out        rgba32f: u, confidence      cells            mm, 1
 // 4        in         the image of 2, for its single texels
 //
-// One invocation: one cell. Border: held. Precision: fp32. Race: each output written once, not in place.
+// One invocation: one cell. Border: clamped. Precision: fp32. Race: each output written once, not in place.
 // CPU oracle: oracle::blend_along.
 layout(set = 0, binding = 1) uniform sampler3D flags;
 layout(set = 0, binding = 2) uniform sampler3D field;

@@ -14,7 +14,7 @@
 // 3        in         rgba32f: M                   image            mm along the image axes
 // 4        out        rgba32f: M                   image            mm
 //
-// One invocation: one voxel. Border: L1 held; outside the mask (an infinite gradient) M stays. Precision: fp32.
+// One invocation: one voxel. Border: L1 clamped; outside the mask (an infinite gradient) M stays. Precision: fp32.
 // Race: each output written once. CPU oracle: oracle::classic_force.
 TEXELS(1, fixed_image, rgba16f);
 layout(set = 0, binding = 2) uniform sampler3D moving_image;

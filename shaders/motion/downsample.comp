@@ -11,7 +11,7 @@
 // 0        in         any, one channel   fine (z, y, x)   scaled intensity
 // 1        out        any, one channel   coarse           scaled intensity
 //
-// One invocation: one coarse voxel. An image cut into slabs is shrunk slab by slab. Border: held. Precision: fp32 sums. Race: each output written once.
+// One invocation: one coarse voxel. An image cut into slabs is shrunk slab by slab. Border: clamped. Precision: fp32 sums. Race: each output written once.
 // CPU oracle: oracle::downsample.
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) uniform sampler3D fine;

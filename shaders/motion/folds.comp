@@ -17,7 +17,7 @@
 // 3        in/out     uint                 bricks listed    number of cells in it that fold
 // 4        in         the image of 1, for its single texels
 //
-// One invocation: one cell, and the cubes whose lowest voxel lies in it. Border: field held. Precision: fp32.
+// One invocation: one cell, and the cubes whose lowest voxel lies in it. Border: field clamped. Precision: fp32.
 // Race: each output written once; atomic count. CPU oracle: oracle::folds.
 layout(set = 0, binding = 1) uniform sampler3D field;
 layout(set = 0, binding = 2) uniform writeonly image3D flags;

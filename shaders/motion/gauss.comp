@@ -13,7 +13,7 @@
 // 2        out        any rgba      cells           the same
 //
 // One invocation: 8 outputs in a row along the axis, so that each input is fetched (8 + 2 radius) / 8 times instead of
-// 2 radius + 1; the 64 invocations of a group are the face of one brick. Border: held. Precision: fp32 sums.
+// 2 radius + 1; the 64 invocations of a group are the face of one brick. Border: clamped. Precision: fp32 sums.
 // Race: each output written once, never in place. CPU oracle: oracle::gauss.
 TEXELS(1, source, rgba16f);
 layout(set = 0, binding = 2) uniform writeonly image3D target;

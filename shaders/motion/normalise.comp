@@ -12,7 +12,7 @@
 // 1        in         rg32f: m1 m2          cells             smoothed moments
 // 2        out        any, one channel      image             1 (local SDs)
 //
-// One invocation: one voxel, from `begin` on. Border: held. Precision: fp32. Race: each output written once.
+// One invocation: one voxel, from `begin` on. Border: clamped. Precision: fp32. Race: each output written once.
 // CPU oracle: oracle::normalise.
 layout(local_size_x = 64) in;
 TEXELS(0, image, r16f);

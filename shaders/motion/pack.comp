@@ -16,7 +16,7 @@
 // small, is then infinite or NaN, and no comparison lets it pass. A large number was tried: at weights below a
 // hundredth it looked like an image.
 //
-// One invocation: one voxel, from `begin` on. Border: held, so the difference is halved there. Precision: fp32.
+// One invocation: one voxel, from `begin` on. Border: clamped, so the difference is halved there. Precision: fp32.
 // Race: each output written once. CPU oracle: oracle::pack.
 layout(local_size_x = 64) in;
 TEXELS(0, image, r16f);

@@ -15,7 +15,7 @@
 // 4        in         rgba: gx . . .           image            gx: infinite outside the mask
 // 5        out        rgba32f: means           cells            scaled intensity, and its square
 //
-// One invocation: one cell. Border: held. Precision: fp32. Race: each output written once.
+// One invocation: one cell. Border: clamped. Precision: fp32. Race: each output written once.
 // CPU oracle: oracle::sliding_moments.
 TEXELS(1, fixed_image, r16f);
 layout(set = 0, binding = 2) uniform sampler3D moving_image;

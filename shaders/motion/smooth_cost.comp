@@ -9,7 +9,7 @@
 // 2        in         float    labels (z, y, x), nodes listed          1
 // 3        out        float    the same                                1
 //
-// One invocation: one node and one label. Border: held, as is a node beside one that is not listed. Precision: fp32.
+// One invocation: one node and one label. Border: clamped, as is a node beside one that is not listed. Precision: fp32.
 // Race: each output written once, not in place. CPU oracle: oracle::smooth_cost.
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) readonly buffer List { uint listed[]; };

@@ -14,7 +14,7 @@
 // 4        in         rgba32f: vx vy vz .  cells            mm along the image axes
 // 5        out        rgba32f: w           cells            mm
 //
-// One invocation: one cell. Border: held. Precision: fp32. Race: each output written
+// One invocation: one cell. Border: clamped. Precision: fp32. Race: each output written
 // once. CPU oracle: oracle::update.
 TEXELS(1, equations0, rgba16f);
 TEXELS(2, equations1, rgba16f);

@@ -27,7 +27,7 @@
 // 9        out        rgba32f: w, more     cells            mm, 1
 // 10       in         the image of 7, for its single texels
 //
-// One invocation: one cell. Border: held. Precision: fp32. Race: each output written once.
+// One invocation: one cell. Border: clamped. Precision: fp32. Race: each output written once.
 // CPU oracle: oracle::update_two.
 TEXELS(1, wide0, rgba16f);
 TEXELS(2, wide1, rgba16f);

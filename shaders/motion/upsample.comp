@@ -8,7 +8,7 @@
 // 0        in         rgba32f: u     from cells (z, y, x)   mm along the image axes
 // 1, 2     out        rgba32f: u     to cells               mm
 //
-// One invocation: one cell. Border: held. Precision: fp32. Race: each output written once.
+// One invocation: one cell. Border: clamped. Precision: fp32. Race: each output written once.
 // CPU oracle: oracle::upsample.
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) uniform sampler3D from;

@@ -10,7 +10,7 @@
 // 0        in         rgba32f: u, confidence  from cells (z, y, x)   mm along the image axes, 1
 // 1, 2     out        rgba32f: u, confidence  to cells               mm, 1 (within 0 to 1)
 //
-// One invocation: one cell. Border: held. Precision: fp32. Race: each output written once.
+// One invocation: one cell. Border: clamped. Precision: fp32. Race: each output written once.
 // CPU oracle: oracle::upsample_cubic.
 layout(local_size_x = 64) in;
 TEXELS(0, from, rgba32f);

@@ -54,7 +54,7 @@ layout(set = 0, binding = 12) uniform sampler3D volume4;
 layout(set = 0, binding = 13) uniform sampler3D volume5;
 layout(set = 0, binding = 14) uniform sampler3D volume6;
 layout(set = 0, binding = 15) uniform sampler3D volume7;
-layout(set = 0, binding = 16) readonly buffer Seen { uvec2 seen[]; };
+layout(set = 0, binding = 16) readonly buffer Visible { uvec2 visible[]; };
 layout(set = 0, binding = 17) readonly buffer SkipBuffer { uint skip_buffer[]; };
 layout(set = 0, binding = 18) readonly buffer Backdrop { uint backdrop[]; };
 layout(constant_id = 0) const int kVolumes = 1;
@@ -433,9 +433,9 @@ void draw(ivec2 pixel, int eye, ivec2 size, uint out_index) {
 }
 
 // Whether the optics let the pixel through.
-bool is_seen(ivec2 pixel, int eye, ivec2 size) {
+bool is_visible(ivec2 pixel, int eye, ivec2 size) {
   const ivec2 tiles = (size + 7) / 8, tile = pixel / 8;
-  const uvec2 bits = seen[tile.x + tiles.x * (tile.y + tiles.y * eye)];
+  const uvec2 bits = visible[tile.x + tiles.x * (tile.y + tiles.y * eye)];
   const int bit = (pixel.x & 7) + 8 * (pixel.y & 7);
   return ((bit < 32 ? bits.x : bits.y) >> (bit & 31) & 1u) != 0u;
 }
@@ -452,7 +452,7 @@ void main() {
     draw(pixel, eye, size, out_index);
     return;
   }
-  const bool is_here = is_seen(pixel, eye, size);
+  const bool is_here = is_visible(pixel, eye, size);
   if (!is_here) {
     colour_out[out_index] = 0u;
     depth_out[out_index] = 0u;

@@ -29,7 +29,7 @@ layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) uniform sampler3D field;
 layout(set = 0, binding = 1) uniform sampler3D last;
 layout(set = 0, binding = 2) uniform writeonly image3D nodes;
-layout(set = 0, binding = 3) buffer Held { uint held[]; };
+layout(set = 0, binding = 3) buffer Frozen { uint frozen[]; };
 layout(set = 0, binding = 4) readonly buffer Near { uint near[]; };
 layout(push_constant) uniform Push { TrackPush push; };
 
@@ -115,7 +115,7 @@ void track(ivec3 node) {
     y = x - push.phase.x * read(field_index(x)).u;
     found = solve(x, y);
   }
-  if (!found) atomicAdd(held[0], 1u);
+  if (!found) atomicAdd(frozen[0], 1u);
   imageStore(nodes, node, found ? vec4(y - x, 1.0) : vec4(before.xyz, 0.0));
 }
 

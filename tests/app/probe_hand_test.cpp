@@ -11,7 +11,7 @@ constexpr double kFrame_s = 1.0 / 90.0;
 
 xr::Hands with_controller(int side, glm::dvec3 place_m, bool trigger = false) {
   xr::Hands hands;
-  xr::Hand& hand = hands.hand[size_t(side)];
+  xr::Controller& hand = hands.hand[size_t(side)];
   hand.active = true;
   hand.world_from_grip.position_m = place_m;
   hand.dead_man = trigger;

@@ -29,7 +29,7 @@ ReplayKey made_key() {
   key.safety.stale_s = 0.1;
   key.safety.dead_man = true;
   key.safety.dead_man_buttons = 0xfffffffe;
-  key.safety.seen_buttons = 0x80000000;
+  key.safety.shown_buttons = 0x80000000;
   key.tube_buttons = 0x5;
   return key;
 }
@@ -50,7 +50,7 @@ TEST(ReplayKey, IsReadBackAsItWasWritten) {
   EXPECT_EQ(read->safety.late_s, 0.05);
   EXPECT_TRUE(read->safety.dead_man);
   EXPECT_EQ(read->safety.dead_man_buttons, 0xfffffffe);
-  EXPECT_EQ(read->safety.seen_buttons, 0x80000000);
+  EXPECT_EQ(read->safety.shown_buttons, 0x80000000);
   EXPECT_EQ(read->tube_buttons, 0x5U);
   EXPECT_EQ(read->scene.volumes.size(), shell_scene().volumes.size());
 }
@@ -60,7 +60,7 @@ TEST(ReplayKey, OfTheTimeBeforeHeadsetsIsReadAsOfARunThatNobodyHadToSee) {
   text = replaced(text, ",\"dead_man_buttons\":4294967294", "");
   const auto read = parse_replay_key("a.ticks", text);
   ASSERT_TRUE(read) << read.error().message;
-  EXPECT_EQ(read->safety.seen_buttons, 0u);
+  EXPECT_EQ(read->safety.shown_buttons, 0u);
   EXPECT_EQ(read->safety.dead_man_buttons, ~0u) << "any button";
   EXPECT_TRUE(read->safety.dead_man) << "the rest is as it was";
 }

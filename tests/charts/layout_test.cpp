@@ -80,11 +80,11 @@ TEST(Views, OfOneSliceAreOnlyTheOneInWhichItLies) {
   EXPECT_EQ(views_of(box_of(centred_grid({1, 1, 1}, glm::dvec3(1)))).size(), 3u);
 }
 
-TEST(Box, HoldsTheWholeVoxelsOfAnObliqueGrid) {
+TEST(BoundingBox, HoldsTheWholeVoxelsOfAnObliqueGrid) {
   const double c = std::cos(0.5);
   const double s = std::sin(0.5);
   const glm::dmat3 oblique(glm::dvec3(c, s, 0), glm::dvec3(-s, c, 0), glm::dvec3(0, 0, 1));
-  const Box box = box_of(centred_grid({10, 10, 4}, {2.0, 2.0, 5.0}, oblique));
+  const BoundingBox box = box_of(centred_grid({10, 10, 4}, {2.0, 2.0, 5.0}, oblique));
   EXPECT_NEAR(box.extent_mm().x, 20.0 * (c + s), 1e-9);
   EXPECT_NEAR(box.extent_mm().z, 20.0, 1e-9);
 }

@@ -35,8 +35,8 @@ void expect_all_pictures(const Volume& fixed, const Volume& moving, const Field&
   const Mask mask{fixed.grid, std::vector<uint8_t>(fixed.grid.count(), 1)};
   const Caption caption{"A title", "and numbers"};
   const PairPicture pair{&fixed, &moving, &field, &field, &sure, &mask};
-  const std::vector<Moment> moments = {{&fixed, &field, "frame 0", "t = 0 s"},
-                                       {&moving, nullptr, "frame 1", ""}};
+  const std::vector<SequenceStep> moments = {{&fixed, &field, "frame 0", "t = 0 s"},
+                                             {&moving, nullptr, "frame 1", ""}};
   const auto expect_written = [&](const Status& written, const char* what) {
     ASSERT_TRUE(written) << what << ": " << written.error().message;
     EXPECT_GT(read_png(file.path()).width, 200) << what;
@@ -159,7 +159,7 @@ TEST_F(PairPictures, StripGrowsWithItsFramesButNotBeyondTwelve) {
   const ScratchFile file("strip.png");
   std::vector<int> heights;
   for (const size_t count : {2, 4, 12, 40}) {
-    const std::vector<Moment> moments(count, Moment{&fixed_, &field_, "frame", ""});
+    const std::vector<SequenceStep> moments(count, SequenceStep{&fixed_, &field_, "frame", ""});
     ASSERT_TRUE(write_sequence_strip(file.path(), moments, {"Title", ""}));
     heights.push_back(read_png(file.path()).height);
   }

@@ -14,7 +14,7 @@ namespace {
 
 /// The highest row in which a column has the curve's own colour (orange, and not see-through):
 /// height where there is none.
-int curve_row(const charts::Raster& raster, int column) {
+int curve_row(const charts::Bitmap& raster, int column) {
   // Below the numbers of the head, which have the same colour.
   for (int row = 30; row < raster.height; ++row) {
     const uint32_t pixel = raster.pixels[size_t(row * raster.width + column)];
@@ -27,7 +27,7 @@ int curve_row(const charts::Raster& raster, int column) {
 TEST(ForcePlot, DrawsTheNewestAtTheRightAndTheOldestAtTheLeft) {
   ForcePlot plot(6.0);
   for (int k = 0; k <= 600; ++k) plot.add(0.01 * k, k < 300 ? 0.0 : 2.0);
-  const charts::Raster raster = plot.draw(320, 150, 1.0);
+  const charts::Bitmap raster = plot.draw(320, 150, 1.0);
   ASSERT_EQ(raster.width, 320);
   ASSERT_EQ(raster.height, 150);
   // The strip goes from 40 to 306, from row 34 (2 N, the scale's top) to 126 (0 N); the line is 1.8
@@ -41,7 +41,7 @@ TEST(ForcePlot, LosesNoPeakHoweverShort) {
   for (int k = 0; k <= 6000; ++k) plot.add(1e-3 * k, k == 3000 ? 5.0 : 0.0);
   EXPECT_EQ(plot.peak_n(), 5.0);
   EXPECT_EQ(plot.top_n(), 5.0);
-  const charts::Raster raster = plot.draw(320, 150, 1.0);
+  const charts::Bitmap raster = plot.draw(320, 150, 1.0);
   int highest = raster.height;
   for (int column = 41; column < 305; ++column)
     highest = std::min(highest, curve_row(raster, column));
@@ -78,13 +78,13 @@ TEST(ForcePlot, IsDrawnLargerOnADenseDisplay) {
   EXPECT_EQ(draw_help(2.0).width, 2 * draw_help(1.0).width);
 }
 
-TEST(Corners, HelpAndPlotNeverCoverEachOther) {
+TEST(OverlayCorners, HelpAndPlotNeverCoverEachOther) {
   const glm::ivec2 help(262, 232), plot(330, 160);
   constexpr int kEdge = 14, kTop = 100;
   int beside = 0, above = 0, hidden = 0;
   for (int width = 360; width <= 1200; width += 20)
     for (int height = 200; height <= 900; height += 20) {
-      const Corners at = place_corners({width, height}, help, plot, kTop, kEdge);
+      const OverlayCorners at = place_corners({width, height}, help, plot, kTop, kEdge);
       EXPECT_EQ(at.help.x, kEdge);
       EXPECT_LE(at.help.y + help.y + kEdge, height);
       const bool apart = at.help.x + help.x <= at.plot.x || at.help.y + help.y <= at.plot.y;
@@ -109,7 +109,7 @@ TEST(Help, SaysNothingOfAProbeWhereThereIsNone) {
 }
 
 TEST(Overlay, IsSeeThroughOutsideItsPlate) {
-  for (const charts::Raster& raster :
+  for (const charts::Bitmap& raster :
        {ForcePlot().draw(320, 150, 1.0), draw_help(1.0), draw_note("heart", {"a line"}, 1.0)}) {
     ASSERT_FALSE(raster.pixels.empty());
     EXPECT_EQ(raster.pixels.front(), 0u) << "the plate's corner is round";

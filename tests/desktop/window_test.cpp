@@ -81,7 +81,7 @@ TEST_F(OnAScreen, ShowsThePicturesColoursTheRightWayRound) {
 }
 
 TEST_F(OnAScreen, LaysOverlaysOverThePicture) {
-  charts::Raster half_white{20, 10, std::vector<uint32_t>(200, 0x80808080)};
+  charts::Bitmap half_white{20, 10, std::vector<uint32_t>(200, 0x80808080)};
   const Overlay overlay{&half_white, {50, 30}};
   Screenshot shot;
   const bool shown = show_until(quarters(320, 240),
@@ -151,18 +151,19 @@ TEST_F(OnAScreen, HearsWheelButtonsAndKeys) {
   ASSERT_TRUE(display_->act("mouseup 1 mousedown 3"));
   EXPECT_TRUE(show_until(picture, [](const Input& now) { return !now.left && now.right; }));
   ASSERT_TRUE(display_->act("mouseup 3 key space Left Right c 3 r o h plus minus"));
-  std::vector<Key> keys;
+  std::vector<KeyAction> keys;
   int look = -1;
   show_until(picture, [&](const Input& now) {
     for (const KeyPress& press : now.keys) {
       keys.push_back(press.key);
-      if (press.key == Key::kLook) look = press.number;
+      if (press.key == KeyAction::kLook) look = press.number;
     }
     return keys.size() >= 10;
   });
-  EXPECT_THAT(keys, ::testing::ElementsAre(Key::kPlay, Key::kBack, Key::kForward, Key::kClip,
-                                           Key::kLook, Key::kRecentre, Key::kReset, Key::kHelp,
-                                           Key::kNearer, Key::kFurther));
+  EXPECT_THAT(keys, ::testing::ElementsAre(KeyAction::kPlay, KeyAction::kBack, KeyAction::kForward,
+                                           KeyAction::kClip, KeyAction::kLook, KeyAction::kRecentre,
+                                           KeyAction::kReset, KeyAction::kHelp, KeyAction::kNearer,
+                                           KeyAction::kFurther));
   EXPECT_EQ(look, 2);
   EXPECT_FALSE(window_->closed());
   ASSERT_TRUE(display_->act("key Escape"));
@@ -208,10 +209,10 @@ TEST(Window, SaysInASentenceThatThereIsNoDisplay) {
 }
 
 TEST(Window, PutsAPictureIntoItsMiddleAsLargeAsItCanBe) {
-  const Place wide = place_of_picture({800.0, 600.0}, 2.0);
+  const PicturePlace wide = place_of_picture({800.0, 600.0}, 2.0);
   EXPECT_EQ(wide.corner, glm::dvec2(0.0, 100.0));
   EXPECT_EQ(wide.size, glm::dvec2(800.0, 400.0));
-  const Place high = place_of_picture({800.0, 600.0}, 0.5);
+  const PicturePlace high = place_of_picture({800.0, 600.0}, 0.5);
   EXPECT_EQ(high.corner, glm::dvec2(250.0, 0.0));
   EXPECT_EQ(high.size, glm::dvec2(300.0, 600.0));
   EXPECT_EQ(place_of_picture({800.0, 600.0}, 0.0).size, glm::dvec2(800.0, 600.0));

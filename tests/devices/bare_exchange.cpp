@@ -22,9 +22,9 @@ void LIBUSB_CALL on_done(libusb_transfer* transfer) {
 }  // namespace
 
 struct BareExchange::Parts {
-  usb::Context context;
-  usb::Handle handle;
-  usb::Transfer in, out;
+  usb::ContextPtr context;
+  usb::HandlePtr handle;
+  usb::TransferPtr in, out;
   std::array<uint8_t, falcon::kInBytes> in_bytes{};
   falcon::Packet out_bytes = falcon::encode({});
   falcon::AnswerStream stream;
@@ -72,10 +72,10 @@ BareExchange::BareExchange(const std::string& place, bool event_character)
     : parts_(std::make_unique<Parts>()) {
   parts_->context = usb::make_context();
   if (!parts_->context) return;
-  for (const usb::Found& found : usb::find(parts_->context.get(), is_falcon)) {
+  for (const usb::BusDevice& found : usb::find(parts_->context.get(), is_falcon)) {
     if (found.place != place) continue;
-    usb::Opened opened = usb::open(found.device.get(), 0);
-    if (!opened.handle || falcon::set_up(opened.handle.get()).problem != usb::Problem::kNone)
+    usb::ClaimedDevice opened = usb::open(found.device.get(), 0);
+    if (!opened.handle || falcon::set_up(opened.handle.get()).problem != usb::UsbProblem::kNone)
       return;
     constexpr uint8_t kToDevice = 0x40, kEventCharacter = 6;
     if (!event_character)

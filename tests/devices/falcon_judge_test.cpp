@@ -13,7 +13,7 @@
 namespace palpate::devices::falcon {
 namespace {
 
-using Exchange = FalconJudge::Exchange;
+using Exchange = FalconJudge::FalconExchange;
 constexpr int64_t kMs = 1'000'000;
 constexpr double kCount_m = 60e-6;  // half a count of each of three encoders, anywhere
 
@@ -25,14 +25,14 @@ struct Court {
   uint8_t homed = kAllHomed;
   int64_t now_ns = 7 * kMs;
 
-  Answer answer() const {
-    Answer answer;
+  FalconAnswer answer() const {
+    FalconAnswer answer;
     const glm::dvec3 counts = encoder_counts(inverse(place).value().arm);
     for (int e = 0; e < 3; ++e) answer.encoders[size_t(e)] = int16_t(std::lround(counts[e]));
     answer.homed = homed;
     return answer;
   }
-  DeviceReading tell(std::optional<Answer> answer, bool garbage = false) {
+  DeviceReading tell(std::optional<FalconAnswer> answer, bool garbage = false) {
     now_ns += kMs;
     return judge.judge({answer, garbage, now_ns, force_n});
   }
@@ -198,7 +198,7 @@ TEST(FalconJudge, RefusesWhatNoArmCanReach) {
   Court court;
   court.trust();
   const glm::dvec3 last = court.judge.position();
-  Answer far = court.answer();
+  FalconAnswer far = court.answer();
   far.encoders = {32767, -32768, 32767};
   const DeviceReading reading = court.tell(far);
   EXPECT_EQ(reading.fault, DeviceFault::kOutOfReach);
@@ -238,7 +238,7 @@ TEST(FalconJudge, FindsOneArmThatStandsWhileTheOthersMove) {
       court.place =
           glm::dvec3(0.002 * std::sin(0.1 * exchanges), 0.002 * std::cos(0.07 * exchanges),
                      0.130 + 0.004 * std::sin(0.13 * exchanges));
-      Answer answer = court.answer();
+      FalconAnswer answer = court.answer();
       answer.encoders[arm] = stands;
       reading = court.tell(answer);
       ++exchanges;
@@ -251,7 +251,7 @@ TEST(FalconJudge, FindsOneArmThatStandsWhileTheOthersMove) {
 TEST(FalconJudge, HoldsTheLastPositionForFaultsFromOutside) {
   Court court;
   court.trust();
-  const DeviceReading held = court.judge.held(DeviceFault::kUnplugged);
+  const DeviceReading held = court.judge.frozen(DeviceFault::kUnplugged);
   EXPECT_EQ(held.fault, DeviceFault::kUnplugged);
   EXPECT_FALSE(held.fresh);
   EXPECT_EQ(held.position_m, court.judge.position());
@@ -274,7 +274,7 @@ TEST(FalconJudge, GivesFinitePositionsForAnyAnswers) {
   std::mt19937 random(99);
   Court court;
   for (int n = 0; n < 100'000; ++n) {
-    std::optional<Answer> answer;
+    std::optional<FalconAnswer> answer;
     if (random() % 4) {
       answer.emplace();
       for (int16_t& count : answer->encoders)

@@ -21,7 +21,7 @@ Bytes bytes_of(const char* text) {
 }
 
 /// An answer as the device writes it, built by hand from the description of the format.
-Bytes written(const Answer& answer) {
+Bytes written(const FalconAnswer& answer) {
   Bytes bytes = bytes_of("<");
   for (const int16_t count : answer.encoders) {
     int rest = count < 0 ? count + 65536 : count;
@@ -38,7 +38,7 @@ void add(Bytes& to, const Bytes& more) {
 }
 
 struct Found {
-  std::vector<Answer> answers;
+  std::vector<FalconAnswer> answers;
   uint64_t rejected = 0;
   size_t rest = 0;
   bool operator==(const Found&) const = default;
@@ -63,7 +63,7 @@ Found reference(const Bytes& bytes) {
       ++at;
       continue;
     }
-    Answer answer;
+    FalconAnswer answer;
     for (size_t e = 0; e < 3; ++e) {
       int number = 0;
       for (size_t n = 4; n-- > 0;) number = 16 * number + (bytes[at + 1 + 4 * e + n] - 'A');
@@ -122,16 +122,16 @@ TEST(FalconProtocol, ReadsTheCheckValue) {
                        'A', 'A',  'P',  'P',  'P',  'P', 0x41 + 0x4 + 0x70,
                        'A', '>'};
   EXPECT_EQ(stream.read(bytes), 1);
-  EXPECT_EQ(stream.newest(), (Answer{{-1447, 0, -1}, 0x4, kAllHomed}));
+  EXPECT_EQ(stream.newest(), (FalconAnswer{{-1447, 0, -1}, 0x4, kAllHomed}));
   EXPECT_EQ(stream.rejected_bytes(), 0U);
 }
 
 TEST(FalconProtocol, ReadsBackEveryNumber) {
   AnswerStream stream;
   for (int number = -32768; number <= 32767; ++number) {
-    const Answer answer{{int16_t(number), int16_t(-number), int16_t(number / 2)},
-                        uint8_t(number & 0xf),
-                        uint8_t((number >> 4) & 0x7)};
+    const FalconAnswer answer{{int16_t(number), int16_t(-number), int16_t(number / 2)},
+                              uint8_t(number & 0xf),
+                              uint8_t((number >> 4) & 0x7)};
     ASSERT_EQ(stream.read(written(answer)), 1) << number;
     ASSERT_EQ(stream.newest(), answer) << number;
   }
@@ -183,7 +183,7 @@ TEST(FalconProtocol, CountsSeveralAnswersInOneReadAndKeepsTheNewest) {
   add(bytes, written({{4, 5, 6}, 1, 7}));
   AnswerStream stream;
   EXPECT_EQ(stream.read(bytes), 2);
-  EXPECT_EQ(stream.newest(), (Answer{{4, 5, 6}, 1, 7}));
+  EXPECT_EQ(stream.newest(), (FalconAnswer{{4, 5, 6}, 1, 7}));
 }
 
 TEST(FalconProtocol, ForgetsAHalfReadAnswerWhenTold) {

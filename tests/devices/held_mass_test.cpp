@@ -28,7 +28,7 @@ TEST(HeldMass, FallsToItsTerminalSpeedWithViscousFriction) {
 }
 
 TEST(HeldMass, SwingsInAHandAsADampedOscillator) {
-  const Hand hand{.mass_kg = 0.4, .damping_n_s_per_m = 1.0, .stiffness_n_per_m = 200.0};
+  const HandImpedance hand{.mass_kg = 0.4, .damping_n_s_per_m = 1.0, .stiffness_n_per_m = 200.0};
   HeldMass body({.mass_kg = 0.1, .damping_n_s_per_m = 1.0, .hand = hand}, {0.01, 0, 0});
   const double decay = 2.0, omega = std::sqrt(400.0 - 4.0), t = 0.3;
   for (int n = 0; n < 300; ++n) body.advance(1e-3, {}, {}, {});
@@ -39,7 +39,7 @@ TEST(HeldMass, SwingsInAHandAsADampedOscillator) {
 
 TEST(HeldMass, FollowsAnEvenlyMovingHandExactly) {
   // Moving along with the hand, nothing pulls except the device's own friction.
-  const Hand hand{.mass_kg = 0.4, .damping_n_s_per_m = 5.0, .stiffness_n_per_m = 500.0};
+  const HandImpedance hand{.mass_kg = 0.4, .damping_n_s_per_m = 5.0, .stiffness_n_per_m = 500.0};
   HeldMass body({.mass_kg = 0.1, .damping_n_s_per_m = 0.0, .hand = hand}, {});
   body.put({}, {0.2, 0, 0});
   for (int n = 0; n < 200; ++n)
@@ -84,7 +84,7 @@ TEST(HeldMass, TurnsBackUnderAForceAgainstDryFriction) {
 
 TEST(HeldMass, ConvergesAsTheStepIsHalvedOnABentPathWithDryFriction) {
   const auto end_of = [](int steps) {
-    const Hand hand{.mass_kg = 0.5, .damping_n_s_per_m = 3.0, .stiffness_n_per_m = 300.0};
+    const HandImpedance hand{.mass_kg = 0.5, .damping_n_s_per_m = 3.0, .stiffness_n_per_m = 300.0};
     HeldMass body({.mass_kg = 0.1, .damping_n_s_per_m = 1.0, .coulomb_n = 0.3, .hand = hand},
                   {0.01, 0, 0});
     body.put({0.01, 0, 0}, {0.0, 0.3, 0.1});

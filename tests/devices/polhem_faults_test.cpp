@@ -263,7 +263,7 @@ TEST(PolhemLine, GivesFinitePlacesForAnyBytes) {
   std::mt19937 random(7);
   const std::string letters = "0123456789.-+eE nainf\n\r\0x";
   for (int round = 0; round < 2000; ++round) {
-    polhem::Lines lines;
+    polhem::LineSplitter lines;
     std::string bytes;
     for (int n = 0; n < 200; ++n) bytes += letters[random() % letters.size()];
     for (size_t at = 0; at < bytes.size();) {

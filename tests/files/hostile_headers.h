@@ -23,7 +23,7 @@ struct HostileFile {
 
 /// One voxel as NIfTI, turned about the patient's axis, with this number in its sform.
 inline std::string nifti_of_one_voxel(float in_sform, int16_t qform_code) {
-  Picture picture;
+  ImageToWrite picture;
   picture.grid = straight_grid({1, 1, 1});
   picture.grid.direction[0] = {0.6, 0.8, 0.0};
   picture.grid.direction[1] = {-0.8, 0.6, 0.0};
@@ -36,7 +36,7 @@ inline std::string nifti_of_one_voxel(float in_sform, int16_t qform_code) {
 
 /// Several values of one or two bytes per voxel as NIfTI, to be scaled.
 inline std::string nifti_to_be_scaled(int16_t type, int16_t bits, size_t components) {
-  Picture picture;
+  ImageToWrite picture;
   picture.grid = oblique_grid();
   picture.components = components;
   picture.frames = {nullptr};

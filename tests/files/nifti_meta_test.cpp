@@ -25,7 +25,7 @@ using ::testing::HasSubstr;
 
 /// Header of a straight or oblique float volume, as NIfTI-1 lays it out.
 std::string nifti_header(const Grid& grid) {
-  Picture picture;
+  ImageToWrite picture;
   picture.grid = grid;
   picture.frames = {nullptr};
   return nifti_header_of(picture);

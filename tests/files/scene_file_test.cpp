@@ -91,7 +91,7 @@ void expect_same(const SceneSpec& a, const SceneSpec& b) {
     EXPECT_EQ(v.cyclic, w.cyclic);
     EXPECT_EQ(v.values, w.values);
     EXPECT_EQ(v.blend_values, w.blend_values);
-    EXPECT_EQ(v.seen, w.seen);
+    EXPECT_EQ(v.appearance, w.appearance);
     EXPECT_EQ(v.segments.from, w.segments.from);
     EXPECT_EQ(v.segments.iso_value, w.segments.iso_value);
     EXPECT_EQ(v.segments.smooth_mm, w.segments.smooth_mm);
@@ -311,10 +311,10 @@ TEST(SceneFile, RefusesWhatCanNotBeInAFileWithoutAHeader) {
 
 TEST(SceneFile, SaysHowVolumesAreSeen) {
   const SceneSpec s = accepted(kEverything);
-  const SeenSpec &ct = s.volumes[0].seen, &molecule = s.volumes[1].seen;
+  const AppearanceSpec &ct = s.volumes[0].appearance, &molecule = s.volumes[1].appearance;
   EXPECT_FALSE(ct.shown);
   EXPECT_EQ(ct.preset, "CT lung");
-  EXPECT_EQ(ct.level, -600.0);
+  EXPECT_EQ(ct.window_level, -600.0);
   EXPECT_EQ(ct.width, 1500.0);
   EXPECT_FALSE(ct.tubes);
   const std::vector<LookPoint> points = {{-1.0, {0.0, 0.5, 1.0}, 0.25},
@@ -326,7 +326,7 @@ TEST(SceneFile, SaysHowVolumesAreSeen) {
   EXPECT_EQ(molecule.tubes_per_axis, 3);
   EXPECT_FALSE(molecule.segments);
   EXPECT_EQ(molecule.segment_opacity, 0.7);
-  EXPECT_EQ(s.volumes[2].seen, SeenSpec());
+  EXPECT_EQ(s.volumes[2].appearance, AppearanceSpec());
 }
 
 TEST(SceneFile, RefusesAViewThatCanNotBeDrawn) {

@@ -167,7 +167,7 @@ TEST_F(BlackBoxFile, MakesItsFolderWhenThereIsSomethingToKeep) {
 
 TEST_F(BlackBoxFile, IsWrittenOnARecordersThread) {
   BlackBox box({.folder = folder_});
-  Recorder recorder({&box});
+  TickRecorder recorder({&box});
   for (int k = 0; k < 202; ++k) {
     TickOutput output;
     output.cause = k == 0 ? Cause::kNone : Cause::kClock;

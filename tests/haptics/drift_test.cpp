@@ -29,7 +29,7 @@ Drift drift(Hand& hand, glm::dvec3 at, int beats) {
   for (int beat = 0; beat < beats; ++beat)
     for (int i = 0; i < kTicksPerBeat; ++i) {
       const TickOutput out = hand.to(at);
-      found.held |= out.held;
+      found.held |= out.frozen;
       if (beat == 0) {
         second[i] = out.proxy_m;
         continue;

@@ -77,8 +77,9 @@ TEST(EnergyTank, HoldsAViolentWallToItsAllowance) {
       EXPECT_EQ(free.ledger.slips, 0);
       EXPECT_GT(held.ledger.slips, 0) << hz << " Hz, " << amplitude << " m";
       // The sentence in the header, with the hand's own work.
-      EXPECT_LE(held.work_j, may + held.ledger.held_j + 1e-9) << hz << " Hz, " << amplitude << " m";
-      EXPECT_GT(free.work_j, may + free.ledger.held_j) << hz << " Hz, " << amplitude << " m";
+      EXPECT_LE(held.work_j, may + held.ledger.sampling_j + 1e-9)
+          << hz << " Hz, " << amplitude << " m";
+      EXPECT_GT(free.work_j, may + free.ledger.sampling_j) << hz << " Hz, " << amplitude << " m";
       // And slipping is no jolt.
       EXPECT_LE(held.beyond_n, 1e-9) << hz << " Hz, " << amplitude << " m";
     }

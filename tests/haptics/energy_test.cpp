@@ -112,7 +112,8 @@ TEST(EnergyTank, ChargesNothingInFreeMotion) {
     x = probe;
   }
   EXPECT_LT(tank.energy_j(), kRounding);
-  EXPECT_NEAR(tank.ledger().held_j, tank.ledger().dissipated_j, 1e-3 * tank.ledger().held_j);
+  EXPECT_NEAR(tank.ledger().sampling_j, tank.ledger().dissipated_j,
+              1e-3 * tank.ledger().sampling_j);
 }
 
 TEST(EnergyTank, LeavesAStillSceneAlone) {
@@ -269,10 +270,11 @@ TEST(EnergyTank, LedgerBalancesWithTheWorkDoneOnTheHand) {
     const EnergyLedger ledger = tank.ledger();
     const double left = double(spring(run.k, run.x, run.probe));
     // Sums of some 1,000 J of terms that cancel: 1e-9 J is 1e-12 of them.
-    EXPECT_NEAR(double(work), ledger.put_in_j - ledger.dissipated_j + ledger.held_j - left, 1e-9)
+    EXPECT_NEAR(double(work), ledger.put_in_j - ledger.dissipated_j + ledger.sampling_j - left,
+                1e-9)
         << "seed " << seed;
     // The scene alone can not give more than tank and allowance: the rest is the sampling's.
-    EXPECT_LE(double(work), 0.01 + allowed + ledger.held_j + 1e-9) << "seed " << seed;
+    EXPECT_LE(double(work), 0.01 + allowed + ledger.sampling_j + 1e-9) << "seed " << seed;
   }
 }
 

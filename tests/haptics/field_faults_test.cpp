@@ -63,8 +63,8 @@ TEST(FoldedField, IsHeldFadedFlaggedAndRecoveredFrom) {
     steps.add(out);
     const double g = out.first.phase;
     if (out.first.frame != 3 || !(g > 0.568)) continue;
-    EXPECT_TRUE(out.held) << "tick " << i << ": the fold is not flagged";
-    held += out.held;
+    EXPECT_TRUE(out.frozen) << "tick " << i << ": the fold is not flagged";
+    held += out.frozen;
     if (first_held < 0) first_held = i;
     if (gone < 0 && glm::length(out.wanted_n) < 1e-3) gone = i;
     cause = out.cause;
@@ -82,7 +82,7 @@ TEST(FoldedField, IsHeldFadedFlaggedAndRecoveredFrom) {
   for (int i = 0; i < 300; ++i) hand.to({0.022 + 0.008 * i / 300.0, 0.0, 0.0});
   TickOutput out;
   for (int i = 0; i < 300; ++i) out = hand.to({0.03 - 0.008 * i / 300.0, 0.0, 0.0});
-  EXPECT_FALSE(out.held);
+  EXPECT_FALSE(out.frozen);
   EXPECT_NEAR(out.wanted_n.x, kStiffness * (0.025 - out.probe_m.x), 0.01);
 }
 
@@ -123,8 +123,8 @@ TEST(RoughFields, NeverMoveThePointUnflaggedNorJumpTheForce) {
       const TickOutput out = hand.to(0.024 * way);
       steps.add(out);
       ASSERT_TRUE(std::isfinite(glm::length(out.wanted_n))) << "seed " << seed << " tick " << i;
-      held |= out.held;
-      if (out.held || out.first.frame == 3) continue;
+      held |= out.frozen;
+      if (out.frozen || out.first.frame == 3) continue;
       // The motion does not repeat, so nothing closes it: x + g u(x) is all there is.
       const glm::dvec3 x = hand.haptics.run()->carriers[0].carrier->material();
       const MotionMap& map = *data->motions[0].steps[size_t(out.first.frame)];

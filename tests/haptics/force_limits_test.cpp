@@ -161,7 +161,7 @@ TEST(ForceLimits, FadeOwnsALostPoint) {
       ASSERT_NEAR(run.cap_n * run.fade, felt_n * (1.0 - double(ms) / whole_ms), kRounding_n) << ms;
     }
     carrier.is_lost = false;
-    run.held = false;  // as the next frame begins
+    run.frozen = false;  // as the next frame begins
     for (int ms = 1; ms < whole_ms; ++ms) {
       run.follow_to({1.0, 0.0, 0.0}, 0.0, kTick_s);
       ASSERT_NEAR(run.cap_n * run.fade, felt_n * ms / whole_ms, kRounding_n) << ms;
@@ -211,7 +211,7 @@ TEST(ForceLimits, BridgeOwnsAnotherScene) {
 
 TEST(ForceLimits, BridgeLeadsToAnotherSceneAtItsOwnRateAlsoAfterASuddenChange) {
   ForceBridge bridge;
-  ForceBridge::Frame frame;
+  ForceBridge::BridgeFrame frame;
   frame.stiffness_n_per_m = kStiffness;
   frame.dt_s = kTick_s;
   frame.felt_n = {1.0, 0.0, 0.0};
@@ -257,8 +257,8 @@ TEST(ForceLimits, BridgeOwnsWhatTheSceneChangesAtOnce) {
   }
 }
 
-ForceBridge::Frame frame_of(double spring_n, double felt_n, double step_m) {
-  ForceBridge::Frame frame;
+ForceBridge::BridgeFrame frame_of(double spring_n, double felt_n, double step_m) {
+  ForceBridge::BridgeFrame frame;
   frame.spring_n = {spring_n, 0.0, 0.0};
   frame.felt_n = {felt_n, 0.0, 0.0};
   frame.step_m = {step_m, 0.0, 0.0};
@@ -274,7 +274,7 @@ TEST(ForceLimits, BridgeGoesFasterWhereTheMotionMayNotBeInverted) {
     if (rough) carrier->set_rough();
     carriers[0].carrier = std::move(carrier);
     ForceBridge bridge;
-    ForceBridge::Frame frame = frame_of(0.0, 2.0, 0.0);
+    ForceBridge::BridgeFrame frame = frame_of(0.0, 2.0, 0.0);
     frame.carriers = carriers;
     const double rate = rough ? kFade_n_per_s : kSudden_n_per_s;
     EXPECT_NEAR(bridge.step(frame, nullptr).x, 2.0 - rate * kTick_s, kRounding_n);

@@ -118,10 +118,10 @@ TEST(SceneTicker, PassesCommandsOnInOrderWithTheirTick) {
   std::vector<std::pair<int, Kind>> all;
   HandCommand command;
   while (ticker.next_command(command)) {
-    all.emplace_back(int(command.moment.now_ns / kMs), command.kind);
+    all.emplace_back(int(command.snapshot.now_ns / kMs), command.kind);
     // In free space the proxy is where the hand is.
-    EXPECT_NEAR(command.moment.proxy_m.x, 1e-9 * double(command.moment.now_ns), 5e-4);
-    EXPECT_EQ(command.moment.volume_count, 1);
+    EXPECT_NEAR(command.snapshot.proxy_m.x, 1e-9 * double(command.snapshot.now_ns), 5e-4);
+    EXPECT_EQ(command.snapshot.volume_count, 1);
   }
   EXPECT_EQ(all, (All{{7, Kind::kReleaseTube}, {12, Kind::kKeepTubes}, {12, Kind::kClearTubes}}));
 }

@@ -102,7 +102,7 @@ TEST(Replay, OfARandomRunThroughAFreshHapticsGivesTheSameBits) {
   std::filesystem::create_directories(folder);
   for (uint32_t seed = 1; seed <= 3; ++seed) {
     const auto path = folder / ("run" + std::to_string(seed) + ".ticks");
-    auto recorder = Recorder::start(path, "two volumes", 1'000'000);
+    auto recorder = TickRecorder::start(path, "two volumes", 1'000'000);
     ASSERT_TRUE(recorder) << recorder.error().message;
     const auto haptics = fresh(two_volumes());
     RandomRun run(seed);

@@ -131,7 +131,7 @@ TEST(Haptics, FollowsTheBeatingShell) {
         const TickOutput out = hand.to(r * dir);
         const double exact = kStiffness * std::max(0.0, shell_radius_m(out.first, 4) - r);
         errors.add(out.wanted_n - exact * dir);
-        ASSERT_FALSE(out.held) << "tick " << i;
+        ASSERT_FALSE(out.frozen) << "tick " << i;
         ASSERT_LT(out.residual_m, 1e-6);
       }
       errors.tell(made == Made::kAnalytic ? "beating, analytic" : "beating, sampled");

@@ -23,7 +23,7 @@ Leaning lean(test::Hand& hand, glm::dvec3 surface_m, glm::dvec3 out, double dept
   for (int i = 0; i < ticks; ++i) {
     const double way = std::min(1.0, i / 1000.0);
     const TickOutput tick = hand.to(surface_m + (0.02 - way * (0.02 + depth_m)) * out);
-    found.held += tick.held;
+    found.held += tick.frozen;
     if (i > 0) found.step_n = std::max(found.step_n, glm::distance(tick.command.force_n, before));
     before = tick.command.force_n;
     if (i < 1500) continue;

@@ -162,11 +162,11 @@ TEST(HostLoop, TakesTheTimeItselfWhereTheHostGivesNone) {
   Bench bench;
   const glm::dvec3 inside_m = hand_at(kStart_ns + 1000 * kMs);
   bench.loop.tick({inside_m, 0});
-  SceneMoment moment, later;
-  ASSERT_TRUE(bench.ticker.newest(0, moment));
+  SceneSnapshot snapshot, later;
+  ASSERT_TRUE(bench.ticker.newest(0, snapshot));
   bench.loop.tick({inside_m, 0});
   ASSERT_TRUE(bench.ticker.newest(0, later));
-  EXPECT_GT(later.now_ns, moment.now_ns);
+  EXPECT_GT(later.now_ns, snapshot.now_ns);
 }
 
 }  // namespace

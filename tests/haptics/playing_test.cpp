@@ -51,7 +51,7 @@ class Pressing {
       last_n_ = out.wanted_n;
       known_ = true;
       touched += exact > 0.0;
-      held |= out.held;
+      held |= out.frozen;
       last = out.first;
     }
   }

@@ -197,7 +197,7 @@ TEST_F(RealTimePromise, IsKeptByTheLoopWithAWholeSceneRecorderBlackBoxAndNewScen
   ASSERT_TRUE(scene) << scene.error().message;
   ASSERT_TRUE(ticker.offer(*scene));
   BlackBox box({folder_, 1000, 100, 0});
-  auto recorder = Recorder::start(folder_ / "run.ticks", "everything", 1'000'000, {&box});
+  auto recorder = TickRecorder::start(folder_ / "run.ticks", "everything", 1'000'000, {&box});
   ASSERT_TRUE(recorder);
   ServoPorts ports;
   ServoLoop loop(device, ticker, clock, ports, {}, {recorder->get()});
@@ -247,7 +247,7 @@ TEST_F(RealTimePromise, IsKeptByTheThreadItself) {
   ASSERT_TRUE(scene);
   ASSERT_TRUE(ticker.offer(*scene));
   BlackBox box({folder_, 1000, 100, 0});
-  auto recorder = Recorder::start(folder_ / "thread.ticks", "everything", 1'000'000, {&box});
+  auto recorder = TickRecorder::start(folder_ / "thread.ticks", "everything", 1'000'000, {&box});
   ASSERT_TRUE(recorder);
   ServoOptions servo_options;
   servo_options.real_time = {.priority = 0, .core = -1, .lock_memory = false, .cores_awake = false};

@@ -209,7 +209,7 @@ class Remembering : public Ticker {
 TEST_F(RecordingFile, OfARunningServoIsReplayedToTheSameBits) {
   test::FakeClock clock;
   test::FakeDevice device(clock);
-  auto recorder = Recorder::start(path_, "test", 1'000'000);
+  auto recorder = TickRecorder::start(path_, "test", 1'000'000);
   ASSERT_TRUE(recorder) << recorder.error().message;
   Remembering ticker;
   ServoPorts ports;
@@ -219,8 +219,8 @@ TEST_F(RecordingFile, OfARunningServoIsReplayedToTheSameBits) {
     reading.position_m.x = double(random()) * 0x1p-32;
     reading.buttons = random() % 4;
   };
-  constexpr int kTicks =
-      2000;  // fewer than the ring holds: none can be lost, however slow the disk
+  // fewer than the ring holds: none can be lost, however slow the disk
+  constexpr int kTicks = 2000;
   for (int k = 0; k < kTicks; ++k) {
     if (k % 100 == 0) ports.events.push({ControlEvent::Kind::kModeGain, 0, 0.1 * k});
     if (k % 70 == 0) ports.poses.push({.volume = 0, .transform = {}, .time_ns = clock.now});
@@ -261,7 +261,7 @@ TEST_F(RecordingFile, ThatLostTicksIsReadButNotReplayed) {
 
 TEST_F(RecordingFile, WithoutAnEndIsCutOff) {
   {
-    auto recorder = Recorder::start(path_, "test", 1'000'000);
+    auto recorder = TickRecorder::start(path_, "test", 1'000'000);
     ASSERT_TRUE(recorder);
     (*recorder)->hear({}, {});
   }
@@ -272,7 +272,7 @@ TEST_F(RecordingFile, WithoutAnEndIsCutOff) {
 }
 
 TEST_F(RecordingFile, CountsWhatTheRingCouldNotHold) {
-  auto recorder = Recorder::start(path_, "test", 1'000'000);
+  auto recorder = TickRecorder::start(path_, "test", 1'000'000);
   ASSERT_TRUE(recorder);
   // Faster than any disk thread that looks every 20 ms.
   for (int k = 0; k < 200'000; ++k) (*recorder)->hear({}, {});

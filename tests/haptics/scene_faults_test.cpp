@@ -101,7 +101,7 @@ TEST(SceneFaults, DataThatAreNoNumbersFadeWhereTheHandComesToThem) {
                   is_finite(out.command.force_n))
           << kind << " tick " << i;
       steps.add(out);
-      told |= out.held;
+      told |= out.frozen;
     }
     EXPECT_TRUE(told) << kind;
     EXPECT_LE(glm::length(steps.last_n()), 1e-9) << kind << ": nothing is there to be felt";
@@ -125,7 +125,7 @@ TEST(SceneFaults, FieldsAndDataSwappedForSomeThatAreNoNumbersFade) {
     for (int i = 0; i < 1000; ++i) {
       const TickOutput out = hand.to(at);
       ASSERT_TRUE(is_finite(out.wanted_n)) << "tick " << i;
-      EXPECT_TRUE(out.held);
+      EXPECT_TRUE(out.frozen);
       steps.add(out);
     }
     EXPECT_EQ(steps.last_n(), glm::dvec3(0.0));

@@ -65,16 +65,16 @@ class MeasureKernel : public KernelTest {
     const DeviceImage before = put(texels_of(seen), Format::kRgba16);
     const DeviceImage equations2 = put(images[2], Format::kRgba16);
     const vulkan::Buffer list = upload_bricks(context(), bricks);
-    vulkan::Buffer looks(context(), bricks.size() * sizeof(BrickLook),
+    vulkan::Buffer looks(context(), bricks.size() * sizeof(BrickMeasure),
                          vulkan::Buffer::Kind::kHostVisible);
-    for (BrickLook& look : looks.as<BrickLook>()) look = {};
+    for (BrickMeasure& look : looks.as<BrickMeasure>()) look = {};
     dispatch(kernels()->measure(),
              {list, nearest(now), nearest(before), before.image, nearest(equations2), looks},
              shaders::MeasurePush{glm::ivec4(cells, 0), glm::vec4(1.0 / unit_mm, 0, 0, 0)},
              brick_groups(bricks));
     for (size_t b = 0; b < bricks.size(); ++b) {
       const glm::ivec3 brick(bricks[b] & 1023U, bricks[b] >> 10 & 1023U, bricks[b] >> 20);
-      const BrickLook& look = looks.as<BrickLook>()[b];
+      const BrickMeasure& look = looks.as<BrickMeasure>()[b];
       EXPECT_NEAR(look.moved, expected.at(brick).x, 4.0 * kSingle) << text(brick);
       EXPECT_NEAR(look.structure, expected.at(brick).y, kSingle) << text(brick);
       EXPECT_NEAR(look.reach, expected.at(brick).z, 4.0 * kSingle) << text(brick);

@@ -192,8 +192,8 @@ TEST_F(SlidingChoiceKernels, TakeTheBestCandidateFromAcrossABorder) {
                          vulkan::Buffer::Kind::kHostVisible);
     std::fill(found.as<uint32_t>().begin(), found.as<uint32_t>().end(), 0U);
     const glm::vec4 different(float(with.apart_mm), float(with.slope), 0, 0);
-    dispatch(kernels()->sliding_look(), {list, nearest(cost), nearest(u), chosen.image, found},
-             shaders::SlidingLookPush{glm::ivec4(cells, 0),
+    dispatch(kernels()->sliding_work(), {list, nearest(cost), nearest(u), chosen.image, found},
+             shaders::SlidingWorkPush{glm::ivec4(cells, 0),
                                       glm::ivec4(with.step, 0),
                                       {share, least, noise, 0},
                                       glm::vec4(with.cell_mm, 0),

@@ -47,7 +47,7 @@ class ActiveBricks : public ::testing::Test {
 
   const glm::ivec3 cells{48, 8, 8};
   BrickList bricks = all_bricks(cells);
-  std::vector<BrickLook> looks = std::vector<BrickLook>(6, BrickLook{0.0F, 1.0F, 0.0F});
+  std::vector<BrickMeasure> looks = std::vector<BrickMeasure>(6, BrickMeasure{0.0F, 1.0F, 0.0F});
   RestRule rule{0.01, 0.6, 0.25};
 };
 
@@ -78,7 +78,7 @@ TEST_F(ActiveBricks, LeaveOutWhatIsMaskedOutHoweverItMoves) {
 
 TEST_F(ActiveBricks, NeverReturnThatWereNotListed) {
   bricks = {brick(1, 0, 0), brick(5, 0, 0)};
-  looks.assign(2, BrickLook{1.0F, 1.0F, 1.0F});
+  looks.assign(2, BrickMeasure{1.0F, 1.0F, 1.0F});
   EXPECT_THAT(active(), ElementsAre(brick(1, 0, 0), brick(5, 0, 0)));
 }
 

@@ -21,7 +21,7 @@ std::span<const std::byte> bytes(const Raw& raw) {
   return std::as_bytes(std::span(raw));
 }
 
-Result<Image> image_of(const WireImage& wire) {
+Result<ImageMessage> image_of(const WireImage& wire) {
   return read_image(bytes(wire.body()));
 }
 
@@ -260,7 +260,7 @@ TEST(Messages, MutatedMessagesAreReadOrRefused) {
     const auto body = bytes(raw).subspan(kHeaderBytes);
     header->crc = crc64(body);  // so that what is behind it is reached
     const auto content = content_of(*header, body);
-    const auto image = content ? read_image(*content) : Result<Image>(content.error());
+    const auto image = content ? read_image(*content) : Result<ImageMessage>(content.error());
     if (content) (void)read_transform(*content);
     if (image) {
       EXPECT_EQ(image->values.size(), size_t(image->size.x) * image->size.y * image->size.z);

@@ -11,8 +11,8 @@ namespace {
 
 using Came = PartedImage::Came;
 
-Image part_of(glm::ivec3 whole, glm::ivec3 first, glm::ivec3 size, float value) {
-  Image part;
+ImageMessage part_of(glm::ivec3 whole, glm::ivec3 first, glm::ivec3 size, float value) {
+  ImageMessage part;
   part.grid.size = whole;
   part.first = first;
   part.size = size;
@@ -39,7 +39,7 @@ TEST(PartedImages, AreWholeAsSoonAsEverySampleCameAndHaveTheNewest) {
         first[a] = below(kWhole[a]);
         size[a] = 1 + below(kWhole[a] - first[a]);
       }
-      const Image part = part_of(kWhole, first, size, float(10'000 * n));
+      const ImageMessage part = part_of(kWhole, first, size, float(10'000 * n));
       bool again = false;
       const float* value = part.values.data();
       for (int k = first.z; k < first.z + size.z; ++k)
@@ -66,9 +66,9 @@ TEST(PartedImages, AreWholeAsSoonAsEverySampleCameAndHaveTheNewest) {
 
 TEST(PartedImages, TheNextOneBeginsWithASampleThatComesOnceMore) {
   constexpr glm::ivec3 kWhole(70, 2, 2), kSlice(70, 2, 1);
-  const Image low = part_of(kWhole, {0, 0, 0}, kSlice, 0.0f),
-              high = part_of(kWhole, {0, 0, 1}, kSlice, 1000.0f),
-              newer = part_of(kWhole, {0, 0, 0}, kSlice, 2000.0f);
+  const ImageMessage low = part_of(kWhole, {0, 0, 0}, kSlice, 0.0f),
+                     high = part_of(kWhole, {0, 0, 1}, kSlice, 1000.0f),
+                     newer = part_of(kWhole, {0, 0, 0}, kSlice, 2000.0f);
   PartedImage image(low);
   EXPECT_EQ(image.put(low), Came::kPart);
   EXPECT_EQ(image.put(low), Came::kAgain);

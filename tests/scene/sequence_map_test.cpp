@@ -49,7 +49,7 @@ TEST(SequenceMap, IsTheSplineOfTheMotionAtAnyTimeWithItsDerivative) {
     const SequenceMotion motion = random_motion(uint32_t(7 + harmonics), harmonics);
     const auto map = SequenceMap::of(motion);
     test::Random random(3);
-    SequenceMoment moment(*map, map->basis().at(0.0));
+    SequenceSnapshot moment(*map, map->basis().at(0.0));
     for (const double time_s : {0.0, 0.13, 0.5, 0.77, 1.05, 7.3}) {
       const Field field = motion.at(time_s);
       const TimeWeights time = map->basis().at(time_s);
@@ -121,7 +121,7 @@ TEST(SequenceMap, HoldsStillWhereAVectorIsNoNumber) {
   const size_t broken = oblique_grid().offset(3, 3, 2);
   motion.terms[2].u_mm[broken].y = std::numeric_limits<float>::quiet_NaN();
   const auto map = SequenceMap::of(motion);
-  SequenceMoment moment(*map, map->basis().at(0.3));
+  SequenceSnapshot moment(*map, map->basis().at(0.3));
   const MotionSample sample =
       moment.sample(volume_from_lps(oblique_grid().lps_from_index({3, 3, 2})));
   EXPECT_LT(sample.confidence, 1e-9);

@@ -57,7 +57,7 @@ std::shared_ptr<const Scene> scene_of(std::shared_ptr<const MovingVolume> data,
   SceneSpec spec;
   VolumeSpec volume;
   volume.name = "data";
-  volume.seen.tubes = tubes;
+  volume.appearance.tubes = tubes;
   spec.volumes = {volume};
   ModeSpec mode;
   mode.name = kind;
@@ -72,13 +72,13 @@ std::shared_ptr<const Scene> scene_of(std::shared_ptr<const MovingVolume> data,
 }
 
 /// A hand at a place, in a volume that stands 1 m to the right.
-SceneMoment moment_at(glm::dvec3 place_m, double time_s = 0.0) {
-  SceneMoment moment;
-  moment.volume_count = 1;
-  moment.volumes[0].world_from_volume.translation_m = {1.0, 0.0, 0.0};
-  moment.volumes[0].time_s = time_s;
-  moment.proxy_m = place_m + glm::dvec3(1.0, 0.0, 0.0);
-  return moment;
+SceneSnapshot snapshot_at(glm::dvec3 place_m, double time_s = 0.0) {
+  SceneSnapshot snapshot;
+  snapshot.volume_count = 1;
+  snapshot.volumes[0].world_from_volume.translation_m = {1.0, 0.0, 0.0};
+  snapshot.volumes[0].time_s = time_s;
+  snapshot.proxy_m = place_m + glm::dvec3(1.0, 0.0, 0.0);
+  return snapshot;
 }
 
 TEST(TubeField, IsWhatIsFeltElseTheVectorsElseTheVelocity) {
@@ -100,7 +100,7 @@ TEST(HandTubes, ReleasesAtTheProxyKeepsAndClears) {
   const auto scene = scene_of(still(streams()), "follow");
   HandTubes hand;
   const auto command = [&](Kind kind, glm::dvec3 place_m = glm::dvec3(0.0)) {
-    return hand.take({kind, moment_at(place_m)}, *scene);
+    return hand.take({kind, snapshot_at(place_m)}, *scene);
   };
   EXPECT_EQ(command(Kind::kReleaseTube, {0.0, 0.005, 0.002}), "");
   ASSERT_EQ(hand.tubes()->size(), 1U);
@@ -122,10 +122,10 @@ TEST(HandTubes, ReleasesAtTheProxyKeepsAndClears) {
 
 TEST(HandTubes, SaysWhyThereIsNone) {
   HandTubes hand;
-  EXPECT_EQ(hand.take({Kind::kReleaseTube, moment_at({0.0, 0.5, 0.0})},
+  EXPECT_EQ(hand.take({Kind::kReleaseTube, snapshot_at({0.0, 0.5, 0.0})},
                       *scene_of(still(streams()), "follow")),
             "No stream tube: the hand is outside of the data.");
-  EXPECT_EQ(hand.take({Kind::kReleaseTube, moment_at(glm::dvec3(0.0))}, *scene_of(still(ramp()))),
+  EXPECT_EQ(hand.take({Kind::kReleaseTube, snapshot_at(glm::dvec3(0.0))}, *scene_of(still(ramp()))),
             "No stream tube: nothing here has a direction: neither vectors nor motion.");
   EXPECT_TRUE(hand.tubes()->empty());
 }
@@ -134,7 +134,7 @@ TEST(HandTubes, TheOldestThatIsNotKeptMakesRoom) {
   const auto scene = scene_of(still(streams()), "follow");
   HandTubes hand;
   const auto release = [&](double y_m) {
-    return hand.take({Kind::kReleaseTube, moment_at({0.0, y_m, 0.0})}, *scene);
+    return hand.take({Kind::kReleaseTube, snapshot_at({0.0, y_m, 0.0})}, *scene);
   };
   const auto y_of = [&](size_t n) { return (*hand.tubes())[n].tube->released_m()[0].y; };
   release(-0.010);
@@ -153,10 +153,10 @@ TEST(HandTubes, GoOverToDataThatCameLater) {
   const auto before = scene_of(std::make_shared<const MovingVolume>(unknown), "follow");
   const auto after = scene_of(rising(streams()), "follow");
   HandTubes hand;
-  ASSERT_EQ(hand.take({Kind::kReleaseTube, moment_at({0.0, 0.002, 0.0})}, *before), "");
-  EXPECT_EQ(hand.follow(*before, moment_at({})), "");
+  ASSERT_EQ(hand.take({Kind::kReleaseTube, snapshot_at({0.0, 0.002, 0.0})}, *before), "");
+  EXPECT_EQ(hand.follow(*before, snapshot_at({})), "");
   const auto same = hand.tubes();
-  EXPECT_EQ(hand.follow(*after, moment_at({})), "");
+  EXPECT_EQ(hand.follow(*after, snapshot_at({})), "");
   ASSERT_EQ(hand.tubes()->size(), 1U);
   const StreamTube& tube = *hand.tubes()->front().tube;
   EXPECT_EQ(tube.data(), after->volumes[0].data);
@@ -171,13 +171,13 @@ TEST(HandTubes, GoOverToDataThatCameLater) {
 TEST(ScenePicture, DrawsTubesWhereTheMotionHasBroughtThemAndKeptOnesThicker) {
   const auto scene = scene_of(rising(streams()), "follow", VectorProperty::kVector, false);
   HandTubes hand;
-  ASSERT_EQ(hand.take({Kind::kReleaseTube, moment_at({0.0, 0.002, 0.0})}, *scene), "");
+  ASSERT_EQ(hand.take({Kind::kReleaseTube, snapshot_at({0.0, 0.002, 0.0})}, *scene), "");
   ViewChoices choices;
   choices.box = choices.hand = false;
   ScenePicture picture(choices);
   picture.update(scene);
   const Eye eye = eye_at({1.0, 0.0, 0.3}, {1.0, 0.0, 0.0}, 0.5, {64, 64});
-  const SceneMoment later = moment_at({}, 0.75);
+  const SceneSnapshot later = snapshot_at({}, 0.75);
   EXPECT_TRUE(picture.at(later, 0, eye).things.empty());
   picture.show(hand.tubes());
   const Things loose = picture.at(later, 0, eye).things;
@@ -219,13 +219,13 @@ TEST(ScenePicture, ABareFingertipShowsContactByItsColour) {
   picture.update(scene);
   const Eye eye = eye_at({1.0, 0.0, 0.3}, {1.0, 0.0, 0.0}, 0.5, {64, 64});
   const auto ball = [&](bool contact, double force_n) {
-    SceneMoment moment = moment_at(glm::dvec3(0.0));
-    moment.probe_m = {1.01, 0.0, 0.0};  // deeper than where it is held
-    moment.in_contact = contact;
-    moment.force_n = {force_n, 0.0, 0.0};
-    const Things things = picture.at(moment, 0, eye).things;
+    SceneSnapshot snapshot = snapshot_at(glm::dvec3(0.0));
+    snapshot.probe_m = {1.01, 0.0, 0.0};  // deeper than where it is held
+    snapshot.in_contact = contact;
+    snapshot.force_n = {force_n, 0.0, 0.0};
+    const Things things = picture.at(snapshot, 0, eye).things;
     EXPECT_EQ(things.size(), 1U) << "no pen, no arrow";
-    EXPECT_EQ(things.at(0).from, contact ? moment.proxy_m : moment.probe_m);
+    EXPECT_EQ(things.at(0).from, contact ? snapshot.proxy_m : snapshot.probe_m);
     return things.at(0).colour;
   };
   const glm::dvec3 free = ball(false, 0.0), light = ball(true, 0.1), hard = ball(true, 2.0);

@@ -64,7 +64,7 @@ class LiveFrames : public test::DeviceTest {
       notes_ += note + "\n";
       if (notes_throw_) throw 17;
     };
-    live_ = std::make_unique<LiveSequence>(*session_, 0, first.grid, std::move(options));
+    live_ = std::make_unique<LiveSequence>(*session_, 0, first, std::move(options));
   }
   void TearDown() override {
     live_.reset();

@@ -302,9 +302,9 @@ TEST(Session, PlacesAVolumeThatMayBeMoved) {
   }
   EXPECT_EQ(glm::length(hand.at(r_m)), 0.0);
   EXPECT_FALSE(session->place(7, away));
-  SceneMoment moment;
-  session->newest(MomentReader::kPictures, moment);
-  EXPECT_NEAR(moment.volumes[0].world_from_volume.translation_m.z, away.translation_m.z, 1e-4);
+  SceneSnapshot snapshot;
+  session->newest(SnapshotReader::kPictures, snapshot);
+  EXPECT_NEAR(snapshot.volumes[0].world_from_volume.translation_m.z, away.translation_m.z, 1e-4);
 }
 
 TEST(Session, PlaysPausesAndScrubs) {
@@ -316,18 +316,18 @@ TEST(Session, PlaysPausesAndScrubs) {
   Hand hand(*session);
   const auto time_after = [&](int ticks) {
     for (int k = 0; k < ticks; ++k) hand.at(0.1);
-    SceneMoment moment;
-    session->newest(MomentReader::kPictures, moment);
-    return moment;
+    SceneSnapshot snapshot;
+    session->newest(SnapshotReader::kPictures, snapshot);
+    return snapshot;
   };
   const double first_s = time_after(100).volumes[0].time_s;
   EXPECT_NE(time_after(100).volumes[0].time_s, first_s);
   session->toggle_play();
   time_after(1000);  // it comes to rest by a ramp
-  const SceneMoment paused = time_after(1);
+  const SceneSnapshot paused = time_after(1);
   EXPECT_EQ(time_after(100).volumes[0].time_s, paused.volumes[0].time_s);
   session->scrub(paused, 0.25);
-  const SceneMoment scrubbed = time_after(500);
+  const SceneSnapshot scrubbed = time_after(500);
   const double length_s = session->scene()->volumes[0].data->times.length_s();
   double moved_s = scrubbed.volumes[0].time_s - paused.volumes[0].time_s;
   if (moved_s < 0.0) moved_s += length_s;

@@ -79,7 +79,7 @@ TEST_F(GoldenTest, ACarriedHeartCutOpenWithItsSegments) {
   for (const auto& [name, at] : {std::pair{"segments_small", FramePointer{0, 0.0}},
                                  {"segments_large", FramePointer{2, 0.0}}}) {
     scene.volumes = {{volume, {}, at, look}};
-    scene.volumes[0].segment_opacity = SeenSpec{}.segment_opacity;
+    scene.volumes[0].segment_opacity = AppearanceSpec{}.segment_opacity;
     expect_as_before(scene, eye_, name);
   }
 }

@@ -10,8 +10,8 @@ namespace palpate::test {
 /// times. The oracle of the picture. Not closed over a cycle.
 inline double felt_value(const MovingVolume& volume, FramePointer at, glm::dvec3 x) {
   if (volume.whole) {
-    SequenceMoment moment(*volume.whole, volume.whole->basis().at(at.frame, at.phase));
-    return volume.frames[0]->scalar(back_track(moment, x, x - moment.displacement(x)).x_m);
+    SequenceSnapshot snapshot(*volume.whole, volume.whole->basis().at(at.frame, at.phase));
+    return volume.frames[0]->scalar(back_track(snapshot, x, x - snapshot.displacement(x)).x_m);
   }
   const int frames = int(volume.frames.size());
   const FrameData& frame = *volume.frames[size_t(at.frame)];

@@ -10,8 +10,8 @@ namespace {
 using vulkan::Buffer;
 using vulkan::Context;
 using vulkan::ContextOptions;
-using vulkan::DeviceInfo;
 using vulkan::Failure;
+using vulkan::GpuInfo;
 using vulkan::list_devices;
 
 class VulkanContext : public DeviceTest {};
@@ -23,9 +23,9 @@ std::shared_ptr<Context> open(const ContextOptions& options) {
 }
 
 TEST_F(VulkanContext, IsOneOfTheListedDevices) {
-  const std::vector<DeviceInfo> devices = list_devices();
+  const std::vector<GpuInfo> devices = list_devices();
   ASSERT_GT(devices.size(), size_t(context()->info().index));
-  const DeviceInfo& listed = devices[size_t(context()->info().index)];
+  const GpuInfo& listed = devices[size_t(context()->info().index)];
   EXPECT_EQ(listed.name, context()->info().name);
   EXPECT_TRUE(listed.usable) << listed.missing;
   for (size_t i = 0; i < devices.size(); ++i) {
@@ -36,7 +36,7 @@ TEST_F(VulkanContext, IsOneOfTheListedDevices) {
 }
 
 TEST_F(VulkanContext, SaysWhatAPersonWantsToKnow) {
-  const DeviceInfo& info = context()->info();
+  const GpuInfo& info = context()->info();
   EXPECT_THAT(info.kind, ::testing::AnyOf("CPU", "discrete GPU", "integrated GPU", "virtual GPU"));
   EXPECT_EQ(context()->is_cpu(), info.kind == "CPU");
   // What Vulkan demands of every device at least, and a plausible memory.
@@ -46,7 +46,7 @@ TEST_F(VulkanContext, SaysWhatAPersonWantsToKnow) {
 }
 
 TEST_F(VulkanContext, OpensByIndexAndByPartOfTheNameInAnyCase) {
-  const DeviceInfo& info = context()->info();
+  const GpuInfo& info = context()->info();
   ContextOptions options;
   options.device = std::to_string(info.index);
   EXPECT_EQ(open(options)->info().name, info.name);

@@ -121,7 +121,7 @@ TEST_F(VulkanRecorder, StampsTimesUnderTheirNamesInOrder) {
   smooth(recorder, b, a);
   recorder.stamp("again");
   recorder.run();
-  const std::vector<Recorder::Stamp> stamps = recorder.timestamps();
+  const std::vector<Recorder::TimerStamp> stamps = recorder.timestamps();
   ASSERT_EQ(stamps.size(), 3U);
   EXPECT_EQ(stamps[0].name, "begin");
   EXPECT_EQ(stamps[1].name, "smoothed");

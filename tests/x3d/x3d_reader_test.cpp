@@ -364,7 +364,7 @@ TEST(X3dReader, TakesColoursAndOpacitiesFromATransferFunction) {
   const X3dScene scene = accepted(with_style(
       "<OpacityMapVolumeStyle><PixelTexture containerField='transferFunction' repeatS='false' "
       "image='4 1 4 0x00000000 0xFF000080, 16711935 0XFFFFFF40'/></OpacityMapVolumeStyle>"));
-  const SeenSpec& seen = scene.spec.volumes[0].seen;
+  const AppearanceSpec& seen = scene.spec.volumes[0].appearance;
   EXPECT_TRUE(seen.points_of_range);
   const std::vector<LookPoint> points = {{0.125, {0, 0, 0}, 0.0},
                                          {0.375, {1, 0, 0}, 128.0 / 255.0},
@@ -377,7 +377,7 @@ TEST(X3dReader, TakesColoursAndOpacitiesFromATransferFunction) {
     return accepted(with_style("<OpacityMapVolumeStyle><PixelTexture image='" + std::string(image) +
                                "'/></OpacityMapVolumeStyle>"))
         .spec.volumes[0]
-        .seen.points.at(0);
+        .appearance.points.at(0);
   };
   EXPECT_EQ(one("1 1 1 0x33"), (LookPoint{0.5, glm::dvec3(0.2), 0.999}));
   EXPECT_EQ(one("1 1 2 0x3366"), (LookPoint{0.5, glm::dvec3(0.2), 0.4}));
@@ -390,7 +390,7 @@ TEST(X3dReader, TakesTheFirstStyleThatSaysColoursAndNamesTheOthers) {
   const X3dScene composed =
       accepted(with_style("<ComposedVolumeStyle><EdgeEnhancementVolumeStyle/>" + map +
                           "<CartoonVolumeStyle/></ComposedVolumeStyle>"));
-  EXPECT_EQ(composed.spec.volumes[0].seen.points.size(), 2U);
+  EXPECT_EQ(composed.spec.volumes[0].appearance.points.size(), 2U);
   EXPECT_THAT(composed.notes, ElementsAre("Nodes without effect here: CartoonVolumeStyle, "
                                           "EdgeEnhancementVolumeStyle."));
   // What is switched off, of two dimensions, in a file, or composed once more.
@@ -402,11 +402,11 @@ TEST(X3dReader, TakesTheFirstStyleThatSaysColoursAndNamesTheOthers) {
         "<OpacityMapVolumeStyle/>", "<ProjectionVolumeStyle/>", "<ShadedVolumeStyle/>",
         "<ComposedVolumeStyle DEF='c'><ComposedVolumeStyle USE='c'/></ComposedVolumeStyle>"}) {
     const X3dScene scene = accepted(with_style(style));
-    EXPECT_THAT(scene.spec.volumes[0].seen.points, IsEmpty()) << style;
+    EXPECT_THAT(scene.spec.volumes[0].appearance.points, IsEmpty()) << style;
     EXPECT_THAT(scene.notes, ElementsAre(HasSubstr("VolumeStyle"))) << style;
   }
   const X3dScene twice = accepted(with_style(map + map));
-  EXPECT_EQ(twice.spec.volumes[0].seen.points.size(), 2U);
+  EXPECT_EQ(twice.spec.volumes[0].appearance.points.size(), 2U);
   EXPECT_THAT(twice.notes, ElementsAre(HasSubstr("OpacityMapVolumeStyle")));
   for (const char* image : {"", "1 1 4", "2 1 4 0", "1 1 5 0", "1 1 0 0", "0 0 1 0", "1 1 4 0x",
                             "1 1 4 -1", "1 1 4 0x100000000", "70000 1 1 0", "1 1 4 x"})
@@ -426,10 +426,10 @@ TEST(X3dReader, DrawsTubesWhereVhtkDraws) {
       "</Transform>" +
       kVolume);
   ASSERT_EQ(scene.spec.volumes.size(), 3U);
-  EXPECT_EQ(scene.spec.volumes[0].seen.tubes, true);
+  EXPECT_EQ(scene.spec.volumes[0].appearance.tubes, true);
   EXPECT_EQ(scene.spec.volumes[0].transform.scale, glm::dvec3(0.1));
-  EXPECT_EQ(scene.spec.volumes[1].seen.tubes, true);
-  EXPECT_EQ(scene.spec.volumes[2].seen.tubes, std::nullopt);
+  EXPECT_EQ(scene.spec.volumes[1].appearance.tubes, true);
+  EXPECT_EQ(scene.spec.volumes[2].appearance.tubes, std::nullopt);
   EXPECT_THAT(scene.notes,
               ElementsAre("Nodes without effect here: Appearance, Material, StreamTubes, "
                           "VectorVolume.",

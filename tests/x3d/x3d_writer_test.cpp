@@ -25,7 +25,7 @@ SceneSpec sayable() {
   chest.name = "a chest & <heart>";
   chest.files = {"/data/ct 1.nrrd"};
   chest.box_m = glm::dvec3(0.31, 0.42, 0.53);
-  chest.seen.shown = false;
+  chest.appearance.shown = false;
   chest.segments.files = {"/data/labels.nrrd"};
   chest.transform.rotation = glm::angleAxis(0.7, glm::normalize(glm::dvec3(1, 2, 3)));
   chest.transform.translation_m = {0.01, 0.02, 0.03};
@@ -45,7 +45,7 @@ SceneSpec sayable() {
   VolumeSpec flow;
   flow.name = "flow";
   flow.files = {"/data/flow.nrrd"};
-  flow.seen.tubes = true;
+  flow.appearance.tubes = true;
   flow.drive.kind = DriveSpec::Kind::kKeys;
   KeyedPose outer, inner;
   outer.pose.translation_m = {0.0, 0.5, 0.0};
@@ -126,7 +126,7 @@ void expect_same(const SceneSpec& a, const SceneSpec& b) {
     EXPECT_EQ(v.cyclic, w.cyclic);
     EXPECT_EQ(v.drive.kind, w.drive.kind);
     EXPECT_EQ(v.path, w.path);
-    EXPECT_EQ(v.seen, w.seen);
+    EXPECT_EQ(v.appearance, w.appearance);
     EXPECT_EQ(v.segments.files, w.segments.files);
     for (const double time_s : {0.0, 0.4, 1.7, 30.0})
       expect_near(driven(v.drive, v.transform, time_s), driven(w.drive, w.transform, time_s));
@@ -172,7 +172,7 @@ TEST(X3dWriter, NamesWhatX3dCanNotSay) {
   VolumeSpec& v = scene.volumes[0];
   v.motions = {{"data", {"/data/f"}, {}}};
   v.rate = 2.0;
-  v.seen.preset = "CT lung";
+  v.appearance.preset = "CT lung";
   v.drive.kind = DriveSpec::Kind::kSecondHand;
   scene.modes[0].motion = "data";
   scene.modes[1].kind = "ripple";

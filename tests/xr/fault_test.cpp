@@ -12,7 +12,7 @@
 namespace palpate::test {
 namespace {
 
-using xr::State;
+using xr::HeadsetState;
 using xr::Trouble;
 using Errors = std::vector<XrResult>;
 
@@ -152,8 +152,8 @@ class XrFault : public XrTest {
       now_ns_ += 11'111'111;
       const xr::Report& report = headset.step(now_ns_);
       EXPECT_STRNE(xr::name(report.state), "") << what;
-      if (report.state == State::kNoRuntime) headset.look_again();
-      if (report.state == State::kWaiting) {
+      if (report.state == HeadsetState::kNoRuntime) headset.look_again();
+      if (report.state == HeadsetState::kWaiting) {
         EXPECT_FALSE(report.problem.message.empty()) << what;
         now_ns_ += 1'000'000'000;
       }
@@ -161,15 +161,15 @@ class XrFault : public XrTest {
     };
     int focused = 0;
     for (int i = 0; i < 200 && focused < 10; ++i) {
-      if (step() != State::kFocused) continue;
+      if (step() != HeadsetState::kFocused) continue;
       ++focused;
       headset.vibrate(0, 0.5 * (focused % 2));
       headset.vibrate(1, 0.5 * (focused % 2));
     }
     EXPECT_EQ(focused, 10) << "not up again: " << what << ", " << headset.report().problem.message;
     headset.end(now_ns_);
-    for (int i = 0; i < 300 && headset.report().state != State::kEnded; ++i) step();
-    EXPECT_EQ(headset.report().state, State::kEnded) << what;
+    for (int i = 0; i < 300 && headset.report().state != HeadsetState::kEnded; ++i) step();
+    EXPECT_EQ(headset.report().state, HeadsetState::kEnded) << what;
   }
 };
 

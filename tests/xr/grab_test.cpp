@@ -174,7 +174,7 @@ TEST(Grab, FollowsTheHandThatStaysWhenTheOtherJoinsOrLeaves) {
 TEST(ClipPlane, LiesInTheFlatHandAndKeepsThePalmsSide) {
   const Pose grip{{0.1, 1.2, -0.3}, glm::angleAxis(0.5, glm::dvec3(0, 0, 1))};
   for (const int hand : {0, 1}) {
-    const xr::Plane plane = xr::clip_plane(grip, hand);
+    const xr::CutPlane plane = xr::clip_plane(grip, hand);
     EXPECT_EQ(plane.point_m, grip.position_m);
     EXPECT_NEAR(glm::length(plane.normal), 1.0, kRounding);
     // The grip's y and z axes lie in the hand.

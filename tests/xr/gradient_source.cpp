@@ -18,7 +18,7 @@ void GradientSource::drop() noexcept {
   context_.reset();
 }
 
-xr::Drawn GradientSource::record(const xr::Frame& frame, VkCommandBuffer commands) {
+xr::Drawn GradientSource::record(const xr::HeadsetFrame& frame, VkCommandBuffer commands) {
   ++frames;
   last = frame;
   hands = *frame.hands;

@@ -4,16 +4,16 @@
 #include <optional>
 
 #include "compute/vulkan/buffer.h"
-#include "module/xr/frame_source.h"
+#include "module/xr/picture_source.h"
 
 namespace palpate::test {
 
 /// Draws a picture that tells eye, column and row apart, and a depth that tells rows apart.
-class GradientSource : public xr::FrameSource {
+class GradientSource : public xr::PictureSource {
  public:
   Status use(const std::shared_ptr<vulkan::Context>& context) override;
   void drop() noexcept override;
-  xr::Drawn record(const xr::Frame& frame, VkCommandBuffer commands) override;
+  xr::Drawn record(const xr::HeadsetFrame& frame, VkCommandBuffer commands) override;
 
   static uint32_t color_at(uint32_t eye, uint32_t x, uint32_t y) {
     return 0xff000000U | (eye ? 0xc00000U : 0x400000U) | (y & 0xffU) << 8U | (x & 0xffU);
@@ -22,11 +22,12 @@ class GradientSource : public xr::FrameSource {
     return eye ? 0.75F : 0.25F + float(y) * 0.001F;
   }
 
-  std::function<void(const xr::Frame&)> on_frame;  ///< looks at each frame, may throw Failure
+  std::function<void(const xr::HeadsetFrame&)>
+      on_frame;  ///< looks at each frame, may throw Failure
   bool with_color = true, with_depth = true;
   bool refuse = false;  ///< use() fails
   int uses = 0, drops = 0, frames = 0;
-  std::optional<xr::Frame> last;  ///< pointers in it are no longer valid
+  std::optional<xr::HeadsetFrame> last;  ///< pointers in it are no longer valid
   xr::Hands hands;
   std::vector<glm::vec2> hidden;
 

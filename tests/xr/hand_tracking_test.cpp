@@ -10,7 +10,7 @@
 namespace palpate::test {
 namespace {
 
-using xr::State;
+using xr::HeadsetState;
 
 constexpr float kRadius_m = 0.008F;
 
@@ -26,7 +26,7 @@ class XrHandTracking : public XrTest {
  protected:
   void start() {
     headset();
-    ASSERT_EQ(step_until(State::kFocused), State::kFocused);
+    ASSERT_EQ(step_until(HeadsetState::kFocused), HeadsetState::kFocused);
     step();
   }
   const xr::Fingers& right_after(fake::FingerScript script) {
@@ -153,7 +153,7 @@ TEST_F(XrHandTracking, ARuntimeThatRefusesIsNotAskedAgainAndAllElseGoesOn) {
   const int located = runtime().calls("xrLocateHandJointsEXT");
   step();
   EXPECT_EQ(runtime().calls("xrLocateHandJointsEXT"), located);
-  EXPECT_EQ(headset_report().state, State::kFocused);
+  EXPECT_EQ(headset_report().state, HeadsetState::kFocused);
   EXPECT_EQ(headset_report().sessions, 1u);
   EXPECT_TRUE(source.hands.hand[1].active);
 }
@@ -163,10 +163,10 @@ TEST_F(XrHandTracking, ALostSessionIsLostInTheseCallsToo) {
   runtime().script_fingers(1, fingers_at({0.1F, 1.2F, -0.4F}, 0.0));
   runtime().inject("xrLocateHandJointsEXT", 1, XR_ERROR_SESSION_LOST);
   step();
-  EXPECT_NE(headset_report().state, State::kFocused);
+  EXPECT_NE(headset_report().state, HeadsetState::kFocused);
   EXPECT_FALSE(headset_report().hands.fingers[1].pinches);
   pass(2.0);
-  ASSERT_EQ(step_until(State::kFocused), State::kFocused);
+  ASSERT_EQ(step_until(HeadsetState::kFocused), HeadsetState::kFocused);
   step();
   EXPECT_TRUE(source.hands.fingers[1].pinches) << "and is there again with the next one";
   EXPECT_EQ(headset_report().sessions, 2u);

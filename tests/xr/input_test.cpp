@@ -9,14 +9,14 @@
 namespace palpate::test {
 namespace {
 
-using xr::State;
+using xr::HeadsetState;
 
 class XrInput : public XrTest {
  protected:
   void start(const std::string& profile) {
     runtime().setup().profile = "/interaction_profiles/" + profile;
     headset();
-    step_until(State::kFocused);
+    step_until(HeadsetState::kFocused);
     step();
     step();
   }
@@ -33,7 +33,7 @@ TEST_F(XrInput, LocatesHandsAtTheTimeOfDisplay) {
   });
   start("khr/simple_controller");
   const XrTime time = runtime().last_frame().display_time;
-  const xr::Hand& right = source.hands.hand[1];
+  const xr::Controller& right = source.hands.hand[1];
   ASSERT_TRUE(right.active);
   EXPECT_TRUE(source.hands.focused);
   // Floats of a metre.
@@ -148,7 +148,7 @@ TEST_F(XrInput, IsAtRestWithoutFocus) {
   runtime().announce(XR_SESSION_STATE_VISIBLE);
   const int synced = runtime().calls("xrSyncActions");
   step();
-  EXPECT_EQ(headset_report().state, State::kVisible);
+  EXPECT_EQ(headset_report().state, HeadsetState::kVisible);
   EXPECT_EQ(runtime().last_frame().layers, 1u) << "still seen";
   EXPECT_FALSE(source.hands.focused);
   EXPECT_FALSE(source.hands.hand[0].grabs);

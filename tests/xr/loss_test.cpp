@@ -10,16 +10,16 @@ namespace palpate::test {
 namespace {
 
 using ::testing::HasSubstr;
-using xr::State;
+using xr::HeadsetState;
 using xr::Trouble;
 
 class XrLoss : public XrTest {
  protected:
   /// Until focus, with a second between steps so that everything is asked again.
-  State recover(int steps = 60) {
-    for (int i = 0; i < steps && headset_report().state != State::kFocused; ++i) {
+  HeadsetState recover(int steps = 60) {
+    for (int i = 0; i < steps && headset_report().state != HeadsetState::kFocused; ++i) {
       step();
-      if (headset_report().state == State::kWaiting) pass(1.0);
+      if (headset_report().state == HeadsetState::kWaiting) pass(1.0);
     }
     return headset_report().state;
   }
@@ -28,7 +28,7 @@ class XrLoss : public XrTest {
 TEST_F(XrLoss, WaitsForAHeadsetThatIsOffAndSaysSoOnce) {
   runtime().setup().headset_on = false;
   headset();
-  EXPECT_EQ(step().state, State::kWaiting);
+  EXPECT_EQ(step().state, HeadsetState::kWaiting);
   EXPECT_EQ(headset_report().problem.trouble, Trouble::kNoHeadset);
   EXPECT_THAT(headset_report().sentence, HasSubstr("switch it on"));
   for (int i = 0; i < 20; ++i) {
@@ -41,38 +41,38 @@ TEST_F(XrLoss, WaitsForAHeadsetThatIsOffAndSaysSoOnce) {
   runtime().setup().headset_on = true;
   pass(1.0);
   EXPECT_THAT(step().sentence, HasSubstr("The headset is there"));
-  EXPECT_EQ(recover(), State::kFocused);
+  EXPECT_EQ(recover(), HeadsetState::kFocused);
 }
 
 TEST_F(XrLoss, WaitsForARuntimeThatIsDown) {
   runtime().setup().runtime_up = false;
   headset();
-  EXPECT_EQ(step().state, State::kWaiting);
+  EXPECT_EQ(step().state, HeadsetState::kWaiting);
   EXPECT_EQ(headset_report().problem.trouble, Trouble::kRuntimeDown);
   runtime().setup().runtime_up = true;
   pass(1.0);
-  EXPECT_EQ(recover(), State::kFocused);
+  EXPECT_EQ(recover(), HeadsetState::kFocused);
 }
 
 TEST_F(XrLoss, SaysInOneSentenceThatThereIsNoRuntimeAndLooksAgainOnlyWhenAsked) {
   const std::string manifest = std::getenv("XR_RUNTIME_JSON");
   setenv("XR_RUNTIME_JSON", "/nonexistent/runtime.json", 1);
   xr::Headset& h = headset();
-  EXPECT_EQ(step().state, State::kNoRuntime);
+  EXPECT_EQ(step().state, HeadsetState::kNoRuntime);
   EXPECT_EQ(h.report().problem.trouble, Trouble::kNoRuntime);
   EXPECT_THAT(h.report().sentence, HasSubstr("There is no OpenXR runtime: start one"));
   setenv("XR_RUNTIME_JSON", manifest.c_str(), 1);
   pass(100.0);
-  EXPECT_EQ(step().state, State::kNoRuntime);
+  EXPECT_EQ(step().state, HeadsetState::kNoRuntime);
   EXPECT_EQ(runtime().calls("xrCreateInstance"), 0);
   h.look_again();
-  EXPECT_EQ(recover(), State::kFocused);
+  EXPECT_EQ(recover(), HeadsetState::kFocused);
 }
 
 TEST_F(XrLoss, SaysWhichExtensionIsMissing) {
   std::erase(runtime().setup().extensions, "XR_KHR_vulkan_enable2");
   headset();
-  EXPECT_EQ(step().state, State::kWaiting);
+  EXPECT_EQ(step().state, HeadsetState::kWaiting);
   EXPECT_EQ(headset_report().problem.trouble, Trouble::kUnsupported);
   EXPECT_THAT(headset_report().sentence, HasSubstr("XR_KHR_vulkan_enable2"));
   // Asked again, and again: the loader remembers what it was told until a try has failed.
@@ -81,26 +81,26 @@ TEST_F(XrLoss, SaysWhichExtensionIsMissing) {
     pass(6.0);
     step();
   }
-  EXPECT_EQ(recover(), State::kFocused);
+  EXPECT_EQ(recover(), HeadsetState::kFocused);
 }
 
 TEST_F(XrLoss, SaysThatTheRuntimeWantsANewerVulkan) {
   runtime().setup().vulkan_minor = 3;
   headset();
-  EXPECT_EQ(step().state, State::kWaiting);
+  EXPECT_EQ(step().state, HeadsetState::kWaiting);
   EXPECT_EQ(headset_report().problem.trouble, Trouble::kUnsupported);
   EXPECT_THAT(headset_report().sentence, HasSubstr("wants Vulkan 1.3"));
 }
 
 TEST_F(XrLoss, TakesUpASessionThatTheRuntimeTookAway) {
   headset();
-  step_until(State::kFocused);
+  step_until(HeadsetState::kFocused);
   const XrSession first = runtime().session();
   runtime().announce(XR_SESSION_STATE_LOSS_PENDING);
-  EXPECT_EQ(step().state, State::kWaiting);
+  EXPECT_EQ(step().state, HeadsetState::kWaiting);
   EXPECT_EQ(headset_report().problem.trouble, Trouble::kSessionLost);
   EXPECT_EQ(runtime().session(), XrSession(XR_NULL_HANDLE));
-  EXPECT_EQ(recover(), State::kFocused);
+  EXPECT_EQ(recover(), HeadsetState::kFocused);
   EXPECT_NE(runtime().session(), first);
   EXPECT_EQ(headset_report().sessions, 2u);
   EXPECT_EQ(runtime().calls("xrCreateInstance"), 1) << "the runtime stayed";
@@ -109,23 +109,23 @@ TEST_F(XrLoss, TakesUpASessionThatTheRuntimeTookAway) {
   runtime().lose_session();
   step();
   EXPECT_EQ(headset_report().problem.trouble, Trouble::kSessionLost);
-  EXPECT_EQ(recover(), State::kFocused);
+  EXPECT_EQ(recover(), HeadsetState::kFocused);
 }
 
 TEST_F(XrLoss, TakesUpARuntimeThatWentAway) {
   headset();
-  step_until(State::kFocused);
+  step_until(HeadsetState::kFocused);
   runtime().inject("xrWaitFrame", 1, XR_ERROR_INSTANCE_LOST);
-  EXPECT_EQ(step().state, State::kWaiting);
+  EXPECT_EQ(step().state, HeadsetState::kWaiting);
   EXPECT_EQ(headset_report().problem.trouble, Trouble::kInstanceLost);
   runtime().setup().runtime_up = false;
   for (int i = 0; i < 5; ++i) {
     pass(1.0);
-    EXPECT_EQ(step().state, State::kWaiting);
+    EXPECT_EQ(step().state, HeadsetState::kWaiting);
   }
   runtime().setup().runtime_up = true;
   pass(1.0);
-  EXPECT_EQ(recover(), State::kFocused);
+  EXPECT_EQ(recover(), HeadsetState::kFocused);
   EXPECT_EQ(source.uses, 1) << "the same GPU draws: the device stayed";
   const int drawn = source.frames;
   step();
@@ -133,32 +133,32 @@ TEST_F(XrLoss, TakesUpARuntimeThatWentAway) {
   EXPECT_EQ(runtime().last_frame().layers, 1u);
 
   runtime().lose_instance();
-  EXPECT_EQ(step().state, State::kWaiting);
+  EXPECT_EQ(step().state, HeadsetState::kWaiting);
   EXPECT_EQ(headset_report().problem.trouble, Trouble::kInstanceLost);
-  EXPECT_EQ(recover(), State::kFocused);
+  EXPECT_EQ(recover(), HeadsetState::kFocused);
 }
 
 TEST_F(XrLoss, ComesBackWithinTwoSecondsOfTheRuntime) {
   headset();
-  step_until(State::kFocused);
+  step_until(HeadsetState::kFocused);
   runtime().setup().runtime_up = false;
   runtime().inject("xrEndFrame", 1, XR_ERROR_INSTANCE_LOST);
   for (int i = 0; i < 1000; ++i) step();
-  ASSERT_EQ(headset_report().state, State::kWaiting);
+  ASSERT_EQ(headset_report().state, HeadsetState::kWaiting);
   runtime().setup().runtime_up = true;
   const int64_t back = now_ns_;
-  while (headset_report().state != State::kFocused && now_ns_ < back + int64_t(10e9)) step();
+  while (headset_report().state != HeadsetState::kFocused && now_ns_ < back + int64_t(10e9)) step();
   EXPECT_LT(now_ns_ - back, int64_t(2e9));
 }
 
 TEST_F(XrLoss, MakesANewDeviceWhereTheRuntimeInsists) {
   runtime().setup().own_devices_only = true;
   headset();
-  step_until(State::kFocused);
+  step_until(HeadsetState::kFocused);
   const auto first = headset_context();
   runtime().lose_instance();
   step();
-  EXPECT_EQ(recover(), State::kFocused);
+  EXPECT_EQ(recover(), HeadsetState::kFocused);
   EXPECT_EQ(source.uses, 2);
   EXPECT_EQ(source.drops, 1);
   EXPECT_NE(headset_context(), first);
@@ -168,46 +168,46 @@ TEST_F(XrLoss, MakesANewDeviceWhereTheRuntimeInsists) {
 
 TEST_F(XrLoss, EndsWhenThePersonEndsTheSession) {
   xr::Headset& h = headset();
-  step_until(State::kFocused);
+  step_until(HeadsetState::kFocused);
   for (const XrSessionState state :
        {XR_SESSION_STATE_VISIBLE, XR_SESSION_STATE_SYNCHRONIZED, XR_SESSION_STATE_STOPPING})
     runtime().announce(state);
-  EXPECT_EQ(step().state, State::kIdle) << "stopped: it may go on later";
+  EXPECT_EQ(step().state, HeadsetState::kIdle) << "stopped: it may go on later";
   runtime().announce(XR_SESSION_STATE_EXITING);
-  EXPECT_EQ(step().state, State::kEnded);
+  EXPECT_EQ(step().state, HeadsetState::kEnded);
   EXPECT_EQ(runtime().alive(), "");
   pass(100.0);
-  EXPECT_EQ(step().state, State::kEnded) << "not started again by itself";
+  EXPECT_EQ(step().state, HeadsetState::kEnded) << "not started again by itself";
   h.look_again();
-  EXPECT_EQ(recover(), State::kFocused);
+  EXPECT_EQ(recover(), HeadsetState::kFocused);
 }
 
 TEST_F(XrLoss, StopsAndGoesOnAsTheHeadsetIsTakenOffAndPutOn) {
   headset();
-  step_until(State::kFocused);
+  step_until(HeadsetState::kFocused);
   for (int round = 0; round < 3; ++round) {
     for (const XrSessionState state :
          {XR_SESSION_STATE_VISIBLE, XR_SESSION_STATE_SYNCHRONIZED, XR_SESSION_STATE_STOPPING})
       runtime().announce(state);
-    EXPECT_EQ(step().state, State::kIdle);
+    EXPECT_EQ(step().state, HeadsetState::kIdle);
     const uint64_t frames = runtime().frames();
-    for (int i = 0; i < 5; ++i) EXPECT_EQ(step().state, State::kIdle);
+    for (int i = 0; i < 5; ++i) EXPECT_EQ(step().state, HeadsetState::kIdle);
     EXPECT_EQ(runtime().frames(), frames) << "no frames while it does not run";
     runtime().announce(XR_SESSION_STATE_READY);
-    EXPECT_EQ(recover(), State::kFocused);
+    EXPECT_EQ(recover(), HeadsetState::kFocused);
   }
   EXPECT_EQ(headset_report().sessions, 1u);
 }
 
 TEST_F(XrLoss, LeavesARuntimeThatDoesNotLetItGo) {
   xr::Headset& h = headset();
-  step_until(State::kFocused);
+  step_until(HeadsetState::kFocused);
   runtime().setup().automatic = false;
   h.end(now_ns_);
   for (int i = 0; i < 100; ++i) step();
-  EXPECT_EQ(h.report().state, State::kFocused);
+  EXPECT_EQ(h.report().state, HeadsetState::kFocused);
   pass(1.0);
-  EXPECT_EQ(step().state, State::kEnded);
+  EXPECT_EQ(step().state, HeadsetState::kEnded);
   EXPECT_EQ(runtime().alive(), "");
 }
 
@@ -221,26 +221,26 @@ TEST_F(XrLoss, AsksMoreAndMoreSeldomWhatIsAlwaysRefused) {
   // After 1, 2, 4, 8, 16, 30, 30 s.
   EXPECT_GE(runtime().calls("xrCreateSession"), 7);
   EXPECT_LE(runtime().calls("xrCreateSession"), 9);
-  EXPECT_EQ(headset_report().state, State::kWaiting);
+  EXPECT_EQ(headset_report().state, HeadsetState::kWaiting);
   EXPECT_EQ(headset_report().problem.trouble, Trouble::kRefused);
 }
 
 TEST_F(XrLoss, GoesOnAfterTheSourceOrItsDeviceFailed) {
   source.refuse = true;
   headset();
-  EXPECT_EQ(step().state, State::kWaiting);
+  EXPECT_EQ(step().state, HeadsetState::kWaiting);
   EXPECT_EQ(headset_report().problem.trouble, Trouble::kNoGraphics);
   source.refuse = false;
-  EXPECT_EQ(recover(), State::kFocused);
-  source.on_frame = [&](const xr::Frame&) {
+  EXPECT_EQ(recover(), HeadsetState::kFocused);
+  source.on_frame = [&](const xr::HeadsetFrame&) {
     source.on_frame = nullptr;
     throw vulkan::Failure(VK_ERROR_DEVICE_LOST, "drawing");
   };
   step();
-  EXPECT_EQ(headset_report().state, State::kWaiting);
+  EXPECT_EQ(headset_report().state, HeadsetState::kWaiting);
   EXPECT_EQ(headset_report().problem.trouble, Trouble::kNoGraphics);
   pass(10.0);
-  EXPECT_EQ(recover(), State::kFocused);
+  EXPECT_EQ(recover(), HeadsetState::kFocused);
   EXPECT_EQ(source.uses, 2) << "on a new device";
 }
 
@@ -264,7 +264,7 @@ TEST_F(XrLoss, KeepsThePictureOnTheDeviceThroughRecentringAndNewSessions) {
     runtime().reset();
     options.origin = origin;
     xr::Headset& h = headset(options);
-    step_until(State::kFocused);
+    step_until(HeadsetState::kFocused);
     const auto base = origin == xr::Origin::kStage ? XR_REFERENCE_SPACE_TYPE_STAGE
                                                    : XR_REFERENCE_SPACE_TYPE_LOCAL;
     const xr::Pose room_from_device{{0.3, 0.8, -0.4}, dice.turn()};

@@ -21,7 +21,7 @@ int64_t monotonic_ns() {
 
 void say_hands(const palpate::xr::Hands& hands) {
   for (size_t side = 0; side < 2; ++side) {
-    const palpate::xr::Hand& hand = hands.hand[side];
+    const palpate::xr::Controller& hand = hands.hand[side];
     const glm::dvec3 at = hand.world_from_grip.position_m;
     std::printf("hand %zu active %d at %.3f %.3f %.3f profile %s\n", side, int(hand.active), at.x,
                 at.y, at.z, hand.profile.c_str());
@@ -40,10 +40,10 @@ int main(int count, char** arguments) {
 
   test::GradientSource source;
   xr::Headset headset({}, source);
-  xr::State last = xr::State::kEnded;
+  xr::HeadsetState last = xr::HeadsetState::kEnded;
   uint64_t session = 0, drawn_before = 0;
   int64_t ahead_ns = 0;
-  source.on_frame = [&](const xr::Frame& frame) {
+  source.on_frame = [&](const xr::HeadsetFrame& frame) {
     ahead_ns = frame.display_time_ns - monotonic_ns();
   };
   bool ending = false;
@@ -52,10 +52,11 @@ int main(int count, char** arguments) {
     if (!report.sentence.empty()) std::printf("sentence %s\n", report.sentence.c_str());
     if (report.state != last) std::printf("state %s\n", xr::name(report.state));
     last = report.state;
-    if (report.state == xr::State::kEnded || report.state == xr::State::kNoRuntime) break;
+    if (report.state == xr::HeadsetState::kEnded || report.state == xr::HeadsetState::kNoRuntime)
+      break;
     if (report.sessions != session) drawn_before = report.drawn;
     session = report.sessions;
-    if (report.state == xr::State::kFocused)
+    if (report.state == xr::HeadsetState::kFocused)
       for (const int hand : {0, 1}) headset.vibrate(hand, xr::vibration(1.0, 4.0));
     const uint64_t drawn = report.drawn - drawn_before;
     if (drawn > 0 && drawn % 10 == 0) std::printf("drawn %d\n", int(drawn));
@@ -67,10 +68,10 @@ int main(int count, char** arguments) {
       headset.end(monotonic_ns());
       ending = true;
     }
-    if (report.state == xr::State::kWaiting || report.state == xr::State::kIdle) {
+    if (report.state == xr::HeadsetState::kWaiting || report.state == xr::HeadsetState::kIdle) {
       const timespec pause{0, 10'000'000};
       nanosleep(&pause, nullptr);
     }
   }
-  return last == xr::State::kEnded ? 0 : 1;
+  return last == xr::HeadsetState::kEnded ? 0 : 1;
 }

@@ -14,18 +14,18 @@
 namespace palpate::test {
 namespace {
 
-using xr::State;
+using xr::HeadsetState;
 class XrSession : public XrTest {};
 
 TEST_F(XrSession, GoesFromNothingToFocusAndEndsCleanly) {
   xr::Headset& h = headset();
-  EXPECT_EQ(step_until(State::kFocused), State::kFocused);
+  EXPECT_EQ(step_until(HeadsetState::kFocused), HeadsetState::kFocused);
   EXPECT_EQ(h.report().runtime, "palpate's test runtime 0.1.0");
   EXPECT_EQ(h.report().system, "made headset");
   EXPECT_EQ(h.report().sessions, 1u);
   for (int i = 0; i < 20; ++i) step();
   h.end(now_ns_);
-  EXPECT_EQ(step_until(State::kEnded), State::kEnded);
+  EXPECT_EQ(step_until(HeadsetState::kEnded), HeadsetState::kEnded);
   EXPECT_EQ(runtime().state(), XR_SESSION_STATE_UNKNOWN) << "the session was not destroyed";
   EXPECT_EQ(runtime().calls("xrEndSession"), 1);
   EXPECT_GT(h.report().drawn, 20u);
@@ -35,7 +35,7 @@ TEST_F(XrSession, GoesFromNothingToFocusAndEndsCleanly) {
 TEST_F(XrSession, ShowsTheBytesThatWereDrawnToEachEye) {
   runtime().setup().keep_pictures = true;
   headset();
-  step_until(State::kFocused);
+  step_until(HeadsetState::kFocused);
   step();
   ASSERT_EQ(runtime().pictures().size(), 2u);
   EXPECT_EQ(source.last->color.format, VK_FORMAT_R8G8B8A8_SRGB);
@@ -56,7 +56,7 @@ TEST_F(XrSession, ShowsTheBytesThatWereDrawnToEachEye) {
 
 TEST_F(XrSession, AsksTheClockForTheTimeOfDisplay) {
   headset();
-  step_until(State::kFocused);
+  step_until(HeadsetState::kFocused);
   step();
   EXPECT_EQ(source.last->display_time_ns,
             runtime().monotonic_of(runtime().last_frame().display_time));
@@ -68,7 +68,7 @@ TEST_F(XrSession, GuessesTheTimeOfDisplayWhereTheRuntimeCanNotConvertIt) {
   auto& extensions = runtime().setup().extensions;
   std::erase(extensions, "XR_KHR_convert_timespec_time");
   headset();
-  step_until(State::kFocused);
+  step_until(HeadsetState::kFocused);
   step();
   EXPECT_FALSE(source.last->display_time_exact);
   EXPECT_GT(source.last->display_time_ns, 0);
@@ -76,18 +76,19 @@ TEST_F(XrSession, GuessesTheTimeOfDisplayWhereTheRuntimeCanNotConvertIt) {
 
 TEST_F(XrSession, ComesFromIdleThroughHiddenAndVisible) {
   headset();
-  std::vector<State> seen;
+  std::vector<HeadsetState> seen;
   for (int i = 0; i < 10; ++i) {
-    const State state = step().state;
+    const HeadsetState state = step().state;
     if (seen.empty() || seen.back() != state) seen.push_back(state);
   }
   // Ready comes with the session, so that the first round runs a frame already.
-  EXPECT_THAT(seen, ::testing::ElementsAre(State::kHidden, State::kVisible, State::kFocused));
+  EXPECT_THAT(seen, ::testing::ElementsAre(HeadsetState::kHidden, HeadsetState::kVisible,
+                                           HeadsetState::kFocused));
 }
 
 TEST_F(XrSession, EndsEveryFrameWithoutAPictureWhileNothingIsToBeRendered) {
   headset();
-  step_until(State::kFocused);
+  step_until(HeadsetState::kFocused);
   runtime().setup().should_render = false;
   const int drawn = source.frames;
   const uint64_t frames = runtime().frames();
@@ -101,7 +102,7 @@ TEST_F(XrSession, EndsEveryFrameWithoutAPictureWhileNothingIsToBeRendered) {
 
 TEST_F(XrSession, ShowsNothingForAHeadOfUnknownPlace) {
   headset();
-  step_until(State::kFocused);
+  step_until(HeadsetState::kFocused);
   runtime().setup().tracked = false;
   step();
   EXPECT_EQ(runtime().last_frame().layers, 0u);
@@ -113,14 +114,14 @@ TEST_F(XrSession, ShowsNothingForAHeadOfUnknownPlace) {
 TEST_F(XrSession, ShowsNothingWhenTheSourceHasNothing) {
   headset();
   source.with_color = false;
-  step_until(State::kFocused);
+  step_until(HeadsetState::kFocused);
   step();
   EXPECT_EQ(runtime().last_frame().layers, 0u);
 }
 
 TEST_F(XrSession, HandsNoDepthOverWhereItIsNotTakenOrNotDrawn) {
   headset();
-  step_until(State::kFocused);
+  step_until(HeadsetState::kFocused);
   step();
   EXPECT_TRUE(runtime().last_frame().depth);
   source.with_depth = false;
@@ -131,7 +132,7 @@ TEST_F(XrSession, HandsNoDepthOverWhereItIsNotTakenOrNotDrawn) {
   source.with_depth = true;
   std::erase(runtime().setup().extensions, "XR_KHR_composition_layer_depth");
   headset();
-  step_until(State::kFocused);
+  step_until(HeadsetState::kFocused);
   EXPECT_FALSE(step().depth);
   EXPECT_EQ(source.last->depth.image, VkImage(VK_NULL_HANDLE));
   EXPECT_EQ(runtime().last_frame().layers, 1u);
@@ -146,7 +147,7 @@ TEST_F(XrSession, TakesTheColourFormatThatFitsBest) {
   for (; !offered.empty(); offered.pop_back()) {
     runtime().setup().formats = offered;
     headset();
-    step_until(State::kFocused);
+    step_until(HeadsetState::kFocused);
     step();
     EXPECT_EQ(source.last->color.format, VkFormat(offered.back()));
     EXPECT_EQ(source.last->depth.image, VkImage(VK_NULL_HANDLE)) << "no depth format is offered";
@@ -162,23 +163,23 @@ TEST_F(XrSession, SaysWhatIsOfferedWhenNoFormatFits) {
     return headset_report();
   }();
   EXPECT_EQ(report.problem.trouble, xr::Trouble::kUnsupported);
-  EXPECT_EQ(report.state, State::kWaiting);
+  EXPECT_EQ(report.state, HeadsetState::kWaiting);
   EXPECT_THAT(report.problem.message, ::testing::HasSubstr("8-bit colour"));
   EXPECT_THAT(report.problem.message, ::testing::HasSubstr("VkFormat numbers: 4, 126)"));
 }
 
 TEST_F(XrSession, BlendsAsWantedWhereOfferedAndSaysHow) {
   xr::HeadsetOptions options;
-  options.blend = xr::Blend::kAlpha;
+  options.blend = xr::BlendMode::kAlpha;
   headset(options);
-  step_until(State::kFocused);
-  EXPECT_EQ(step().blend, xr::Blend::kAlpha);
+  step_until(HeadsetState::kFocused);
+  EXPECT_EQ(step().blend, xr::BlendMode::kAlpha);
   EXPECT_EQ(runtime().last_frame().blend, XR_ENVIRONMENT_BLEND_MODE_ALPHA_BLEND);
   EXPECT_EQ(runtime().last_frame().flags, XR_COMPOSITION_LAYER_BLEND_TEXTURE_SOURCE_ALPHA_BIT);
-  options.blend = xr::Blend::kAdditive;
+  options.blend = xr::BlendMode::kAdditive;
   headset(options);
-  step_until(State::kFocused);
-  EXPECT_EQ(step().blend, xr::Blend::kOpaque) << "additive is not offered: the runtime's first";
+  step_until(HeadsetState::kFocused);
+  EXPECT_EQ(step().blend, xr::BlendMode::kOpaque) << "additive is not offered: the runtime's first";
   EXPECT_EQ(runtime().last_frame().flags, 0u);
 }
 
@@ -186,7 +187,7 @@ TEST_F(XrSession, StandsAboveAnotherProgramWhereTheRuntimeCan) {
   xr::HeadsetOptions options;
   options.overlay = 7;
   headset(options);
-  step_until(State::kFocused);
+  step_until(HeadsetState::kFocused);
   EXPECT_TRUE(step().see_through);
   EXPECT_EQ(runtime().overlay(), 7);
   EXPECT_EQ(runtime().last_frame().blend, XR_ENVIRONMENT_BLEND_MODE_OPAQUE);
@@ -202,7 +203,7 @@ TEST_F(XrSession, StandsAboveAnotherProgramWhereTheRuntimeCan) {
     EXPECT_EQ(step().main_visible, visible);
   }
   headset();
-  step_until(State::kFocused);
+  step_until(HeadsetState::kFocused);
   EXPECT_FALSE(step().see_through);
   EXPECT_EQ(runtime().overlay(), -1);
 }
@@ -223,7 +224,7 @@ TEST_F(XrSession, UsesTheOriginThatIsWantedOrTheNextBest) {
   xr::HeadsetOptions options;
   const auto height_of_eye = [&] {
     headset(options);
-    step_until(State::kFocused);
+    step_until(HeadsetState::kFocused);
     step();
     return source.last->eyes[0].world_from_eye.position_m.y;
   };
@@ -241,12 +242,12 @@ TEST_F(XrSession, UsesTheOriginThatIsWantedOrTheNextBest) {
 
 TEST_F(XrSession, GivesTheEyesAsTheRuntimeSaysThem) {
   headset();
-  step_until(State::kFocused);
+  step_until(HeadsetState::kFocused);
   step();
   const XrTime time = runtime().last_frame().display_time;
   const XrPosef head = runtime().room_from(XR_REFERENCE_SPACE_TYPE_VIEW, time);
   for (int eye = 0; eye < 2; ++eye) {
-    const xr::Eye& got = source.last->eyes[size_t(eye)];
+    const xr::EyeView& got = source.last->eyes[size_t(eye)];
     const double side = eye ? 0.0315 : -0.0315;
     // Floats of a metre.
     EXPECT_NEAR(got.world_from_eye.position_m.x, double(head.position.x) + side, 1e-6);
@@ -265,20 +266,20 @@ TEST_F(XrSession, MakesPicturesOfTheSizeThatIsAskedFor) {
   options.view_scale = 0.25;
   headset(options);
   source.with_color = false;
-  step_until(State::kFocused);
+  step_until(HeadsetState::kFocused);
   step();
   EXPECT_EQ(source.last->color.size.width, 540u);
   options.view_scale = 100.0;
   runtime().setup().view_width = runtime().setup().view_height = 64;
   headset(options);
-  step_until(State::kFocused);
+  step_until(HeadsetState::kFocused);
   step();
   EXPECT_EQ(source.last->color.size.width, 4096u) << "the most that the runtime can";
 }
 
 TEST_F(XrSession, KnowsWhatTheOpticsHide) {
   headset();
-  step_until(State::kFocused);
+  step_until(HeadsetState::kFocused);
   step();
   EXPECT_EQ(source.hidden.size(), 6u);
   const int asked = runtime().calls("xrGetVisibilityMaskKHR");
@@ -294,14 +295,14 @@ TEST_F(XrSession, KnowsWhatTheOpticsHide) {
   close();
   std::erase(runtime().setup().extensions, "XR_KHR_visibility_mask");
   headset();
-  step_until(State::kFocused);
+  step_until(HeadsetState::kFocused);
   step();
   EXPECT_TRUE(source.hidden.empty());
 }
 
 TEST_F(XrSession, SkipsThePictureWhenTheCompositorKeepsItsImage) {
   headset();
-  step_until(State::kFocused);
+  step_until(HeadsetState::kFocused);
   runtime().inject("xrWaitSwapchainImage", 1, XR_TIMEOUT_EXPIRED);
   step();
   EXPECT_EQ(runtime().last_frame().layers, 0u);
@@ -320,7 +321,7 @@ TEST_F(XrSession, LetsTheQueueBeUsedByOthersBetweenFrames) {
   // One queue for all: work of another thread while frames run. The validation layer sees it if two
   // threads are in the queue at once.
   xr::Headset& h = headset();
-  step_until(State::kFocused);
+  step_until(HeadsetState::kFocused);
   std::atomic<bool> stop{false};
   std::atomic<int> runs{0};
   std::thread other([&] {
@@ -336,7 +337,7 @@ TEST_F(XrSession, LetsTheQueueBeUsedByOthersBetweenFrames) {
   for (int i = 0; i < 200 || runs < 50; ++i) step();
   stop = true;
   other.join();
-  EXPECT_EQ(h.report().state, State::kFocused);
+  EXPECT_EQ(h.report().state, HeadsetState::kFocused);
 }
 
 }  // namespace

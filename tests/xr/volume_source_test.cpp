@@ -29,7 +29,7 @@ std::shared_ptr<const MovingVolume> small_heart() {
 xr::Show showing(std::shared_ptr<const MovingVolume> heart) {
   const auto volumes =
       std::make_shared<const std::vector<std::shared_ptr<const MovingVolume>>>(1, std::move(heart));
-  return [volumes](const xr::Frame&) {
+  return [volumes](const xr::HeadsetFrame&) {
     xr::Scenery scenery;
     scenery.volumes = *volumes;
     ViewVolume shown;
@@ -47,7 +47,7 @@ TEST_F(VolumeSourceTest, HandsOverWhatTheRendererDrawsForEachEyeWithItsDepth) {
   const std::vector<std::shared_ptr<const MovingVolume>> volumes{heart};
   xr::Scenery last;
   std::array<Eye, 2> eyes;
-  xr::VolumeSource drawing([&](const xr::Frame& frame) -> std::optional<xr::Scenery> {
+  xr::VolumeSource drawing([&](const xr::HeadsetFrame& frame) -> std::optional<xr::Scenery> {
     for (size_t eye = 0; eye < 2; ++eye) eyes[eye] = xr::eye_of(frame.eyes[eye]);
     last.volumes = volumes;
     last.scene = {};

@@ -7,7 +7,7 @@
 namespace palpate::test {
 namespace {
 
-using xr::State;
+using xr::HeadsetState;
 
 /// What a conformant runtime may announce next (OpenXR 1.0, figure "Session State Life-cycle");
 /// UNKNOWN stands for nothing.
@@ -33,21 +33,21 @@ XrSessionState next_state(XrSessionState now, Dice& dice) {
 }
 
 /// What the program must say once it has heard of a state.
-State expected(XrSessionState state) {
+HeadsetState expected(XrSessionState state) {
   switch (state) {
     case XR_SESSION_STATE_READY:
     case XR_SESSION_STATE_SYNCHRONIZED:
-      return State::kHidden;
+      return HeadsetState::kHidden;
     case XR_SESSION_STATE_VISIBLE:
-      return State::kVisible;
+      return HeadsetState::kVisible;
     case XR_SESSION_STATE_FOCUSED:
-      return State::kFocused;
+      return HeadsetState::kFocused;
     case XR_SESSION_STATE_LOSS_PENDING:
-      return State::kWaiting;
+      return HeadsetState::kWaiting;
     case XR_SESSION_STATE_EXITING:
-      return State::kEnded;
+      return HeadsetState::kEnded;
     default:
-      return State::kIdle;
+      return HeadsetState::kIdle;
   }
 }
 
@@ -57,7 +57,7 @@ class XrWalk : public XrTest {
   void walk(xr::Headset& headset, uint32_t seed) {
     Dice dice(seed);
     const auto step = [&] { return headset.step(now_ns_ += 11'111'111).state; };
-    ASSERT_EQ(step(), State::kIdle) << "seed " << seed;
+    ASSERT_EQ(step(), HeadsetState::kIdle) << "seed " << seed;
     XrSessionState now = XR_SESSION_STATE_IDLE;
     runtime().announce(now);
     for (int i = 0; i < 60; ++i) {
@@ -74,11 +74,11 @@ class XrWalk : public XrTest {
       runtime().setup().should_render = dice.chance(0.02);
       const uint64_t frames = runtime().frames();
       ASSERT_EQ(step(), expected(now)) << "seed " << seed << ", step " << i;
-      const bool running = headset.report().state == State::kHidden ||
-                           headset.report().state == State::kVisible ||
-                           headset.report().state == State::kFocused;
+      const bool running = headset.report().state == HeadsetState::kHidden ||
+                           headset.report().state == HeadsetState::kVisible ||
+                           headset.report().state == HeadsetState::kFocused;
       ASSERT_EQ(runtime().frames() - frames, running ? 1u : 0u) << "seed " << seed;
-      ASSERT_EQ(headset.report().hands.focused, headset.report().state == State::kFocused)
+      ASSERT_EQ(headset.report().hands.focused, headset.report().state == HeadsetState::kFocused)
           << "seed " << seed;
       if (now == XR_SESSION_STATE_LOSS_PENDING || now == XR_SESSION_STATE_EXITING) break;
       if (dice.chance(0.05)) break;
@@ -86,17 +86,17 @@ class XrWalk : public XrTest {
     // However far it went: lost, or ended by the program in the middle of it.
     if (dice.chance(0.9)) {
       if (runtime().session()) runtime().announce(XR_SESSION_STATE_LOSS_PENDING);
-    } else if (headset.report().state != State::kWaiting) {
+    } else if (headset.report().state != HeadsetState::kWaiting) {
       headset.end(now_ns_);
     }
-    for (int i = 0; i < 3 && headset.report().state != State::kEnded &&
-                    headset.report().state != State::kWaiting;
+    for (int i = 0; i < 3 && headset.report().state != HeadsetState::kEnded &&
+                    headset.report().state != HeadsetState::kWaiting;
          ++i) {
       now_ns_ += 1'000'000'000;
       step();
     }
-    const State last = headset.report().state;
-    ASSERT_TRUE(last == State::kEnded || last == State::kWaiting) << "seed " << seed;
+    const HeadsetState last = headset.report().state;
+    ASSERT_TRUE(last == HeadsetState::kEnded || last == HeadsetState::kWaiting) << "seed " << seed;
     ASSERT_EQ(runtime().session(), XrSession(XR_NULL_HANDLE)) << "seed " << seed;
     headset.look_again();
     now_ns_ += 1'000'000'000;

@@ -48,7 +48,7 @@ const xr::Report& XrTest::step() {
   return headset_->step(now_ns_);
 }
 
-xr::State XrTest::step_until(xr::State wanted, int steps) {
+xr::HeadsetState XrTest::step_until(xr::HeadsetState wanted, int steps) {
   for (int i = 0; i < steps && headset_->report().state != wanted; ++i) step();
   return headset_->report().state;
 }

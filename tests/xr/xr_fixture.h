@@ -20,7 +20,7 @@ class XrTest : public ::testing::Test {
   /// A headset with validation layers; it lives until the test's end or the next call.
   xr::Headset& headset(xr::HeadsetOptions options = {});
   /// Steps until `wanted` or until `steps` are done; the virtual time is 11 ms a step.
-  xr::State step_until(xr::State wanted, int steps = 50);
+  xr::HeadsetState step_until(xr::HeadsetState wanted, int steps = 50);
   const xr::Report& step();
   const xr::Report& headset_report() const { return headset_->report(); }
   std::shared_ptr<vulkan::Context> headset_context() const { return headset_->context(); }

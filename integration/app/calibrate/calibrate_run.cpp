@@ -34,11 +34,11 @@ constexpr size_t kFirstWord = 6;     // points after which it is said how well t
 constexpr int kBuzzFrames = 8;
 
 /// Nothing to see, but when and where the hands were.
-class HandWatch final : public xr::FrameSource {
+class HandWatch final : public xr::PictureSource {
  public:
   Status use(const std::shared_ptr<vulkan::Context>&) override { return Nothing{}; }
   void drop() noexcept override {}
-  xr::Drawn record(const xr::Frame& frame, VkCommandBuffer) override {
+  xr::Drawn record(const xr::HeadsetFrame& frame, VkCommandBuffer) override {
     hands = *frame.hands;
     time_s = 1e-9 * double(frame.display_time_ns);
     ++frames;
@@ -79,7 +79,7 @@ class Calibrating {
 
  private:
   size_t side() const { return command_.hand == "left" ? 0 : 1; }
-  const xr::Hand& hand() const { return watch_.hands.hand[side()]; }
+  const xr::Controller& hand() const { return watch_.hands.hand[side()]; }
 
   int leave(const Error& error) {
     end_headset();
@@ -117,9 +117,9 @@ class Calibrating {
     if (!report.sentence.empty()) console_.say("Headset   " + report.sentence);
     if (stop_.stop_requested() || emergency::is_asked())
       return Error{ErrorKind::kCancelled, "Stopped before there was a calibration"};
-    if (report.state == xr::State::kNoRuntime)
+    if (report.state == xr::HeadsetState::kNoRuntime)
       return Error{ErrorKind::kNoDevice, problem_text(report.problem)};
-    if (report.state == xr::State::kEnded)
+    if (report.state == xr::HeadsetState::kEnded)
       return Error{ErrorKind::kCancelled,
                    "The session in the headset was ended before there was a calibration"};
     fresh_ = watch_.frames != before;
@@ -377,8 +377,8 @@ class Calibrating {
   void end_headset() {
     console_.end_progress();
     headset_.end(monotonic_ns());
-    while (headset_.step(monotonic_ns()).state != xr::State::kEnded &&
-           headset_.report().state != xr::State::kNoRuntime)
+    while (headset_.step(monotonic_ns()).state != xr::HeadsetState::kEnded &&
+           headset_.report().state != xr::HeadsetState::kNoRuntime)
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
 

@@ -50,7 +50,7 @@ void TouchTaker::begin(double now_s) {
   stage_m_.clear();
 }
 
-TouchTaker::Taken TouchTaker::step(double now_s, const xr::Hand& hand,
+TouchTaker::Taken TouchTaker::step(double now_s, const xr::Controller& hand,
                                    std::span<const TipSample> fresh) {
   const bool pressed = hand.active && hand.grabs;
   if (pressed && !pressed_ && !since_s_) begin(now_s);

@@ -31,7 +31,7 @@ class TouchTaker {
     std::string refused;  ///< why there is none: a sentence; empty while nothing is to be said
   };
   /// Once per frame: the controller at now_s, and what the device's tip did since the last frame.
-  Taken step(double now_s, const xr::Hand& hand, std::span<const TipSample> fresh);
+  Taken step(double now_s, const xr::Controller& hand, std::span<const TipSample> fresh);
 
  private:
   void begin(double now_s);

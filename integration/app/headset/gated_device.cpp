@@ -7,8 +7,8 @@ namespace palpate::app {
 DeviceReading GatedDevice::exchange(const DeviceCommand& command) noexcept {
   DeviceReading reading = device_.exchange(command);
   const int64_t now_ns = monotonic_ns();
-  reading.buttons &= ~(kSeen | kDeadMan);
-  if (now_ns < seen_until_ns_.load(std::memory_order_relaxed)) reading.buttons |= kSeen;
+  reading.buttons &= ~(kShown | kDeadMan);
+  if (now_ns < shown_until_ns_.load(std::memory_order_relaxed)) reading.buttons |= kShown;
   if (now_ns < dead_man_until_ns_.load(std::memory_order_relaxed)) reading.buttons |= kDeadMan;
   return reading;
 }

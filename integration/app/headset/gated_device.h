@@ -12,18 +12,18 @@ namespace palpate::app {
 /// or because it hangs, lets go.
 class GatedDevice final : public ForceDevice {
  public:
-  static constexpr uint32_t kSeen = 1u << 30;     ///< there is a picture in the headset
+  static constexpr uint32_t kShown = 1u << 30;    ///< there is a picture in the headset
   static constexpr uint32_t kDeadMan = 1u << 31;  ///< a controller's dead-man is held
 
   /// All others: the device's own.
-  static constexpr uint32_t kOwn = ~(kSeen | kDeadMan);
+  static constexpr uint32_t kOwn = ~(kShown | kDeadMan);
 
   /// `device` is borrowed.
   explicit GatedDevice(ForceDevice& device) : device_(device) {}
 
   /// Holds a button down until then (monotonic); a time that has passed lets it go. Any thread;
   /// wait-free.
-  void seen_until(int64_t ns) noexcept { seen_until_ns_.store(ns, std::memory_order_relaxed); }
+  void shown_until(int64_t ns) noexcept { shown_until_ns_.store(ns, std::memory_order_relaxed); }
   void dead_man_until(int64_t ns) noexcept {
     dead_man_until_ns_.store(ns, std::memory_order_relaxed);
   }
@@ -34,7 +34,7 @@ class GatedDevice final : public ForceDevice {
 
  private:
   ForceDevice& device_;
-  std::atomic<int64_t> seen_until_ns_{0}, dead_man_until_ns_{0};
+  std::atomic<int64_t> shown_until_ns_{0}, dead_man_until_ns_{0};
 };
 
 /// The buttons with which a hand releases stream tubes: the device's own, but where one of these is

@@ -10,9 +10,9 @@
 #include "integration/app/headset/problem_text.h"
 #include "integration/app/progress.h"
 #include "integration/sound/contact_sound.h"
-#include "module/haptics/moment_ahead.h"
 #include "module/haptics/monotonic.h"
 #include "module/haptics/real_time.h"
+#include "module/haptics/snapshot_ahead.h"
 #include "module/xr/vibration.h"
 
 namespace palpate::app {
@@ -20,7 +20,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr int64_t kSeen_ns = 2'000'000'000;     // longer without a frame: the program hangs
+constexpr int64_t kShown_ns = 2'000'000'000;    // longer without a frame: the program hangs
 constexpr int64_t kDeadMan_ns = 500'000'000;    // a hand that lets go may not wait for a slow frame
 constexpr auto kPause = 10ms;                   // where no display makes it wait
 constexpr double kNear_m = 0.45, kFar_m = 0.9;  // the scene's centre from the eyes
@@ -30,8 +30,8 @@ constexpr double kFinger_m = 0.004;             // of the ball at a fingertip th
 constexpr glm::dvec3 kFinger{0.45, 0.48, 0.54};
 constexpr double kLongest_s = 0.1;  // a frame that took longer counts as this
 
-bool is_seen(xr::State state) {
-  return state == xr::State::kVisible || state == xr::State::kFocused;
+bool is_shown(xr::HeadsetState state) {
+  return state == xr::HeadsetState::kVisible || state == xr::HeadsetState::kFocused;
 }
 
 /// Straight ahead, level; where the head looks straight up or down, along its top.
@@ -50,7 +50,7 @@ class HeadsetLoop::Run {
  public:
   Run(HeadsetLoop& loop, bool pass_through, std::optional<uint32_t> overlay)
       : loop_(loop),
-        source_([this](const xr::Frame& frame) { return show(frame); }),
+        source_([this](const xr::HeadsetFrame& frame) { return show(frame); }),
         headset_(options(pass_through, overlay), source_),
         pass_through_(pass_through) {}
 
@@ -64,8 +64,9 @@ class HeadsetLoop::Run {
       }
       const xr::Report& report = headset_.step(now_ns);
       take(report, now_ns);
-      if (report.state == xr::State::kEnded || report.state == xr::State::kNoRuntime) break;
-      if (report.state == xr::State::kWaiting || report.state == xr::State::kIdle)
+      if (report.state == xr::HeadsetState::kEnded || report.state == xr::HeadsetState::kNoRuntime)
+        break;
+      if (report.state == xr::HeadsetState::kWaiting || report.state == xr::HeadsetState::kIdle)
         std::this_thread::sleep_for(kPause);
     }
     count();
@@ -75,7 +76,7 @@ class HeadsetLoop::Run {
   static xr::HeadsetOptions options(bool pass_through, std::optional<uint32_t> overlay) {
     xr::HeadsetOptions options;
     options.overlay = overlay;
-    if (pass_through) options.blend = xr::Blend::kAlpha;
+    if (pass_through) options.blend = xr::BlendMode::kAlpha;
     return options;
   }
 
@@ -101,7 +102,7 @@ class HeadsetLoop::Run {
     if (scene_) gate(report, now_ns);
     if (scene_ && report.frames != frames_) act(report, now_ns);
     frames_ = report.frames;
-    if (report.state == xr::State::kEnded) loop_.ended_ = true;
+    if (report.state == xr::HeadsetState::kEnded) loop_.ended_ = true;
   }
 
   /// Bare hands: what the person can do with them, once, and when it is over.
@@ -124,10 +125,10 @@ class HeadsetLoop::Run {
     const std::lock_guard lock(loop_.mutex_);
     if (loop_.found_) return;
     const bool there = report.sessions > 0;
-    const bool runtime = report.state != xr::State::kNoRuntime;
-    loop_.found_ =
-        Found{runtime, there, report.problem.trouble == xr::Trouble::kUnsupported && !there,
-              there ? report.system + " through " + report.runtime : problem_text(report.problem)};
+    const bool runtime = report.state != xr::HeadsetState::kNoRuntime;
+    loop_.found_ = Availability{
+        runtime, there, report.problem.trouble == xr::Trouble::kUnsupported && !there,
+        there ? report.system + " through " + report.runtime : problem_text(report.problem)};
     loop_.changed_.notify_all();
   }
 
@@ -140,18 +141,18 @@ class HeadsetLoop::Run {
   }
 
   void gate(const xr::Report& report, int64_t now_ns) {
-    const bool seen = is_seen(report.state);
+    const bool shown = is_shown(report.state);
     // At the end of all the force goes with the loop.
-    if (ending_ || report.state == xr::State::kEnded) return;
-    if (seen != seen_ && was_seen_)
-      loop_.tell(seen ? "The picture is back in the headset."
+    if (ending_ || report.state == xr::HeadsetState::kEnded) return;
+    if (shown != shown_ && was_shown_)
+      loop_.tell(shown ? "The picture is back in the headset."
                  : scene_->on_loss == OnHeadsetLoss::kRamp
                      ? "The picture in the headset is gone: the force goes down until it is back."
                      : "The picture in the headset is gone: the force goes on.");
-    seen_ = seen;
-    was_seen_ |= seen;
+    shown_ = shown;
+    was_shown_ |= shown;
     if (scene_->on_loss == OnHeadsetLoss::kRamp)
-      scene_->gate->seen_until(seen ? now_ns + kSeen_ns : 0);
+      scene_->gate->shown_until(shown ? now_ns + kShown_ns : 0);
     scene_->gate->dead_man_until(xr::dead_man_held(report.hands) ? now_ns + kDeadMan_ns : 0);
   }
 
@@ -161,7 +162,7 @@ class HeadsetLoop::Run {
     last_ns_ = now_ns;
     if (report.sessions != sessions_) {
       sessions_ = report.sessions;
-      if (pass_through_ && report.blend == xr::Blend::kOpaque)
+      if (pass_through_ && report.blend == xr::BlendMode::kOpaque)
         loop_.tell(
             "This headset does not show the room behind the volume: --pass-through does nothing.");
       if (!headset_.colocation().keeps()) placed_ = false;
@@ -174,10 +175,10 @@ class HeadsetLoop::Run {
     xr::Hands hands = report.hands;
     if (check_) {
       const std::string said =
-          check_->step(1e-9 * double(now_ns), moment_.probe_m, headset_.colocation(), hands);
+          check_->step(1e-9 * double(now_ns), snapshot_.probe_m, headset_.colocation(), hands);
       if (!said.empty()) loop_.tell(said);
     }
-    hands_->step(hands, moment_, dt_s);
+    hands_->step(hands, snapshot_, dt_s);
     if (report.hands.recentre) bring_here();
     if (scene_->controller) feel(report.hands, dt_s);
   }
@@ -210,7 +211,7 @@ class HeadsetLoop::Run {
     }
     glm::dvec3 centre;
     double radius_m = 0.0;
-    picture_->bounds(moment_, centre, radius_m);
+    picture_->bounds(snapshot_, centre, radius_m);
     const Pose room_from_head = inverse(room.world_from_base()) * *head_;
     const glm::dvec3 ahead = ahead_of(room_from_head);
     Pose room_from_world;
@@ -229,7 +230,7 @@ class HeadsetLoop::Run {
     if (!head_) return;
     glm::dvec3 centre;
     double radius_m = 0.0;
-    picture_->bounds(moment_, centre, radius_m);
+    picture_->bounds(snapshot_, centre, radius_m);
     const double distance_m = std::clamp(kRoom * radius_m, kNear_m, kFar_m);
     const glm::dvec3 before =
         head_->position_m + distance_m * ahead_of(*head_) - glm::dvec3(0.0, kBelow_m, 0.0);
@@ -250,12 +251,12 @@ class HeadsetLoop::Run {
     scene_->controller->hold(device.volume_from_world(hold_.tip_m), hold_.buttons);
     if (hold_.by == ProbeHold::By::kController) {
       headset_.vibrate(hold_.side,
-                       xr::vibration(glm::length(moment_.force_n), scene_->max_force_n));
+                       xr::vibration(glm::length(snapshot_.force_n), scene_->max_force_n));
       return;
     }
     if (!sound_ && scene_->sound) sound_ = std::make_unique<sound::ContactSound>();
-    if (sound_ && moment_.in_contact && !was_touching_) sound_->play();
-    was_touching_ = moment_.in_contact;
+    if (sound_ && snapshot_.in_contact && !was_touching_) sound_->play();
+    was_touching_ = snapshot_.in_contact;
   }
 
   /// Who holds the probe is drawn: a pen, the fingertip, or nothing but fingers that do not pinch.
@@ -274,10 +275,10 @@ class HeadsetLoop::Run {
     }
   }
 
-  std::optional<xr::Scenery> show(const xr::Frame& frame) {
+  std::optional<xr::Scenery> show(const xr::HeadsetFrame& frame) {
     if (!scene_) return std::nullopt;
-    scene_->session->newest(MomentReader::kHeadset, moment_);
-    if (moment_.volume_count == 0) return std::nullopt;
+    scene_->session->newest(SnapshotReader::kHeadset, snapshot_);
+    if (snapshot_.volume_count == 0) return std::nullopt;
     Pose head = frame.eyes[0].world_from_eye;
     head.position_m = 0.5 * (head.position_m + frame.eyes[1].world_from_eye.position_m);
     head_ = head;
@@ -289,7 +290,7 @@ class HeadsetLoop::Run {
     // Before it is known where the world stands there is nothing to see.
     if (!placed_) return std::nullopt;
     xr::Scenery scenery;
-    const SceneMoment ahead = ahead_.at(moment_, frame.display_time_ns);
+    const SceneSnapshot ahead = ahead_.at(snapshot_, frame.display_time_ns);
     scenery.scene = picture_->at(ahead, frame.display_time_ns, xr::eye_of(frame.eyes[0]));
     add_fingers(scenery.scene.things);
     if (const auto clip = hands_->clip(ahead)) scenery.scene.clips.push_back(*clip);
@@ -319,12 +320,12 @@ class HeadsetLoop::Run {
   std::string no_tracking_;
   std::optional<PlaceCheck> check_;  ///< where there is a calibration
   std::unique_ptr<ScenePicture> picture_;
-  SceneMoment moment_;
-  MomentAhead ahead_;
+  SceneSnapshot snapshot_;
+  SnapshotAhead ahead_;
   std::optional<Pose> head_;  ///< world, of the last frame that asked for a picture
   bool pass_through_ = false;
   bool main_visible_ = true;
-  bool guess_told_ = false, placed_ = false, seen_ = false, was_seen_ = false, ending_ = false;
+  bool guess_told_ = false, placed_ = false, shown_ = false, was_shown_ = false, ending_ = false;
   uint64_t frames_ = 0, sessions_ = 0;
   int64_t last_ns_ = 0;
   std::string trouble_;
@@ -341,7 +342,7 @@ HeadsetLoop::~HeadsetLoop() {
   end();
 }
 
-HeadsetLoop::Found HeadsetLoop::found() {
+HeadsetLoop::Availability HeadsetLoop::found() {
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [this] { return found_.has_value(); });
   return *found_;

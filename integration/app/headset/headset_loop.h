@@ -53,12 +53,12 @@ class HeadsetLoop {
   HeadsetLoop& operator=(const HeadsetLoop&) = delete;
 
   /// What the first look found. Waits for it.
-  struct Found {
+  struct Availability {
     bool runtime = false, headset = false;
     bool can_never = false;  ///< the runtime lacks what was asked of it
     std::string sentence;
   };
-  Found found();
+  Availability found();
 
   void begin(const HeadsetScene& scene);
   /// Ends the session as OpenXR has it and the thread; waits for it, a few seconds at most.
@@ -84,7 +84,7 @@ class HeadsetLoop {
 
   mutable std::mutex mutex_;  ///< of all that follows but the atomics, numbers_ and the thread
   std::condition_variable changed_;
-  std::optional<Found> found_;
+  std::optional<Availability> found_;
   std::optional<HeadsetScene> scene_;
   std::vector<std::string> news_;
   std::atomic<bool> ended_{false};

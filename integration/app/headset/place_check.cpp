@@ -31,8 +31,8 @@ std::string PlaceCheck::step(double now_s, glm::dvec3 probe_m, xr::Colocation& r
   }
   const TipSample tip{now_s, probe_m};
   for (size_t side = 0; side < 2; ++side) {
-    xr::Hand& hand = hands.hand[side];
-    xr::Hand touching = hand;
+    xr::Controller& hand = hands.hand[side];
+    xr::Controller touching = hand;
     touching.grabs = hand.grabs && glm::distance(hand.world_from_grip(tip_m_), probe_m) < kClose_m;
     const auto taken = takers_[side].step(now_s, touching, {&tip, 1});
     if (touching.grabs) hand.grabs = false;

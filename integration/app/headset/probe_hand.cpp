@@ -12,7 +12,7 @@ constexpr double kShortest_s = 1e-6;  // so that a pinch counts from its first f
 ProbeHold ProbeHand::step(const xr::Hands& hands, double dt_s) {
   ProbeHold hold;
   for (const int side : {1, 0}) {
-    const xr::Hand& hand = hands.hand[size_t(side)];
+    const xr::Controller& hand = hands.hand[size_t(side)];
     if (!hand.active) continue;
     pinched_s_ = {};
     since_tap_s_ = {};

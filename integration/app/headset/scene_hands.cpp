@@ -21,13 +21,13 @@ Transform moved_between(const Transform& before, const Transform& after) {
 
 }  // namespace
 
-void SceneHands::step(const xr::Hands& hands, const SceneMoment& moment, double dt_s) {
+void SceneHands::step(const xr::Hands& hands, const SceneSnapshot& snapshot, double dt_s) {
   const Transform dragged = grab_.drag(world_from_start_, hands);
   if (grab_.holds()) move_to(dragged);
   hold_cut(hands, dt_s);
   if (hands.play_pause) session_.toggle_play();
   if (std::abs(hands.scrub) > kDeadZone)
-    session_.scrub(moment, hands.scrub * kScrubPerSecond * dt_s);
+    session_.scrub(snapshot, hands.scrub * kScrubPerSecond * dt_s);
   if (hands.preset_steps != 0) next_look(hands.preset_steps);
 }
 
@@ -45,7 +45,7 @@ void SceneHands::move_to(const Transform& world_from_start) {
 void SceneHands::hold_cut(const xr::Hands& hands, double dt_s) {
   held_cut_.reset();
   for (int side = 0; side < 2; ++side)
-    if (const xr::Hand& hand = hands.hand[size_t(side)]; hand.active && hand.clip)
+    if (const xr::Controller& hand = hands.hand[size_t(side)]; hand.active && hand.clip)
       held_cut_ = xr::clip_plane(hand.world_from_grip, side);
   if (held_cut_) {
     cut_held_s_ += dt_s;
@@ -57,7 +57,7 @@ void SceneHands::hold_cut(const xr::Hands& hands, double dt_s) {
 
 /// Not where the hands took the volumes: they follow on a smooth path, and a cut that is there
 /// before them shows more or less of them than it should. A space mouse may have moved them, too.
-Transform SceneHands::drawn_from_start(const SceneMoment& drawn) const {
+Transform SceneHands::drawn_from_start(const SceneSnapshot& drawn) const {
   const auto scene = session_.scene();
   for (size_t v = 0; v < scene->volumes.size() && int(v) < drawn.volume_count; ++v) {
     const VolumeSpec& spec = scene->volumes[v].spec;
@@ -67,11 +67,11 @@ Transform SceneHands::drawn_from_start(const SceneMoment& drawn) const {
   return {};
 }
 
-std::optional<ClipPlane> SceneHands::clip(const SceneMoment& drawn) {
+std::optional<ClipPlane> SceneHands::clip(const SceneSnapshot& drawn) {
   const Transform from_start = drawn_from_start(drawn);
   if (held_cut_)
-    cut_ = xr::Plane{from_start.volume_from_world(held_cut_->point_m),
-                     glm::conjugate(from_start.rotation) * held_cut_->normal};
+    cut_ = xr::CutPlane{from_start.volume_from_world(held_cut_->point_m),
+                        glm::conjugate(from_start.rotation) * held_cut_->normal};
   if (!cut_) return std::nullopt;
   const glm::dvec3 normal = from_start.rotation * cut_->normal;
   return ClipPlane{normal, glm::dot(normal, from_start.world_from_volume(cut_->point_m))};

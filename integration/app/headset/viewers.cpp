@@ -17,65 +17,65 @@ Result<std::unique_ptr<desktop::DesktopLoop>> open_window(const ViewerChoice& ch
   return desktop::DesktopLoop::open(choice.scene_name, {.device = choice.gpu.device}, choice.view);
 }
 
-Result<Viewers> in_headset(const ViewerChoice& choice, Viewers seen,
-                           const HeadsetLoop::Found& found) {
-  seen.why = found.headset
-                 ? fmt::format("in the headset: {}.", found.sentence)
-                 : fmt::format("in a headset, as asked, once it is there: {}", found.sentence);
-  if (!choice.mirror || !has_display()) return seen;
+Result<Viewers> in_headset(const ViewerChoice& choice, Viewers viewers,
+                           const HeadsetLoop::Availability& found) {
+  viewers.why = found.headset
+                    ? fmt::format("in the headset: {}.", found.sentence)
+                    : fmt::format("in a headset, as asked, once it is there: {}", found.sentence);
+  if (!choice.mirror || !has_display()) return viewers;
   // It is there for those who stand by: without it the headset is no worse.
   auto window = open_window(choice);
-  if (!window) return seen;
-  seen.window = std::move(*window);
-  seen.why += " A window shows it to others.";
-  return seen;
+  if (!window) return viewers;
+  viewers.window = std::move(*window);
+  viewers.why += " A window shows it to others.";
+  return viewers;
 }
 
 }  // namespace
 
 Result<Viewers> open_viewers(const ViewerChoice& choice) {
-  Viewers seen;
+  Viewers viewers;
   if (choice.overlay && (choice.headset == "off" || choice.headset == "none"))
     return Error{ErrorKind::kBadInput,
                  "An overlay is in a headset, above another program: leave --headset " +
                      choice.headset + " out, or --overlay"};
   if (choice.headset == "off") {
-    seen.why = "by nobody, as asked.";
-    return seen;
+    viewers.why = "by nobody, as asked.";
+    return viewers;
   }
   if (choice.headset == "none") {
     auto window = open_window(choice);
     if (!window) return window.error();
-    seen.window = std::move(*window);
-    seen.why = "in a window, as asked.";
-    return seen;
+    viewers.window = std::move(*window);
+    viewers.why = "in a window, as asked.";
+    return viewers;
   }
   const bool asked = choice.headset == "openxr" || choice.overlay;
   if (!asked && choice.headless) {
-    seen.why = "in pictures, as asked.";
-    return seen;
+    viewers.why = "in pictures, as asked.";
+    return viewers;
   }
-  seen.headset = std::make_unique<HeadsetLoop>(choice.pass_through, choice.overlay);
-  const HeadsetLoop::Found found = seen.headset->found();
+  viewers.headset = std::make_unique<HeadsetLoop>(choice.pass_through, choice.overlay);
+  const HeadsetLoop::Availability found = viewers.headset->found();
   if (asked && (!found.runtime || (choice.overlay && found.can_never)))
     return Error{ErrorKind::kNoDevice, found.sentence};
-  if (asked || found.headset) return in_headset(choice, std::move(seen), found);
-  seen.headset.reset();
+  if (asked || found.headset) return in_headset(choice, std::move(viewers), found);
+  viewers.headset.reset();
   // Most people have none. What to do about it is for those who have a runtime, or ask.
   const std::string reason =
       found.runtime || Console::verbose() ? " " + found.sentence : std::string();
   if (has_display()) {
     auto window = open_window(choice);
     if (window) {
-      seen.window = std::move(*window);
-      seen.why = "in a window, as no headset is there." + reason;
-      return seen;
+      viewers.window = std::move(*window);
+      viewers.why = "in a window, as no headset is there." + reason;
+      return viewers;
     }
   }
-  seen.why =
+  viewers.why =
       "by nobody, as there is no display and no headset: --headless FOLDER writes pictures." +
       reason;
-  return seen;
+  return viewers;
 }
 
 }  // namespace palpate::app

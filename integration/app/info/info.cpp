@@ -22,14 +22,14 @@ struct InfoCommand {
 };
 
 /// The range of all frames.
-struct Range {
+struct SampleRange {
   float low = 0.0F, high = 0.0F;
   double mean = 0.0;
   size_t not_finite = 0;
 };
 
-Range range_of(const std::vector<Values>& values) {
-  Range range;
+SampleRange range_of(const std::vector<Values>& values) {
+  SampleRange range;
   size_t finite = 0;
   for (const Values& v : values) {
     range.not_finite += v.not_finite;
@@ -55,7 +55,7 @@ std::string times_text(const std::vector<double>& times) {
 }
 
 std::string values_text(const Contents& contents) {
-  const Range range = range_of(contents.values);
+  const SampleRange range = range_of(contents.values);
   const bool lengths = contents.components == 3 && contents.kind != "picture";
   // Of numbers that name parts the mean says nothing; of a mask it is its share.
   const auto& first = contents.values.front();
@@ -119,7 +119,7 @@ nlohmann::json json_of(const Contents& contents) {
   if (contents.components > 0) out["components"] = contents.components;
   if (!contents.times_s.empty()) out["times_s"] = contents.times_s;
   if (!contents.values.empty()) {
-    const Range range = range_of(contents.values);
+    const SampleRange range = range_of(contents.values);
     out["values"] = {{"low", range.low},
                      {"high", range.high},
                      {"mean", range.mean},

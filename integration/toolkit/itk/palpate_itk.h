@@ -47,7 +47,7 @@ constexpr PalSampleType sample_type() {
 ///   Field* field = filter->GetDisplacementField();
 ///
 /// Whole images are asked for, nothing is streamed. A moving image on another grid is brought onto
-/// the fixed one's, linear, border values held; no histogram matching or smoothing is needed
+/// the fixed one's, linear, border values clamped; no histogram matching or smoothing is needed
 /// before. Observers hear itk::ProgressEvent and itk::IterationEvent on the thread that called
 /// Update(); each may call StopRegistration() or AbortGenerateDataOn(), and Update() then throws
 /// itk::ProcessAborted, since half of the work is no field. What fails throws itk::ExceptionObject
@@ -224,8 +224,8 @@ class MotionFilter : public ::itk::ImageToImageFilter<TFixedImage, TDisplacement
     if (!context_ || open_device_ != m_Device) open_context();
     // Its address is the observer's `user`: it must outlive the estimator.
     std::atomic<double> share{0.0};
-    adapter::Held<PalEstimator, pal_estimator_close> estimator;
-    adapter::Held<PalMotion, pal_motion_close> motion;
+    adapter::UniqueHandle<PalEstimator, pal_estimator_close> estimator;
+    adapter::UniqueHandle<PalMotion, pal_motion_close> motion;
     PalEstimatorInfo info{};
     info.size = sizeof info;
     info.flags = m_Check ? 0U : uint32_t(PAL_ESTIMATOR_NO_VERDICT);

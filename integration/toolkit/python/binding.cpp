@@ -22,7 +22,7 @@ namespace py = pybind11;
 
 namespace {
 
-using palpate::adapter::Held;
+using palpate::adapter::UniqueHandle;
 
 /// The exception that fits a failure, with the library's sentence on it.
 void check(PalResult result, const std::string& sentence) {
@@ -107,9 +107,9 @@ bool was_taken(PalResult result) {
   return result == PAL_OK;
 }
 
-class Context {
+class PythonContext {
  public:
-  explicit Context(const std::optional<std::string>& device, bool computes) {
+  explicit PythonContext(const std::optional<std::string>& device, bool computes) {
     PalContextInfo info{};
     info.size = sizeof info;
     info.version = PAL_VERSION;
@@ -117,9 +117,9 @@ class Context {
     if (device) info.device = device->c_str();
     without_lock([&] { return pal_context_open(&info, &handle); });
   }
-  ~Context() { pal_context_close(&handle); }
-  Context(const Context&) = delete;
-  Context& operator=(const Context&) = delete;
+  ~PythonContext() { pal_context_close(&handle); }
+  PythonContext(const PythonContext&) = delete;
+  PythonContext& operator=(const PythonContext&) = delete;
   std::string device() const { return pal_context_device(handle); }
 
   /// A result of work on it.
@@ -134,10 +134,10 @@ class Context {
 };
 
 /// A motion that was found.
-class Motion {
+class PythonMotion {
  public:
-  explicit Motion(PalMotion* found) {
-    held_.handle = found;
+  explicit PythonMotion(PalMotion* found) {
+    handle_.handle = found;
     summary_.size = sizeof summary_;
     check(pal_motion_summary(found, &summary_));
   }
@@ -148,14 +148,14 @@ class Motion {
     py::array_t<float> u({py::ssize_t(grid.size[2]), py::ssize_t(grid.size[1]),
                           py::ssize_t(grid.size[0]), py::ssize_t(3)});
     float* const to = u.mutable_data();
-    without_lock([&] { return pal_motion_field(held_.handle, &info, to); });
+    without_lock([&] { return pal_motion_field(handle_.handle, &info, to); });
     return u;
   }
   py::array_t<float> confidence(uint32_t step) const {
     const PalFieldInfo info = wanted(step, std::nullopt, false);
     py::array_t<float> values = volume_for(summary_.grid);
     float* const to = values.mutable_data();
-    without_lock([&] { return pal_motion_confidence(held_.handle, &info, to); });
+    without_lock([&] { return pal_motion_confidence(handle_.handle, &info, to); });
     return values;
   }
   py::array_t<float> warp(const py::array& frame, uint32_t step, std::optional<double> time_s,
@@ -165,13 +165,13 @@ class Motion {
     const void* const samples = samples_of(frame, summary_.grid);
     py::array_t<float> warped = volume_for(summary_.grid);
     float* const to = warped.mutable_data();
-    without_lock([&] { return pal_motion_warp(held_.handle, &info, type, samples, to); });
+    without_lock([&] { return pal_motion_warp(handle_.handle, &info, type, samples, to); });
     return warped;
   }
   void save(const std::string& path, std::optional<uint32_t> step) const {
     const PalFieldInfo info = wanted(step.value_or(0), std::nullopt, false);
     without_lock(
-        [&] { return pal_motion_save(held_.handle, step ? &info : nullptr, path.c_str()); });
+        [&] { return pal_motion_save(handle_.handle, step ? &info : nullptr, path.c_str()); });
   }
   /// Spacing, origin and direction of the frames.
   py::tuple geometry() const {
@@ -206,7 +206,7 @@ class Motion {
         (time_s ? uint32_t(PAL_FIELD_TO_TIME) : 0U) | (inverse ? uint32_t(PAL_FIELD_INVERSE) : 0U);
     return info;
   }
-  Held<PalMotion, pal_motion_close> held_;
+  UniqueHandle<PalMotion, pal_motion_close> handle_;
   PalMotionSummary summary_{};
 };
 
@@ -230,8 +230,8 @@ struct Listener {
 };
 
 /// Estimates the motion of frames (shape (z, y, x), contiguous, read where they are).
-std::unique_ptr<Motion> estimate(
-    const Context& context, const std::vector<py::array>& frames,
+std::unique_ptr<PythonMotion> estimate(
+    const PythonContext& context, const std::vector<py::array>& frames,
     const std::array<uint32_t, 3>& size, const std::array<double, 3>& spacing,
     const std::array<double, 3>& origin, const std::array<double, 9>& direction,
     const std::string& preset, const std::vector<double>& times_s,
@@ -296,17 +296,17 @@ std::unique_ptr<Motion> estimate(
     }
   }
   const PalResult result = context.told(finished.get());
-  std::unique_ptr<Motion> motion = found ? std::make_unique<Motion>(found) : nullptr;
+  std::unique_ptr<PythonMotion> motion = found ? std::make_unique<PythonMotion>(found) : nullptr;
   if (interrupted) throw py::error_already_set();
   if (listener.raised) std::rethrow_exception(listener.raised);
   check(result, sentence);
   return motion;
 }
 
-std::unique_ptr<Motion> opened_motion(const Context& context, const std::string& path) {
+std::unique_ptr<PythonMotion> opened_motion(const PythonContext& context, const std::string& path) {
   PalMotion* found = nullptr;
   without_lock([&] { return context.told(pal_motion_open(context.handle, path.c_str(), &found)); });
-  return std::make_unique<Motion>(found);
+  return std::make_unique<PythonMotion>(found);
 }
 
 /// What Python gives by name, as the structures of palpate.h want it: what is None is 0 there.
@@ -369,19 +369,20 @@ struct FramesInMemory {
 };
 
 /// A scene that is felt, in Python's own loop or in palpate's, and its pictures.
-class Session {
+class PythonSession {
  public:
-  Session(std::shared_ptr<Context> context, const py::dict& of_scene, const py::dict& of_session)
+  PythonSession(std::shared_ptr<PythonContext> context, const py::dict& of_scene,
+                const py::dict& of_session)
       : context_(std::move(context)) {
     open_scene(Words(of_scene));
     open_session(Words(of_session));
   }
-  ~Session() {
+  ~PythonSession() {
     const py::gil_scoped_release released;
     end();
   }
-  Session(const Session&) = delete;
-  Session& operator=(const Session&) = delete;
+  PythonSession(const PythonSession&) = delete;
+  PythonSession& operator=(const PythonSession&) = delete;
 
   void close() {
     without_lock([&] { return end(); });
@@ -606,7 +607,7 @@ class Session {
     info.tool = words.text("tool");
     info.user = this;
     info.on_event = [](void* user, PalEventKind, const char* sentence) {
-      auto* const self = static_cast<Session*>(user);
+      auto* const self = static_cast<PythonSession*>(user);
       const std::lock_guard lock(self->mutex_);
       self->events_.emplace_back(sentence);
     };
@@ -638,15 +639,15 @@ class Session {
     return result == PAL_OK ? pal_view_read(view_.handle, 0, to, nullptr) : result;
   }
 
-  std::shared_ptr<Context> context_;
+  std::shared_ptr<PythonContext> context_;
   std::mutex mutex_;  ///< guards events_
   std::vector<std::string> events_;
   std::mutex view_mutex_;  ///< guards the view and its size
   uint32_t width_ = 0, height_ = 0;
   PalGrid first_grid_{};  ///< of frames in memory
-  Held<PalScene, pal_scene_close> scene_;
-  Held<PalSession, pal_session_close> session_;
-  Held<PalView, pal_view_close> view_;
+  UniqueHandle<PalScene, pal_scene_close> scene_;
+  UniqueHandle<PalSession, pal_session_close> session_;
+  UniqueHandle<PalView, pal_view_close> view_;
 };
 
 }  // namespace
@@ -668,40 +669,40 @@ PYBIND11_MODULE(_palpate, m) {
   m.attr("NO_REAL_TIME") = int(PAL_SESSION_NO_REAL_TIME);
   m.attr("DEAD_MAN") = int(PAL_SESSION_DEAD_MAN);
   m.attr("FOLLOW") = int(PAL_SESSION_FOLLOW);
-  py::class_<Context, std::shared_ptr<Context>>(m, "Context")
+  py::class_<PythonContext, std::shared_ptr<PythonContext>>(m, "Context")
       .def(py::init<const std::optional<std::string>&, bool>(), "device"_a = py::none(),
            "computes"_a = true)
-      .def_property_readonly("device", &Context::device)
-      .def_property_readonly("failed", [](const Context& of) { return of.failed.load(); });
-  py::class_<Motion>(m, "Motion")
-      .def("field", &Motion::field, "step"_a, "time_s"_a, "inverse"_a)
-      .def("confidence", &Motion::confidence, "step"_a)
-      .def("warp", &Motion::warp, "frame"_a, "step"_a, "time_s"_a, "inverse"_a)
-      .def("save", &Motion::save, "path"_a, "step"_a)
-      .def("geometry", &Motion::geometry)
-      .def("summary", &Motion::summary);
+      .def_property_readonly("device", &PythonContext::device)
+      .def_property_readonly("failed", [](const PythonContext& of) { return of.failed.load(); });
+  py::class_<PythonMotion>(m, "Motion")
+      .def("field", &PythonMotion::field, "step"_a, "time_s"_a, "inverse"_a)
+      .def("confidence", &PythonMotion::confidence, "step"_a)
+      .def("warp", &PythonMotion::warp, "frame"_a, "step"_a, "time_s"_a, "inverse"_a)
+      .def("save", &PythonMotion::save, "path"_a, "step"_a)
+      .def("geometry", &PythonMotion::geometry)
+      .def("summary", &PythonMotion::summary);
   m.def("estimate", &estimate, "context"_a, "frames"_a, "size"_a, "spacing"_a, "origin"_a,
         "direction"_a, "preset"_a, "times_s"_a, "mask"_a, "flags"_a, "progress"_a);
   m.def("open_motion", &opened_motion, "context"_a, "path"_a);
-  py::class_<Session>(m, "Session")
-      .def(py::init<std::shared_ptr<Context>, const py::dict&, const py::dict&>(), "context"_a,
-           "of_scene"_a, "of_session"_a)
-      .def("close", &Session::close)
-      .def("tick", &Session::tick, "position_m"_a, "time_ns"_a = 0, "buttons"_a = 0)
-      .def("stop", &Session::stop)
-      .def("at_rest", &Session::at_rest)
-      .def("play", &Session::play, "on"_a)
-      .def("scrub", &Session::scrub, "share"_a)
-      .def("rearm", &Session::rearm)
-      .def("place", &Session::place, "volume"_a, "world_from_volume"_a)
-      .def("set_mode", &Session::set_mode, "index"_a, "on"_a, "gain"_a)
-      .def("push_frame", &Session::push_frame, "frame"_a, "grid"_a, "time_ns"_a)
-      .def("replay", &Session::replay, "recording"_a, "tubes"_a)
-      .def("text", &Session::text, "which"_a)
-      .def("events", &Session::events)
-      .def("state", &Session::state)
-      .def("ask_tubes", &Session::ask_tubes, "action"_a)
-      .def("tubes", &Session::tubes)
-      .def("save_tubes", &Session::save_tubes, "path"_a)
-      .def("picture", &Session::picture);
+  py::class_<PythonSession>(m, "Session")
+      .def(py::init<std::shared_ptr<PythonContext>, const py::dict&, const py::dict&>(),
+           "context"_a, "of_scene"_a, "of_session"_a)
+      .def("close", &PythonSession::close)
+      .def("tick", &PythonSession::tick, "position_m"_a, "time_ns"_a = 0, "buttons"_a = 0)
+      .def("stop", &PythonSession::stop)
+      .def("at_rest", &PythonSession::at_rest)
+      .def("play", &PythonSession::play, "on"_a)
+      .def("scrub", &PythonSession::scrub, "share"_a)
+      .def("rearm", &PythonSession::rearm)
+      .def("place", &PythonSession::place, "volume"_a, "world_from_volume"_a)
+      .def("set_mode", &PythonSession::set_mode, "index"_a, "on"_a, "gain"_a)
+      .def("push_frame", &PythonSession::push_frame, "frame"_a, "grid"_a, "time_ns"_a)
+      .def("replay", &PythonSession::replay, "recording"_a, "tubes"_a)
+      .def("text", &PythonSession::text, "which"_a)
+      .def("events", &PythonSession::events)
+      .def("state", &PythonSession::state)
+      .def("ask_tubes", &PythonSession::ask_tubes, "action"_a)
+      .def("tubes", &PythonSession::tubes)
+      .def("save_tubes", &PythonSession::save_tubes, "path"_a)
+      .def("picture", &PythonSession::picture);
 }

@@ -90,8 +90,8 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
   vtkPalpateAlgorithm() = default;
   ~vtkPalpateAlgorithm() override = default;
 
-  using HeldEstimator = palpate::adapter::Held<PalEstimator, pal_estimator_close>;
-  using HeldMotion = palpate::adapter::Held<PalMotion, pal_motion_close>;
+  using UniqueEstimator = palpate::adapter::UniqueHandle<PalEstimator, pal_estimator_close>;
+  using UniqueMotion = palpate::adapter::UniqueHandle<PalMotion, pal_motion_close>;
 
   /// As it was asked for: no error.
   struct Stopped : std::runtime_error {
@@ -99,7 +99,7 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
   };
 
   /// An image as palpate reads it.
-  struct Frame {
+  struct InputImage {
     vtkImageData* image;
     PalGrid grid;
     PalSampleType type;
@@ -152,12 +152,12 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
   }
 
   /// What all filters have opened.
-  struct Opened {
+  struct SharedHandles {
     std::mutex mutex;
     std::map<std::string, std::weak_ptr<PalContext>> contexts;
   };
-  static Opened& opened() {
-    static Opened all;
+  static SharedHandles& opened() {
+    static SharedHandles all;
     return all;
   }
 
@@ -208,7 +208,7 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
   }
 
   /// `name` begins the sentence where it can not be read: "The fixed image".
-  static Frame frame_of(vtkImageData* image, const std::string& name) {
+  static InputImage frame_of(vtkImageData* image, const std::string& name) {
     if (!image) throw std::runtime_error(name + " is missing");
     vtkDataArray* const scalars = image->GetPointData()->GetScalars();
     if (!scalars) throw std::runtime_error(name + " has no scalars at its points");
@@ -217,7 +217,7 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
                                " values per voxel: take one with vtkImageExtractComponents");
     if (scalars->GetNumberOfTuples() != image->GetNumberOfPoints())
       throw std::runtime_error(name + " has not as many scalars as points");
-    Frame frame{image, {}, type_of(scalars->GetDataType(), name), scalars->GetVoidPointer(0)};
+    InputImage frame{image, {}, type_of(scalars->GetDataType(), name), scalars->GetVoidPointer(0)};
     const int* const extent = image->GetExtent();
     image->TransformIndexToPhysicalPoint(extent[0], extent[2], extent[4], frame.grid.origin_mm);
     for (int a = 0; a < 3; ++a) {
@@ -254,7 +254,7 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
   /// The samples of the mask at a port; null if there is none.
   static const uint8_t* mask_of(vtkInformationVector* port, const PalGrid& grid) {
     if (port->GetNumberOfInformationObjects() == 0) return nullptr;
-    const Frame mask = frame_of(vtkImageData::GetData(port), "The mask");
+    const InputImage mask = frame_of(vtkImageData::GetData(port), "The mask");
     if (mask.type != PAL_UINT8)
       throw std::runtime_error("The mask has other scalars than unsigned char");
     if (!is_same(mask.grid, grid))
@@ -263,13 +263,13 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
   }
 
   /// The motion between frames on one grid. `times_s`: of each of them, rising from 0.
-  void estimate(const std::vector<Frame>& frames, const std::vector<double>& times_s,
+  void estimate(const std::vector<InputImage>& frames, const std::vector<double>& times_s,
                 uint32_t flags, const uint8_t* mask, PalMotion*& motion) {
     verdict_.clear();
     reasons_.clear();
     // Its address is the observer's `user`: it must outlive the estimator.
     std::atomic<double> share{0.0};
-    HeldEstimator estimator;
+    UniqueEstimator estimator;
     PalEstimatorInfo info{};
     info.size = sizeof info;
     info.flags = flags | (check_ ? 0U : uint32_t(PAL_ESTIMATOR_NO_VERDICT));
@@ -399,13 +399,13 @@ class vtkPalpateMotion : public vtkPalpateAlgorithm {
                   vtkInformationVector* outputs) override {
     vtkImageData* const output = vtkImageData::GetData(outputs);
     const int done = guarded([&] {
-      const std::vector<Frame> frames = {
+      const std::vector<InputImage> frames = {
           frame_of(vtkImageData::GetData(inputs[0]), "The fixed image"),
           frame_of(vtkImageData::GetData(inputs[1]), "The moving image")};
       if (!is_same(frames[0].grid, frames[1].grid))
         throw std::runtime_error(
             "The moving image is not on the grid of the fixed one: resample it to that grid first");
-      HeldMotion motion;
+      UniqueMotion motion;
       estimate(frames, {0.0, 1.0}, 0, mask_of(inputs[2], frames[0].grid), motion.handle);
       PalFieldInfo step{};
       step.size = sizeof step;
@@ -563,7 +563,7 @@ class vtkPalpateSequence : public vtkPalpateAlgorithm {
     const int done = guarded([&] {
       std::vector<double> times;
       if (!has_file()) times = times_of(size_t(inputs[0]->GetNumberOfInformationObjects()));
-      const Frame frame = has_file() ? given_reference(inputs) : find_motion(inputs, times);
+      const InputImage frame = has_file() ? given_reference(inputs) : find_motion(inputs, times);
       const double begin = times.empty() ? 0.0 : times.front(), length = length_of(times);
       if (wanted->Has(vtkStreamingDemandDrivenPipeline::UPDATE_TIME_STEP())) {
         output_time_s_ = wanted->Get(vtkStreamingDemandDrivenPipeline::UPDATE_TIME_STEP());
@@ -642,13 +642,13 @@ class vtkPalpateSequence : public vtkPalpateAlgorithm {
   void read_motion() {
     if (is_current()) return;
     forget();
-    auto read = std::make_unique<HeldMotion>();
+    auto read = std::make_unique<UniqueMotion>();
     check(pal_motion_open(context(), motion_file_.c_str(), &read->handle));
     keep(std::move(read), {settings_changed()});
   }
 
   /// The reference frame of a motion file.
-  Frame given_reference(vtkInformationVector** inputs) {
+  InputImage given_reference(vtkInformationVector** inputs) {
     read_motion();
     const int given = inputs[0]->GetNumberOfInformationObjects();
     const auto all = int(summary_.frame_count), reference = int(summary_.reference_frame);
@@ -656,8 +656,8 @@ class vtkPalpateSequence : public vtkPalpateAlgorithm {
       throw std::runtime_error("The motion file has " + std::to_string(all) + " frames, but " +
                                std::to_string(given) + " are connected: connect all, or frame " +
                                std::to_string(reference) + " alone, counted from 0");
-    const Frame frame = frame_of(vtkImageData::GetData(inputs[0], given == 1 ? 0 : reference),
-                                 "The reference frame");
+    const InputImage frame = frame_of(vtkImageData::GetData(inputs[0], given == 1 ? 0 : reference),
+                                      "The reference frame");
     if (!fills(frame.grid, summary_.grid))
       throw std::runtime_error(
           "The reference frame does not lie where the motion file does: some readers of VTK leave "
@@ -690,7 +690,7 @@ class vtkPalpateSequence : public vtkPalpateAlgorithm {
   }
 
   /// The reference frame as it is `time_s` after the first one.
-  void carry(const Frame& frame, double time_s, float* values) {
+  void carry(const InputImage& frame, double time_s, float* values) {
     PalFieldInfo then{};
     then.size = sizeof then;
     then.flags = PAL_FIELD_TO_TIME | PAL_FIELD_INVERSE;
@@ -701,12 +701,12 @@ class vtkPalpateSequence : public vtkPalpateAlgorithm {
   }
 
   /// Finds the motion unless it is known, and says which frame it carries along.
-  Frame find_motion(vtkInformationVector** inputs, const std::vector<double>& times) {
+  InputImage find_motion(vtkInformationVector** inputs, const std::vector<double>& times) {
     const int count = inputs[0]->GetNumberOfInformationObjects();
     if (count < 3)
       throw std::runtime_error("A sequence has three frames or more, but " + std::to_string(count) +
                                " are connected: vtkPalpateMotion takes two");
-    std::vector<Frame> frames;
+    std::vector<InputImage> frames;
     std::vector<vtkMTimeType> stamps = {settings_changed()};
     for (int k = 0; k < count; ++k) {
       frames.push_back(frame_of(vtkImageData::GetData(inputs[0], k), "Frame " + std::to_string(k)));
@@ -721,7 +721,7 @@ class vtkPalpateSequence : public vtkPalpateAlgorithm {
       forget();
       std::vector<double> since_first;
       for (const double time_s : times) since_first.push_back(time_s - times.front());
-      auto found = std::make_unique<HeldMotion>();
+      auto found = std::make_unique<UniqueMotion>();
       estimate(frames, since_first, cyclic_ ? uint32_t(PAL_ESTIMATOR_CYCLIC) : 0U,
                mask_of(inputs[1], frames.front().grid), found->handle);
       keep(std::move(found), std::move(stamps));
@@ -735,7 +735,7 @@ class vtkPalpateSequence : public vtkPalpateAlgorithm {
     verdict_.clear();
     reasons_.clear();
   }
-  void keep(std::unique_ptr<HeldMotion> motion, std::vector<vtkMTimeType> stamps) {
+  void keep(std::unique_ptr<UniqueMotion> motion, std::vector<vtkMTimeType> stamps) {
     summary_ = summary_of(motion->handle);
     take_verdict(motion->handle);
     motion_ = std::move(motion);
@@ -748,9 +748,9 @@ class vtkPalpateSequence : public vtkPalpateAlgorithm {
   bool by_phase_ = true;
   double phase_ = 0.0, time_s_ = 0.0, output_time_s_ = 0.0;
   std::string motion_file_;
-  std::unique_ptr<HeldMotion> motion_;  ///< null: not known
-  PalMotionSummary summary_{};          ///< of it
-  std::vector<vtkMTimeType> known_;     ///< of the settings and inputs that it is of
+  std::unique_ptr<UniqueMotion> motion_;  ///< null: not known
+  PalMotionSummary summary_{};            ///< of it
+  std::vector<vtkMTimeType> known_;       ///< of the settings and inputs that it is of
 };
 
 #pragma GCC diagnostic pop

@@ -34,8 +34,8 @@ class ModeKinds {
   /// kBadInput for an unknown kind (naming the known ones) or a part of the scene the kind can not
   /// use.
   Result<std::shared_ptr<const Mode>> make(const ModeSpec& spec) const;
-  /// What the kind reads where the scene leaves it open: a surface stands across the gradient
-  /// whatever `vector` says.
+  /// Fills in what the kind reads where the scene leaves it open: a surface always uses the
+  /// gradient, whatever `vector` says.
   static ModeSpec completed(ModeSpec spec);
 
  private:

@@ -6,7 +6,7 @@
 namespace palpate {
 namespace {
 
-// A slope below this share of the value, per m, is what rounding makes of equal samples.
+// A slope below this share of the value, per m, is only rounding between equal samples.
 constexpr double kFlat_per_m = 1e-9;
 
 // A smooth distance grows by 1 per length beside its surface and is flat where another side of the

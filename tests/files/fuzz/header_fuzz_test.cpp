@@ -33,8 +33,8 @@ void run(void (*parse)(std::string_view), const std::vector<std::string>& seeds)
   for (const std::string& seed : seeds) mutator.run(seed, kRounds, parse);
 }
 
-Picture picture(size_t components, size_t frames) {
-  Picture result;
+ImageToWrite picture(size_t components, size_t frames) {
+  ImageToWrite result;
   result.grid = oblique_grid();
   result.components = components;
   result.frames.assign(frames, nullptr);
@@ -59,7 +59,7 @@ TEST(HeaderFuzz, SequenceMotionParserHolds) {
   for (const char* keys : {"0 0.25 1|1.5|1", "0 1 2 3|4|0", "0 1 2|0|0"}) {
     const std::string all = keys;
     const size_t first = all.find('|'), second = all.find('|', first + 1);
-    Picture one = picture(3, all.starts_with("0 1 2 3") ? 4 : 3);
+    ImageToWrite one = picture(3, all.starts_with("0 1 2 3") ? 4 : 3);
     one.times_s.clear();
     one.keys = {{"SequenceMotion.Version", "1"},
                 {"SequenceMotion.ReferenceFrame", "1"},

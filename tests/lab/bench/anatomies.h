@@ -43,7 +43,7 @@ std::vector<CaseSource> large_motion_cases(const std::filesystem::path& data);
 /// `data` that are missing give no pairs.
 std::vector<CaseSource> sized_cases(const std::filesystem::path& data);
 
-/// The value at a continuous index by Catmull-Rom's cubic, the border value held outside. Any
+/// The value at a continuous index by Catmull-Rom's cubic, the border value clamped outside. Any
 /// thread.
 double cubic(const Volume& image, glm::dvec3 index);
 

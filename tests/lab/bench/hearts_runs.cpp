@@ -63,7 +63,7 @@ class Reference {
   explicit Reference(const SequenceMap* map) : map_(map) {}
   glm::dvec3 of(glm::dvec3 x, FramePointer at) {
     if (!map_) return x;
-    SequenceMoment now(*map_, map_->basis().at(at.frame, at.phase));
+    SequenceSnapshot now(*map_, map_->basis().at(at.frame, at.phase));
     const glm::dvec3 start = known_ ? last_ + (x - last_x_) : x;
     BackTrack found = back_track(now, x, start);
     if (!found.ok) found = back_track(now, x, x);
@@ -186,7 +186,7 @@ RunResult lean_on(const Subject& subject, const Wall& wall, const Felt& felt, bo
       LargestChange& most = result.change;
       most.beyond_n = std::max(most.beyond_n, change_n - by_hand_n);
       if (change_n > most.n_per_ms)
-        most = {change_n, by_hand_n, most.beyond_n, felt_now.cause, felt_now.held, time_s};
+        most = {change_n, by_hand_n, most.beyond_n, felt_now.cause, felt_now.frozen, time_s};
     }
     last_wanted_n = felt_now.wanted_n;
     last_probe = felt_now.probe_m;

@@ -12,8 +12,8 @@
 namespace palpate::bench {
 namespace {
 
-constexpr int kRepeats =
-    5;  // of a step between two stamps: short ones drown in the stamp otherwise
+// of a step between two stamps: short ones drown in the stamp otherwise
+constexpr int kRepeats = 5;
 
 /// What a step costs over all levels; bytes 0: not told.
 struct Total {

@@ -103,7 +103,7 @@ double computing_us(int exchanges) {
     const auto joints = falcon::inverse(kPlace + glm::dvec3(0.0, 1e-5 * n, 0.0));
     const glm::dvec3 counts = falcon::encoder_counts(joints->arm);
     // An answer is laid out as a command is, but for one byte of flags.
-    falcon::Command command;
+    falcon::FalconCommand command;
     for (int e = 0; e < 3; ++e) command.motors[size_t(e)] = int16_t(std::lround(counts[e]));
     falcon::Packet packet = falcon::encode(command);
     packet[13] = uint8_t('A' + (falcon::kAllHomed << 4));
@@ -117,7 +117,7 @@ double computing_us(int exchanges) {
   for (int n = 0; n < exchanges; ++n) {
     const auto joints = falcon::inverse(position);
     const auto rows = joints ? falcon::jacobian(*joints) : std::nullopt;
-    falcon::Command command;
+    falcon::FalconCommand command;
     if (rows) command.motors = falcon::motor_counts(*rows, {0.5, -0.2, 2.0 - 1e-3 * (n & 63)});
     const glm::dvec3 force_n = rows ? falcon::force_of(*rows, command.motors) : glm::dvec3(0.0);
     sum += falcon::encode(command)[3];

@@ -155,7 +155,7 @@ report::Page page_of(const ChartCommand& command, const vulkan::Context& context
   page.lead =
       "What palpate costs on this machine, and how good the result is. Every number and every "
       "sentence in green comes from this run.";
-  const vulkan::DeviceInfo& info = context.info();
+  const vulkan::GpuInfo& info = context.info();
   page.conditions = {{"Device", info.name},
                      {"Driver", info.driver},
                      {"CPU threads", std::to_string(std::thread::hardware_concurrency())},

@@ -249,7 +249,7 @@ report::Table inverting_table(const Data& data, const SequenceMotion& motion) {
         glm::dvec3(share(random), share(random), share(random)) * glm::dvec3(grid.size - 1);
     const glm::dvec3 target = volume_from_lps(grid.lps_from_index(index));
     const double t = end_s * share(random);
-    SequenceMoment moment(*map, motion.basis.at(t));
+    SequenceSnapshot moment(*map, motion.basis.at(t));
     const BackTrack first = back_track(moment, target, target);
     steps += size_t(first.steps);
     cold += !first.ok;

@@ -267,7 +267,7 @@ class Watch final : public TickListener {
 /// A hand that goes in and out of the heart, and about it.
 devices::ScriptedPath wandering(double seconds, uint32_t seed) {
   Draws draws(seed);
-  std::vector<devices::ScriptedPath::Point> points;
+  std::vector<devices::ScriptedPath::PathPoint> points;
   glm::dvec3 towards(0.0, 0.0, 1.0);
   for (double t = 0.0; t < seconds + 5.0; t += draws.even(0.2, 0.8)) {
     towards = glm::normalize(towards + draws.vector(0.7));

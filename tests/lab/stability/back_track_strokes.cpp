@@ -49,7 +49,7 @@ Stroke stroked(AnyHand& hand, glm::dvec3 axis, glm::dvec3 across, double hand_m_
     const double r = std::max(0.0225, 0.037 - 2e-5 * i);
     const glm::dvec3 probe = r * (glm::angleAxis(hand_m_per_s * 1e-3 * i / 0.03, axis) * across);
     const TickOutput out = hand.to(probe);
-    stroke.held |= out.held;
+    stroke.held |= out.frozen;
     const double own_n = i ? kStrokeStiffness * glm::length(probe - last_m) : 0.0;
     if (i) stroke.worst_n = std::max(stroke.worst_n, glm::length(out.wanted_n - last_n) - own_n);
     last_n = out.wanted_n;

@@ -72,7 +72,7 @@ Darts darted_by(const SceneSpec& spec, const std::shared_ptr<const MovingVolume>
     if (!strong) darts.deepest_m = std::max(darts.deepest_m, behind);
     darts.strong += strong;
     darts.through += through;
-    darts.unseen += through && !out.held;
+    darts.unseen += through && !out.frozen;
     if (!strong && !through) continue;
     hand = make();
     path = Darting(how);

@@ -46,7 +46,7 @@ LeaningResult lean(const LeaningCase& at, bool metered,
   Hand hand(spec, {data}, options);
   const glm::dvec3 start(0.030, 0.003, 0.0), meant(0.020, 0.003, 0.0);
   devices::HeldMass mass(held_body(), start);
-  double work_j = 0.0, held_j = 0.0;
+  double work_j = 0.0, sampling_j = 0.0;
   LeaningResult result;
   glm::dvec3 force(0.0);
   for (int i = 0; i < int(at.seconds / kFrame_s); ++i) {
@@ -54,9 +54,9 @@ LeaningResult lean(const LeaningCase& at, bool metered,
     mass.advance(kFrame_s, force, i ? meant : start, meant);
     const glm::dvec3 moved = mass.position_m() - before;
     work_j += glm::dot(force, moved);
-    held_j += 0.5 * spec.stiffness_n_per_m * glm::dot(moved, moved);
+    sampling_j += 0.5 * spec.stiffness_n_per_m * glm::dot(moved, moved);
     const double may = options.tank.capacity_j + options.tank.allowance_w * kFrame_s * (i + 1);
-    result.beyond_j = std::max(result.beyond_j, work_j - may - held_j);
+    result.beyond_j = std::max(result.beyond_j, work_j - may - sampling_j);
     force = hand.to(mass.position_m()).wanted_n;
   }
   result.refused_j = hand.haptics.tank().ledger().refused_j;

@@ -14,9 +14,9 @@ namespace {
 
 constexpr double kPeriod_s = 1e-3;
 constexpr int kHandCount = 5;
-constexpr std::array<devices::Hand, kHandCount> kHands = {
+constexpr std::array<devices::HandImpedance, kHandCount> kHands = {
     devices::kNoHand, devices::kLooseHand, devices::kHumanHand, devices::kFirmHand,
-    devices::Hand{.stiffness_n_per_m = 500.0}};
+    devices::HandImpedance{.stiffness_n_per_m = 500.0}};
 // A tank's books are kept to this.
 constexpr double kRounding_j = 1e-6;
 

@@ -51,8 +51,8 @@ Found found(const std::shared_ptr<vulkan::Context>& context, const MotionPair& p
 struct Score {
   double mean_voxels = 0.0;  ///< endpoint error, in voxels of the finest axis
   double wrong_share = 0.0;  ///< of the scored voxels with an error above a voxel
-  double unseen_share =
-      0.0;  ///< of those: with a confidence that is not low, which speaks for them
+  /// of those: with a confidence that is not low, which speaks for them
+  double unseen_share = 0.0;
 };
 
 /// Holds it against the truth where the pair's mask is set. Throws std::runtime_error where that is

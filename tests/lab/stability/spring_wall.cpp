@@ -15,8 +15,8 @@ namespace {
 constexpr double kPeriod_s = 1e-3;
 constexpr double kLost_m = 1.0;
 constexpr double kExact_m = 1e-6;  ///< what counts as rest with an exact encoder
-constexpr std::array<devices::Hand, 4> kHands = {devices::kNoHand, devices::kLooseHand,
-                                                 devices::kHumanHand, devices::kFirmHand};
+constexpr std::array<devices::HandImpedance, 4> kHands = {devices::kNoHand, devices::kLooseHand,
+                                                          devices::kHumanHand, devices::kFirmHand};
 
 /// Slowest decay, 1/s, and frequency, rad/s, of the loop without rounding: M s^2 + d s + k with the
 /// part of the damping that sampling and delay leave.
@@ -72,7 +72,8 @@ StabilityCase stability_case(uint32_t seed, double c) {
   at.offset_m = draws.even(0.0, 1.0) * at.resolution_m;
   at.hand = std::min(4, int(draws.even(0.0, 5.0)));
   const double spring = draws.log_even(20.0, 2000.0);
-  at.body.hand = at.hand < 4 ? kHands[size_t(at.hand)] : devices::Hand{.stiffness_n_per_m = spring};
+  at.body.hand =
+      at.hand < 4 ? kHands[size_t(at.hand)] : devices::HandImpedance{.stiffness_n_per_m = spring};
   at.press_n = draws.log_even(0.1, 3.0);
   at.impact_m_per_s = draws.log_even(0.01, 0.3);
   at.stiffness_n_per_m = c * stable_stiffness(at.body.damping_n_s_per_m, kPeriod_s, at.delay_s);

@@ -128,7 +128,7 @@ void run_stroke(AnyHand& hand, const Stroke& path, const FeelSetting& setting, c
     sums.squares += error * error;
     sums.most = std::max(sums.most, error);
     sums.exact_squares += wanted * wanted;
-    sums.held += out.held;
+    sums.held += out.frozen;
   }
 }
 

@@ -27,7 +27,7 @@ struct Samples {
   }
   T& at(glm::ivec3 i) { return values[offset(i)]; }
   const T& at(glm::ivec3 i) const { return values[offset(i)]; }
-  /// The border value is held outside.
+  /// The border value is clamped outside.
   const T& held(glm::ivec3 i) const { return at(glm::clamp(i, glm::ivec3(0), size - 1)); }
 };
 
@@ -50,7 +50,7 @@ struct Tap {
 };
 std::array<Tap, 8> trilinear_taps(glm::dvec3 index);
 
-/// The trilinear value at a continuous index, border held. Samples of weight 0 take no part,
+/// The trilinear value at a continuous index, border clamped. Samples of weight 0 take no part,
 /// whatever they are.
 template <class T>
 T sample(const Samples<T>& from, glm::dvec3 index) {
@@ -80,7 +80,7 @@ Scalars downsample(const Scalars& fine, glm::ivec3 ratio);
 Texels moments(const Scalars& image, glm::ivec3 cell);
 
 /// The Gaussian of `sigma` samples along one axis: weights exp(-k^2 / 2 sigma^2) for |k| <= 3 sigma
-/// (and at most shaders::kMaxRadius), normalised to 1; nothing below 0.3 samples. Border held.
+/// (and at most shaders::kMaxRadius), normalised to 1; nothing below 0.3 samples. Border clamped.
 Texels gauss(const Texels& image, int axis, double sigma);
 /// The same along all three axes.
 Texels gauss(const Texels& image, glm::dvec3 sigma);
@@ -89,7 +89,7 @@ Texels gauss(const Texels& image, glm::dvec3 sigma);
 /// trilinearly.
 Scalars normalise(const Scalars& image, const Texels& moments, glm::ivec3 cell, double noise_sd);
 
-/// (gx gy gz I): central differences in 1/mm, border held, within +- shaders::kLargestGradient;
+/// (gx gy gz I): central differences in 1/mm, border clamped, within +- shaders::kLargestGradient;
 /// kOutside where the mask (may be null) is 0.
 Texels pack(const Scalars& image, glm::dvec3 spacing_mm, const Scalars* mask);
 
@@ -162,13 +162,13 @@ Vectors ahead(const Vectors& u, const Vectors& before, double momentum);
 /// p <- P((p + t D u) / (1 + t e / c)), P the projection onto the ball of radius c, over the nine
 /// numbers of a cell together; (D u)_a(i) = s_a (u(i + e_a) - u(i)), 0 on the last cell. more:
 /// null, or what is added to c of a cell, as a share of it: the mean over the cell and the next one
-/// along each axis, border held; a thousandth of c always remains.
+/// along each axis, border clamped; a thousandth of c always remains.
 Dual tv_dual(const Vectors& u, const Dual& p, glm::dvec3 slope, double c_mm, double step,
              double huber_mm, const Scalars* more = nullptr);
 
 // Fields.
 
-/// to(i) = from(scale i + offset), trilinear, border held.
+/// to(i) = from(scale i + offset), trilinear, border clamped.
 Vectors upsample(const Vectors& from, glm::ivec3 to_cells, glm::dvec3 scale, glm::dvec3 offset);
 
 /// Per brick of shaders::kBrick^3 cells: x = the largest |u - seen| in units of `unit_mm`, y = the
@@ -217,7 +217,7 @@ Vectors blend(const Scalars& flags, const Vectors& field);
 Vectors blend_along(const Scalars& flags, const Vectors& field, glm::dvec3 cell_mm, int length);
 
 /// from(scale i + offset) by Catmull and Rom's cubic along each axis in the share `cubic`, and else
-/// linearly; border held.
+/// linearly; border clamped.
 Vectors upsample_cubic(const Vectors& from, glm::ivec3 to_cells, glm::dvec3 scale,
                        glm::dvec3 offset, double cubic);
 

@@ -44,7 +44,7 @@ void parse_x3d_file(std::string_view bytes) {
     for (const double time_s : {0.0, 0.37, 1e5})
       require(bool(check(driven(v.drive, v.transform, time_s))), "volumes move to places");
     Look look;
-    look.points = v.seen.points;
+    look.points = v.appearance.points;
     require(bool(check(look)), "looks can be drawn");
     require(v.cycle_s >= 0.0 && std::isfinite(v.cycle_s), "cycles are finite");
   }

@@ -28,8 +28,8 @@ struct Setup {
   double rate_hz = 90.0;
   bool headset_on = true;  ///< false: FORM_FACTOR_UNAVAILABLE
   bool runtime_up = true;  ///< false: xrCreateInstance gives RUNTIME_FAILURE
-  bool own_devices_only =
-      false;              ///< sessions only with the last VkDevice made through this instance
+  /// sessions only with the last VkDevice made through this instance
+  bool own_devices_only = false;
   bool automatic = true;  ///< the session's states come by themselves
   bool should_render = true;
   /// What the optics hide of each view, in its plane z = -1: triangles, one after the other.

@@ -18,8 +18,8 @@ struct Fov {
   double left = 0, right = 0, up = 0, down = 0;
 };
 
-/// What of an eye's picture the optics hide: triangles in the plane z = -1 of the eye. Empty: all
-/// is seen, or the runtime does not say.
+/// The part of an eye's picture that the optics hide: triangles in the plane z = -1 of the eye.
+/// Empty: nothing is hidden, or it is not known.
 struct HiddenMesh {
   std::vector<glm::vec2> vertices;
   std::vector<uint32_t> triangles;  ///< three indices each
@@ -27,7 +27,7 @@ struct HiddenMesh {
 };
 
 /// One eye of a frame.
-struct Eye {
+struct EyeView {
   Pose world_from_eye;
   Fov fov;
   VkExtent2D size{};                   ///< pixels to fill, from the image's corner (0, 0)
@@ -43,11 +43,11 @@ struct Target {
 };
 
 /// A frame to draw.
-struct Frame {
-  int64_t display_time_ns = 0;     ///< of the monotonic clock: when the person will see it
+struct HeadsetFrame {
+  int64_t display_time_ns = 0;     ///< of the monotonic clock: when it will be displayed
   bool display_time_exact = true;  ///< false: the runtime can not convert its time, it was guessed
   int64_t period_ns = 0;           ///< of the display
-  std::array<Eye, 2> eyes;         ///< left, right
+  std::array<EyeView, 2> eyes;     ///< left, right
   const Hands* hands = nullptr;    ///< never null; at the display time
   Target color;
   Target depth;  ///< image is null where the runtime takes no depth
@@ -57,7 +57,7 @@ struct Frame {
 struct Drawn {
   bool color = false;  ///< false: nothing to show this time
   bool depth = false;  ///< the depth target was written
-  /// Pixels of each eye that were filled, from the corner (0, 0), where fewer than Eye::size:
+  /// Pixels of each eye that were filled, from the corner (0, 0), where fewer than EyeView::size:
   /// the whole view in fewer pixels, which the runtime enlarges. 0: all of them.
   VkExtent2D size{};
   /// Distances that depth 0 and 1 stand for, m. Reversed depth: near is the larger; infinity is
@@ -71,17 +71,17 @@ struct Drawn {
 /// sRGB: `color.format` is an _SRGB one wherever the runtime offers one. Its bytes are to be
 /// sRGB-encoded already. B8G8R8A8 wants blue first; a format that is not _SRGB, 8-bit _UNORM or
 /// R16G16B16A16_SFLOAT, wants linear values (OpenXR 1.0, XrSwapchain).
-class FrameSource {
+class PictureSource {
  public:
-  virtual ~FrameSource() = default;
+  virtual ~PictureSource() = default;
   /// The device on which record() will work, called before the first record() and again whenever it
   /// is another one. What it takes to draw may be made here. An error is taken as kNoGraphics.
   virtual Status use(const std::shared_ptr<vulkan::Context>& context) = 0;
   /// Everything made on the device of the last use() must go: its work has ended.
   virtual void drop() noexcept = 0;
-  /// Draws both eyes. The commands of the frame before have ended. Barriers towards its own
-  /// resources are the source's; those of the targets are the caller's. May throw vulkan::Failure.
-  virtual Drawn record(const Frame& frame, VkCommandBuffer commands) = 0;
+  /// Draws both eyes. The commands of the frame before have ended. The source records barriers for
+  /// its own resources, the caller those for the targets. May throw vulkan::Failure.
+  virtual Drawn record(const HeadsetFrame& frame, VkCommandBuffer commands) = 0;
 };
 
 }  // namespace palpate::xr

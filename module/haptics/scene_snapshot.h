@@ -10,20 +10,20 @@
 namespace palpate {
 
 /// Where a volume is in space and in its own time.
-struct VolumeMoment {
+struct VolumeSnapshot {
   Transform world_from_volume;
   double time_s = 0.0;  ///< of the sequence
   double rate = 0.0;    ///< s per s, ramps included
 };
 
-/// What an eye needs to know of a haptic frame: plain data, handed over by value.
-struct SceneMoment {
+/// What a viewer needs to know of a haptic frame: plain data, handed over by value.
+struct SceneSnapshot {
   static constexpr int kMostVolumes = 8;
 
   int64_t now_ns = 0;  ///< monotonic time of the tick
   int volume_count = 0;
-  std::array<VolumeMoment, kMostVolumes> volumes;  ///< in the scene's order
-  glm::dvec3 probe_m{0.0}, proxy_m{0.0};           ///< world
+  std::array<VolumeSnapshot, kMostVolumes> volumes;  ///< in the scene's order
+  glm::dvec3 probe_m{0.0}, proxy_m{0.0};             ///< world
   glm::dvec3 force_n{0.0};  ///< that reaches the hand, along the world's axes
   Cause cause = Cause::kStarting;
   bool in_contact = false;

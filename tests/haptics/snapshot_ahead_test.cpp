@@ -1,5 +1,5 @@
 // Oracle: motions whose place at any time is known.
-#include "module/haptics/moment_ahead.h"
+#include "module/haptics/snapshot_ahead.h"
 
 #include <gtest/gtest.h>
 
@@ -8,12 +8,12 @@
 namespace palpate::test {
 namespace {
 
-SceneMoment moment_at(int64_t ns, const Transform& place) {
-  SceneMoment moment;
-  moment.now_ns = ns;
-  moment.volume_count = 1;
-  moment.volumes[0].world_from_volume = place;
-  return moment;
+SceneSnapshot snapshot_at(int64_t ns, const Transform& place) {
+  SceneSnapshot snapshot;
+  snapshot.now_ns = ns;
+  snapshot.volume_count = 1;
+  snapshot.volumes[0].world_from_volume = place;
+  return snapshot;
 }
 
 /// Drawn along, turned and growing, all evenly.
@@ -25,12 +25,12 @@ Transform moving(double t) {
   return place;
 }
 
-TEST(MomentAhead, MeetsAnEvenMotionAtTheTimeOfDisplay) {
-  MomentAhead ahead;
+TEST(SnapshotAhead, MeetsAnEvenMotionAtTheTimeOfDisplay) {
+  SnapshotAhead ahead;
   for (int k = 0; k < 200; ++k) {
     const int64_t now_ns = 1'000'000'000 + int64_t(11'000'000) * k;
-    const SceneMoment then =
-        ahead.at(moment_at(now_ns, moving(1e-9 * double(now_ns))), now_ns + 25'000'000);
+    const SceneSnapshot then =
+        ahead.at(snapshot_at(now_ns, moving(1e-9 * double(now_ns))), now_ns + 25'000'000);
     if (k < 1) continue;
     const Transform expected = moving(1e-9 * double(now_ns + 25'000'000));
     const Transform& found = then.volumes[0].world_from_volume;
@@ -42,26 +42,28 @@ TEST(MomentAhead, MeetsAnEvenMotionAtTheTimeOfDisplay) {
   }
 }
 
-TEST(MomentAhead, LeavesWhatStandsStillToTheBit) {
-  MomentAhead ahead;
+TEST(SnapshotAhead, LeavesWhatStandsStillToTheBit) {
+  SnapshotAhead ahead;
   const Transform place = moving(0.7);
   for (int k = 0; k < 20; ++k) {
     const int64_t now_ns = 1'000'000'000 + int64_t(7'000'000) * k;
-    EXPECT_EQ(ahead.at(moment_at(now_ns, place), now_ns + 20'000'000).volumes[0].world_from_volume,
-              place);
+    EXPECT_EQ(
+        ahead.at(snapshot_at(now_ns, place), now_ns + 20'000'000).volumes[0].world_from_volume,
+        place);
   }
 }
 
-TEST(MomentAhead, DoesNotGuessFarOrFromLongAgo) {
-  MomentAhead ahead;
-  ahead.at(moment_at(1'000'000'000, moving(1.0)), 1'000'000'000);
+TEST(SnapshotAhead, DoesNotGuessFarOrFromLongAgo) {
+  SnapshotAhead ahead;
+  ahead.at(snapshot_at(1'000'000'000, moving(1.0)), 1'000'000'000);
   // Two seconds later nothing is known of its speed.
   EXPECT_EQ(
-      ahead.at(moment_at(3'000'000'000, moving(3.0)), 3'020'000'000).volumes[0].world_from_volume,
+      ahead.at(snapshot_at(3'000'000'000, moving(3.0)), 3'020'000'000).volumes[0].world_from_volume,
       moving(3.0));
   // Then it is; a display that is a second away is taken for one at 50 ms.
-  const Transform found =
-      ahead.at(moment_at(3'010'000'000, moving(3.01)), 4'000'000'000).volumes[0].world_from_volume;
+  const Transform found = ahead.at(snapshot_at(3'010'000'000, moving(3.01)), 4'000'000'000)
+                              .volumes[0]
+                              .world_from_volume;
   EXPECT_LE(glm::distance(found.translation_m, moving(3.06).translation_m), 1e-12);
 }
 

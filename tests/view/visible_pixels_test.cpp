@@ -1,5 +1,5 @@
 // What the optics hide is not drawn, and nothing else changes.
-#include "module/view/seen_pixels.h"
+#include "module/view/visible_pixels.h"
 
 #include <random>
 
@@ -55,7 +55,7 @@ std::vector<bool> hidden_with_neighbours(const Mesh& mesh, const Eye& eye, Pictu
   return all;
 }
 
-TEST(SeenPixels, AreThoseWhoseNeighboursAreNotAllInATriangle) {
+TEST(VisiblePixels, AreThoseWhoseNeighboursAreNotAllInATriangle) {
   for (unsigned seed = 1; seed <= 40; ++seed) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> place(-1.6, 1.6);
@@ -73,8 +73,8 @@ TEST(SeenPixels, AreThoseWhoseNeighboursAreNotAllInATriangle) {
         meshes[e].indices.push_back(k);
       }
     }
-    const SeenPixels seen =
-        seen_pixels(eyes, std::array{meshes[0].triangles(), meshes[1].triangles()}, size);
+    const VisiblePixels visible =
+        visible_pixels(eyes, std::array{meshes[0].triangles(), meshes[1].triangles()}, size);
     int hidden = 0;
     for (int e = 0; e < 2; ++e) {
       const auto expected = hidden_with_neighbours(meshes[size_t(e)], eyes[size_t(e)], size);
@@ -82,7 +82,7 @@ TEST(SeenPixels, AreThoseWhoseNeighboursAreNotAllInATriangle) {
         for (int x = 0; x < size.width; ++x) {
           const bool is_hidden = expected[size_t(x + size.width * y)];
           hidden += is_hidden;
-          ASSERT_EQ(seen.seen(e, x, y), !is_hidden)
+          ASSERT_EQ(visible.visible(e, x, y), !is_hidden)
               << "seed " << seed << ", eye " << e << ", pixel " << x << " " << y;
         }
     }
@@ -90,14 +90,14 @@ TEST(SeenPixels, AreThoseWhoseNeighboursAreNotAllInATriangle) {
   }
 }
 
-TEST(SeenPixels, LeaveNoGapBetweenTrianglesThatShareAnEdge) {
+TEST(VisiblePixels, LeaveNoGapBetweenTrianglesThatShareAnEdge) {
   // A square all around, of two triangles whose common edge goes through pixel centres.
   const Mesh mesh{{{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}, {0, 1, 2, 0, 2, 3}};
   Eye eye;
   const PictureSize size{64, 64};
-  const SeenPixels seen = seen_pixels(std::array{eye}, std::array{mesh.triangles()}, size);
+  const VisiblePixels visible = visible_pixels(std::array{eye}, std::array{mesh.triangles()}, size);
   for (int y = 0; y < size.height; ++y)
-    for (int x = 0; x < size.width; ++x) EXPECT_FALSE(seen.seen(0, x, y)) << x << " " << y;
+    for (int x = 0; x < size.width; ++x) EXPECT_FALSE(visible.visible(0, x, y)) << x << " " << y;
 }
 
 using SeenPixelsDrawn = ViewTest;
@@ -121,23 +121,23 @@ TEST_F(SeenPixelsDrawn, ChangeNothingInsideAndCostNothingOutside) {
   const uint64_t all = drawing->statistics().samples_taken;
   ASSERT_GT(all, 10'000u);
   // A slanted border, another one for each eye; then its opposite.
-  auto one = std::make_shared<SeenPixels>(), other = std::make_shared<SeenPixels>();
-  *one = seen_pixels(eyes, std::array{HiddenTriangles{}, HiddenTriangles{}}, size);
+  auto one = std::make_shared<VisiblePixels>(), other = std::make_shared<VisiblePixels>();
+  *one = visible_pixels(eyes, std::array{HiddenTriangles{}, HiddenTriangles{}}, size);
   *other = *one;
   const auto is_one = [&](int eye, int x, int y) { return 3 * x + (eye ? -1 : 1) * y > 130; };
   const int across = (size.width + 7) / 8, down = (size.height + 7) / 8;
   for (int e = 0; e < 2; ++e)
     for (int y = 0; y < size.height; ++y)
       for (int x = 0; x < size.width; ++x) {
-        ASSERT_TRUE(one->seen(e, x, y)) << "nothing is hidden yet";
+        ASSERT_TRUE(one->visible(e, x, y)) << "nothing is hidden yet";
         auto& hides = is_one(e, x, y) ? *other : *one;
         hides.tiles[size_t(x / 8 + across * (y / 8 + down * e))] &=
             ~(uint64_t{1} << (x % 8 + 8 * (y % 8)));
       }
   uint64_t sum = 0;
   for (const bool first : {true, false}) {
-    const auto& seen = first ? one : other;
-    ASSERT_TRUE(drawing->start(scene, eyes, size, seen));
+    const auto& visible = first ? one : other;
+    ASSERT_TRUE(drawing->start(scene, eyes, size, visible));
     sum += drawing->statistics().samples_taken;
     for (int e = 0; e < 2; ++e) {
       const auto picture = drawing->read_back(e);

@@ -1,4 +1,4 @@
-#include "module/view/seen_pixels.h"
+#include "module/view/visible_pixels.h"
 
 #include <algorithm>
 #include <cassert>
@@ -105,18 +105,18 @@ Hidden hidden_from(const Eye& eye, const HiddenTriangles& triangles, PictureSize
 
 }  // namespace
 
-bool SeenPixels::seen(int eye, int x, int y) const {
+bool VisiblePixels::visible(int eye, int x, int y) const {
   const int across = tiles_along(size.width), down = tiles_along(size.height);
   const uint64_t tile = tiles[size_t(x / kTile + across * (y / kTile + down * eye))];
   return (tile >> (x % kTile + kTile * (y % kTile)) & 1U) != 0;
 }
 
-SeenPixels seen_pixels(std::span<const Eye> eyes, std::span<const HiddenTriangles> hidden,
-                       PictureSize size) {
+VisiblePixels visible_pixels(std::span<const Eye> eyes, std::span<const HiddenTriangles> hidden,
+                             PictureSize size) {
   assert(eyes.size() == hidden.size() && "each eye has its own hidden triangles");
-  SeenPixels seen{size, int(eyes.size()), {}};
+  VisiblePixels visible{size, int(eyes.size()), {}};
   const int across = tiles_along(size.width), down = tiles_along(size.height);
-  seen.tiles.reserve(eyes.size() * size_t(across) * size_t(down));
+  visible.tiles.reserve(eyes.size() * size_t(across) * size_t(down));
   for (size_t e = 0; e < eyes.size(); ++e) {
     const Hidden pixels = hidden_from(eyes[e], hidden[e], size);
     for (int row = 0; row < down; ++row)
@@ -124,10 +124,10 @@ SeenPixels seen_pixels(std::span<const Eye> eyes, std::span<const HiddenTriangle
         uint64_t word = 0;
         for (int y = 0; y < std::min(kTile, size.height - kTile * row); ++y)
           word |= (~pixels.byte(tile, kTile * row + y) & 0xffU) << kTile * y;
-        seen.tiles.push_back(word);
+        visible.tiles.push_back(word);
       }
   }
-  return seen;
+  return visible;
 }
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-#include "module/haptics/moment_ahead.h"
+#include "module/haptics/snapshot_ahead.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,8 +6,8 @@
 namespace palpate {
 namespace {
 
-constexpr int64_t kApart_ns = 4'000'000;     // closer, and rounding is all that differs
-constexpr int64_t kTooOld_ns = 300'000'000;  // what was then says nothing of now
+constexpr int64_t kApart_ns = 4'000'000;     // closer snapshots differ by little but rounding
+constexpr int64_t kTooOld_ns = 300'000'000;  // older snapshots say nothing about now
 constexpr double kFurthest_s = 0.05;
 
 /// The turn q taken `share` times.
@@ -32,22 +32,22 @@ Transform ahead(const Transform& before, const Transform& now, double share) {
 
 }  // namespace
 
-SceneMoment MomentAhead::at(const SceneMoment& moment, int64_t display_ns) {
-  if (moment.now_ns - newest_.now_ns >= kApart_ns) {
+SceneSnapshot SnapshotAhead::at(const SceneSnapshot& snapshot, int64_t display_ns) {
+  if (snapshot.now_ns - newest_.now_ns >= kApart_ns) {
     before_ = newest_;
-    newest_ = moment;
+    newest_ = snapshot;
   }
-  const int64_t apart_ns = moment.now_ns - before_.now_ns;
-  const bool known = before_.volume_count == moment.volume_count && apart_ns >= kApart_ns &&
+  const int64_t apart_ns = snapshot.now_ns - before_.now_ns;
+  const bool known = before_.volume_count == snapshot.volume_count && apart_ns >= kApart_ns &&
                      apart_ns <= kTooOld_ns;
-  if (!known) return moment;
-  const double ahead_s = std::clamp(1e-9 * double(display_ns - moment.now_ns), 0.0, kFurthest_s);
+  if (!known) return snapshot;
+  const double ahead_s = std::clamp(1e-9 * double(display_ns - snapshot.now_ns), 0.0, kFurthest_s);
   const double share = ahead_s / (1e-9 * double(apart_ns));
-  SceneMoment then = moment;
-  for (int v = 0; v < moment.volume_count; ++v)
+  SceneSnapshot then = snapshot;
+  for (int v = 0; v < snapshot.volume_count; ++v)
     then.volumes[size_t(v)].world_from_volume =
         ahead(before_.volumes[size_t(v)].world_from_volume,
-              moment.volumes[size_t(v)].world_from_volume, share);
+              snapshot.volumes[size_t(v)].world_from_volume, share);
   return then;
 }
 

@@ -17,12 +17,12 @@
 // 4        in/out     uint                    bricks listed    bit n: there is work for candidate n
 //
 // One invocation: one cell. Border: a candidate outside the field is none. Precision: fp32. Race: atomic or.
-// CPU oracle: oracle::sliding_look.
+// CPU oracle: oracle::sliding_work.
 TEXELS(1, costs, rgba16f);
 TEXELS(2, field, rgba32f);
 layout(set = 0, binding = 3) uniform writeonly image3D chosen;
 layout(set = 0, binding = 4) buffer Work { uint work[]; };
-layout(push_constant) uniform Push { SlidingLookPush push; };
+layout(push_constant) uniform Push { SlidingWorkPush push; };
 
 void main() {
   const ivec3 cell = brick_cell();
