@@ -16,6 +16,7 @@
 /// patient and no unit: taken as LPS and mm, as ITK does. Touches no file.
 inline palpate::Result<palpate::files::Raster> parse_vtk_header(const std::filesystem::path& file,
                                                                 std::string_view text) {
+  using palpate::SampleType;
   using namespace palpate::files;
   static const std::map<std::string, SampleType> types = {
       {"char", SampleType::kInt8},   {"unsigned_char", SampleType::kUint8},
@@ -78,6 +79,7 @@ inline palpate::Result<palpate::files::Raster> parse_vtk_header(const std::files
 
 /// Once, before any file is read.
 inline void add_vtk_images() {
+  using palpate::SampleType;
   using namespace palpate::files;
   add_raster_format(
       {"VTK",
