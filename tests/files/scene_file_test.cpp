@@ -183,7 +183,7 @@ TEST(SceneFile, ReadsEveryKey) {
   EXPECT_LT(
       glm::length(glm::axis(s.world_from_device.rotation) - glm::normalize(glm::dvec3(1, 2, 3))),
       1e-14);
-  ASSERT_EQ(s.volumes.size(), 5u);
+  ASSERT_EQ(s.volumes.size(), 6u);
   const VolumeSpec& a = s.volumes[0];
   EXPECT_THAT(a.files,
               ::testing::ElementsAre("folder/x.nrrd", "folder/sub/y.nrrd", "/absolute/z.nrrd"));
