@@ -94,7 +94,7 @@ TEST(RawHeader, AFileThatDoesNotFitIsRefusedInASentence) {
     EXPECT_THAT(refusal(std::string(size, 'a'), bytes),
                 AllOf(HasSubstr(std::to_string(size) + " bytes, but 4 x 3 x 2 samples of 1 bytes "
                                                        "are 24"),
-                      EndsWith(".")));
+                      EndsWith("correct what the scene says of it")));
   std::vector<float> numbers(24, 1.0F);
   numbers[7] = std::nanf("");
   EXPECT_THAT(refusal(bytes_of_all(numbers), samples_of(SampleType::kFloat)),
