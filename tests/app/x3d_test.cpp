@@ -159,6 +159,32 @@ TEST(X3d, TakesSamplesWithoutAHeaderAsThoseWithOne) {
 }
 
 /// What flows along y in the file pushes along y in the scene.
+TEST(X3d, FeelsVectorsWithoutAHeaderAlongTheAxesOfTheScene) {
+  const TemporaryFolder folder;
+  std::vector<float> flow;
+  for (int k = 0; k < 8 * 8 * 8; ++k) flow.insert(flow.end(), {0.0F, 1.0F, 0.0F});
+  write_raw(folder / "flow.raw", flow);
+  std::ofstream(folder / "flow.x3d") << R"(<X3D><Scene><PalpateVectorForceMode gain='0.5'>
+      <VectorVolume url='"flow.raw"'><RawImageLoader width='8' height='8' depth='8' pixelType='VEC3'
+        pixelComponentType='RATIONAL' bitsPerPixel='96' pixelSize='0.004 0.004 0.004'/></VectorVolume>
+      <PiecewiseFunction containerField='strength' segments='0 1'/>
+    </PalpateVectorForceMode></Scene></X3D>)";
+  std::ofstream(folder / "path.csv") << "0,0,0.04,0\n3,0,0.04,0\n4,0,0,0\n20,0,0,0\n";
+  const Outcome felt =
+      run({"feel", folder / "flow.x3d", "--device", "simulated", "--path", folder / "path.csv",
+           "--headset", "off", "--seconds", "8", "--csv", folder / "ticks.csv", "--watchdog",
+           "1000", "--black-box", folder / "."});
+  ASSERT_EQ(felt.exit_code, 0) << felt.err;
+  const Table ticks(folder / "ticks.csv");
+  double most_n = 0.0;
+  for (size_t row = 0; row < ticks.size(); ++row) {
+    most_n = std::max(most_n, ticks.number(row, "force_y_n"));
+    EXPECT_NEAR(ticks.number(row, "force_x_n"), 0.0, 1e-9) << row;
+    EXPECT_NEAR(ticks.number(row, "force_z_n"), 0.0, 1e-9) << row;
+  }
+  EXPECT_GT(most_n, 0.1);
+}
+
 TEST(X3d, SaysInOneSentenceWhatIsWrong) {
   const TemporaryFolder folder;
   const auto refusal = [&](const std::vector<std::string>& arguments) {
