@@ -162,7 +162,14 @@ TEST(X3d, TakesSamplesWithoutAHeaderAsThoseWithOne) {
 TEST(X3d, FeelsVectorsWithoutAHeaderAlongTheAxesOfTheScene) {
   const TemporaryFolder folder;
   std::vector<float> flow;
-  for (int k = 0; k < 8 * 8 * 8; ++k) flow.insert(flow.end(), {0.0F, 1.0F, 0.0F});
+  // Nothing at the border, which goes on outside: there the hand is free, and the force may begin.
+  const auto is_inside = [](int k) { return k > 0 && k < 7; };
+  for (int z = 0; z < 8; ++z)
+    for (int y = 0; y < 8; ++y)
+      for (int x = 0; x < 8; ++x) {
+        const bool flows = is_inside(x) && is_inside(y) && is_inside(z);
+        flow.insert(flow.end(), {0.0F, flows ? 1.0F : 0.0F, 0.0F});
+      }
   write_raw(folder / "flow.raw", flow);
   std::ofstream(folder / "flow.x3d") << R"(<X3D><Scene><PalpateVectorForceMode gain='0.5'>
       <VectorVolume url='"flow.raw"'><RawImageLoader width='8' height='8' depth='8' pixelType='VEC3'
