@@ -118,17 +118,24 @@ class HeardImages {
     const std::lock_guard lock(mutex_);
     return images_.empty() ? glm::ivec3(0) : images_.front().volume.grid.size;
   }
-  /// The most by which one of them differs from the first, on average over its samples.
-  double most_changed() const {
+  /// How far they go from the first one: the most on average over the samples of an image, and the
+  /// most of a single sample.
+  struct Change {
+    double mean = 0.0, single = 0.0;
+  };
+  Change most_changed() const {
     const std::lock_guard lock(mutex_);
-    double most = 0.0;
+    Change most;
     for (const auto& image : images_) {
       const std::vector<float>&now = image.volume.values, &first = images_.front().volume.values;
       EXPECT_EQ(now.size(), first.size());
       double sum = 0.0;
-      for (size_t v = 0; v < std::min(now.size(), first.size()); ++v)
-        sum += std::abs(now[v] - first[v]);
-      most = std::max(most, sum / double(now.size()));
+      for (size_t v = 0; v < std::min(now.size(), first.size()); ++v) {
+        const double change = std::abs(now[v] - first[v]);
+        sum += change;
+        most.single = std::max(most.single, change);
+      }
+      most.mean = std::max(most.mean, sum / double(now.size()));
     }
     return most;
   }
@@ -142,7 +149,7 @@ TEST(Live, ASourceIsFeltFollowedAndItsNumbersAreSaid) {
   NEEDS_DEVICE();
   const Source source(20);
   const Outcome outcome = run({"feel", source.place(), "--device", "simulated", "--headset", "off",
-                               "--seconds", "8", "--follow"});
+                               "--seconds", "10", "--follow"});
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_NE(outcome.out.find("is connected"), std::string::npos) << outcome.out;
   EXPECT_NE(outcome.out.find("live; the first frame stands still"), std::string::npos);
@@ -155,7 +162,7 @@ TEST(Live, ASourceIsFeltFollowedAndItsNumbersAreSaid) {
   EXPECT_NE(outcome.out.find("1 refused: torn"), std::string::npos) << outcome.out;
   EXPECT_NE(outcome.out.find("2 connections"), std::string::npos) << outcome.out;
   const size_t frames_at = outcome.out.rfind("Live ", at);
-  EXPECT_GT(std::stoi(outcome.out.substr(frames_at + 5)), 25) << outcome.out;
+  EXPECT_GT(std::stoi(outcome.out.substr(frames_at + 5)), 30) << outcome.out;
 }
 
 TEST(Live, TransformsMoveTheVolumeAndAJumpIsNotFollowed) {
@@ -190,14 +197,15 @@ TEST(Live, WhatIsFeltIsSentAsItMoves) {
   ASSERT_TRUE(client);
   Program program({"feel", "heart", "--device", "simulated", "--headset", "off", "--seconds", "600",
                    "--serve", std::to_string(port)});
-  const Outcome outcome = ended_once(
-      program, [&] { return proxies > 10 && images.count() >= 3 && images.most_changed() > 1.0; });
+  const Outcome outcome = ended_once(program, [&] {
+    return proxies > 10 && images.count() >= 3 && images.most_changed().mean > 1.0;
+  });
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_GT(proxies, 10);
   EXPECT_GE(images.count(), 3u);
   const glm::ivec3 size = images.size();
   EXPECT_LE(size.x * size.y * size.z, 64 * 64 * 64);
-  EXPECT_GT(images.most_changed(), 1.0) << "it beats, so what is sent must change";
+  EXPECT_GT(images.most_changed().mean, 1.0) << "it beats, so what is sent must change";
 }
 
 TEST(Live, TheMovedVolumeIsServedWithoutAHand) {
@@ -207,7 +215,7 @@ TEST(Live, TheMovedVolumeIsServedWithoutAHand) {
   const auto client = openigtlink::Client::start({"127.0.0.1", port}, std::move(options));
   ASSERT_TRUE(client);
   Program program({"serve", "heart", "--seconds", "600", "--port", std::to_string(port)});
-  const Outcome outcome = ended_once(program, [&] { return images.most_changed() > 1.0; });
+  const Outcome outcome = ended_once(program, [&] { return images.most_changed().single > 50.0; });
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_NE(outcome.out.find("the moved volume and its motion, by OpenIGTLink at port " +
                              std::to_string(port)),
@@ -215,7 +223,7 @@ TEST(Live, TheMovedVolumeIsServedWithoutAHand) {
       << outcome.out;
   EXPECT_EQ(outcome.out.find("Felt"), std::string::npos) << outcome.out;
   EXPECT_EQ(outcome.out.find(" 0 messages were sent"), std::string::npos) << outcome.out;
-  EXPECT_GT(images.most_changed(), 1.0) << "it beats, so what is sent must change";
+  EXPECT_GT(images.most_changed().single, 50.0) << "it beats, so what is sent must change";
 }
 
 TEST(Live, WhatIsServedIsSaidInJson) {
