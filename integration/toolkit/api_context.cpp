@@ -1,4 +1,4 @@
-// Contexts, errors, and what the host gives of grids and samples.
+// Contexts, errors, and the grids and samples that the host gives.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -142,7 +142,7 @@ Result<std::shared_ptr<vulkan::Context>> opened(const PalContextInfo& info,
     };
   if (host.unlock_queue)
     shared.unlock_queue = [host, log] {
-      // The work is on its way, and goes on.
+      // The work was submitted already, so it goes on.
       if (const Thrown thrown = call_host("unlock_queue", [&] { host.unlock_queue(host.user); }))
         log.say(thrown.sentence());
     };

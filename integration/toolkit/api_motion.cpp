@@ -80,7 +80,7 @@ class EstimatorContent {
       finished_ = true;
     }
     if (times_s_.size() < 2) {
-      // A frame that was not taken since the device failed is no mistake of the program's.
+      // If the device failed, a missing frame is not the program's mistake.
       const Status ended = pairwise_ ? pairwise_->finish() : Status(Nothing{});
       if (!ended) return ended.error();
       return Error{ErrorKind::kBadInput, "Motion is between frames: push at least two"};

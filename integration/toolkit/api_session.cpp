@@ -16,7 +16,7 @@
 namespace palpate::toolkit {
 namespace {
 
-// Of the force that a device may be asked for; above it a number is a mistake.
+// The largest force that a device may be asked for; a larger number is a mistake.
 constexpr double kMostForce_n = 100.0;
 
 /// The session in one of whose callbacks this thread is.
@@ -41,7 +41,7 @@ DeviceFault fault_of(uint32_t fault) noexcept {
   }
 }
 
-/// A force device of the host's, as the servo loop takes one.
+/// A force device of the host's, as a ForceDevice of the servo loop.
 class HostDevice final : public ForceDevice {
  public:
   HostDevice(const PalDevice& device, DeviceInfo info)
@@ -54,7 +54,7 @@ class HostDevice final : public ForceDevice {
     const Thrown thrown = call_host("exchange", [&] { exchange_(user_, force_n, &given); });
     calling_back = before;
     if (thrown) {
-      // No answer can be trusted: the force goes to zero by the ramp of any fault.
+      // No answer can be trusted: a fault, whose ramp takes the force to zero.
       given = {};
       given.fault = PAL_FAULT_GARBAGE;
       if (!has_thrown_.exchange(true)) {
@@ -73,7 +73,7 @@ class HostDevice final : public ForceDevice {
     reading.fresh = reading.fault == DeviceFault::kNone && given.is_fresh;
     return reading;
   }
-  /// Whose loop calls exchange; before it runs.
+  /// Sets the servo loop that calls exchange; before it runs.
   void belongs_to(const void* session) { session_ = session; }
   /// What exchange threw the first time; nothing before. Any thread.
   Thrown thrown() const noexcept {
@@ -117,7 +117,7 @@ PalResult take_info(const PalDeviceInfo* given, DeviceInfo& info) {
   return PAL_OK;
 }
 
-/// How late a frame of a hand may be that nothing can hurt: it is simulated, or feels no force.
+/// How late a tick may be for a hand that no force can hurt: it is simulated, or feels no force.
 constexpr double kHarmlessWatchdog_s = 0.05;
 
 /// The session's device, and the scene as that device reaches it.
@@ -128,7 +128,7 @@ struct Felt {
   bool is_harmless = false;
 };
 
-/// Shrinks a sequence that may be to what the device reaches.
+/// Shrinks a sequence to the device's workspace, unless it has to keep its size.
 void fit(Felt& felt, const SceneContent& of_scene) {
   if (felt.scene.from_sequence && !of_scene.keeps_size) fit_to_reach(felt.scene, felt.device);
 }
@@ -224,7 +224,7 @@ Result<SessionOptions> options_of(const PalSessionInfo& info, const SceneContent
     options.haptics.safety.stale_s = std::max(options.haptics.safety.stale_s, 2.0 * watchdog_s);
     options.servo.loop.watchdog_ns = int64_t(1e9 * watchdog_s);
   }
-  // A host's memory is the host's to lock.
+  // Locking a host's memory is up to the host.
   options.servo.real_time.lock_memory = false;
   if (info.flags & PAL_SESSION_NO_REAL_TIME)
     options.servo.real_time = {
@@ -273,7 +273,7 @@ PalResult check(const PalSessionInfo& info, const SceneContent& of_scene) {
   return PAL_OK;
 }
 
-/// What hears of every tick.
+/// The listeners that get every tick.
 Status start_listeners(const PalSessionInfo& info, const Felt& felt, SessionOptions& options,
                        SessionContent& content) {
   std::vector<TickListener*> listeners;
@@ -305,7 +305,7 @@ Status start_listeners(const PalSessionInfo& info, const Felt& felt, SessionOpti
   return Nothing{};
 }
 
-/// Connects to the server of a live scene; what comes is followed once the session runs.
+/// Connects to the server of a live scene; its images are followed once the session runs.
 Result<std::unique_ptr<sessions::LiveSource>> open_source(const PalSessionInfo& info,
                                                           const SceneContent& of_scene,
                                                           const LiveSequenceOptions& live) {
@@ -484,7 +484,7 @@ PalResult pal_session_close(PalSession** session) {
             PAL_BAD_INPUT,
             {"A session can not be closed from its own callback: close it from another thread"});
     }
-    // A view may keep the rest of it; what runs ends here.
+    // A view may keep the rest of the session alive; its threads end here.
     const auto content = closed(of(taken_out_of(session)));
     if (!content) return PAL_OK;
     const palpate::Status written = content->finish();

@@ -53,7 +53,7 @@ PalResult open_view(PalSession* session, const PalViewInfo* given, PalView** vie
   return PAL_OK;
 }
 
-/// kBadInput for an eye that is none.
+/// kBadInput for an invalid eye.
 Result<Eye> eye_of(const PalEye& given) {
   Eye eye;
   const double* const q = given.orientation;

@@ -28,10 +28,11 @@ namespace palpate::toolkit {
 PalResult failed(PalResult result, std::initializer_list<std::string_view> parts) noexcept;
 PalResult failed(const Error& error) noexcept;
 
-/// What a handle stands for, with who uses it just now. Never freed, so that a call with a handle
-/// that was closed finds a closed one instead of freed memory. A free handle waits in a list for at
-/// least kRest others before it is used again: a handle that a host has kept by mistake does not
-/// soon stand for something else. (Tests have an Atomic that lets other threads in between.)
+/// A handle: its content, and a count of the calls that use it now. Never freed, so that a call
+/// with a handle that was closed finds a closed one instead of freed memory. A free handle waits in
+/// a list until at least kRest others were freed after it: so a handle that a host has kept by
+/// mistake does not soon belong to something else. (Tests use an Atomic that lets other threads run
+/// in between.)
 template <class Content, template <class> class Atomic = std::atomic>
 struct Handle {
   Atomic<int> users{0};
@@ -55,7 +56,7 @@ struct Handle {
     return handle;
   }
 
-  /// Waits for the calls under way and gives what it stood for; null if it was closed already.
+  /// Waits for the calls that use the handle and gives its content; null if it was closed already.
   std::shared_ptr<Content> close() {
     if (!open.exchange(false)) return nullptr;
     while (users.load() != 0) std::this_thread::sleep_for(std::chrono::microseconds(50));
@@ -128,8 +129,8 @@ Named* taken_out_of(Named** variable) noexcept {
   return variable ? std::atomic_ref<Named*>(*variable).exchange(nullptr) : nullptr;
 }
 
-/// What the handle stood for, which is closed from now on, after the calls under way; null if there
-/// was none, or if another thread was first.
+/// Closes the handle: waits for the calls that use it and gives its content; null if there was
+/// none, or if another thread was first.
 template <class Content>
 std::shared_ptr<Content> closed(Handle<Content>* handle) {
   return handle ? handle->close() : nullptr;
@@ -138,7 +139,8 @@ std::shared_ptr<Content> closed(Handle<Content>* handle) {
 /// The result of a call with a handle that is null or closed.
 PalResult refused_handle(const char* what) noexcept;
 
-/// The structure that a program has given, as this library knows it: what an older one lacks is 0.
+/// The structure that a program has given, as this library knows it: fields that an older one lacks
+/// are 0.
 /// PAL_BAD_INPUT without one; PAL_BAD_VERSION with a size below `least`, or one that is larger than
 /// this library's.
 template <class Info>
@@ -172,7 +174,7 @@ PalResult guarded(const Work& work) noexcept {
   }
 }
 
-/// What a function of the host's threw, in a sentence; empty if it returned.
+/// A sentence about the exception that a function of the host's threw; empty if it returned.
 class Thrown {
  public:
   Thrown() = default;
@@ -203,10 +205,10 @@ Thrown call_host(std::string_view name, const Call& call) noexcept {
   }
 }
 
-/// kBadInput, in a sentence, for a grid that is none.
+/// kBadInput, with a sentence, for an invalid grid.
 Result<Grid> grid_of(const PalGrid& grid);
 
-/// A frame of the host's as a volume. kBadInput for a type that is none, and samples that are not
+/// A frame of the host's as a volume. kBadInput for an unknown type, and for samples that are not
 /// finite.
 Result<Volume> volume_of(const Grid& grid, PalSampleType type, const void* samples);
 
@@ -216,7 +218,9 @@ struct ContextContent {
   void (*log)(void* user, const char* sentence) = nullptr;
   void* user = nullptr;
 
-  /// To the host's log. What that throws is dropped: it is the one who would be told.
+  /// Writes to the host's log. An exception of the log itself is dropped: there is nowhere to
+  /// report
+  /// it.
   void say(const char* sentence) const noexcept {
     if (log) call_host("log", [&] { log(user, sentence); });
   }

@@ -50,8 +50,8 @@ inline Handle<MotionContent>* of(const PalMotion* handle) noexcept {
   return of(const_cast<PalMotion*>(handle));
 }
 
-/// One motion for all frames, whatever the motion is told as: fields from frame to frame are put
-/// together. kBadInput if there are none.
+/// One motion for all frames; fields from frame to frame are composed to one. kBadInput if there
+/// are none.
 Result<SequenceMotion> whole_of(const MotionContent& motion);
 
 }  // namespace palpate::toolkit

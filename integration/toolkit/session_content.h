@@ -57,20 +57,20 @@ class SessionContent {
   /// The session, once it has been started.
   std::unique_ptr<Session> session;
   bool host_ticks = false;
-  // What goes in and out while it runs, where it is wanted.
+  // Sources and servers, where they are wanted.
   std::unique_ptr<sessions::ToolSource> tool;
   std::unique_ptr<sessions::FeltServer> server;
   std::unique_ptr<sessions::LiveSource> source;
 
   const std::shared_ptr<ContextContent>& context() const { return context_; }
-  /// The newest tick as an eye sees it. Any thread: waits for others in this call alone.
+  /// The newest tick, for a viewer. Any thread: waits only for other threads in this function.
   SceneSnapshot snapshot() {
     const std::lock_guard lock(mutex_);
     session->newest(SnapshotReader::kPictures, snapshot_);
     return snapshot_;
   }
 
-  /// From now on push() has frames followed.
+  /// From now on the frames of push() are followed.
   void follow(const Volume& first, LiveSequenceOptions options) {
     pushed_grid_ = first.grid;
     pushed_ = std::make_unique<LiveSequence>(*session, 0, first, std::move(options));
@@ -81,9 +81,9 @@ class SessionContent {
   /// What has become of live frames.
   LiveNumbers live_numbers();
 
-  /// Nothing goes in or out any more, and the force goes to zero. Any thread.
+  /// From now on no frame is taken and nothing is served, and the force goes to zero. Any thread.
   void stop();
-  /// The same, and what is written is ended. kBadOutput if it is not whole. Once, by its last
+  /// The same, and finishes the files. kBadOutput if one is not complete. Once, by its last
   /// owner.
   Status finish();
 

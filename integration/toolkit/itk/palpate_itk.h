@@ -46,14 +46,14 @@ constexpr PalSampleType sample_type() {
 ///   filter->Update();
 ///   Field* field = filter->GetDisplacementField();
 ///
-/// Whole images are asked for, nothing is streamed. A moving image on another grid is brought onto
-/// the fixed one's, linear, border values clamped; no histogram matching or smoothing is needed
-/// before. Observers hear itk::ProgressEvent and itk::IterationEvent on the thread that called
-/// Update(); each may call StopRegistration() or AbortGenerateDataOn(), and Update() then throws
-/// itk::ProcessAborted, since half of the work is no field. What fails throws itk::ExceptionObject
-/// with one sentence. Methods of the Demons filter that have no meaning here throw, too, and say
-/// so. After the Vulkan device was lost the next Update() opens it anew. Like every ITK filter, one
-/// thread at a time.
+/// The filter requests whole images, it does not stream. A moving image on another grid is
+/// resampled onto the fixed one's (linear, border values clamped). No histogram matching or
+/// smoothing is needed before. Observers get itk::ProgressEvent and itk::IterationEvent on the
+/// thread that called Update(). Each may call StopRegistration() or AbortGenerateDataOn(); Update()
+/// then throws itk::ProcessAborted, since there is no field yet. A failure throws
+/// itk::ExceptionObject with one sentence; so does a method of the Demons filter that has no
+/// meaning here. After the Vulkan device was lost the next Update() opens it again. Like every ITK
+/// filter, one thread at a time.
 template <class TFixedImage, class TMovingImage, class TDisplacementField>
 class MotionFilter : public ::itk::ImageToImageFilter<TFixedImage, TDisplacementField> {
  public:
@@ -87,7 +87,8 @@ class MotionFilter : public ::itk::ImageToImageFilter<TFixedImage, TDisplacement
   itkGetInputMacro(FixedImage, FixedImageType);
   itkSetInputMacro(MovingImage, MovingImageType);
   itkGetInputMacro(MovingImage, MovingImageType);
-  /// On the fixed image's grid: 0 counts for nothing. Draw it 10 voxels wider than needed.
+  /// On the fixed image's grid: where it is 0 the images do not count. Draw it 10 voxels wider than
+  /// needed.
   itkSetInputMacro(MaskImage, MaskImageType);
   itkGetInputMacro(MaskImage, MaskImageType);
   TDisplacementField* GetDisplacementField() {
@@ -105,10 +106,10 @@ class MotionFilter : public ::itk::ImageToImageFilter<TFixedImage, TDisplacement
   itkSetMacro(Check, bool);
   itkGetConstMacro(Check, bool);
   itkBooleanMacro(Check);
-  /// At most so many on each level of the pyramid; 0 (the usual): as the preset has it.
+  /// At most this many on each level of the pyramid; 0 (the default): as the preset has it.
   itkSetMacro(NumberOfIterations, ::itk::IdentifierType);
   itkGetConstMacro(NumberOfIterations, ::itk::IdentifierType);
-  /// How often observers have heard itk::IterationEvent so far.
+  /// How many times itk::IterationEvent was sent so far.
   itkGetConstMacro(ElapsedIterations, ::itk::IdentifierType);
 
   /// Ends the work: Update() throws itk::ProcessAborted. Any thread.
@@ -118,7 +119,7 @@ class MotionFilter : public ::itk::ImageToImageFilter<TFixedImage, TDisplacement
 
   /// After Update(): "ok", "suspect" or "failed", or "" where it was not checked.
   itkGetStringMacro(Verdict);
-  /// What speaks against the field, a sentence per line.
+  /// Why the verdict is not ok, a sentence per line.
   itkGetStringMacro(Reasons);
   /// After Update(): how far to trust each vector, 0 (a guess) to 1, on the fixed image's grid.
   ConfidenceImageType* GetConfidence() {
@@ -130,7 +131,7 @@ class MotionFilter : public ::itk::ImageToImageFilter<TFixedImage, TDisplacement
     return metric_;
   }
 
-  // Of the Demons filter, without a meaning here.
+  // Methods of the Demons filter that have no meaning here.
   void SetInitialDisplacementField(const TDisplacementField*) {
     refuse("InitialDisplacementField");
   }
@@ -334,7 +335,7 @@ class MotionFilter : public ::itk::ImageToImageFilter<TFixedImage, TDisplacement
     return resampler->GetOutput();
   }
 
-  /// Waits on a thread of its own, so that observers hear of it on this one.
+  /// Waits on a thread of its own, so that observers are called on this one.
   void wait_for(PalEstimator* estimator, PalMotion*& motion, const std::atomic<double>& share) {
     const auto [result, sentence] = adapter::finish(
         estimator, motion, share,

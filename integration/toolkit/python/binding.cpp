@@ -1,5 +1,5 @@
 // palpate._palpate: the C library for Python. Arrays in and out, the interpreter's lock released
-// while palpate works; what is comfortable is in palpate/__init__.py.
+// while palpate works; the interface for people is palpate/__init__.py.
 #include <pybind11/functional.h>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
@@ -268,7 +268,7 @@ std::unique_ptr<PythonMotion> estimate(
       const py::gil_scoped_release released;
       pushed = context.told(pal_estimator_push(owner.handle, type, samples, time_s));
     }
-    // A push may have waited for a pair; what has cancelled it meanwhile is the cause.
+    // A push may have waited for a pair; if it was cancelled meanwhile, report why.
     const std::string sentence = pal_last_error();
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
     if (listener.raised) std::rethrow_exception(listener.raised);
@@ -309,7 +309,7 @@ std::unique_ptr<PythonMotion> opened_motion(const PythonContext& context, const 
   return std::make_unique<PythonMotion>(found);
 }
 
-/// What Python gives by name, as the structures of palpate.h want it: what is None is 0 there.
+/// Python's named arguments, as the structures of palpate.h: None becomes 0.
 class Words {
  public:
   explicit Words(const py::dict& given) : given_(given) {}
@@ -498,7 +498,7 @@ class PythonSession {
       tube.lengths = lengths.mutable_data();
       result = pal_session_tube(session_.handle, index, &tube);
       check(result);
-      // An action came between: there may be fewer of them now, or another one here.
+      // An action came in between: there may be fewer tubes now, or another one at this index.
       if (result == PAL_END) return all;
       if (tube.point_count != room) {
         --index;
@@ -525,7 +525,7 @@ class PythonSession {
     auto* const to = reinterpret_cast<uint32_t*>(pixels.mutable_data());
     PalResult result = PAL_OK;
     without_lock([&] {
-      // Who holds it never waits for the interpreter's lock.
+      // A thread that holds it never waits for the interpreter's lock.
       const std::lock_guard lock(view_mutex_);
       result = context_->told(drawn(eye, width, height, to));
       return result;

@@ -41,17 +41,17 @@
 /// (vtkMetaImageReader and vtkNIFTIImageReader of VTK 9.1): then set it, or the displacements are
 /// along the images' rows, columns and slices.
 ///
-/// Whole images are asked for, nothing is streamed.
+/// The filters request whole images, they do not stream.
 ///
 /// Errors: one sentence by vtkErrorMacro (vtkCommand::ErrorEvent), and from GetError(); the output
 /// is empty and the pipeline fails (GetExecutive()->Update() returns 0). No exception leaves.
 ///
 /// Threads: one at a time for each filter, as with every VTK filter. Progress events come on the
 /// thread that called Update(). AbortExecuteOn(), from an observer or from another thread, stops
-/// the work within parts of a second: the pipeline fails, since half of the work is no field.
+/// the work within a second: the pipeline fails, since there is no field yet.
 ///
-/// Filters on the same device share what they have opened there. After that was lost, the next
-/// Update() opens it anew.
+/// Filters on the same device share its context. After the device was lost, the next Update() opens
+/// it again.
 class vtkPalpateAlgorithm : public vtkImageAlgorithm {
  public:
   vtkTypeMacro(vtkPalpateAlgorithm, vtkImageAlgorithm);
@@ -81,7 +81,7 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
 
   /// After Update(): "ok", "suspect" or "failed", or "" where it was not checked.
   const char* GetVerdict() const { return verdict_.c_str(); }
-  /// What speaks against the motion, a sentence per line.
+  /// Why the verdict is not ok, a sentence per line.
   const char* GetReasons() const { return reasons_.c_str(); }
   /// Why the last Update() failed, a sentence; "" after success.
   const char* GetError() const { return error_.c_str(); }
@@ -93,7 +93,7 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
   using UniqueEstimator = palpate::adapter::UniqueHandle<PalEstimator, pal_estimator_close>;
   using UniqueMotion = palpate::adapter::UniqueHandle<PalMotion, pal_motion_close>;
 
-  /// As it was asked for: no error.
+  /// Stopped on request: no error.
   struct Stopped : std::runtime_error {
     using std::runtime_error::runtime_error;
   };
@@ -132,7 +132,7 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
     this->Modified();
   }
 
-  /// Runs `work`, which may throw, and says what came of it as VTK does.
+  /// Runs `work`, which may throw, and reports its result as VTK does.
   template <class Work>
   int guarded(const Work& work) {
     error_.clear();
@@ -304,7 +304,7 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
     return inputs[port]->GetInformationObject(connection);
   }
 
-  /// All of every input.
+  /// Requests the whole of every input.
   int RequestUpdateExtent(vtkInformation*, vtkInformationVector** inputs,
                           vtkInformationVector*) override {
     using Pipeline = vtkStreamingDemandDrivenPipeline;
@@ -343,7 +343,7 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
   std::string verdict_, reasons_;
 
  private:
-  /// Waits on a thread of its own, so that observers hear of it on this one.
+  /// Waits on a thread of its own, so that observers are called on this one.
   void wait_for(PalEstimator* estimator, PalMotion*& motion, const std::atomic<double>& share) {
     const auto [result, sentence] = palpate::adapter::finish(
         estimator, motion, share, [this](double now) { this->UpdateProgress(now); },
@@ -423,9 +423,9 @@ class vtkPalpateMotion : public vtkPalpateAlgorithm {
   }
 };
 
-/// A volume that moves: a time or a phase in, the volume as it is then out. Three frames and more
-/// give one motion, by palpate on the GPU, and the reference frame, which palpate chooses, is
-/// carried along it.
+/// A volume that moves: gives the volume at a time or a phase. From three or more frames palpate
+/// finds one motion, on the GPU, and chooses a reference frame; the output is that frame, warped by
+/// the motion.
 ///
 ///   vtkNew<vtkPalpateSequence> sequence;
 ///   for (auto& reader : readers) sequence->AddInputConnection(reader->GetOutputPort());
@@ -547,7 +547,7 @@ class vtkPalpateSequence : public vtkPalpateAlgorithm {
     });
   }
 
-  /// Frames are asked for as they are: the time is this filter's own.
+  /// Requests the frames without a time: the time is this filter's own.
   int RequestUpdateExtent(vtkInformation* request, vtkInformationVector** inputs,
                           vtkInformationVector* outputs) override {
     for (int port = 0; port < 2; ++port)

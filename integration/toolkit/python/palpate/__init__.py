@@ -148,7 +148,7 @@ def _paths(paths):
 
 
 class Verdict(collections.namedtuple("Verdict", "trust reasons measured")):
-    """What speaks for a motion.
+    """Whether a motion may be used, and why.
 
     trust: "ok", "suspect" (a person should look before using it), "failed" (do not use it), or "" where nothing was measured.
     reasons: what speaks against it, a list of sentences.
@@ -178,12 +178,12 @@ class Motion:
 
     @property
     def is_whole(self):
-        """True: one motion for all frames, told from the frame `reference`."""
+        """True: one motion for all frames, from the frame `reference`."""
         return self._summary["is_whole"]
 
     @property
     def reference(self):
-        """Number of the frame that tells all others; None for fields from frame to frame."""
+        """Number of the reference frame, from which the motion leads to all others; None for fields from frame to frame."""
         return self._summary["reference_frame"] if self.is_whole else None
 
     @property
@@ -378,7 +378,7 @@ class Session:
         self._session.push_frame(_taken(image.array), grid, time_ns)
 
     def replay(self, recording, *, tubes=None):
-        """Does a recording of this scene (record=, `palpate feel --record`) again, and compares every bit. tubes: a file for the stream
+        """Replays a recording of this scene (record=, `palpate feel --record`), and compares every bit. tubes: a file for the stream
         tubes that were released then. A dict: "ticks", "different" (of them), "first_different" (None: there is none), "is_cut_off"."""
         return self._session.replay(os.fspath(recording), _path(tubes))
 
@@ -403,15 +403,16 @@ class Session:
         return self._session.events()
 
     def play(self, on=True):
-        """Plays or pauses, by a ramp. False while motion is awaited."""
+        """Plays or pauses, by a ramp. False while the motion is not known."""
         return self._session.play(on)
 
     def scrub(self, share):
-        """To a share of every moving volume's sequence, 0 to 1; pauses. False while motion is awaited."""
+        """Goes to a share of every moving volume's sequence, 0 to 1, and pauses. False while the motion is not known."""
         return self._session.scrub(share)
 
     def rearm(self):
-        """Begins again after a cause that stays ("the force is off until ..."). False while too many changes wait for the next tick."""
+        """Lets the force come back after a cause that persists ("the force is off until ..."). False while too many changes wait for the
+        next tick."""
         return self._session.rearm()
 
     def place(self, volume, world_from_volume):
@@ -432,11 +433,11 @@ class Session:
         return self._session.ask_tubes(0)
 
     def keep_tubes(self):
-        """Those that are there stay when the others are cleared. False as for release_tube()."""
+        """Marks the present tubes as kept: clear_tubes() leaves them. False as for release_tube()."""
         return self._session.ask_tubes(1)
 
     def clear_tubes(self):
-        """Those that are not kept go; all of them if all are kept. False as for release_tube()."""
+        """Removes the tubes that are not kept; if all are kept, removes all. False as for release_tube()."""
         return self._session.ask_tubes(2)
 
     @property
@@ -464,12 +465,12 @@ class Session:
                                      width, height)
 
     def stop(self):
-        """The force goes to zero by a ramp in the ticks that follow: go on until at_rest."""
+        """Ramps the force to zero in the ticks that follow: continue to tick until at_rest."""
         self._session.stop()
 
     @property
     def at_rest(self):
-        """Stopped, and the force has been zero since."""
+        """True: the session was stopped, and the force has reached zero."""
         return self._session.at_rest()
 
     def close(self):
