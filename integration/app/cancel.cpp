@@ -12,7 +12,7 @@
 namespace palpate::app {
 namespace {
 
-/// Signals that a thread took which does not block them.
+/// The number of signals that were delivered to a thread that does not block them.
 std::atomic<int> taken_by_handler{0};
 static_assert(std::atomic<int>::is_always_lock_free, "a signal handler may touch nothing else");
 
@@ -20,7 +20,8 @@ void count_signal(int) {
   ++taken_by_handler;
 }
 
-/// From a thread that shares no lock with what may hang; emergency waits for the force's ramp.
+/// Called on a thread that shares no lock with threads that may hang. The emergency handler waits
+/// for the force's ramp.
 [[noreturn]] void end_now(std::string_view sentence) {
   [[maybe_unused]] const ssize_t said = ::write(STDERR_FILENO, sentence.data(), sentence.size());
   std::quick_exit(kExitInternal);

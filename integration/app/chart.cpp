@@ -21,10 +21,10 @@ fs::path lab_beside() {
   return !error && access(lab.c_str(), X_OK) == 0 ? lab : fs::path();
 }
 
-/// Becomes palpate-lab, the one beside this program or else the first on PATH; returns only if
-/// there is none.
+/// Replaces this process by palpate-lab (exec): the one beside this program, or else the first on
+/// PATH. Returns only if there is none.
 int run_lab(const std::vector<std::string>& words) {
-  // Maps were a part of the charts once, and still are here.
+  // Maps were once a part of the charts: the old command still works.
   const bool maps = !words.empty() && words.front() == "stability";
   std::vector<std::string> arguments = {"palpate-lab", maps ? "maps" : "chart"};
   arguments.insert(arguments.end(), words.begin() + (maps ? 1 : 0), words.end());

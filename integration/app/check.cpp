@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct CheckCommand {
-  std::vector<fs::path> inputs;  ///< a field, or what tells the motion of a sequence
+  std::vector<fs::path> inputs;  ///< a field, or the motion of a sequence
   fs::path field, fixed, moving, truth, against, mask, points;
   std::vector<fs::path> landmarks;  ///< fixed, moving
   std::vector<fs::path> cycle;      ///< the fields that follow `field` and lead back
@@ -307,7 +307,7 @@ class Checker {
   nlohmann::json json_;
 };
 
-/// An option that says nothing of a whole sequence, or null.
+/// The first given option that is not for a whole sequence, or null.
 const char* option_of_one_field(const CheckCommand& command) {
   if (!command.fixed.empty()) return "--fixed";
   if (!command.moving.empty()) return "--moving";

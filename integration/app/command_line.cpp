@@ -72,7 +72,7 @@ std::string name_of(const CLI::Option& option) {
   return option.get_positional() ? option.get_name(true, false) : option.get_name();
 }
 
-/// The errors of CLI11 for which it has too few words.
+/// The errors for which CLI11's own text is too short.
 std::string explained(const CLI::App& app, const CLI::ParseError& error) {
   const std::string what = error.what();
   if (dynamic_cast<const CLI::RequiredError*>(&error))
@@ -145,7 +145,7 @@ std::vector<const CLI::App*> commands_with_option(const CLI::App& program,
 std::string sentence_of(const CLI::App& program, const CLI::ParseError& error) {
   const CLI::App& app = chosen(program);
   const std::string see = fmt::format(" See '{} --help'.", full_name(app));
-  // What nobody knew is the cause of what is missing: it comes first.
+  // An unknown word is the cause of a missing one: report it first.
   const std::vector<std::string> unknown = app.remaining();
   const std::string word = first_of(unknown, [](const std::string& w) { return !is_option(w); });
   if (&app == &program) {

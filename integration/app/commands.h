@@ -17,7 +17,7 @@ Command add_info(CLI::App& program);
 Command add_plan(CLI::App& program);
 Command add_phantom(CLI::App& program);
 Command add_serve(CLI::App& program);
-/// In no help: writes the manual pages and completions that are installed.
+/// Not listed in --help: writes the manual pages and completions that are installed.
 Command add_write_manual(CLI::App& program);
 Command add_view(CLI::App& program);
 

@@ -50,7 +50,7 @@ Status convert(const fs::path& input, const fs::path& output, Console& console) 
   auto loaded = scenes::load_scene({input}, {});
   if (!loaded) return loaded.error();
   SceneSpec spec = loaded->spec;
-  // As it was written, before data were put in their place. Modes that were chosen stay.
+  // The scene as it was written, before its data were loaded. Modes that were chosen stay.
   if (x3d::is_x3d(input)) {
     auto read = x3d::read_x3d(input);
     if (!read) return read.error();

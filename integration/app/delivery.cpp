@@ -130,7 +130,7 @@ double Delivery::slowest_s() const {
 }
 
 Verdict Delivery::verdict() const {
-  // One pair speaks for itself, with all that was found good.
+  // A single pair's verdict is shown whole, with all that was found good.
   if (delivered_.size() == 1) return judged(delivered_.front().evidence);
   Verdict whole;
   for (const Delivered& pair : delivered_) {

@@ -29,8 +29,8 @@ struct DeliveryOptions {
   const Mask* mask = nullptr;  ///< on the frames' grid
 };
 
-/// What happens to each pair once its field is there: it is written, judged, drawn, and a line
-/// tells of it. One thread at a time.
+/// Takes each pair whose field was found: writes, judges and draws it, and prints a line about it.
+/// One thread at a time.
 class Delivery {
  public:
   Delivery(DeliveryOptions options, Outputs& outputs, Console& console);

@@ -39,7 +39,7 @@ struct Score {
   double seconds = 0.0;
 };
 
-/// What beats, and its truth: frames of them count cyclically.
+/// The phantom that beats, and its truth; frame numbers are cyclic.
 struct Beat {
   Sequence frames;
   std::function<Field(const Grid&, int fixed, int moving)> truth;
@@ -62,7 +62,7 @@ Beat beat_of(const DemoCommand& command) {
       [frames](const Grid& grid, int frame) { return heart_muscle(grid, frame, frames); }};
 }
 
-/// Estimates the beating phantom and holds it against the truth.
+/// Estimates the motion of the beating phantom and compares it with the truth.
 class Demo {
  public:
   Demo(const DemoCommand& command, Console& console, Outputs& outputs)

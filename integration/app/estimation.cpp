@@ -146,8 +146,7 @@ class Estimation {
     return on_pair_(std::move(pair));
   }
 
-  /// The first failure counts. What waits is thrown away, so that nobody waits for room in the
-  /// queue.
+  /// The first failure counts. Empties the queue, so that no thread waits for room in it.
   void give_up(const Status& status) {
     {
       const std::lock_guard lock(queue_mutex_);

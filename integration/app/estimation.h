@@ -28,7 +28,7 @@ struct EstimatedPair {
   std::shared_ptr<const Volume> moving;
 };
 
-/// Called once per pair, in order, on one thread; may take as long as it likes.
+/// Called once per pair, in order, on one thread; may take long.
 using OnPair = std::function<Status(EstimatedPair)>;
 
 /// Reads, estimates and hands over, all at the same time; says what memory it takes before it

@@ -5,7 +5,7 @@
 
 namespace palpate::app {
 
-/// What the program tells a script. Documented in README and in --help: never renumber.
+/// The exit codes, for scripts. Documented in README and in --help: never renumber.
 enum ExitCode : int {
   kExitOk = 0,
   kExitInternal = 1,  ///< the device or the program itself failed, or the user stopped it

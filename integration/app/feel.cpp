@@ -75,7 +75,7 @@ void add_sequence(CLI::App& app, FeelCommand& command) {
   app.add_option("--width", command.sequence.width,
                  "Over so many values around it the strength rises")
       ->check(number_in(files::kPositive));
-  app.add_option("--strength", command.sequence.strength_n, "N that the surface holds")
+  app.add_option("--strength", command.sequence.strength_n, "Greatest force of the surface, N")
       ->check(number_in({0.01, files::kStrengths_n.high}))
       ->capture_default_str();
   app.add_option("--friction", command.sequence.friction, "Coulomb's mu")

@@ -58,7 +58,7 @@ std::string summary_text(const FeelNumbers& n, const ServoStatistics& statistics
       n.steepest_n_per_ms);
   if (n.most_newton_steps > 0)
     text += fmt::format(
-        "Motion    inverted in {} steps at most, to {:.2g} um; {} ticks held their point\n",
+        "Motion    inverted in {} steps at most, to {:.2g} um; {} ticks with a frozen point\n",
         n.most_newton_steps, 1e6 * n.worst_residual_m, n.frozen);
   text += fmt::format(
       "Energy    the scene gave {:.2f} mJ to the hand and took {:.2f} mJ; {:.2f} mJ were refused\n",
@@ -107,7 +107,7 @@ charts::Timeline feel_timeline(const std::string& title, const FeelNumbers& n,
     force.curves[0].values.push_back(glm::length(row.wanted_n));
     force.curves[1].values.push_back(glm::length(row.force_n));
     depth.curves[0].values.push_back(1e3 * glm::distance(row.probe_m, row.proxy_m));
-    // From the last frame to the first is no way on the paper.
+    // No line is drawn from the last frame back to the first.
     const bool turned = std::abs(row.pointer - last) > 0.9;
     phase.curves[0].values.push_back(turned ? std::nan("") : row.pointer);
     moves |= row.pointer != last;

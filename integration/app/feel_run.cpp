@@ -46,12 +46,12 @@ using sessions::LiveSourceOptions;
 using sessions::TickLog;
 using sessions::ToolSource;
 
-constexpr auto kSilence = std::chrono::milliseconds(500);  // before reading is said
+constexpr auto kSilence = std::chrono::milliseconds(500);  // reading that takes longer is reported
 
 /// How long the end of a run may take after a signal; the force is down in a tenth of a second.
 constexpr std::chrono::seconds kPatience{10};
 
-/// A hand that is not there can not be hurt by a late frame, and this machine may be busy.
+/// Watchdog of a simulated hand: a late tick can not hurt it, and this machine may be busy.
 constexpr double kWatchdog_ms = 5.0, kSimulatedWatchdog_ms = 50.0;
 
 HapticsOptions haptics_options(const FeelCommand& command, const SceneSpec& spec, bool simulated) {
@@ -204,7 +204,7 @@ class FeelRun {
     return finish();
   }
 
-  /// After run(): what the servo thread kept to; nothing if it never ran.
+  /// After run(): the servo thread's periods; nothing if it never ran.
   std::optional<ServoPeriods> periods() const {
     if (!session_) return std::nullopt;
     const ServoStatistics& statistics = session_->statistics();
@@ -215,8 +215,8 @@ class FeelRun {
   }
 
  private:
-  /// What takes time before anything can be felt: reading, and finding a place to touch. It runs
-  /// beside the window, which goes on answering, and is said.
+  /// The slow work before anything can be felt: reading, and finding a place to touch. Runs beside
+  /// the window, which goes on answering, and reports what it does.
   Result<LoadedScene> prepared(const ForceDeviceChoice& choice) {
     std::mutex mutex;
     std::string doing = "is being read";
@@ -277,7 +277,7 @@ class FeelRun {
     options.transform = command_.live_transform;
     options.keep_cycles = command_.keep_cycles;
     if (!command_.preset.empty()) options.preset = command_.preset;
-    // Opened more than once, and said once.
+    // A scene may be opened more than once; its notes are printed once.
     options.open_context = [this, said = std::make_shared<std::atomic<bool>>(false)] {
       Console quiet(true, false);
       return open_device(command_.gpu, said->exchange(true) ? quiet : console_);
@@ -377,7 +377,7 @@ class FeelRun {
   }
 
   HapticsOptions haptics_options(const LoadedScene& scene) const {
-    // Neither a simulated hand nor one that feels nothing can be hurt by a late frame.
+    // A late tick can not hurt a simulated hand or one that feels no force.
     const bool harmless =
         opened_.simulated || opened_.mouse || opened_.controller || opened_.tool || !command_.hand;
     HapticsOptions haptics = app::haptics_options(command_, scene.spec, harmless);
@@ -516,7 +516,7 @@ class FeelRun {
       console_.say("Headset   " + sentence);
   }
 
-  /// When it comes, goes or can not be used.
+  /// Reports when it is connected, is lost or can not be used.
   void tell_second_hand() {
     if (!second_hand_) return;
     const DeviceFault fault = second_hand_->read().fault;
@@ -530,7 +530,7 @@ class FeelRun {
       console_.say(fmt::format("Second    {}", sentence(fault)));
   }
 
-  /// What the session says, on a thread of its own.
+  /// The session's events, on a thread of its own.
   void tell(const SessionEvent& event) {
     switch (event.kind) {
       case SessionEvent::Kind::kNote:
@@ -543,7 +543,7 @@ class FeelRun {
     }
   }
 
-  /// A line of JSON on stdout, at once: who reads it may wait for it.
+  /// A line of JSON on stdout, flushed at once: the reader may wait for it.
   static void print(const nlohmann::json& json) {
     std::printf("%s\n", json.dump().c_str());
     std::fflush(stdout);
@@ -675,14 +675,16 @@ class FeelRun {
   bool display_lost_ = false;
   std::unique_ptr<TickLog> log_;
   std::unique_ptr<BlackBox> black_box_;
-  std::unique_ptr<TickRecorder> recorder_;  ///< tells both above, and writes the recording
+  std::unique_ptr<TickRecorder>
+      recorder_;  ///< passes ticks to the two above, and writes the recording
   Status recorded_ = Nothing{};
   std::unique_ptr<devices::SpaceMouse> second_hand_;
   std::optional<DeviceFault> second_hand_fault_;  ///< as it was told
   std::unique_ptr<FeltServer> server_;            ///< likewise
   std::unique_ptr<LiveSource> live_;              ///< ends before session_ does: see feel()
-  std::unique_ptr<Session> session_;  ///< ends its servo thread before what is above goes
-  Viewers viewers_;                   ///< look at session_
+  std::unique_ptr<Session>
+      session_;      ///< ends its servo thread before the members above are destroyed
+  Viewers viewers_;  ///< look at session_
   std::unique_ptr<Gallery> gallery_;  ///< likewise
 };
 
@@ -691,7 +693,7 @@ std::string text_of(const ServoPeriods& periods) {
                      periods.median_us, periods.p999_us, periods.most_us, periods.ticks);
 }
 
-/// The same scene and device with nothing else going on, for comparison.
+/// Runs the same scene and device with no other work, for comparison.
 Result<ServoPeriods> periods_alone(FeelCommand command, CancelOnSignal& cancel) {
   constexpr double kAlone_s = 5.0;
   command.headset = "off";
@@ -737,7 +739,7 @@ int replay_run(const FeelCommand& command, Console& console) {
 }  // namespace
 
 int run_feel(const FeelCommand& command) {
-  // In this order: the handlers of emergency stay in place below the waiting for Ctrl-C.
+  // In this order: the emergency handlers first, so that those for Ctrl-C are put on top of them.
   emergency::install();
   CancelOnSignal cancel;
   Console console(command.quiet, command.json);

@@ -12,7 +12,7 @@
 
 namespace palpate::app {
 
-/// What the command line says of feeling.
+/// The options of feeling.
 struct FeelCommand {
   std::vector<std::filesystem::path> inputs;
   scenes::SequenceChoices sequence;
@@ -47,11 +47,11 @@ struct FeelCommand {
   bool hand = true;                 ///< false: it is only looked at, as by 'palpate view'
 };
 
-/// Feels, or replays, from what is said to its summary; returns the exit code. From the main
-/// thread, before others are started: it takes Ctrl-C and the ways out of a crash into its hands.
+/// Feels, or replays, from the first line of output to the summary; returns the exit code. Call on
+/// the main thread, before others are started: it handles Ctrl-C and the signals of a crash.
 int run_feel(const FeelCommand& command);
 
-/// OpenIGTLink's usual port is 18944: that of the other program.
+/// Not 18944, the usual port of OpenIGTLink, which the other program uses.
 constexpr int kServePort = 18945;
 
 /// The options of segmentations and of a scene's folder, which feeling, viewing and planning share.
@@ -63,7 +63,7 @@ void add_wall(CLI::App& app, scenes::SequenceChoices& choices);
 /// --modes.
 void add_modes(CLI::App& app, scenes::SequenceChoices& choices);
 
-/// What an OpenIGTLink source is taken for.
+/// The options of an OpenIGTLink source.
 void add_live(CLI::App& app, FeelCommand& command);
 
 /// Where it is seen: options that feeling and viewing share.

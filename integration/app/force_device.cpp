@@ -38,7 +38,7 @@ OpenedDevice mouse(std::string why) {
 }
 
 OpenedDevice controller(std::string why) {
-  // As a tracked tool, at its true size, but told of 90 times a second and more.
+  // As a tracked tool, in true size, but with 90 or more positions a second.
   desktop::MouseProbeOptions options = sessions::tool_probe();
   options.kind = "controller";
   options.settle_per_s = kControllerSettle_per_s;
@@ -106,7 +106,7 @@ namespace {
 
 Result<OpenedDevice> opened_for(const ForceDeviceChoice& choice, LoadedScene& scene, bool fit) {
   if (choice.device == "none") {
-    // A probe that nobody moves, out of the way.
+    // A probe that is never moved, outside the data.
     OpenedDevice opened;
     desktop::MouseProbeOptions options;
     options.kind = "none";

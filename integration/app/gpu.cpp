@@ -20,7 +20,7 @@ void add_gpu_option(CLI::App& command, DeviceOptions& options) {
 
 void add_device_options(CLI::App& command, DeviceOptions& options) {
   add_gpu_option(command, options);
-  // No group: it is in no help.
+  // An option without a group is not listed in --help.
   command
       .add_option_function<std::string>("--device",
                                         [&options](const std::string& name) {

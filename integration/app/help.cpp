@@ -58,7 +58,7 @@ Command add_help(CLI::App& program) {
   CLI::App* app =
       program.add_subcommand("help", "Explain a command, or say which commands have an option");
   app->add_option("what", *words, "A command, as in 'chart stability', or an option, as in 'csv'");
-  // An option that is asked for is none of this command.
+  // The option in question is not one of this command.
   app->allow_extras();
   return {app,
           [&program, app, words] {

@@ -1,5 +1,4 @@
-// The manual pages and shell completions, from the definitions of the commands: what --help says
-// is what they say.
+// The manual pages and shell completions, made from the same definitions of the commands as --help.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 

@@ -67,7 +67,7 @@ std::string joined_presets() {
   return names;
 }
 
-/// Wishes that can not be read are refused before any file is.
+/// Refuses options that can not be parsed before any file is read.
 Status check_wish(const MotionCommand& command) {
   if (!command.within.empty())
     if (const auto seconds = parse_seconds(command.within); !seconds) return seconds.error();
@@ -119,7 +119,7 @@ PairNames names_in_sequence(const MotionCommand& command, size_t count, size_t f
   return names;
 }
 
-/// What can be known to be wrong before anything is read.
+/// Finds errors that can be known before anything is read.
 Status check_output_name(const MotionCommand& command) {
   if (command.is_pair() && command.cyclic) {
     return files::bad_output(command.output,
@@ -169,7 +169,7 @@ Status check_names(const MotionCommand& command, size_t frame_count) {
     for (size_t k = 0; k < frame_count; ++k)
       outputs.push_back(folder / reference_field_name(command.format, k, frame_count));
   } else if (!command.is_pair() && fs::exists(whole, error)) {
-    // Who reads the folder would take that for the motion of these frames.
+    // Readers of the folder would take that file for the motion of these frames.
     return files::bad_output(whole,
                              "is the motion of a whole sequence, which these fields would lie "
                              "beside: name another folder, or remove it");
@@ -420,7 +420,7 @@ void add_expert_options(CLI::App& app, MotionCommand& command) {
       ->group("Experiments");
 }
 
-/// Choosing by what was measured; it leaves nothing else to choose.
+/// Choosing a setting by measurements; it can not be combined with other choices.
 void add_wishes(CLI::App& app, MotionCommand& command) {
   CLI::Option* within =
       app.add_option("--within", command.within,

@@ -31,7 +31,7 @@ class Outputs {
   /// Gives all staged files their names, replacing older ones.
   Status publish();
 
-  /// The same error with the name that the person knows.
+  /// The same error with the file's final name, which the person knows.
   Error in_place(Error error) const;
 
  private:

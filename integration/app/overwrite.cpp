@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What a path leads to, however it is spelled.
+/// The file that a path leads to, whatever the path's spelling.
 using FileId = std::pair<dev_t, ino_t>;
 
 /// Scenes and headers are text; no sensible one is longer.

@@ -89,7 +89,7 @@ int run(int argc, char** argv) {
     return kExitBad;
   }
   Console::set_verbose(*program.verbose);
-  // The loader would tell the terminal in words of its own what we say in ours. Before any thread.
+  // Turn off the loader's own messages: palpate reports the same. Before any thread starts.
   if (!Console::verbose()) setenv("XR_LOADER_DEBUG", "none", 0);
   const Command* command = chosen(program.commands);
   return command ? run_checked(*command) : int(kExitBad);
@@ -118,8 +118,8 @@ void add_commands(CommandLine& program, std::vector<Command> commands) {
 }
 
 int run_program(int argc, char** argv) {
-  // A file that may not grow and a reader that has gone are errors of a write, not the end of a
-  // program that may be holding a hand.
+  // A file that reached its size limit and a closed pipe become errors of the write: they must not
+  // kill a program that may be giving a force.
   std::signal(SIGXFSZ, SIG_IGN);
   std::signal(SIGPIPE, SIG_IGN);
   try {

@@ -11,7 +11,7 @@
 namespace palpate::app {
 namespace {
 
-/// Without exceptions: that nobody reads any more is no reason to end the work.
+/// Without exceptions: the work goes on even if the output is no longer read.
 void put(std::FILE* stream, std::string_view text) {
   std::fwrite(text.data(), 1, text.size(), stream);
   std::fflush(stream);

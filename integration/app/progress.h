@@ -49,7 +49,7 @@ class Console {
   /// line each second. Calls in between are cheap.
   void live(std::string_view line);
 
-  /// Removes the bar; the next progress() starts the clock anew.
+  /// Removes the bar; the next progress() restarts the clock.
   void end_progress();
 
   /// A sentence on stderr, also when quiet.

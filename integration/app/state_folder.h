@@ -4,7 +4,7 @@
 
 namespace palpate::app {
 
-/// Where what the program keeps between runs lies: $XDG_STATE_HOME/palpate, or
+/// The folder for data that the program keeps between runs: $XDG_STATE_HOME/palpate, or
 /// ~/.local/state/palpate; empty where neither is known. It need not exist.
 std::filesystem::path state_folder();
 

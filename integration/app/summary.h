@@ -25,7 +25,7 @@ struct CycleDrift {
   Distances everywhere;                ///< samples of the first field, inside the mask
   std::optional<Distances> structure;  ///< voxels where the first pair shows structure (examined())
 
-  /// What the verdict is about.
+  /// The subject of the verdict.
   const Distances& judged() const { return structure ? *structure : everywhere; }
 };
 nlohmann::json json_of(const CycleDrift& drift);

@@ -17,7 +17,7 @@ Command add_calibrate(CLI::App& program) {
       ->check(one_of({"points", "movement"}))
       ->capture_default_str();
   app->add_option("--device", command->device.device,
-                  "Force device; simulated goes by itself where a hand would take it")
+                  "Force device; simulated moves by itself as a hand would move it")
       ->check(a_force_device({"simulated"}))
       ->capture_default_str();
   app->add_option("--falcon-firmware", command->device.falcon_firmware,

@@ -27,13 +27,13 @@
 namespace palpate::app {
 namespace {
 
-constexpr double kGood_m = 0.001;    // expected error anywhere in reach: nobody sees or feels it
-constexpr double kUsable_m = 0.003;  // picture and force are seen apart
-constexpr double kAgree = 0.6;       // of the samples, at least: fewer are chance
-constexpr size_t kFirstWord = 6;     // points after which it is said how well they fit
+constexpr double kGood_m = 0.001;    // expected error in the workspace: below what a person notices
+constexpr double kUsable_m = 0.003;  // above it picture and force are visibly apart
+constexpr double kAgree = 0.6;       // least share of the samples; fewer agree by chance
+constexpr size_t kFirstWord = 6;     // points after which their fit is reported
 constexpr int kBuzzFrames = 8;
 
-/// Nothing to see, but when and where the hands were.
+/// Shows no picture: gives only the hands' poses and their times.
 class HandWatch final : public xr::PictureSource {
  public:
   Status use(const std::shared_ptr<vulkan::Context>&) override { return Nothing{}; }
@@ -110,7 +110,7 @@ class Calibrating {
     return Nothing{};
   }
 
-  /// One frame of the headset, or a little rest where there is none.
+  /// One frame of the headset, or a short pause if there is none.
   Status frame() {
     const uint64_t before = watch_.frames;
     const xr::Report& report = headset_.step(monotonic_ns());
@@ -146,7 +146,7 @@ class Calibrating {
 
   void buzz() {
     if (buzzing_ == 0) return;
-    // A refusal is felt as two knocks, a point taken as one.
+    // Vibration: two pulses for a refusal, one for a point that was taken.
     const bool on = !twice_ || buzzing_ <= kBuzzFrames || buzzing_ > 2 * kBuzzFrames;
     if (on) headset_.vibrate(int(side()), 1.0);
     --buzzing_;
@@ -163,7 +163,7 @@ class Calibrating {
     console_.say(fmt::format("{}{}{}", which, place.words, so_far));
   }
 
-  /// What the person is to see of both tips while a point is awaited.
+  /// The line about both tips while a point is awaited.
   void live() {
     if (tips_.empty()) {
       console_.live(fmt::format("the device: {}", sentence(log_.fault())));
@@ -199,7 +199,7 @@ class Calibrating {
   /// The controller's poses from when the trigger is pulled.
   Result<std::vector<ControllerSample>> turning() {
     std::vector<ControllerSample> samples;
-    bool was_pressed = true;  // what is held from before is no press
+    bool was_pressed = true;  // a button that is already down is not a press
     std::optional<double> since_s;
     while (!since_s || watch_.time_s - *since_s < seconds()) {
       if (const Status framed = frame(); !framed) return framed.error();
@@ -223,13 +223,13 @@ class Calibrating {
     console_.say(fmt::format(
         "Rest the controller's touching tip in a dent that holds it, pull the trigger, and turn "
         "the controller about the tip, tilted to all sides and rolled, for {:.0f} s until it "
-        "knocks.",
+        "vibrates.",
         seconds()));
     const auto samples = turning();
     if (!samples) return samples.error();
     const auto found = find_pivot(*samples);
     if (!found) return found.error();
-    // Each half alone: what the two say apart is how well it is known.
+    // Each half alone: the distance between their results is the uncertainty.
     const std::span<const ControllerSample> all(*samples);
     const auto first = find_pivot(all.first(all.size() / 2));
     const auto second = find_pivot(all.subspan(all.size() / 2));
@@ -252,7 +252,7 @@ class Calibrating {
   Result<Calibration> by_points() {
     console_.say(
         "Take the device's tip to the place named, hold the controller's tip to it, pull the "
-        "trigger, and keep both still until it knocks: once is taken, twice is not.");
+        "trigger, and keep both still until it vibrates: once if taken, twice if not.");
     std::vector<TouchedPoint> points;
     while (int(points.size()) < command_.points) {
       const size_t number = points.size();
@@ -315,8 +315,8 @@ class Calibrating {
     return found;
   }
 
-  /// What the movement's two halves, which share no sample, say apart: half of the largest distance
-  /// in the device's reach. Infinite where one says nothing.
+  /// How far the results of the movement's two halves, which share no sample, are apart: half of
+  /// the largest distance in the device's workspace. Infinite if a half gives no result.
   double halves_apart_m(std::span<const ControllerSample> samples) const {
     const size_t half = samples.size() / 2;
     const auto first = calibrate_by_movement(tips_, samples.first(half));

@@ -9,7 +9,7 @@
 
 namespace palpate::app {
 
-/// What the command line says of calibrating.
+/// The options of calibrating.
 struct CalibrateCommand {
   std::filesystem::path output;
   std::string by = "points";   ///< points or movement
@@ -22,7 +22,7 @@ struct CalibrateCommand {
   bool quiet = false;
 };
 
-/// What --tip says as a place, m; nothing if it says none (pivot, or nonsense).
+/// The place that --tip gives, m; nothing if it gives none (pivot, or an invalid text).
 std::optional<glm::dvec3> tip_of(const std::string& text);
 
 /// Guides a person from no headset to a stored and checked calibration; returns the exit code. From

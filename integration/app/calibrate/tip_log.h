@@ -16,7 +16,7 @@ class TipLog final : public Ticker {
   TickOutput tick(const TickInput& input) noexcept override;
   /// Adds what came since the last call. One thread.
   void drain(std::vector<TipSample>& samples);
-  /// As the device said last. Any thread.
+  /// The device's last answer. Any thread.
   DeviceFault fault() const { return fault_; }
 
  private:

@@ -65,7 +65,7 @@ TouchTaker::Taken TouchTaker::step(double now_s, const xr::Controller& hand,
 
 TouchTaker::Taken TouchTaker::judge() const {
   if (device_m_.empty())
-    return {std::nullopt, "The force device says no place: look to its cable, and press again."};
+    return {std::nullopt, "The force device gives no position: check its cable, and press again."};
   if (stage_m_.size() < 2)
     return {std::nullopt,
             "The headset lost the controller: hold it where the headset sees it, and press again."};

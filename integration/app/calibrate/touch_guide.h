@@ -16,7 +16,7 @@ struct TouchPlace {
   const char* words;
   glm::dvec3 direction;
 };
-/// Corners and middles of faces, far apart first. Goes round.
+/// Corners and middles of faces, the ones furthest apart first. Repeats from the start.
 const TouchPlace& touch_place(size_t number);
 
 /// Takes one touched point: both tips held still while the button is pressed and 0.3 s on. A value;
@@ -28,7 +28,8 @@ class TouchTaker {
 
   struct Taken {
     std::optional<TouchedPoint> point;
-    std::string refused;  ///< why there is none: a sentence; empty while nothing is to be said
+    std::string
+        refused;  ///< why no point was taken: a sentence; empty if there is nothing to report
   };
   /// Once per frame: the controller at now_s, and what the device's tip did since the last frame.
   Taken step(double now_s, const xr::Controller& hand, std::span<const TipSample> fresh);
@@ -38,7 +39,7 @@ class TouchTaker {
   Taken judge() const;
 
   glm::dvec3 tip_m_;
-  bool pressed_ = true;  ///< what is held from before is no press
+  bool pressed_ = true;  ///< a button that is already down is not a press
   std::optional<double> since_s_;
   std::vector<glm::dvec3> device_m_, stage_m_;
 };

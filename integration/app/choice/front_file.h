@@ -19,9 +19,9 @@ Status write_front(const MotionFront& front);
 /// measured on another device than `device`.
 Result<MotionFront> read_front(const std::string& device);
 
-/// The settings for a deadline (one) or an error (the fastest first, then better ones, for where it
-/// does not do) of a pair on this grid, from the front that was measured on this device. One of the
-/// two is not empty. Errors: kBadInput with what to do.
+/// The settings for a pair on this grid, from the front that was measured on this device. For a
+/// deadline: one. For an error: the fastest first, then better ones to try if it is not good
+/// enough. One of the two arguments is not empty. Errors: kBadInput with what to do.
 Result<std::vector<Choice>> choose_settings(const std::string& within, const std::string& error,
                                             const Grid& grid, const std::string& device);
 

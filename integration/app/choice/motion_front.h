@@ -16,8 +16,8 @@ struct FrontPoint {
   double error_voxels = 0.0;
 };
 
-/// What a machine measured of palpate's settings, kept so that `palpate motion --within` can
-/// choose. Only the front: what no other setting beats.
+/// The measurements of palpate's settings on a machine, kept so that `palpate motion --within` can
+/// choose. Only the Pareto front: settings that no other one beats in both speed and accuracy.
 struct MotionFront {
   std::string device;              ///< name of the Vulkan device
   std::string version;             ///< of palpate

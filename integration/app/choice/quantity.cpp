@@ -29,7 +29,7 @@ Result<double> parse(const std::string& text,
                       text, example));
   if (error != std::errc()) return refused;
   for (const auto& [name, factor] : units) {
-    const double result = value * factor;  // 1e308cm is a number, but none in mm
+    const double result = value * factor;  // 1e308cm is finite, but not in mm
     if (unit == name && std::isfinite(result) && result > 0.0) return result;
   }
   return refused;

@@ -7,9 +7,9 @@
 
 namespace palpate::app {
 
-/// A force device whose force also hangs on what goes on in a headset: two buttons more, which are
-/// down as long as somebody says so again and again. What stops saying so, because it was told to
-/// or because it hangs, lets go.
+/// A force device whose force also depends on the headset. It adds two buttons. Each is down until
+/// a time that the headset's thread has to set again and again; if that thread stops doing so, on
+/// purpose or because it hangs, the button is released.
 class GatedDevice final : public ForceDevice {
  public:
   static constexpr uint32_t kShown = 1u << 30;    ///< there is a picture in the headset

@@ -21,7 +21,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr int64_t kShown_ns = 2'000'000'000;    // longer without a frame: the program hangs
-constexpr int64_t kDeadMan_ns = 500'000'000;    // a hand that lets go may not wait for a slow frame
+constexpr int64_t kDeadMan_ns = 500'000'000;    // releasing must not wait for a slow frame
 constexpr auto kPause = 10ms;                   // where no display makes it wait
 constexpr double kNear_m = 0.45, kFar_m = 0.9;  // the scene's centre from the eyes
 constexpr double kBelow_m = 0.15;               // and below them
@@ -105,7 +105,7 @@ class HeadsetLoop::Run {
     if (report.state == xr::HeadsetState::kEnded) loop_.ended_ = true;
   }
 
-  /// Bare hands: what the person can do with them, once, and when it is over.
+  /// Reports what the person can do with bare hands: once, and if the runtime does not show them.
   void tell_tracking(const xr::Report& report) {
     if (!scene_ || !scene_->controller) return;
     if (report.hand_tracking && !tracking_told_)
@@ -156,7 +156,7 @@ class HeadsetLoop::Run {
     scene_->gate->dead_man_until(xr::dead_man_held(report.hands) ? now_ns + kDeadMan_ns : 0);
   }
 
-  /// What is due once per frame.
+  /// The work of each frame.
   void act(const xr::Report& report, int64_t now_ns) {
     const double dt_s = last_ns_ ? std::min(1e-9 * double(now_ns - last_ns_), kLongest_s) : 0.0;
     last_ns_ = now_ns;
@@ -168,7 +168,7 @@ class HeadsetLoop::Run {
       if (!headset_.colocation().keeps()) placed_ = false;
     }
     if (!placed_) {
-      // What the hands did in this frame they did in another world.
+      // The hands' actions of this frame were relative to the old place of the world: drop them.
       if (head_) place(report);
       return;
     }
@@ -225,7 +225,7 @@ class HeadsetLoop::Run {
     head_.reset();
   }
 
-  /// To the force device, or where there is none before the person.
+  /// Puts the world at the force device or, without one, in front of the person.
   void bring_here() {
     if (!head_) return;
     glm::dvec3 centre;
@@ -237,7 +237,8 @@ class HeadsetLoop::Run {
     hands_->bring(centre, scene_->controller ? before : scene_->device_centre_m, head_->position_m);
   }
 
-  /// With a controller or a bare finger. Nobody's hand is gone: the force ends by the ramp.
+  /// Moves the probe with a controller or a bare finger. If no hand holds it, the force ends by the
+  /// ramp.
   void feel(const xr::Hands& hands, double dt_s) {
     hold_ = probe_hand_.step(hands, dt_s);
     if (hold_.asks_for_tube) scene_->session->release_tube();
@@ -259,7 +260,7 @@ class HeadsetLoop::Run {
     was_touching_ = snapshot_.in_contact;
   }
 
-  /// Who holds the probe is drawn: a pen, the fingertip, or nothing but fingers that do not pinch.
+  /// Draws what holds the probe: a pen, the fingertip, or only fingertips that do not pinch.
   void show_probe(ViewChoices& view) const {
     if (!scene_->controller) return;
     view.full_force_n = scene_->max_force_n;
@@ -287,14 +288,14 @@ class HeadsetLoop::Run {
     picture_->choose(view);
     picture_->update(scene_->session->scene());
     picture_->show(scene_->session->tubes());
-    // Before it is known where the world stands there is nothing to see.
+    // Nothing is drawn before the world's place in the room is known.
     if (!placed_) return std::nullopt;
     xr::Scenery scenery;
     const SceneSnapshot ahead = ahead_.at(snapshot_, frame.display_time_ns);
     scenery.scene = picture_->at(ahead, frame.display_time_ns, xr::eye_of(frame.eyes[0]));
     add_fingers(scenery.scene.things);
     if (const auto clip = hands_->clip(ahead)) scenery.scene.clips.push_back(*clip);
-    // Where the room is seen, what covers nothing must add nothing.
+    // With pass-through, a pixel that covers nothing must also add no light.
     if (headset_.report().see_through)
       scenery.scene.background_top = scenery.scene.background_bottom = glm::dvec3(0.0);
     scenery.volumes = picture_->volumes();

@@ -20,10 +20,10 @@
 
 namespace palpate::app {
 
-/// What becomes of the force when the picture in the headset goes away.
+/// What happens to the force when the picture in the headset is lost.
 enum class OnHeadsetLoss { kRamp, kGoOn };
 
-/// What a headset is joined to. All borrowed until end().
+/// What the headset loop works with. All borrowed until end().
 struct HeadsetScene {
   Session* session = nullptr;
   GatedDevice* gate = nullptr;
@@ -39,8 +39,8 @@ struct HeadsetScene {
   glm::dvec3 device_centre_m{0.0};  ///< of its workspace, world
 };
 
-/// A picture of what is felt in a headset, and what the hands there do, on a thread of its own, for
-/// as long as it lives; taken up again after every loss.
+/// Shows what is felt in a headset and handles the hands there, on a thread of its own, as long as
+/// the object lives; starts again after every loss of the headset.
 class HeadsetLoop {
  public:
   /// Starts to look for a runtime and a headset at once; shows nothing before begin().
@@ -52,7 +52,7 @@ class HeadsetLoop {
   HeadsetLoop(const HeadsetLoop&) = delete;
   HeadsetLoop& operator=(const HeadsetLoop&) = delete;
 
-  /// What the first look found. Waits for it.
+  /// The result of the first search for a headset. Waits for it.
   struct Availability {
     bool runtime = false, headset = false;
     bool can_never = false;  ///< the runtime lacks what was asked of it

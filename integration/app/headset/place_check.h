@@ -9,7 +9,7 @@
 namespace palpate::app {
 
 /// Whether the picture stands where the force device is: asked of one touched point after the start
-/// and after every restart of the runtime, which may have moved the room unseen. One thread.
+/// and after every restart of the runtime, which may have moved the room's origin. One thread.
 class PlaceCheck {
  public:
   /// controller_from_tip_m: as calibrated.

@@ -29,7 +29,7 @@ ProbeHold ProbeHand::step(const xr::Hands& hands, double dt_s) {
     hold.tips[side] = fingers.fingertip_m;
     std::optional<double>& since_s = since_tap_s_[side];
     if (since_s) *since_s += dt_s;
-    // A pinch that ends because the hand is lost is no tap.
+    // A pinch that ends because tracking lost the hand is not a tap.
     if (!fingers.seen || (since_s && *since_s >= kTwice_s)) since_s.reset();
     if (!fingers.pinches && fingers.seen && pinched_s_[side] > 0.0 && pinched_s_[side] < kTap_s) {
       (since_s ? hold.asks_to_keep : hold.asks_for_tube) = true;

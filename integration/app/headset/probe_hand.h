@@ -9,7 +9,7 @@
 
 namespace palpate::app {
 
-/// Who holds the probe where no force device does.
+/// The hand that holds the probe when there is no force device.
 struct ProbeHold {
   enum class By : uint8_t { kNobody, kController, kFinger } by = By::kNobody;
   int side = 1;                      ///< 0 left, 1 right

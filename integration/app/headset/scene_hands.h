@@ -22,7 +22,7 @@ class SceneHands {
   /// Brings what is around `centre_m` (world, now) to `target_m`, its front to the viewer.
   void bring(glm::dvec3 centre_m, glm::dvec3 target_m, glm::dvec3 viewer_m);
 
-  /// As presets were chosen.
+  /// The look that the person has chosen, if any.
   const ViewChoices& view() const { return view_; }
   /// The cut that is to be seen where `drawn` is drawn: at the palm that holds it, or in the
   /// volumes where it was let go. Once per picture.

@@ -21,7 +21,7 @@ struct ViewerChoice {
   ViewChoices view;
 };
 
-/// Those who look on while a scene is felt, besides the pictures that go to files.
+/// The viewers of a scene that is felt, besides pictures to files.
 struct Viewers {
   std::unique_ptr<HeadsetLoop> headset;
   std::unique_ptr<desktop::DesktopLoop> window;

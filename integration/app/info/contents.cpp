@@ -186,7 +186,7 @@ void describe_scalars(Contents& contents) {
   judge_scalars(contents.values, contents.problems);
 }
 
-/// Vectors of one file, taken for what may be a field or a flow.
+/// The vectors of one file, which may be a field or a flow.
 Status describe_vectors(Contents& contents) {
   contents.kind = "vectors";
   contents.what = "vectors: a displacement field or a flow";
@@ -361,7 +361,7 @@ Result<Contents> contents_of_fields(const fs::path& folder, const std::vector<fs
   return contents;
 }
 
-/// Files that are no frames of one sequence: each by itself, and why they do not go together.
+/// Files that are not frames of one sequence: each on its own, and why they are no sequence.
 Result<Contents> contents_of_different(const fs::path& folder, const std::vector<fs::path>& images,
                                        const Error& why, const OnShare& on_share) {
   Contents contents{.path = folder,
@@ -553,7 +553,7 @@ Result<Contents> contents_of(const fs::path& path, const OnShare& on_share) {
   if (ending == ".json" || files::trimmed(start).starts_with('{')) return contents_of_json(path);
   if (ending == ".csv" || ending == ".fcsv" || ending == ".txt" || ending == ".tsv")
     return contents_of_table(path, start);
-  // It is no image: the sentence says which formats are.
+  // Not an image: the sentence says which formats palpate reads.
   return contents_of_image(path, on_share);
 }
 
@@ -561,7 +561,7 @@ Together together(const Grid& first, const Grid& other) {
   Together found;
   found.same_grid = same_geometry(other, first);
   if (!found.same_grid) found.difference = files::difference(other, first);
-  // Points spread evenly through the first: fine enough to tell none, a part and all.
+  // Points spread evenly through the first: enough to tell no overlap, partial and full overlap.
   constexpr int kPoints = 16;
   int inside = 0;
   for (int n = 0; n < kPoints * kPoints * kPoints; ++n) {
