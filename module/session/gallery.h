@@ -22,7 +22,7 @@ struct StereoPicture {
   double force_n = 0.0;
 };
 
-/// Looks on while a scene is felt, without any display: draws both eyes again and again on a thread
+/// Draws a scene while it is felt, without any display: draws both eyes again and again on a thread
 /// of its own, as a headset would ask for it, and keeps one stereo picture per phase, in contact if
 /// there was any.
 class Gallery {

@@ -81,7 +81,7 @@ LiveSequence::~LiveSequence() {
   watch_.reset();
 }
 
-/// Whoever listens and throws is told of nothing else: there is nobody to say it to.
+/// An exception of the listener is dropped: there is nowhere to report it.
 void LiveSequence::say(const std::string& sentence) const {
   if (!options_.on_note) return;
   (void)caught([&]() -> Status {
@@ -237,7 +237,7 @@ void LiveSequence::take_further(Cycle& cycle, Further& further, size_t frame, Vo
   options.reference = cycle.reference;
   further.motion =
       std::async(std::launch::async, [this, options, &cycle, end = further.stop.get_token()] {
-        // Nobody touches its times and frames until this is over.
+        // No other thread uses its times and frames until this is over.
         give_way(BackgroundWork::kEstimation);
         return caught([&] { return motion_of(cycle.times_s, cycle.frames, options, end); });
       });
@@ -255,7 +255,7 @@ void LiveSequence::watch() {
   left_s = std::min(left_s, length_s - left_s);
   if (left_s > kThere * kSlot_s) return;
   ++numbers_.felt;
-  // What was measured longest ago gives way, so that no run is too long for it.
+  // The oldest measurements are overwritten, so that a run may be of any length.
   if (delays_s_.size() >= 100'000) delays_s_.erase(delays_s_.begin(), delays_s_.begin() + 50'000);
   const int64_t now_ns = monotonic_ns();
   delays_s_.push_back(float(1e-9 * double(now_ns - target_arrived_ns_)));
@@ -415,7 +415,7 @@ void LiveSequence::stand_at(const Volume& frame, std::stop_token stop) {
 /// The cycle plays by itself, at the pace of the frames that still come.
 void LiveSequence::keep(Cycle& cycle, std::stop_token stop) {
   {
-    // Whoever waits for the last frame would wait for ever.
+    // A thread that waits for the last frame would wait for ever.
     std::unique_lock lock(mutex_);
     changed_.wait(lock, stop, [&] { return target_arrived_ns_ == 0; });
     numbers_.cycle_s = cycle.cycle_s;

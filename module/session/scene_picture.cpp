@@ -10,14 +10,14 @@ namespace {
 
 constexpr size_t kMostDrawn = 4;  // as the renderer takes
 constexpr glm::dvec3 kPen{0.80, 0.83, 0.88}, kProxy{0.30, 0.78, 0.98}, kArrow{1.0, 0.62, 0.18};
-// Of a fingertip that touches: what neither flesh nor bone is, and told from them by all eyes.
+// Colours of a fingertip that touches: unlike flesh and bone, also for colour-blind people.
 constexpr glm::dvec3 kTouch{0.25, 0.95, 1.0}, kPressed{0.10, 0.25, 1.0};
 constexpr glm::dvec3 kFrame{0.42, 0.46, 0.54};
 constexpr double kHeightAngle = 0.55;  // of a picture
 constexpr double kArrow_m_per_n = 0.008;
 constexpr double kTube = 0.0006;              // radius beside a volume of 10 cm
 constexpr double kKeptTube = 1.6;             // of that, where it is to stay
-constexpr double kLongestPrediction_s = 0.1;  // a tick older than this says nothing of now
+constexpr double kLongestPrediction_s = 0.1;  // an older tick is not extrapolated further
 
 /// The least and greatest value of a frame on a coarse lattice: enough to choose a look.
 std::pair<double, double> range_of(const FrameData& frame) {

@@ -138,7 +138,8 @@ void Session::attempt(const std::function<void()>& work) {
          "Poses and stream tubes of the session may be late: " + done.error().message);
 }
 
-/// What the haptic loop itself has no way to say: a mode that threw, a device of the host's.
+/// Reports failures that the haptic loop can not report itself: a mode that threw, a device of the
+/// host's.
 void Session::say_what_failed(const Scene& felt) {
   for (const SceneMode& mode : felt.modes) {
     const auto* const foreign = dynamic_cast<const ForeignMode*>(mode.mode.get());

@@ -48,7 +48,7 @@ struct SessionOptions {
   std::function<std::string()> next_note;
 };
 
-/// Who reads the newest snapshot, each on a thread of its own.
+/// The readers of the newest snapshot, each on a thread of its own.
 enum class SnapshotReader { kHeadset, kWindow, kPictures, kLive, kServer, kTubes };
 static_assert(int(SnapshotReader::kTubes) < SceneTicker::kReaders);
 
@@ -127,10 +127,10 @@ class Session {
   /// The newest tick for reader 0 or 1; see Servo::newest().
   bool newest(int reader, TickOutput& output) noexcept;
   const ServoStatistics& statistics() const noexcept;
-  /// What the system gave the servo thread; all nothing where the host ticks.
+  /// Which real-time settings the system gave the servo thread; none where the host ticks.
   const ServoReport& report() const;
 
-  /// Takes along all volumes that a second hand may move: x becomes moved(x), world, a similarity
+  /// Moves all volumes that a second hand may move: x becomes moved(x), world, a similarity
   /// (equal scales). They follow on a smooth path. Any thread; to be called once per frame as long
   /// as they are held, also if they rest.
   void drag(const Transform& moved);
@@ -142,7 +142,7 @@ class Session {
   /// while it goes on to tick, and this does not wait for it. Further calls do nothing. Any thread
   /// but those of the session.
   void stop();
-  /// Whether the loop has been stopped and the device has had a force of zero since.
+  /// Whether the loop has been stopped and the device's force has reached zero.
   bool at_rest() const noexcept;
   /// The step's books; after stop() only.
   const Haptics& haptics() const { return ticker_.haptics(); }

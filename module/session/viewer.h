@@ -27,7 +27,7 @@ class Viewer {
   static Result<std::unique_ptr<Viewer>> open(const vulkan::ContextOptions& gpu,
                                               const ViewChoices& choices,
                                               const RendererOptions& options);
-  /// Waits for the picture in the making.
+  /// Waits for the picture that is being drawn.
   ~Viewer();
   Viewer(const Viewer&) = delete;
   Viewer& operator=(const Viewer&) = delete;
@@ -68,7 +68,7 @@ struct ViewerThreadOptions {
   vulkan::ContextOptions gpu;
   ViewChoices choices;
   RendererOptions renderer;
-  SnapshotReader reader = SnapshotReader::kPictures;  ///< nobody else reads as this one
+  SnapshotReader reader = SnapshotReader::kPictures;  ///< no other thread may use the same reader
 };
 
 /// Draws what is felt again and again, on a thread of low priority and a device of its own, for
