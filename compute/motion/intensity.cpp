@@ -20,7 +20,7 @@ constexpr float kLargestScaled = 60.0F;
 constexpr double kSmallestFloor = 0.02;
 constexpr double kLargestFloor = 0.25;
 
-/// Nearest fp16, values beyond the normal range held or flushed; written so that compilers
+/// Nearest fp16, values beyond the normal range clamped or flushed to 0; written so that compilers
 /// vectorise it.
 inline uint16_t half_bits(float value) {
   const auto bits = std::bit_cast<uint32_t>(value);

@@ -24,7 +24,7 @@ IntensityScale intensity_scale(const Volume& volume);
 inline constexpr double kNoiseFloor = 2.2;
 
 /// The floor f of local normalisation in scaled units, the one place where it is decided: 2.2 SDs
-/// of the frame's noise, held within 0.02 to 0.25; or `asked`, if that is above 0. One for all
+/// of the frame's noise, clamped to 0.02 to 0.25; or `asked`, if that is above 0. One for all
 /// frames of a sequence, as the scale is. Any thread.
 double noise_floor(const Volume& volume, const IntensityScale& scale, double asked);
 

@@ -53,7 +53,7 @@ class PointSolver {
 
   /// I + grad u inside the cell around an index: for the trilinear field the difference across the
   /// cell along one axis is its exact derivative. Zero along an axis on which the border value is
-  /// held.
+  /// clamped.
   glm::dmat3 jacobian(glm::dvec3 index) const {
     glm::dmat3 per_index(0.0);
     for (int axis = 0; axis < 3; ++axis) {

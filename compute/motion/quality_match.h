@@ -10,7 +10,7 @@
 namespace palpate {
 
 /// The moving volume brought onto a grid of the fixed frame: W(x) = M(x + u(x)), trilinear, border
-/// values held.
+/// values clamped.
 Volume warped(const Volume& moving, const Field& u, const Grid& onto);
 
 /// What the frames themselves say about a field. Everything is taken in blocks of about 7 voxels of

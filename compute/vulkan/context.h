@@ -47,8 +47,8 @@ struct GpuInfo {
 /// is no driver.
 std::vector<GpuInfo> list_devices();
 
-/// Somebody who must stand between the context and the three calls that make it: the runtime of a
-/// headset adds the extensions that it needs and insists on the device that drives the display.
+/// Makes the three Vulkan calls that create the context, in its place: the runtime of a headset
+/// adds the extensions that it needs and requires the device that drives the display.
 /// Called by Context::open on its thread, in this order; each returns what the Vulkan call
 /// returned.
 class DeviceMaker {
@@ -75,8 +75,8 @@ struct SharedDevice {
   VkDevice device = VK_NULL_HANDLE;
   uint32_t queue_family = 0;  ///< with compute
   VkQueue queue = VK_NULL_HANDLE;
-  /// Around every use of the queue, on whatever thread that is; both, or neither where nobody else
-  /// uses it meanwhile. lock_queue may throw Failure: then nothing is submitted.
+  /// Called before and after every use of the queue, on any thread. Both are set, or neither if
+  /// only this context uses the queue. lock_queue may throw Failure: then nothing is submitted.
   std::function<void()> lock_queue, unlock_queue;
   /// Whether it was made with the feature shaderStorageImageExtendedFormats, which saves memory.
   bool has_extended_formats = false;

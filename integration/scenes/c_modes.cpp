@@ -72,7 +72,7 @@ class CMode final : public ForeignMode {
     why_.back() = '\0';
   }
   ~CMode() override {
-    // There is nobody to tell that it could not be freed.
+    // A failure to free it can not be reported.
     if (mode_ && kind_.destroy) attempted([&] { kind_.destroy(mode_); });
   }
   CMode(const CMode&) = delete;

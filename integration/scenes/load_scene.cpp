@@ -124,8 +124,8 @@ Result<Frames> frames_in_memory(std::shared_ptr<const Sequence> sequence) {
   return frames;
 }
 
-/// The frames once more. What was held of files is for whoever asks first, so that it does not stay
-/// in memory beside its splines; after that they are read from the files.
+/// Gives the frames once more. The first call gets those that were read and kept; after that they
+/// are read from the files again, so that they do not stay in memory beside their splines.
 std::function<Result<Frames>()> opener(const std::vector<fs::path>& files,
                                        const SequenceChoices& choices,
                                        std::shared_ptr<const Sequence> of_files) {
@@ -398,7 +398,7 @@ Status add(LoadedScene& scene, size_t v, const SequenceChoices& choices, const F
     scene.data.push_back(std::make_shared<const MovingVolume>(std::move(*standing)));
     return Nothing{};
   }
-  // Motion is found in scalars only; a flow whose motion nobody gave changes where it stands.
+  // Motion is found in scalars only; a flow without a given motion changes its values in place.
   const bool vectors = volume.frames.front()->is_vector();
   if (!volume.is_still() && volume.motions.empty() && !volume.whole && spec.source.empty() &&
       !vectors)

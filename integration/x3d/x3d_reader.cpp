@@ -337,7 +337,7 @@ class X3dSceneReader {
     refuse(node, name, fmt::format("one of {} is expected", fmt::join(known, ", ")));
   }
 
-  /// Notes the fields of a node that nobody asked for.
+  /// Notes the fields of a node that the reader did not use.
   void finish(const Node& node) {
     used_.insert(node);
     for (const auto& [name, value] : node.element().attributes)

@@ -14,7 +14,7 @@ using glm::vec4;
 constexpr int kBrick = 8;
 // Taps of a smoothing kernel on one side of its centre, at most.
 constexpr int kMaxRadius = 11;
-// Gradients are held within this, in 1/mm, so that they are finite in fp16: an infinite one marks a
+// Gradients are clamped to this, in 1/mm, so that they are finite in fp16: an infinite one marks a
 // voxel that lies outside the mask.
 constexpr float kLargestGradient = 60000.0F;
 // A level yields wholly where the determinant of its field is above the second, and not at all

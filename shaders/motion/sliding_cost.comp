@@ -22,7 +22,7 @@
 //
 // One invocation: one cell, which moves as a whole. Border: a voxel outside the mask or whose own partner lies more than
 // half a voxel outside costs nothing, whatever the candidate; a candidate's partner outside costs 1.
-// Cells outside the field: held. Precision: fp32. Race: each output written once. CPU oracle: oracle::sliding_cost.
+// Cells outside the field: clamped to the border. Precision: fp32. Race: each output written once. CPU oracle: oracle::sliding_cost.
 TEXELS(1, fixed_image, r16f);
 layout(set = 0, binding = 2) uniform sampler3D moving_image;
 TEXELS(3, field, rgba32f);

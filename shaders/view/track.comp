@@ -8,8 +8,8 @@
 // binding  direction  format    shape            unit
 // 0        in         rgba32f   field (z, y, x)  u in voxels of the volume; w: 1, or 0 = unusable
 // 1        in         rgba32f   nodes (z, y, x)  y - x of the last phase, voxels
-// 2        out        rgba32f   the same image   y - x; w: 1 = found, 0 = held
-// 3        in out     uint      1                nodes that are held
+// 2        out        rgba32f   the same image   y - x; w: 1 = found, 0 = frozen
+// 3        in out     uint      1                number of frozen nodes
 // 4        in         uint      bricks (z, y, x) 0 = nobody looks at the nodes of this brick; push.phase.z = 1:
 //                                                the brick is not made (need.comp)
 //
@@ -19,11 +19,11 @@
 // its square times the field's curvature, or the change of slope at a cell's face times it: unseen.
 //
 // Where no solution is found within kSteps, or the map is folded there (det(I + g du/dx) <= 0), the
-// node keeps what it had: the picture holds there, as the hand does.
+// node keeps what it had: it is frozen there, as the hand's point is.
 //
 // One invocation: one node. Border: the field's samples are clamped to the edge. Precision: fp32; the
 // miss is below 1e-3 voxels where w = 1. Race: an invocation reads and writes its own node
-// only; held are counted by an atomic.
+// only; frozen nodes are counted by an atomic.
 // CPU oracle: back_track of module/haptics.
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) uniform sampler3D field;
