@@ -25,13 +25,6 @@ constexpr double kAsLike = 0.15;              // of the cycle's contrast: as lik
 constexpr double kOutOfStep = 0.2;            // of the cycle
 constexpr double kPace = 2.0, kMostPace = 0.5;
 
-double share_of(std::vector<float> values, double share) {
-  if (values.empty()) return 0.0;
-  const auto at = values.begin() + ptrdiff_t(share * double(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return double(*at);
-}
-
 }  // namespace
 
 Sequence LiveSequence::standing(const Volume& first) {
@@ -64,13 +57,7 @@ LiveSequence::LiveSequence(Session& session, size_t volume, const Volume& first,
       options_(std::move(options)),
       ring_(*session.scene()->volumes[volume].data),
       felt_(first) {
-  watch_ = std::make_unique<Background>(5ms, [this] {
-    // A delay that finds no memory is not counted.
-    (void)caught([&]() -> Status {
-      watch();
-      return Nothing{};
-    });
-  });
+  watch_ = std::make_unique<Background>(5ms, [this] { watch(); });
   worker_ = std::jthread([this](std::stop_token stop) { run(stop); });
 }
 
@@ -93,9 +80,9 @@ void LiveSequence::say(const std::string& sentence) const {
 LiveNumbers LiveSequence::numbers() const {
   const std::lock_guard lock(mutex_);
   LiveNumbers now = numbers_;
-  now.delay_median_s = share_of(delays_s_, 0.5);
-  now.delay_p95_s = share_of(delays_s_, 0.95);
-  now.delay_most_s = share_of(delays_s_, 1.0);
+  now.delay_median_s = 1e-9 * double(delays_.quantile_ns(0.5));
+  now.delay_p95_s = 1e-9 * double(delays_.quantile_ns(0.95));
+  now.delay_most_s = 1e-9 * double(delays_.most_ns());
   return now;
 }
 
@@ -255,10 +242,7 @@ void LiveSequence::watch() {
   left_s = std::min(left_s, length_s - left_s);
   if (left_s > kThere * kSlot_s) return;
   ++numbers_.felt;
-  // The oldest measurements are overwritten, so that a run may be of any length.
-  if (delays_s_.size() >= 100'000) delays_s_.erase(delays_s_.begin(), delays_s_.begin() + 50'000);
-  const int64_t now_ns = monotonic_ns();
-  delays_s_.push_back(float(1e-9 * double(now_ns - target_arrived_ns_)));
+  delays_.add(monotonic_ns() - target_arrived_ns_);
   target_arrived_ns_ = 0;
   changed_.notify_all();
 }

@@ -10,6 +10,7 @@
 
 #include "compute/motion/estimate_sequence.h"
 #include "compute/volume/sequence.h"
+#include "module/haptics/statistics.h"
 #include "module/session/repetition.h"
 #include "module/session/session.h"
 
@@ -129,7 +130,7 @@ class LiveSequence {
   std::optional<PairMotion> pair_;
   std::future<Result<Cycle>> cycle_;
   LiveNumbers numbers_;
-  std::vector<float> delays_s_;
+  Histogram delays_;                      ///< from arrival to felt
   double target_s_ = 0.0, time_s_ = 0.0;  ///< of the ring: to where it goes, and where it is
   int64_t target_arrived_ns_ = 0;         ///< of the frame there; 0: it is felt already
   std::stop_source stop_cycle_;
