@@ -615,6 +615,8 @@ class FeelRun {
       console_.say(fmt::format("Wrote     {}", command_.picture.string()));
     if (!command_.record.empty())
       console_.say(fmt::format("Wrote     {}", command_.record.string()));
+    if (recorder_->lost() > 0 && !(command_.csv.empty() && command_.record.empty()))
+      console_.complain("palpate: " + sessions::lost_text(recorder_->lost()));
     if (!command_.tubes.empty() && done)
       console_.say(fmt::format("Wrote     {}", command_.tubes.string()));
     if (gallery_ && done) tell_gallery();

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "compute/volume/result.h"
@@ -10,6 +11,9 @@
 #include "module/haptics/servo_loop.h"
 
 namespace palpate::sessions {
+
+/// A sentence about ticks that a table or a recording lacks.
+std::string lost_text(uint64_t lost);
 
 /// Sums up a run for its summary and pictures, and writes every tick as CSV if asked. Its memory
 /// does not grow with the run. Give it to a Recorder as a listener.
@@ -19,7 +23,7 @@ class TickLog final : public TickListener {
   static Result<std::unique_ptr<TickLog>> start(const std::filesystem::path& csv);
   void hear(const TickInput& input, const TickOutput& output) noexcept override;
 
-  /// After the Recorder has finished: closes the CSV. kBadOutput if it is not whole.
+  /// After the Recorder has finished: closes the CSV. kBadOutput if it is not complete.
   Status finish();
   FeelNumbers numbers() const { return counter_.numbers(); }
   const std::vector<TickRow>& rows() const { return history_.rows(); }

@@ -301,6 +301,7 @@ Status start_listeners(const PalSessionInfo& info, const Felt& felt, SessionOpti
   } else if (!listeners.empty()) {
     content.recorder = std::make_unique<TickRecorder>(std::move(listeners));
   }
+  content.needs_every_tick = info.csv || info.recording;
   options.servo.listeners = {content.recorder.get()};
   return Nothing{};
 }

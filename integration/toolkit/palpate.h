@@ -571,8 +571,8 @@ PAL_API PalResult pal_session_open(PalScene* scene, const PalSessionInfo* info,
 /* Ramps the force to zero and waits for that, at most 0.6 s, then ends all threads of the session.
    A session with PAL_SESSION_HOST_TICKS is ended at once: call pal_session_stop() first, continue
    to tick until pal_session_at_rest() gives 1, then close. The session's views continue to show the
-   last state. Fails only if a recording or a table could not be written; the session is closed even
-   then. [ANY] */
+   last state. PAL_BAD_OUTPUT if a recording, a table or a black box could not be written or lacks
+   ticks; the session is closed even then. [ANY] */
 PAL_API PalResult pal_session_close(PalSession** session);
 
 /* Ramps the force to zero; it does not come back. Waits for the end of the ramp if the haptic

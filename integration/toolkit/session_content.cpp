@@ -63,10 +63,15 @@ Status SessionContent::finish() {
   stop();
   Status done = Nothing{};
   if (!session || std::exchange(finished_, true)) return done;
-  if (recorder) done = recorder->finish();
-  if (!table) return done;
-  const Status written = table->finish();
-  return done ? written : done;
+  const auto also = [&done](const Status& next) {
+    if (done) done = next;
+  };
+  if (recorder) also(recorder->finish());
+  if (table) also(table->finish());
+  if (black_box && black_box->trouble()) also(Error{ErrorKind::kBadOutput, *black_box->trouble()});
+  if (needs_every_tick && recorder->lost() > 0)
+    also(Error{ErrorKind::kBadOutput, sessions::lost_text(recorder->lost())});
+  return done;
 }
 
 }  // namespace palpate::toolkit

@@ -54,6 +54,7 @@ class SessionContent {
   std::unique_ptr<sessions::TickLog> table;
   std::unique_ptr<BlackBox> black_box;
   std::unique_ptr<TickRecorder> recorder;
+  bool needs_every_tick = false;  ///< it writes a recording or a table
   /// The session, once it has been started.
   std::unique_ptr<Session> session;
   bool host_ticks = false;

@@ -2,8 +2,12 @@
 // an OpenIGTLink server's, a tracked tool, what is served, a simulated hand, tables of ticks and
 // recordings. Servers are written apart (tests/openigtlink/wire.h); a ball whose radius is known
 // says where its surface must be felt.
+#include <fcntl.h>
 #include <gmock/gmock.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <filesystem>
@@ -562,6 +566,32 @@ TEST_F(CLive, IsPressedByASimulatedHandTabledRecordedAndReplayed) {
   EXPECT_THAT(pal_last_error(), HasSubstr("another scene"));
 }
 
+TEST_F(CLive, TellsOfTicksThatATableLacks) {
+  no_device();
+  const TemporaryFolder folder;
+  const std::string table = folder / "ticks.csv";
+  const BallFrames ball;
+  open_scene("ball", 0, &ball.info);
+  // A table whose reader does not read yet: what its writer can not pass on is lost.
+  ASSERT_EQ(mkfifo(table.c_str(), 0600), 0);
+  const int reader = open(table.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  ASSERT_GE(reader, 0);
+  PalSessionInfo info = host_ticks();
+  info.csv = table.c_str();
+  open_session(info);
+  HostHand hand{opened_.session};
+  for (int k = 0; k < 10'000; ++k) hand.at(0.03);
+  std::jthread reading([reader](std::stop_token stop) {
+    std::array<char, 65536> rows;
+    while (!stop.stop_requested())
+      if (read(reader, rows.data(), rows.size()) <= 0) std::this_thread::sleep_for(1ms);
+  });
+  EXPECT_EQ(pal_session_close(&opened_.session), PAL_BAD_OUTPUT);
+  EXPECT_THAT(pal_last_error(), HasSubstr("ticks are missing"));
+  reading = {};
+  close(reader);
+}
+
 TEST_F(CLive, WritesTheTicksAroundAFaultIntoABlackBox) {
   no_device();
   const TemporaryFolder folder;
@@ -605,6 +635,20 @@ TEST_F(CLive, WritesTheTicksAroundAFaultIntoABlackBox) {
   PAL_ASSERT_OK(pal_session_close(&opened_.session));
   ASSERT_EQ(files().size(), 1U);
   EXPECT_GT(std::filesystem::file_size(files()[0]), 1000U);
+
+  // A folder that can no longer be made when the fault comes.
+  const std::string taken = folder / "taken";
+  info.black_box = taken.c_str();
+  arm.is_gone = false;
+  arm.exchanges = 0;
+  open_session(info);
+  ASSERT_TRUE(comes([&] { return arm.exchanges > 500; }));
+  std::ofstream(taken) << "a file";
+  arm.is_gone = true;
+  arm.exchanges = 0;
+  ASSERT_TRUE(comes([&] { return arm.exchanges > 300; }));
+  EXPECT_EQ(pal_session_close(&opened_.session), PAL_BAD_OUTPUT);
+  EXPECT_THAT(pal_last_error(), HasSubstr("The last ticks could not be written"));
 }
 
 TEST_F(CLive, TakesTheWordsOfASequenceWithoutAScene) {

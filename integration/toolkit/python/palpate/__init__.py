@@ -474,7 +474,8 @@ class Session:
         return self._session.at_rest()
 
     def close(self):
-        """Ends it. Further calls fail with a ValueError. OSError where a recording or a table could not be written whole."""
+        """Ends it. Further calls fail with a ValueError. OSError where a recording, a table or a black box could not be
+        written or lacks ticks."""
         self._session.close()
 
     def __enter__(self):
