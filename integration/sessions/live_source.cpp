@@ -173,13 +173,15 @@ void LiveSource::end() {
   {
     const std::lock_guard lock(mutex_);
     session_ = nullptr;
-    if (sequence_) last_numbers_ = sequence_->numbers();
   }
-  // Ends its thread: nobody pushes any more.
+  // Ends the client's thread: no frame is pushed after this.
   client_numbers_ = client_->numbers();
   client_.reset();
+  // Outside the lock: the sequence waits for its threads, and numbers() must not.
+  std::unique_ptr<LiveSequence> ended;
   const std::lock_guard lock(mutex_);
-  sequence_.reset();
+  if (sequence_) last_numbers_ = sequence_->numbers();
+  ended = std::move(sequence_);
 }
 
 LiveNumbers LiveSource::numbers() const {
