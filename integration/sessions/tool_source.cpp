@@ -45,7 +45,6 @@ Result<std::unique_ptr<ToolSource>> ToolSource::open(
   const auto at = openigtlink::read_place(place);
   if (!at) return at.error();
   auto source = std::unique_ptr<ToolSource>(new ToolSource);
-  source->place_ = fmt::format("{}:{}", at->host, at->port);
   openigtlink::ClientOptions client;
   client.transform = tool;
   client.first_transform = tool.empty();
@@ -76,15 +75,10 @@ void ToolSource::take(const openigtlink::Rigid& rigid) {
   heard_ns_ = now_ns;
 }
 
-void ToolSource::begin(desktop::MouseProbe& probe, const Transform& world_from_volume,
-                       const Transform& world_from_device) {
-  world_from_volume_ = world_from_volume;
-  world_from_device_ = world_from_device;
-  moves_ = std::make_unique<Background>(kPause, [this, &probe] { move(probe); });
-}
-
 void ToolSource::begin(desktop::MouseProbe& probe, const SceneSpec& spec) {
-  begin(probe, place_at_start(spec), spec.world_from_device);
+  world_from_volume_ = place_at_start(spec);
+  world_from_device_ = spec.world_from_device;
+  moves_ = std::make_unique<Background>(kPause, [this, &probe] { move(probe); });
 }
 
 /// On one thread: a probe is moved by one.

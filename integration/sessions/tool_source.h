@@ -33,12 +33,9 @@ class ToolSource {
   ToolSource(const ToolSource&) = delete;
   ToolSource& operator=(const ToolSource&) = delete;
 
-  /// From now on it moves `probe` (borrowed until end()). A tool that is not heard of for
-  /// kSilence_ns, or jumps faster than kFastest_m_per_s, lets go of it: it is taken again where it
-  /// is then.
-  void begin(desktop::MouseProbe& probe, const Transform& world_from_volume,
-             const Transform& world_from_device);
-  /// The same in a scene as it is at its start; after stand_in_true_size().
+  /// From now on it moves `probe` (borrowed until end()) in the scene as it is at its start; after
+  /// stand_in_true_size(). If no transform comes for kSilence_ns, or the tool moves faster than
+  /// kFastest_m_per_s, the hand lets go; the next transform says where it is taken again.
   void begin(desktop::MouseProbe& probe, const SceneSpec& spec);
   void end();
   static constexpr int64_t kSilence_ns = 300'000'000;
@@ -52,7 +49,6 @@ class ToolSource {
   void take(const openigtlink::Rigid& rigid);
   void move(desktop::MouseProbe& probe);
 
-  std::string place_;
   mutable std::mutex mutex_;
   glm::dvec3 tip_lps_mm_{0.0};  ///< the last one
   int64_t heard_ns_ = 0;        ///< 0: nothing yet

@@ -96,6 +96,12 @@ PalGrid grid_of(const std::array<uint32_t, 3>& size, const std::array<double, 3>
   return grid;
 }
 
+/// given: size, spacing, origin, direction.
+PalGrid grid_of(const py::tuple& given) {
+  return grid_of(given[0].cast<std::array<uint32_t, 3>>(), given[1].cast<std::array<double, 3>>(),
+                 given[2].cast<std::array<double, 3>>(), given[3].cast<std::array<double, 9>>());
+}
+
 py::array_t<float> volume_for(const PalGrid& grid) {
   return py::array_t<float>(
       {py::ssize_t(grid.size[2]), py::ssize_t(grid.size[1]), py::ssize_t(grid.size[0])});
@@ -345,11 +351,8 @@ struct FramesInMemory {
     const py::object given = words.of("frames");
     info.size = sizeof info;
     if (given.is_none()) return;
-    const auto grid = words.of("grid").cast<py::tuple>();
     info.name = name;
-    info.grid =
-        grid_of(grid[0].cast<std::array<uint32_t, 3>>(), grid[1].cast<std::array<double, 3>>(),
-                grid[2].cast<std::array<double, 3>>(), grid[3].cast<std::array<double, 9>>());
+    info.grid = grid_of(words.of("grid").cast<py::tuple>());
     for (const py::handle frame : given) {
       arrays.push_back(frame.cast<py::array>());
       if (!arrays.back().dtype().equal(arrays.front().dtype()))
@@ -413,10 +416,7 @@ class PythonSession {
     // Without frames in memory the library says that it takes none.
     const bool takes_none = !grid && first_grid_.size[0] == 0;
     PalGrid where = first_grid_;
-    if (grid)
-      where = grid_of(
-          (*grid)[0].cast<std::array<uint32_t, 3>>(), (*grid)[1].cast<std::array<double, 3>>(),
-          (*grid)[2].cast<std::array<double, 3>>(), (*grid)[3].cast<std::array<double, 9>>());
+    if (grid) where = grid_of(*grid);
     const PalSampleType type = type_of(frame);
     const void* const samples = takes_none ? frame.data() : samples_of(frame, where);
     without_lock([&] {
