@@ -252,13 +252,8 @@ class DeviceLoss : public ::testing::TestWithParam<bool> {
   }
 
   void open_scene(PalContext* context, PalScene** scene) {
-    PalSceneInfo info{};
-    info.size = sizeof info;
     const char* path = "ball";
-    info.paths = &path;
-    info.path_count = 1;
-    info.frames = &ball_.info;
-    info.frame_sets = 1;
+    PalSceneInfo info = scene_info(&path, 0, &ball_.info);
     PAL_ASSERT_OK(pal_scene_open(context, &info, scene));
   }
 
@@ -438,11 +433,7 @@ TEST_P(DeviceLoss, LetsTheHapticThreadEndByARamp) {
   open_scene(opened.context, &opened.scene);
   Gripped gripped;
   const PalDeviceInfo about = host_device();
-  PalDevice device{};
-  device.size = sizeof device;
-  device.info = &about;
-  device.exchange = &Gripped::exchange;
-  device.user = &gripped;
+  PalDevice device = device_of(about, &gripped, &Gripped::exchange);
   Heard heard;
   PalSessionInfo info{};
   info.size = sizeof info;

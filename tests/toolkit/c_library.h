@@ -44,6 +44,17 @@ inline PalDeviceInfo host_device() {
   return info;
 }
 
+/// A force device of the host's; about is borrowed.
+inline PalDevice device_of(const PalDeviceInfo& about, void* user,
+                           void (*exchange)(void*, const double*, PalReading*)) {
+  PalDevice device{};
+  device.size = sizeof device;
+  device.info = &about;
+  device.user = user;
+  device.exchange = exchange;
+  return device;
+}
+
 /// A still ball of 20 mm radius in memory, 1000 inside and 0 outside, 32 voxels of 2 mm a side.
 struct BallFrames {
   explicit BallFrames(int frames = 1) : samples(size_t(frames)) {
@@ -72,18 +83,25 @@ struct BallFrames {
   PalFrames info{};
 };
 
+/// A scene of one path (borrowed), which may be the name of frames in memory.
+inline PalSceneInfo scene_info(const char* const* path, uint32_t flags = 0,
+                               const PalFrames* frames = nullptr) {
+  PalSceneInfo info{};
+  info.size = sizeof info;
+  info.flags = flags;
+  info.paths = path;
+  info.path_count = 1;
+  info.frames = frames;
+  info.frame_sets = frames ? 1 : 0;
+  return info;
+}
+
 /// Opens a context without a device, the ball, and a session that the test ticks.
 inline void open_ball(Opened& opened, const BallFrames& ball, uint32_t scene_flags = 0) {
   const PalContextInfo context = context_info();
   PAL_ASSERT_OK(pal_context_open(&context, &opened.context));
-  PalSceneInfo scene{};
-  scene.size = sizeof scene;
-  scene.flags = scene_flags;
   const char* path = "ball";
-  scene.paths = &path;
-  scene.path_count = 1;
-  scene.frames = &ball.info;
-  scene.frame_sets = 1;
+  const PalSceneInfo scene = scene_info(&path, scene_flags, &ball.info);
   PAL_ASSERT_OK(pal_scene_open(opened.context, &scene, &opened.scene));
   const PalDeviceInfo device = host_device();
   PalSessionInfo session{};

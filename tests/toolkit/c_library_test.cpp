@@ -115,12 +115,7 @@ TEST(CLibrary, RefusesNestedStructuresThatItDoesNotKnowInTheSameWay) {
     BallFrames ball;
     ball.info.size = wrong(sizeof ball.info);
     const char* path = "ball";
-    PalSceneInfo of_scene{};
-    of_scene.size = sizeof of_scene;
-    of_scene.paths = &path;
-    of_scene.path_count = 1;
-    of_scene.frames = &ball.info;
-    of_scene.frame_sets = 1;
+    PalSceneInfo of_scene = scene_info(&path, 0, &ball.info);
     PalScene* scene = nullptr;
     refused(pal_scene_open(opened.context, &of_scene, &scene), "PalFrames", ball.info.size);
 
@@ -133,10 +128,7 @@ TEST(CLibrary, RefusesNestedStructuresThatItDoesNotKnowInTheSameWay) {
     PalSession* session = nullptr;
     refused(pal_session_open(opened.scene, &of_session, &session), "PalDeviceInfo", about.size);
 
-    PalDevice device{};
-    device.size = sizeof device;
-    device.info = &about;
-    device.exchange = [](void*, const double*, PalReading*) {};
+    PalDevice device = device_of(about, nullptr, [](void*, const double*, PalReading*) {});
     of_session.flags = PAL_SESSION_NO_REAL_TIME;
     of_session.host = nullptr;
     of_session.device = &device;
@@ -172,10 +164,7 @@ TEST(CLibrary, TakesTheShorterStructuresOfOlderPrograms) {
   PalDeviceInfo about = host_device();
   about.size = offsetof(PalDeviceInfo, resolution_m);
   about.resolution_m = about.delay_s = std::nan("");  // not read
-  PalDevice device{};
-  device.size = sizeof device;
-  device.info = &about;
-  device.exchange = [](void*, const double*, PalReading*) {};
+  PalDevice device = device_of(about, nullptr, [](void*, const double*, PalReading*) {});
   PalSessionInfo of_session{};
   of_session.size = sizeof of_session;
   of_session.flags = PAL_SESSION_NO_REAL_TIME;
@@ -329,13 +318,8 @@ TEST(CLibrary, RefusesBadFramesInOneSentence) {
   Opened opened;
   PAL_ASSERT_OK(pal_context_open(&context, &opened.context));
   const auto refusal = [&](const BallFrames& ball) {
-    PalSceneInfo scene{};
-    scene.size = sizeof scene;
     const char* path = "ball";
-    scene.paths = &path;
-    scene.path_count = 1;
-    scene.frames = &ball.info;
-    scene.frame_sets = 1;
+    PalSceneInfo scene = scene_info(&path, 0, &ball.info);
     PalScene* never = nullptr;
     EXPECT_LT(pal_scene_open(opened.context, &scene, &never), PAL_OK);
     EXPECT_EQ(never, nullptr);
@@ -536,11 +520,7 @@ TEST(CLibrary, DrivesADeviceOfTheHostsOnItsOwnThread) {
   PAL_ASSERT_OK(pal_session_close(&opened.session));
   Pressing pressing;
   const PalDeviceInfo about = host_device();
-  PalDevice device{};
-  device.size = sizeof device;
-  device.info = &about;
-  device.exchange = &Pressing::exchange;
-  device.user = &pressing;
+  PalDevice device = device_of(about, &pressing, &Pressing::exchange);
   PalSessionInfo info{};
   info.size = sizeof info;
   info.flags = PAL_SESSION_NO_REAL_TIME;
@@ -758,11 +738,7 @@ TEST(CLibrary, EndsTheForceByARampWhereTheHostsDeviceThrows) {
   open_ball(opened, ball);
   PAL_ASSERT_OK(pal_session_close(&opened.session));
   const PalDeviceInfo about = host_device();
-  PalDevice device{};
-  device.size = sizeof device;
-  device.info = &about;
-  device.exchange = &Pressing::exchange;
-  device.user = &pressing;
+  PalDevice device = device_of(about, &pressing, &Pressing::exchange);
   PalSessionInfo info{};
   info.size = sizeof info;
   info.flags = PAL_SESSION_NO_REAL_TIME;
@@ -825,13 +801,8 @@ TEST(CLibrary, GoesOnWhereTheHostsLogAndEventsThrow) {
   if (pal_context_open(&context, &opened.context) == PAL_NO_DEVICE)
     GTEST_SKIP() << pal_last_error();
   const BallFrames ball(2);
-  PalSceneInfo scene{};
-  scene.size = sizeof scene;
   const char* path = "ball";
-  scene.paths = &path;
-  scene.path_count = 1;
-  scene.frames = &ball.info;
-  scene.frame_sets = 1;
+  PalSceneInfo scene = scene_info(&path, 0, &ball.info);
   PAL_ASSERT_OK(pal_scene_open(opened.context, &scene, &opened.scene));
   EXPECT_FALSE(heard.log.all.empty());
   const PalDeviceInfo device = host_device();
@@ -895,11 +866,7 @@ TEST(CLibrary, RefusesToStopASessionFromItsDevicesExchange) {
   open_ball(opened, BallFrames());
   PAL_ASSERT_OK(pal_session_close(&opened.session));
   const PalDeviceInfo about = host_device();
-  PalDevice device{};
-  device.size = sizeof device;
-  device.info = &about;
-  device.user = &host;
-  device.exchange = [](void* user, const double*, PalReading* reading) {
+  PalDevice device = device_of(about, &host, [](void* user, const double*, PalReading* reading) {
     Host& of = *static_cast<Host*>(user);
     reading->is_fresh = 1;
     if (PalSession* session = of.session; session && !of.tried) {
@@ -907,7 +874,7 @@ TEST(CLibrary, RefusesToStopASessionFromItsDevicesExchange) {
       of.closed = pal_session_close(&session);
       of.tried = true;
     }
-  };
+  });
   PalSessionInfo info{};
   info.size = sizeof info;
   info.flags = PAL_SESSION_NO_REAL_TIME;
@@ -1184,13 +1151,8 @@ TEST(CLibrary, CanNotBeClosedFromItsOwnCallback) {
   if (pal_context_open(&context, &opened.context) == PAL_NO_DEVICE)
     GTEST_SKIP() << pal_last_error();
   const BallFrames ball(2);
-  PalSceneInfo scene{};
-  scene.size = sizeof scene;
   const char* path = "ball";
-  scene.paths = &path;
-  scene.path_count = 1;
-  scene.frames = &ball.info;
-  scene.frame_sets = 1;
+  PalSceneInfo scene = scene_info(&path, 0, &ball.info);
   PAL_ASSERT_OK(pal_scene_open(opened.context, &scene, &opened.scene));
   const PalDeviceInfo device = host_device();
   PalSessionInfo info{};

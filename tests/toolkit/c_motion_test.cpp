@@ -464,12 +464,7 @@ TEST_F(CMotion, CarriesTheFramesOfAScene) {
   given.times_s = sequence_.times_s.data();
   given.motion = motion_;
   const char* path = "shell frames";
-  PalSceneInfo scene{};
-  scene.size = sizeof scene;
-  scene.paths = &path;
-  scene.path_count = 1;
-  scene.frames = &given;
-  scene.frame_sets = 1;
+  PalSceneInfo scene = scene_info(&path, 0, &given);
   PAL_ASSERT_OK(pal_scene_open(opened_.context, &scene, &opened_.scene));
   PalVolume volume{};
   volume.size = sizeof volume;
