@@ -77,8 +77,8 @@ void Server::send(std::shared_ptr<const Bytes> message) {
   fresh_.push_back(std::move(message));
 }
 
-/// A host's program must not end with this thread: where memory runs out, all are hung up on, which
-/// gives back what waited for them, and they connect again.
+/// An exception here would end the host's program. If memory runs out, all clients are
+/// disconnected, which frees the messages that wait for them; they may connect again.
 void Server::run(std::stop_token stop) {
   std::list<Connection> clients;
   while (!stop.stop_requested()) {
@@ -93,7 +93,7 @@ void Server::run(std::stop_token stop) {
   }
 }
 
-/// Takes who connects, and gives to each what it takes just now.
+/// Accepts new clients, and sends to each as much as its socket takes without waiting.
 void Server::serve(std::list<Connection>& clients) {
   if (clients.size() < kMostClients) {
     Socket socket(accept4(listener_.fd(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));

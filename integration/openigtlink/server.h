@@ -16,7 +16,7 @@ namespace palpate::openigtlink {
 
 /// Sends messages to all that connect, at most kMostClients at a time, from a thread of its own.
 /// Nobody is waited for: who has not taken a message yet misses the next ones, which is counted.
-/// What the clients say is thrown away. Where memory runs out they are hung up on.
+/// What the clients say is thrown away. If memory runs out they are disconnected.
 class Server {
  public:
   static constexpr size_t kMostClients = 8;

@@ -36,7 +36,7 @@ Result<std::unique_ptr<FeltServer>> FeltServer::start(uint16_t port) {
 }
 
 void FeltServer::begin(Session& session) {
-  // What finds no memory is left out: the next one may.
+  // If memory runs out, a message is left out; the next one may be sent again.
   places_ = std::make_unique<Background>(kPlaces, [this, &session] {
     (void)caught([&]() -> Status {
       send_places(session);
