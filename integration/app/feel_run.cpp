@@ -154,6 +154,11 @@ struct ServoPeriods {
 class FeelRun {
  public:
   FeelRun(const FeelCommand& command, Console& console) : command_(command), console_(console) {}
+  ~FeelRun() {
+    if (session_) end();  // after an exception
+  }
+  FeelRun(const FeelRun&) = delete;
+  FeelRun& operator=(const FeelRun&) = delete;
 
   int run(CancelOnSignal& cancel) {
     cancel.end_at_once(true);
@@ -469,17 +474,22 @@ class FeelRun {
       if (motion.is_done() && motion_known_s == 1e12) motion_known_s = now_s;
     }
     console_.end_progress();
-    if (viewers_.window) viewers_.window->end();
-    if (viewers_.headset) viewers_.headset->end();
+    end();
     tell_headset();
-    if (gallery_) gallery_->stop();
-    if (server_) server_->end();
-    if (live_) live_->end();
-    session_->stop();
     recorded_ = recorder_->finish();
     if (tool_) tool_->end();
     display_lost_ = viewers_.window && viewers_.window->lost();
     if (display_lost_ && black_box_) black_box_->write_last("display-lost");
+  }
+
+  /// Ends the threads that use the session, then its own. Further calls do nothing.
+  void end() {
+    if (viewers_.window) viewers_.window->end();
+    if (viewers_.headset) viewers_.headset->end();
+    if (gallery_) gallery_->stop();
+    if (server_) server_->end();
+    if (live_) live_->end();
+    session_->stop();
   }
 
   /// A headset goes on without the window that mirrors it.
@@ -487,7 +497,7 @@ class FeelRun {
     if (!viewers_.window || !viewers_.window->lost()) return false;
     if (!viewers_.headset) return true;
     viewers_.window->end();
-    viewers_.window.reset();
+    lost_window_ = std::move(viewers_.window);
     console_.complain("palpate: The display of the window has gone away; the headset goes on.");
     return false;
   }
@@ -682,11 +692,13 @@ class FeelRun {
   Status recorded_ = Nothing{};
   std::unique_ptr<devices::SpaceMouse> second_hand_;
   std::optional<DeviceFault> second_hand_fault_;  ///< as it was told
-  std::unique_ptr<FeltServer> server_;            ///< likewise
-  std::unique_ptr<LiveSource> live_;              ///< ends before session_ does: see feel()
+  std::unique_ptr<FeltServer> server_;            ///< ends before session_ does: see end()
+  std::unique_ptr<LiveSource> live_;              ///< likewise
+  /// The window, once its display has gone away: the servo thread still uses its listener.
+  std::unique_ptr<desktop::DesktopLoop> lost_window_;
   std::unique_ptr<Session>
       session_;      ///< ends its servo thread before the members above are destroyed
-  Viewers viewers_;  ///< look at session_
+  Viewers viewers_;  ///< look at session_, which has been stopped
   std::unique_ptr<Gallery> gallery_;  ///< likewise
 };
 
