@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 
 #include "integration/app/cancel.h"
 #include "integration/app/commands.h"
@@ -74,10 +75,15 @@ Status draw(const FeelCommand& command, double frame, Console& console, std::sto
                                                    frame, frames_of(*scene) - 1)};
   const auto assembled = plan(scene->spec, scene->data, scene->kinds);
   if (!assembled) return assembled.error();
+  std::optional<Outputs> outputs;
+  if (!command.headless.empty()) {
+    auto folder = Outputs::into(command.headless);
+    if (!folder) return folder.error();
+    outputs.emplace(std::move(*folder));
+  }
   const PictureSize size{command.picture_size, command.picture_size};
-  const auto viewer =
-      Viewer::open(vulkan::ContextOptions{.device = command.gpu.device}, command.view,
-                   {.most = size, .most_eyes = command.headless.empty() ? 1 : 2});
+  const auto viewer = Viewer::open(vulkan::ContextOptions{.device = command.gpu.device},
+                                   command.view, {.most = size, .most_eyes = outputs ? 2 : 1});
   if (!viewer) return viewer.error();
   if (const Status set = (*viewer)->update(*assembled); !set) return set;
   if (!command.picture.empty()) {
@@ -87,9 +93,7 @@ Status draw(const FeelCommand& command, double frame, Console& console, std::sto
       return written;
     console.say(fmt::format("Wrote     {}", command.picture.string()));
   }
-  if (command.headless.empty()) return Nothing{};
-  auto outputs = Outputs::into(command.headless);
-  if (!outputs) return outputs.error();
+  if (!outputs) return Nothing{};
   const size_t frames = frames_of(*scene);
   for (size_t k = 0; k < frames; ++k) {
     if (stop.stop_requested()) return Error{ErrorKind::kCancelled, "Stopped: nothing was written"};

@@ -169,6 +169,7 @@ TEST(View, SaysInOneSentenceWhatIsWrong) {
       {{"view", a, "--picture", folder / "x.png", "--frame", "1"}, "There is no frame 1"},
       {{"view", a, "--picture", folder / "x.png", "--look", "odd"}, "'odd' is not known"},
       {{"view", a, "--picture", "/nowhere/x.png"}, "/nowhere/x.png"},
+      {{"view", a, "--headless", folder / "a.mha/pictures", "--gpu", "abacus"}, "a.mha"},
   };
   for (const auto& [arguments, sentence] : cases) {
     const Outcome outcome = run(arguments);
