@@ -131,10 +131,12 @@ TEST_F(BlackBoxFile, HoldsNoTickTwice) {
   BlackBox box({.folder = folder_, .least_gap_ns = 0});
   for (int trip = 0; trip < 3; ++trip) {
     hear(box, 50, Cause::kNone);
-    hear(box, 150, Cause::kEnergy);
+    hear(box, 150, trip == 0 ? Cause::kEnergy : Cause::kLate);
   }
   ASSERT_EQ(box.files().size(), 3u);
   EXPECT_EQ(box.skipped(), 0u);
+  EXPECT_THAT(box.files()[0].string(), testing::HasSubstr("-energy"));
+  EXPECT_THAT(box.files()[1].string(), testing::HasSubstr("-late"));
   const auto first = table(box.files()[0]), second = table(box.files()[1]);
   ASSERT_EQ(first.size(), 152u);
   ASSERT_EQ(second.size(), 201u);
