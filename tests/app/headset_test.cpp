@@ -257,6 +257,25 @@ TEST_F(InAHeadset, IsSeenInAWindowAndInPicturesAtTheSameTime) {
   EXPECT_THAT(headset.left(), HasSubstr("violations 0"));
 }
 
+TEST_F(InAHeadset, GoesOnWithoutItsWindow) {
+  MadeHeadset headset;
+  std::string why_not;
+  auto display = test::VirtualDisplay::start(1280, 800, why_not);
+  if (!display) GTEST_SKIP() << why_not;
+  const auto path = path_file(folder, {{0.0, {0.0, 0.0, 0.07}}, {600.0, {0.0, 0.0, 0.07}}});
+  Program program(feel("shell", {"--headset", "openxr", "--device", "simulated", "--path", path}));
+  ASSERT_TRUE(says(program, "A window shows it to others.")) << program.said();
+  EXPECT_TRUE(wait_until([&] { return headset.ask()["layers"] == "1"; }));
+  display.reset();
+  // The servo thread still writes every force to the window's listener.
+  std::this_thread::sleep_for(std::chrono::seconds(2));
+  EXPECT_FALSE(program.ended());
+  headset.say("exit");
+  const Outcome outcome = program.wait();
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("the headset goes on"));
+}
+
 TEST_F(InAHeadset, IsWaitedForWhileItIsOff) {
   MadeHeadset headset;
   headset.say("headset off");
