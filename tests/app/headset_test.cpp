@@ -263,7 +263,10 @@ TEST_F(InAHeadset, GoesOnWithoutItsWindow) {
   auto display = test::VirtualDisplay::start(1280, 800, why_not);
   if (!display) GTEST_SKIP() << why_not;
   const auto path = path_file(folder, {{0.0, {0.0, 0.0, 0.07}}, {600.0, {0.0, 0.0, 0.07}}});
+  // Freed memory is overwritten, so that its use ends the program.
+  setenv("MALLOC_PERTURB_", "165", 1);
   Program program(feel("shell", {"--headset", "openxr", "--device", "simulated", "--path", path}));
+  unsetenv("MALLOC_PERTURB_");
   ASSERT_TRUE(says(program, "A window shows it to others.")) << program.said();
   EXPECT_TRUE(wait_until([&] { return headset.ask()["layers"] == "1"; }));
   display.reset();
