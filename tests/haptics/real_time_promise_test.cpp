@@ -234,6 +234,7 @@ TEST_F(RealTimePromise, IsKeptByTheLoopWithAWholeSceneRecorderBlackBoxAndNewScen
   EXPECT_TRUE(device.pushed) << "the scene must be felt to prove anything";
   EXPECT_GT(held, 5000);
   EXPECT_TRUE((*recorder)->finish());
+  EXPECT_FALSE(box.files().empty()) << "a recorder with a file passes ticks on, too";
 }
 
 TEST_F(RealTimePromise, IsKeptByTheThreadItself) {
