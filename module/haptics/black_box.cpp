@@ -139,7 +139,12 @@ void BlackBox::hear(const TickInput& input, const TickOutput& output) noexcept {
     ++skipped_;
   } else {
     last_file_ns_ = input.now_ns;
-    write(word(cause_), int(count_) - 1 - options_.ticks_after);
+    // The memory may be full: then there is no file, and the process goes on.
+    try {
+      write(word(cause_), int(count_) - 1 - options_.ticks_after);
+    } catch (...) {
+      ++skipped_;
+    }
   }
   next_ = count_ = 0;
 }
