@@ -519,19 +519,19 @@ typedef struct PalSessionInfo {
   uint32_t size;             /* sizeof(PalSessionInfo) */
   uint32_t flags;            /* PAL_SESSION_... */
   const PalDeviceInfo* host; /* PAL_SESSION_HOST_TICKS: the host's device */
-  const PalDevice* device;   /* without that flag: a device of the host's; NULL: palpate drives the
-                                device that device_name says */
-  const char* device_name;   /* as the program's option --device: "falcon",
-                                "haply@localhost:10001"; NULL: the first device that answers (a
-                                second is allowed for each). "simulated": a simulated hand, see
-                                simulated_path.          "igtl://HOST:PORT": a tracked tool. Its tip
-                                is where an   OpenIGTLink          server's transforms say, in the
-                                patient space of the first volume;   it gives no force, and the device's
-                                place in the scene is ignored */
-  double max_force_n;        /* 0: the scene's */
-  double stiffness_n_per_m;  /* of the spring between hand and proxy; 0: the scene's */
-  double watchdog_s;         /* ticks further apart than this ramp the force down; 0: 0.005 */
-  const char* preset;        /* of the estimation; NULL: "balanced", for a live source "fast" */
+  /* Without that flag: a device of the host's; NULL: palpate drives the device that device_name
+     says. */
+  const PalDevice* device;
+  /* As the program's option --device: "falcon", "haply@localhost:10001"; NULL: the first device
+     that answers (a second is allowed for each). "simulated": a simulated hand, see simulated_path.
+     "igtl://HOST:PORT": a tracked tool. Its tip is where the transforms of an OpenIGTLink server
+     say, in the patient space of the first volume. It gives no force, and the device's place in the
+     scene is ignored. */
+  const char* device_name;
+  double max_force_n;       /* 0: the scene's */
+  double stiffness_n_per_m; /* of the spring between hand and proxy; 0: the scene's */
+  double watchdog_s;        /* ticks further apart than this ramp the force down; 0: 0.005 */
+  const char* preset;       /* of the estimation; NULL: "balanced", for a live source "fast" */
   /* Called with what happens, on the session's threads; must not close the session. NULL: not
      called. */
   void (*on_event)(void* user, PalEventKind kind, const char* sentence);

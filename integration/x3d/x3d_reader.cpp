@@ -962,18 +962,23 @@ class X3dSceneReader {
     for (const Node& child : children(node)) {
       const auto loader = resolve(child);
       if (!loader) return;
-      if (loader->name() == "RawImageLoader" && sequence)
-        return refuse(*loader,
-                      "samples without a header are one volume here, none of a sequence: write a "
-                      ".nhdr or .mhd beside them and name that");
       if (loader->name() == "RawImageLoader")
-        volume.raw = raw_samples(*loader, !volume.box_m);
+        raw_loader(*loader, volume, sequence);
       else if (is_loader(loader->name()))
         used_.insert(*loader);
       else
         leave_out(*loader);
     }
     finish(node);
+  }
+
+  /// The loader of a volume's texture, or of the volume itself.
+  void raw_loader(const Node& node, VolumeSpec& volume, bool of_sequence) {
+    if (of_sequence)
+      return refuse(node,
+                    "samples without a header are one volume here, none of a sequence: write a "
+                    ".nhdr or .mhd beside them and name that");
+    volume.raw = raw_samples(node, !volume.box_m);
   }
 
   /// What H3D's loader says of a file without a header. Nothing after a refusal.
@@ -1021,6 +1026,13 @@ class X3dSceneReader {
   }
 
   void vectors(const Node& node, VolumeSpec& volume) {
+    // A loader may stand before or after the sequence that it does not fit to.
+    bool has_sequence = false;
+    for (const Node& child : children(node)) {
+      const auto one = resolve(child);
+      if (!one) return;
+      has_sequence |= one->name() == kSequenceNode;
+    }
     for (const Node& child : children(node)) {
       if (!good()) return;
       const auto one = resolve(child);
@@ -1028,7 +1040,7 @@ class X3dSceneReader {
       if (is_texture(one->name()) && volume.files.empty())
         texture(*one, volume);
       else if (one->name() == "RawImageLoader")
-        volume.raw = raw_samples(*one, !volume.box_m);
+        raw_loader(*one, volume, has_sequence);
       else if (is_loader(one->name()))
         used_.insert(*one);
       else if (!is_name(child))

@@ -361,6 +361,17 @@ def says_which_paths_it_can_not_have(folder: Path) -> None:
         check(not (folder / output).exists(), "nothing is written before")
 
 
+def a_slurm_that_does_not_answer_is_not_one_without_jobs(folder: Path) -> None:
+    make_pairs(folder, 1, 32)
+    programs = folder / "programs"
+    programs.mkdir()
+    program(programs / "sbatch", "exit 1\n")
+    program(programs / "squeue", "echo 'slurm_load_jobs error: Unable to contact slurm controller' >&2\nexit 1\n")
+    done = run(folder, "out", "--slurm", environment=dict(os.environ, PATH=f"{programs}:{os.environ['PATH']}"))
+    check(done.returncode == 2 and "Unable to contact" in done.stderr and done.stderr.count("\n") == 1, f"{done.returncode} {done.stderr}")
+    check(not (folder / "out" / "snakemake.log").exists(), "no job is begun")
+
+
 # --- as a package ---
 
 
@@ -618,7 +629,8 @@ def a_node_is_killed_in_the_middle(folder: Path) -> None:
 TESTS = {"package": (is_in_a_package, has_a_page_and_completions),
          "local": (says_what_is_wrong_with_a_table, goes_on_where_it_stopped_and_repeats_nothing, what_a_machine_loses_is_begun_again,
                    a_job_that_is_killed_as_a_whole_is_in_the_table, a_signal_ends_all_of_it, only_one_works_in_a_folder,
-                   runs_on_what_else_snakemake_drives, says_what_there_is_to_do_and_does_nothing, says_which_paths_it_can_not_have),
+                   runs_on_what_else_snakemake_drives, says_what_there_is_to_do_and_does_nothing, says_which_paths_it_can_not_have,
+                   a_slurm_that_does_not_answer_is_not_one_without_jobs),
          "slurm": (slurm_says_how_a_job_was_killed, a_signal_cancels_the_jobs, jobs_that_nobody_waits_for_are_not_doubled,
                    a_node_is_killed_in_the_middle)}
 

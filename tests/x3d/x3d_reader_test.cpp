@@ -472,6 +472,11 @@ TEST(X3dReader, RefusesSamplesWithoutAHeaderThatCanNotBe) {
   EXPECT_THAT(refusal("<VolumeData><PalpateSequenceTexture3D url='a.raw'><RawImageLoader "
                       "width='3'/></PalpateSequenceTexture3D></VolumeData>"),
               is_sentence("one volume here"));
+  const std::string sequence = "<PalpateSequenceTexture3D url='\"a.raw\" \"b.raw\"'/>",
+                    loader = "<RawImageLoader width='3'/>";
+  for (const std::string& children : {sequence + loader, loader + sequence})
+    EXPECT_THAT(refusal("<VectorVolume>" + children + "</VectorVolume>"),
+                is_sentence("one volume here"));
 }
 
 TEST(X3dReader, RefusesInOneSentence) {
