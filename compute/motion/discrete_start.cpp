@@ -9,7 +9,8 @@
 namespace palpate {
 namespace {
 
-constexpr double kCut = 1.5;  // local SDs: a larger difference says no more than "does not match"
+constexpr double kMostDifference =
+    1.5;  // local SDs: a larger difference says no more than "does not match"
 constexpr double kSmoothing = 0.5;  // nodes: SD of the Gaussian between rounds
 // Price of a squared voxel of distance from the smooth field, round by round: nearly free choice
 // first. It ends before all agree, since what is searched for is what does not go with the rest.
@@ -49,7 +50,7 @@ void DiscreteStart::record_cost(vulkan::Recorder& recorder, const FramePyramid& 
                      cost[0]},
                     shaders::MatchingPush{glm::ivec4(level_.image_size, 0), glm::ivec4(n, count),
                                           glm::ivec4(search_.cell, 0), glm::ivec4(reach, 0),
-                                          glm::vec4(level_.spacing_mm, kCut)},
+                                          glm::vec4(level_.spacing_mm, kMostDifference)},
                     groups);
   for (int axis = 0; axis < 3; ++axis) {
     recorder.dispatch(kernels_->smooth_cost(), {list_, places_, cost[axis % 2], cost[1 - axis % 2]},

@@ -5,9 +5,9 @@
 namespace palpate {
 namespace {
 
-constexpr std::chrono::milliseconds kFrame{33};
+constexpr std::chrono::milliseconds kGalleryFrame{33};
 constexpr std::chrono::milliseconds kStillFrame{500};  // while motion is estimated: let it
-constexpr std::chrono::milliseconds kPause{1};         // where nothing is new
+constexpr std::chrono::milliseconds kNothingNew{1};    // where nothing is new
 
 constexpr double kStronger = 1.2;  // force, of one picture to another that is as good
 
@@ -29,7 +29,7 @@ Gallery::Gallery(Session& session, const GalleryOptions& options)
                .reader = SnapshotReader::kPictures},
               [this](Viewer& viewer, const SceneSnapshot& snapshot,
                      bool is_new) -> Result<std::chrono::milliseconds> {
-                if (!is_new) return kPause;
+                if (!is_new) return kNothingNew;
                 return draw(viewer, snapshot);
               }) {}
 
@@ -58,7 +58,7 @@ Result<std::chrono::milliseconds> Gallery::draw(Viewer& viewer, const SceneSnaps
   frame_ms_.push_back(1e3 * seconds_since(start));
   if (first_picture_s_ == 0.0) first_picture_s_ = seconds_since(begin_);
   keep(snapshot, viewer.shown(), std::move(*pictures));
-  return moves(snapshot) ? kFrame : kStillFrame;
+  return moves(snapshot) ? kGalleryFrame : kStillFrame;
 }
 
 /// One picture per stretch of the cycle: one while touching and moving is better than one of the

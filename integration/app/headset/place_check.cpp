@@ -5,8 +5,8 @@
 namespace palpate::app {
 namespace {
 
-constexpr double kClose_m = 0.10;  // a hand that grabs further away means the volume
-constexpr double kGood_m = 0.003;  // as for a calibration that can be used
+constexpr double kClose_m = 0.10;       // a hand that grabs further away means the volume
+constexpr double kGoodPlace_m = 0.003;  // as for a calibration that can be used
 
 }  // namespace
 
@@ -44,7 +44,7 @@ std::string PlaceCheck::step(double now_s, glm::dvec3 probe_m, xr::Colocation& r
 
 std::string PlaceCheck::judge(const TouchedPoint& point, xr::Colocation& room) {
   const double off_m = glm::distance(point.device_m, point.stage_m);
-  if (off_m > kGood_m)
+  if (off_m > kGoodPlace_m)
     return fmt::format(
         "The picture stands {:.1f} mm off the device: touch again, or calibrate anew with 'palpate "
         "calibrate'.",
