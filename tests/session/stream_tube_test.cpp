@@ -371,7 +371,7 @@ TEST(StreamTube, SaysWhyThereIsNone) {
   const auto rests =
       StreamTube::release(stirred(0.4), true, TubeField::kVelocity, {2, 0.0}, {0.01, 0.0, 0.0});
   ASSERT_FALSE(rests);
-  EXPECT_EQ(rests.error().message, "the material stands still_tubes there at this time");
+  EXPECT_EQ(rests.error().message, "the material stands still there at this time");
   const double nan = std::nan("");
   EXPECT_FALSE(StreamTube::release(streams, true, TubeField::kVectors, {}, glm::dvec3(nan)));
 }
