@@ -17,7 +17,7 @@ std::string sentence(const char* format, Values... values) {
 /// Collects findings and sorts them by how bad they are.
 class Bench {
  public:
-  /// A measure that must not exceed its limit. Written with !(<=), so that NaN fails.
+  /// A measure that must not exceed its limit. Written as !(<=), so that NaN fails.
   void at_most(double value, Limit limit, const std::string& says) {
     const Trust trust = !(value <= limit.failed)    ? Trust::kFailed
                         : !(value <= limit.suspect) ? Trust::kSuspect
@@ -122,7 +122,8 @@ void judge_distances(const Evidence& evidence, const Limits& limits, Bench& benc
   }
 }
 
-/// The voxels x whose x + u(x) lies in the mask, too: outside of it the way back is a guess.
+/// The voxels x whose x + u(x) also lies in the mask: outside the mask the backward field is
+/// unreliable.
 Mask that_stays_inside(const Mask& mask, Mask voxels, const Field& u) {
   const Grid& grid = mask.grid;
   size_t offset = 0;
@@ -210,8 +211,8 @@ Result<Evidence> examined(const Volume& fixed, const Volume& moving, const Field
   const Result<Match> matched = match(fixed, moving, u, mask, &clear);
   if (!matched) return matched.error();
   evidence.match = *matched;
-  // Where nothing can be seen, disagreement and low confidence are right, and no fault of the
-  // field.
+  // Where nothing can be seen, disagreement and low confidence are to be expected and no fault of
+  // the field.
   if (backward && matched->clear > 0) {
     const Mask known = mask ? that_stays_inside(*mask, clear, u) : clear;
     const Result<Distances> inverse = inverse_consistency(u, *backward, fixed.grid, &known);
