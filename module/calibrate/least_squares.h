@@ -16,7 +16,8 @@ class LeastSquares {
     right_ += weight * value * row;
   }
 
-  /// None if the matrix is not positive definite to rounding: the data do not tell all unknowns.
+  /// Empty if the matrix is not positive definite up to rounding: the data do not determine all
+  /// unknowns.
   std::optional<Vector> solve() const {
     const Eigen::LLT<Matrix> factors(matrix_);
     if (factors.info() != Eigen::Success) return std::nullopt;

@@ -8,14 +8,14 @@
 
 namespace palpate {
 
-/// Where points lie, and how far they spread along each of their principal axes.
+/// Centre of a set of points, and their spread along each of their principal axes.
 struct PrincipalAxes {
   glm::dvec3 centre{0.0};
   glm::dvec3 variance{0.0};  ///< mean square distance from the centre along each axis, rising
   glm::dmat3 axes{1.0};      ///< unit vectors, one per column
 };
 
-/// Of one point at least.
+/// Needs at least one point.
 inline PrincipalAxes principal_axes(std::span<const glm::dvec3> points) {
   PrincipalAxes found;
   for (const glm::dvec3& point : points) found.centre += point / double(points.size());
