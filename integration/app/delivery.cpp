@@ -18,7 +18,7 @@ Confidence on_grid(const Confidence& confidence, const Grid& onto) {
   return {onto, std::move(values.values)};
 }
 
-/// The time that a person is told.
+/// The time to print.
 double seconds_of(const SolveReport& report) {
   return report.seconds + report.prepare_seconds;
 }
@@ -130,7 +130,7 @@ double Delivery::slowest_s() const {
 }
 
 Verdict Delivery::verdict() const {
-  // A single pair's verdict is shown whole, with all that was found good.
+  // The verdict on a single pair is printed with all checks passed.
   if (delivered_.size() == 1) return judged(delivered_.front().evidence);
   Verdict whole;
   for (const Delivered& pair : delivered_) {

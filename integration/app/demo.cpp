@@ -25,12 +25,12 @@ struct DemoCommand {
   std::string preset = "balanced";
   int size = 128;
   std::string phantom = "heart";
-  int frames = 0;  ///< 0: as many as the phantom usually has
+  int frames = 0;  ///< 0: the phantom's default number
   DeviceOptions device;
   bool quiet = false;
 };
 
-/// What is said about a pair in the end.
+/// Results to print for a pair.
 struct Score {
   Spread motion_mm;  ///< true motion of the wall
   Distances error;   ///< endpoint error on the wall
@@ -39,7 +39,7 @@ struct Score {
   double seconds = 0.0;
 };
 
-/// The phantom that beats, and its truth; frame numbers are cyclic.
+/// The beating phantom with its true motion; frame numbers are cyclic.
 struct Beat {
   Sequence frames;
   std::function<Field(const Grid&, int fixed, int moving)> truth;

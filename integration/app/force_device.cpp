@@ -11,8 +11,8 @@
 namespace palpate::app {
 namespace {
 
-constexpr double kControllerSettle_per_s = 150.0;  // frames of 11 ms are joined
-constexpr double kMouseStart = 0.9;  // of the reach, towards the person: before all there is
+constexpr double kControllerSettle_per_s = 150.0;  // joins frames of 11 ms
+constexpr double kMouseStart = 0.9;  // of the reach, towards the person: in front of all data
 
 Result<OpenedDevice> simulated(const ForceDeviceChoice& choice, LoadedScene& scene, bool fit,
                                const std::string& why) {
@@ -38,7 +38,7 @@ OpenedDevice mouse(std::string why) {
 }
 
 OpenedDevice controller(std::string why) {
-  // As a tracked tool, in true size, but with 90 or more positions a second.
+  // Like a tracked tool, in true size, but with 90 or more positions a second.
   desktop::MouseProbeOptions options = sessions::tool_probe();
   options.kind = "controller";
   options.settle_per_s = kControllerSettle_per_s;

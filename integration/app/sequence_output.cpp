@@ -18,7 +18,7 @@ Confidence on_grid(const Confidence& confidence, const Grid& onto) {
   return {onto, std::move(values.values)};
 }
 
-/// Stages a file, writes it, and names the final place if that fails.
+/// Stages a file and writes it; an error names the final path.
 template <class Write>
 Status put(Outputs& outputs, const std::string& name, const Write& write) {
   if (name.empty()) return Nothing{};

@@ -13,7 +13,7 @@ Error bad(std::string message) {
   return {ErrorKind::kBadInput, std::move(message)};
 }
 
-/// Two figures are enough to choose by.
+/// Two figures are enough for a choice.
 std::string seconds_text(double seconds) {
   return seconds < 0.01 ? fmt::format("{:.2g} ms", 1e3 * seconds)
                         : fmt::format("{:.2g} s", seconds);

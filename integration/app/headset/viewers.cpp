@@ -23,7 +23,7 @@ Result<Viewers> in_headset(const ViewerChoice& choice, Viewers viewers,
                     ? fmt::format("in the headset: {}.", found.sentence)
                     : fmt::format("in a headset, as asked, once it is there: {}", found.sentence);
   if (!choice.mirror || !has_display()) return viewers;
-  // The window is for bystanders: the headset works without it.
+  // The window is for other people: the headset works without it.
   auto window = open_window(choice);
   if (!window) return viewers;
   viewers.window = std::move(*window);
@@ -61,7 +61,8 @@ Result<Viewers> open_viewers(const ViewerChoice& choice) {
     return Error{ErrorKind::kNoDevice, found.sentence};
   if (asked || found.headset) return in_headset(choice, std::move(viewers), found);
   viewers.headset.reset();
-  // Most people have no headset. Advice is only for those who have a runtime, or ask for one.
+  // Most people have no headset: give advice only if there is a runtime or if a headset was asked
+  // for.
   const std::string reason =
       found.runtime || Console::verbose() ? " " + found.sentence : std::string();
   if (has_display()) {
