@@ -60,8 +60,8 @@ class Bench {
 
 void judge_folds(const Folds& folds, const Limits& limits, Bench& bench) {
   if (folds.not_finite > 0) {
-    bench.note(Trust::kFailed, sentence("At %zu voxels the field is not a number (none may be).",
-                                        folds.not_finite));
+    bench.note(Trust::kFailed,
+               sentence("At %zu voxels the field is not finite (none may be).", folds.not_finite));
   }
   const double share = folds.voxels ? double(folds.folded) / double(folds.voxels) : 0.0;
   bench.at_most(share, limits.folded_share,
@@ -107,11 +107,10 @@ void judge_match(const Match& match, const Limits& limits, Bench& bench) {
 void judge_distances(const Evidence& evidence, const Limits& limits, Bench& bench) {
   if (evidence.inverse) {
     const Spread& voxels = evidence.inverse->own_voxels;
-    bench.at_most(
-        voxels.mean, limits.inverse_mean_voxels,
-        sentence("There and back misses the start by %.3f voxels on average", voxels.mean));
+    bench.at_most(voxels.mean, limits.inverse_mean_voxels,
+                  sentence("The inverse consistency error is %.3f voxels on average", voxels.mean));
     bench.at_most(voxels.p99, limits.inverse_p99_voxels,
-                  sentence("There and back misses the start by %.3f voxels at the 99th percentile",
+                  sentence("The inverse consistency error is %.3f voxels at the 99th percentile",
                            voxels.p99));
   }
   if (evidence.drift) {

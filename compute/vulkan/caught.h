@@ -26,7 +26,7 @@ auto caught(const Work& work) -> decltype(work()) {
                  std::string("A function that is called here threw an exception: ") + error.what()};
   } catch (...) {
     return Error{ErrorKind::kBadInput,
-                 "A function that is called here threw an exception that says nothing"};
+                 "A function that is called here threw an exception without a message"};
   }
 }
 

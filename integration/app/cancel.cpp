@@ -65,7 +65,8 @@ void CancelOnSignal::watch(std::stop_token ended) {
     const bool is_new =
         sigtimedwait(&signals_, nullptr, &tick) > 0 || taken_by_handler.exchange(0) > 0;
     if (is_new && at_once_) end_now("palpate: Stopped as asked, before anything began.\n");
-    if (is_new && source_.stop_requested()) end_now("palpate: Ended at once, as asked again.\n");
+    if (is_new && source_.stop_requested())
+      end_now("palpate: Ended at once, after a second signal.\n");
     if (is_new) {
       asked = Clock::now();
       source_.request_stop();

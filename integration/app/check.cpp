@@ -206,10 +206,10 @@ class Checker {
     if (!against_) return Nothing{};
     const auto everywhere = inverse_consistency(field_, *against_, image_, pointer(mask_));
     if (!everywhere) return everywhere.error();
-    rows("There and back, everywhere", *everywhere);
+    rows("Inverse consistency, everywhere", *everywhere);
     json_["inverse_consistency"]["everywhere"] = json_of(*everywhere);
     if (!evidence_.inverse) return Nothing{};
-    rows("There and back, where there is structure", *evidence_.inverse);
+    rows("Inverse consistency, where there is structure", *evidence_.inverse);
     json_["inverse_consistency"]["structure"] = json_of(*evidence_.inverse);
     return Nothing{};
   }
@@ -383,7 +383,7 @@ Command add_check(CLI::App& program) {
   app->add_option("--cycle", command->cycle, "The fields that follow and lead back: cycle drift")
       ->type_name("FILE");
   app->add_option("--mask", command->mask, "Where distances are taken")->type_name("FILE");
-  app->add_flag("--opencv", command->opencv, "Ask OpenCV's optical flow for a second opinion");
+  app->add_flag("--opencv", command->opencv, "Also compare with OpenCV's optical flow");
   app->add_flag("--json", command->json, "Print JSON on stdout, lines on stderr");
   return {app,
           [command] { return run(*command); },

@@ -166,7 +166,7 @@ Result<std::optional<Verdict>> checked(const SequenceCheck& command, Console& co
     if (!read) return read.error();
     mask = resampled(*read, image);
   }
-  console.say(fmt::format("{}: {} of {} frames, told from frame {}, {}",
+  console.say(fmt::format("{}: {} of {} frames, reference frame {}, {}",
                           command.inputs.front().string(), told->form, motion.frames(),
                           motion.reference, time_text(motion.basis)));
   auto evidence = examined(

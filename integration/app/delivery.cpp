@@ -109,7 +109,7 @@ void Delivery::tell(const Delivered& pair) {
                         evidence.match->correlation_after);
   }
   if (evidence.inverse)
-    line += fmt::format(", there and back {:.3f} voxel", evidence.inverse->own_voxels.mean);
+    line += fmt::format(", inverse consistency {:.3f} voxel", evidence.inverse->own_voxels.mean);
   if (options_.judge) line += fmt::format(": {}", word(judged(evidence).trust));
   console_.say(line);
 }

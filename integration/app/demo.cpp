@@ -167,8 +167,8 @@ class Demo {
 
   std::string table() const {
     std::string text =
-        "  frames   the wall moves   palpate misses it by           folds   there and    time\n"
-        "            (at most)       mean     95 %      worst               back\n";
+        "  frames   the wall moves   palpate misses it by           folds   inverse      time\n"
+        "            (at most)       mean     95 %      worst               consistency\n";
     for (size_t k = 0; k < scores_.size(); ++k) {
       const Score& score = scores_[k];
       text += fmt::format(

@@ -64,7 +64,9 @@ class Estimation {
                              bytes_text(double(memory.budget_bytes)),
                              memory.slabs > 1 ? fmt::format(", in {} slabs", memory.slabs) : ""));
     if (job_.options.backward && !memory.backward)
-      console_.say("Too little of it to check each field by a second one from moving to fixed.");
+      console_.say(
+          "There is too little device memory to check each field by a second one from moving to "
+          "fixed.");
     if (has_sliding_step(plan_motion(job_.grid, job_.options.motion)) && !memory.sliding)
       console_.say(
           "There is too little device memory to sharpen the borders at which material slides: the "

@@ -200,7 +200,7 @@ class FeelRun {
     if (viewers_.headset) fit_to_headset(*scene);
     if (opened_.controller || opened_.tool) sessions::stand_in_true_size(*scene);
     announce(command_, *scene, opened_, live_ != nullptr, console_);
-    console_.say("Seen      " + viewers_.why);
+    console_.say("Shown     " + viewers_.why);
     if (const Status ready = start_listeners(*scene); !ready) return fail(console_, ready.error());
     const SceneSpec at_start = scene->spec;
     cancel.end_at_once(false);
@@ -423,9 +423,10 @@ class FeelRun {
     const double given =
         Haptics(haptics, opened_.device->info()).stiffness_on_device(*session_->scene(), wanted);
     if (given < wanted)
-      console_.say(fmt::format(
-          "Note      The spring is {:.0f} N/m instead of {:.0f}: more would make this device hum.",
-          given, wanted));
+      console_.say(
+          fmt::format("Note      The spring is {:.0f} N/m instead of {:.0f}: more would make this "
+                      "device vibrate.",
+                      given, wanted));
     return Nothing{};
   }
 
@@ -670,7 +671,7 @@ class FeelRun {
 
   void tell_gallery() {
     console_.say(
-        fmt::format("Seen      {} stereo pictures of 2 x {} x {}, {:.0f} ms each (median), the "
+        fmt::format("Shown     {} stereo pictures of 2 x {} x {}, {:.0f} ms each (median), the "
                     "first after {:.1f} s",
                     gallery_->frames(), command_.picture_size, command_.picture_size,
                     gallery_->median_ms(), gallery_->first_picture_s()));

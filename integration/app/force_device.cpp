@@ -112,7 +112,7 @@ Result<OpenedDevice> opened_for(const ForceDeviceChoice& choice, LoadedScene& sc
     options.kind = "none";
     options.start_m = {0.0, 0.0, kMouseStart * options.workspace_radius_m};
     opened.device = std::make_unique<desktop::MouseProbe>(options);
-    opened.why = "none: it is only looked at.";
+    opened.why = "none: viewing only.";
     return opened;
   }
   if (choice.device == "simulated")

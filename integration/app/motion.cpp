@@ -128,7 +128,7 @@ Status check_output_name(const MotionCommand& command) {
   }
   if (command.is_pair() && command.model == "sequence") {
     return files::bad_output(command.output,
-                             "names one file, but the motion of a sequence is several: name a "
+                             "names one file, but the motion of a sequence takes several: name a "
                              "folder");
   }
   if (command.is_pair()) return files::check_can_write_image(command.output);
@@ -283,7 +283,7 @@ Result<MotionResults> find_pairs(const MotionCommand& command, const std::string
 }
 
 std::string sequence_text(const SequenceMotion& motion, double seconds) {
-  return fmt::format("Motion    one for all {} frames, told from frame {}, {}, {:.1f} s",
+  return fmt::format("Motion    one for all {} frames, reference frame {}, {}, {:.1f} s",
                      motion.frames(), motion.reference, time_text(motion.basis), seconds);
 }
 
@@ -413,10 +413,10 @@ int run(const MotionCommand& command) {
 
 void add_expert_options(CLI::App& app, MotionCommand& command) {
   add_device_options(app, command.device);
-  app.add_option("--iterations", command.iterations, "At most so many iterations on every level")
+  app.add_option("--iterations", command.iterations, "At most this many iterations on every level")
       ->check(whole_number_in(1, 10000))
       ->group("Experiments");
-  app.add_option("--levels", command.levels, "So many levels of the pyramid")
+  app.add_option("--levels", command.levels, "Number of levels of the pyramid")
       ->check(whole_number_in(1, 12))
       ->group("Experiments");
 }
@@ -425,7 +425,7 @@ void add_expert_options(CLI::App& app, MotionCommand& command) {
 void add_wishes(CLI::App& app, MotionCommand& command) {
   CLI::Option* within =
       app.add_option("--within", command.within,
-                     "Choose the most accurate setting that takes at most so long for a pair on "
+                     "Choose the most accurate setting that takes at most this time for a pair on "
                      "this machine (2s, 500ms), as 'palpate chart motion' measured it")
           ->type_name("TIME");
   CLI::Option* error =

@@ -128,7 +128,7 @@ int run_program(int argc, char** argv) {
   } catch (const std::system_error& error) {
     // The program that read stdout has ended (as 'head' does).
     if (error.code() == std::errc::broken_pipe) return kExitInternal;
-    fmt::print(stderr, "{}: The system refused something: {}.\n", kProgramName, error.what());
+    fmt::print(stderr, "{}: A call to the system failed: {}.\n", kProgramName, error.what());
     return kExitInternal;
   } catch (const std::bad_alloc&) {
     fmt::print(stderr,

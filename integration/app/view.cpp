@@ -147,7 +147,7 @@ Command add_view(CLI::App& program) {
                   "Write every frame as a picture for two eyes into this folder; needs no display")
       ->type_name("DIR");
   add_seeing(*app, *command);
-  app->add_option("--seconds", command->seconds, "Window or headset: end after so long")
+  app->add_option("--seconds", command->seconds, "Window or headset: end after this time")
       ->check(number_in({0.1, 1e6}));
   app->add_option("--fps", command->sequence.frames_per_second,
                   "Frames per second, instead of the file's times")

@@ -97,7 +97,7 @@ class CMode final : public ForeignMode {
     } catch (const std::exception& error) {
       fail(error.what());
     } catch (...) {
-      fail("something that says nothing");
+      fail("an exception without a message");
     }
   }
   bool wants_probe() const override { return kind_.wants_hand != 0; }
@@ -117,7 +117,7 @@ class CMode final : public ForeignMode {
     } catch (const std::exception& error) {
       return error.what();
     } catch (...) {
-      return "something that says nothing";
+      return "an exception without a message";
     }
   }
 

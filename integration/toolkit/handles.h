@@ -201,7 +201,7 @@ Thrown call_host(std::string_view name, const Call& call) noexcept {
   } catch (const std::exception& error) {
     return {name, error.what()};
   } catch (...) {
-    return {name, "it says nothing"};
+    return {name, "it has no message"};
   }
 }
 

@@ -102,7 +102,7 @@ Result<Calibration> calibrate_by_points(std::span<const TouchedPoint> points,
   for (const TouchedPoint& point : points)
     if (!std::isfinite(glm::dot(point.device_m, glm::dvec3(1)) +
                        glm::dot(point.stage_m, glm::dvec3(1))))
-      return bad("A touched point is not a number: touch it again.");
+      return bad("A touched point is not finite: touch it again.");
   if (std::sqrt(axes_of(points).variance[1]) < 3.0 * options.agree_m)
     return bad(
         "The touched points lie on a line or too close together: spread them over the "

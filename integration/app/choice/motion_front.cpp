@@ -115,7 +115,7 @@ Result<std::vector<Choice>> choose_by_error(const MotionFront& front, double err
     return bad(
         fmt::format("No setting is expected to come within {:.2g} mm for voxels of {:.3g} "
                     "mm: the most accurate, {}, is wrong by about {:.2g} mm. Allow more "
-                    "error, or bring finer data.",
+                    "error, or use finer data.",
                     error_mm, voxel_mm, best->setting, best->error_voxels * voxel_mm));
   }
   std::sort(good.begin(), good.end(),

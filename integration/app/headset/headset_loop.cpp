@@ -93,8 +93,8 @@ class HeadsetLoop::Run {
           "compiled.");
     preparing_ = source_.preparing();
     if (report.main_visible != main_visible_)
-      loop_.tell(report.main_visible ? "The program below is seen again."
-                                     : "The program below is not seen now: palpate alone is.");
+      loop_.tell(report.main_visible ? "The program below is visible again."
+                                     : "The program below is not visible now, only palpate is.");
     main_visible_ = report.main_visible;
     tell_found(report);
     tell_tracking(report);
@@ -110,8 +110,8 @@ class HeadsetLoop::Run {
     if (!scene_ || !scene_->controller) return;
     if (report.hand_tracking && !tracking_told_)
       loop_.tell(
-          "Without a controller a pinch is the hand: thumb and forefinger together touch, a short "
-          "pinch lays a stream tube, two of them soon after each other keep those that are there.");
+          "Without a controller, pinch to touch: hold thumb and forefinger together. A short pinch "
+          "places a stream tube; two short pinches in a row keep the tubes.");
     tracking_told_ |= report.hand_tracking;
     if (report.no_hand_tracking != no_tracking_ && !report.no_hand_tracking.empty())
       loop_.tell(fmt::format("The runtime does not show bare hands in this session{}.",
@@ -197,10 +197,10 @@ class HeadsetLoop::Run {
         check_.emplace(scene_->calibration->calibration.controller_from_tip_m);
         return;
       }
-      loop_.tell(fmt::format(
-          "The calibration is about the {} space, which this runtime does not have now: calibrate "
-          "again with 'palpate calibrate'.",
-          scene_->calibration->space));
+      loop_.tell(
+          fmt::format("The calibration belongs to the {} space, which this runtime does not have "
+                      "now: calibrate again with 'palpate calibrate'.",
+                      scene_->calibration->space));
       scene_->calibration.reset();
     } else if (!scene_->controller && !guess_told_) {
       guess_told_ = true;

@@ -19,15 +19,15 @@ Result<std::unique_ptr<desktop::DesktopLoop>> open_window(const ViewerChoice& ch
 
 Result<Viewers> in_headset(const ViewerChoice& choice, Viewers viewers,
                            const HeadsetLoop::Availability& found) {
-  viewers.why = found.headset
-                    ? fmt::format("in the headset: {}.", found.sentence)
-                    : fmt::format("in a headset, as asked, once it is there: {}", found.sentence);
+  viewers.why = found.headset ? fmt::format("in the headset: {}.", found.sentence)
+                              : fmt::format("in a headset, as asked, as soon as one is there: {}",
+                                            found.sentence);
   if (!choice.mirror || !has_display()) return viewers;
   // The window is for other people: the headset works without it.
   auto window = open_window(choice);
   if (!window) return viewers;
   viewers.window = std::move(*window);
-  viewers.why += " A window shows it to others.";
+  viewers.why += " A window shows the same to others.";
   return viewers;
 }
 
@@ -36,11 +36,12 @@ Result<Viewers> in_headset(const ViewerChoice& choice, Viewers viewers,
 Result<Viewers> open_viewers(const ViewerChoice& choice) {
   Viewers viewers;
   if (choice.overlay && (choice.headset == "off" || choice.headset == "none"))
-    return Error{ErrorKind::kBadInput,
-                 "An overlay is in a headset, above another program: leave --headset " +
-                     choice.headset + " out, or --overlay"};
+    return Error{
+        ErrorKind::kBadInput,
+        "--overlay needs a headset, where it draws above another program: leave --headset " +
+            choice.headset + " out, or --overlay"};
   if (choice.headset == "off") {
-    viewers.why = "by nobody, as asked.";
+    viewers.why = "nowhere, as asked.";
     return viewers;
   }
   if (choice.headset == "none") {
@@ -52,7 +53,7 @@ Result<Viewers> open_viewers(const ViewerChoice& choice) {
   }
   const bool asked = choice.headset == "openxr" || choice.overlay;
   if (!asked && choice.headless) {
-    viewers.why = "in pictures, as asked.";
+    viewers.why = "in picture files, as asked.";
     return viewers;
   }
   viewers.headset = std::make_unique<HeadsetLoop>(choice.pass_through, choice.overlay);
@@ -74,8 +75,7 @@ Result<Viewers> open_viewers(const ViewerChoice& choice) {
     }
   }
   viewers.why =
-      "by nobody, as there is no display and no headset: --headless FOLDER writes pictures." +
-      reason;
+      "nowhere, as there is no display and no headset: --headless FOLDER writes pictures." + reason;
   return viewers;
 }
 
