@@ -42,8 +42,8 @@ struct EstimatorOptions {
   MotionOptions motion;
   bool cyclic = false;    ///< after finish(), also last frame -> first
   bool backward = false;  ///< also a quick field from moving to fixed, for examined(), if it fits
-  std::optional<Mask>
-      mask;  ///< on the frames' grid, of every fixed frame; outside counts for nothing
+  /// on the frames' grid, for every fixed frame; voxels outside do not count
+  std::optional<Mask> mask;
   /// Frames that may wait. With more the oldest waiting one is dropped, so that a live source does
   /// not fall behind. 0: never drop; push() blocks while two frames wait.
   size_t backlog = 0;

@@ -691,8 +691,8 @@ class FeelRun {
   bool display_lost_ = false;
   std::unique_ptr<TickLog> log_;
   std::unique_ptr<BlackBox> black_box_;
-  std::unique_ptr<TickRecorder>
-      recorder_;  ///< passes ticks to the two above, and writes the recording
+  /// passes ticks to the two above, and writes the recording
+  std::unique_ptr<TickRecorder> recorder_;
   Status recorded_ = Nothing{};
   std::unique_ptr<devices::SpaceMouse> second_hand_;
   std::optional<DeviceFault> second_hand_fault_;  ///< the last one reported
@@ -700,9 +700,9 @@ class FeelRun {
   std::unique_ptr<LiveSource> live_;              ///< likewise
   /// The window, once its display has gone away: the servo thread still uses its listener.
   std::unique_ptr<desktop::DesktopLoop> lost_window_;
-  std::unique_ptr<Session>
-      session_;      ///< ends its servo thread before the members above are destroyed
-  Viewers viewers_;  ///< use session_, which has been stopped
+  /// ends its servo thread before the members above are destroyed
+  std::unique_ptr<Session> session_;
+  Viewers viewers_;                   ///< use session_, which has been stopped
   std::unique_ptr<Gallery> gallery_;  ///< likewise
 };
 

@@ -88,8 +88,8 @@ struct PackPush {
 PALPATE_SIZE(PackPush, 48);
 
 struct NormalEquationsPush {
-  ivec4
-      cells;  // of the field; w: colour of the checkerboard that is read, 0 or 1; -1 = every voxel
+  // of the field; w: colour of the checkerboard that is read, 0 or 1; -1 = every voxel
+  ivec4 cells;
   ivec4 fixed_size;   // of the fixed image; w: z of the first slice that the bound slab holds
   ivec4 moving_size;  // of the moving image; w: z of the first slice that the bound slab holds
   // x: slices in the bound slab; y, z: first and last + 1 sample floor(z) that this slab computes;
@@ -172,8 +172,8 @@ PALPATE_SIZE(SmoothCostPush, 32);
 struct CoupledChoicePush {
   ivec4 nodes;  // w: listed nodes
   ivec4 reach;  // labels go from -reach to +reach voxels along each axis
-  vec4
-      spacing_mm;  // of the images; w: price of one squared voxel of distance from the smooth field
+  // of the images; w: price of one squared voxel of distance from the smooth field
+  vec4 spacing_mm;
 };
 PALPATE_SIZE(CoupledChoicePush, 48);
 

@@ -28,8 +28,8 @@ class TouchTaker {
 
   struct Taken {
     std::optional<TouchedPoint> point;
-    std::string
-        refused;  ///< why no point was taken: a sentence; empty if there is nothing to report
+    /// why no point was taken: a sentence; empty if there is nothing to report
+    std::string refused;
   };
   /// Once per frame: the controller at now_s, and the samples of the device's tip since the last
   /// frame.

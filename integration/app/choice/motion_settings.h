@@ -12,8 +12,8 @@ namespace palpate::app {
 /// it.
 struct MotionSetting {
   std::string name;  ///< "balanced", "balanced, twice the iterations"
-  std::string
-      sweep;  ///< "presets", "levels", "iterations", "smoothing", "intensities", "grids", "bricks"
+  /// "presets", "levels", "iterations", "smoothing", "intensities", "grids", "bricks"
+  std::string sweep;
   MotionOptions options;
   /// Whether it keeps what other data need: local normalisation (against contrast changes) and the
   /// start for large motion. Only such settings are chosen automatically.
