@@ -7,7 +7,7 @@
 namespace palpate {
 namespace {
 
-constexpr int kBatch = 5;
+constexpr int kClassicBatch = 5;
 
 glm::dvec3 sigma_voxels(const MotionPlan& plan, size_t l) {
   const double sigma_mm = plan.options.classic_sigma_mm;
@@ -96,7 +96,7 @@ std::optional<SolveReport> ClassicSolver::solve(const FramePyramid& fixed,
     int recorded = 0;  // iterations
     while (about.iterations < level.options.iterations) {
       if (stop.stop_requested()) return std::nullopt;
-      const int size = std::min(kBatch, level.options.iterations - about.iterations);
+      const int size = std::min(kClassicBatch, level.options.iterations - about.iterations);
       if (size != recorded) {
         recorder_.restart();
         for (int k = 0; k < size; ++k) record_iteration(recorder_, l, fixed, moving, bricks, list);

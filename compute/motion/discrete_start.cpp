@@ -9,7 +9,8 @@
 namespace palpate {
 namespace {
 
-constexpr double kCut = 1.5;  // local SDs at which a difference is cut: larger ones cost the same
+// local SDs at which a difference is cut: larger ones cost the same
+constexpr double kMostDifference = 1.5;
 constexpr double kSmoothing = 0.5;  // nodes: SD of the Gaussian between rounds
 // Penalty on a squared voxel of distance from the smooth field, per round: small at first, so that
 // the choice is nearly free. The last one does not yet make all nodes agree, since motion is
@@ -50,7 +51,7 @@ void DiscreteStart::record_cost(vulkan::Recorder& recorder, const FramePyramid& 
                      cost[0]},
                     shaders::MatchingPush{glm::ivec4(level_.image_size, 0), glm::ivec4(n, count),
                                           glm::ivec4(search_.cell, 0), glm::ivec4(reach, 0),
-                                          glm::vec4(level_.spacing_mm, kCut)},
+                                          glm::vec4(level_.spacing_mm, kMostDifference)},
                     groups);
   for (int axis = 0; axis < 3; ++axis) {
     recorder.dispatch(kernels_->smooth_cost(), {list_, places_, cost[axis % 2], cost[1 - axis % 2]},

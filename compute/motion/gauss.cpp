@@ -6,7 +6,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kCut = 3.0;            // SDs: the weight beyond is 0.3 %
+constexpr double kGaussReach = 3.0;     // SDs: the weight beyond is 0.3 %
 constexpr double kSmallestSigma = 0.3;  // samples: the weight of a neighbour would be 0.4 %
 
 }  // namespace
@@ -18,7 +18,7 @@ shaders::GaussPush gauss_push(glm::ivec3 size, int axis, double sigma) {
     push.weights[0][0] = 1.0F;
     return push;
   }
-  const int radius = std::min(shaders::kMaxRadius, int(std::ceil(kCut * sigma)));
+  const int radius = std::min(shaders::kMaxRadius, int(std::ceil(kGaussReach * sigma)));
   double sum = 0.0;
   for (int k = -radius; k <= radius; ++k) sum += std::exp(-0.5 * k * k / (sigma * sigma));
   for (int k = 0; k <= radius; ++k) {

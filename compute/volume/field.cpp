@@ -3,6 +3,7 @@
 #include <cassert>
 
 #include "compute/volume/resample.h"
+#include "compute/volume/volume.h"
 
 namespace palpate {
 namespace {
@@ -32,6 +33,10 @@ Field resampled(const Field& field, const Grid& onto) {
   if (result.u_mm.empty()) return result;
   interpolation::resample<3>(interleaved(field.u_mm), field.grid, onto, &result.u_mm.front().x);
   return result;
+}
+
+Confidence resampled(const Confidence& confidence, const Grid& onto) {
+  return {onto, resampled(Volume{confidence.grid, confidence.values}, onto).values};
 }
 
 Field still_field(const Grid& grid) {

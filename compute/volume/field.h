@@ -34,6 +34,9 @@ glm::dvec3 sample_at_lps(const Field& field, glm::dvec3 lps_mm);
 /// The same field sampled on another grid (for files: the image's).
 Field resampled(const Field& field, const Grid& onto);
 
+/// The same confidence on another grid, trilinear, border values clamped outside.
+Confidence resampled(const Confidence& confidence, const Grid& onto);
+
 /// A field of zeros.
 Field still_field(const Grid& grid);
 

@@ -15,14 +15,14 @@ namespace {
 
 // Lengths in mm. "Body" axes: x to the patient's left, y up, z to the front.
 
-constexpr double kEdgeVoxels = 1.5;
+constexpr double kHeartEdgeVoxels = 1.5;
 
 /// A tissue: its value, and how far its texture goes from it.
 struct TissueTexture {
   double value, texture, fine_mm, coarse_mm;
   uint32_t seed;
 };
-constexpr TissueTexture kLung{60.0, 45.0, 5.0, 11.0, 10};
+constexpr TissueTexture kLungTissue{60.0, 45.0, 5.0, 11.0, 10};
 constexpr TissueTexture kVenousBlood{190.0, 35.0, 5.0, 9.0, 20};
 constexpr TissueTexture kArterialBlood{210.0, 35.0, 5.0, 9.0, 30};
 constexpr TissueTexture kFat{900.0, 40.0, 4.0, 8.0, 40};
@@ -443,7 +443,7 @@ NumberOf<Point> material_value(const Point& p, double edge_mm, uint32_t seed) {
   }
   if (dual::value(left) < 0.5 * edge_mm)
     painter.paint(left, left_wall(p, seed), kMuscle, kArterialBlood);
-  if (painter.hidden()) return painter.over(kLung);
+  if (painter.hidden()) return painter.over(kLungTissue);
 
   painter.paint(kTricuspid.distance(p), kVenousBlood);
   painter.paint(kPulmonic.distance(p), kVenousBlood);
@@ -471,7 +471,7 @@ NumberOf<Point> material_value(const Point& p, double edge_mm, uint32_t seed) {
   Number veins = 1e9;
   for (const Tube& vein : kPulmonaryVeins) veins = smaller(veins, vein.distance(p));
   vessel(veins, 2.2, kArtery, kArterialBlood);
-  if (painter.hidden()) return painter.over(kLung);
+  if (painter.hidden()) return painter.over(kLungTissue);
 
   // Coronary arteries lie where two chambers meet, on top of the fat that fills the groove.
   const Number atria = smaller(left_atrium, right_atrium), ventricles = smaller(left, right);
@@ -491,7 +491,7 @@ NumberOf<Point> material_value(const Point& p, double edge_mm, uint32_t seed) {
   const Number patches =
       1.5 * texture::smooth_noise(texture::mixed(seed + 5), p / Number(13.0)) - 0.7;
   painter.paint(larger(Number(heart - patches), larger(Number(p.y - 34.0), cut)), kFat);
-  return painter.over(kLung);
+  return painter.over(kLungTissue);
 }
 
 glm::dvec3 material_point(glm::dvec3 lps_mm, const Phase& phase) {
@@ -509,8 +509,8 @@ Sequence heart_phantom(const Grid& grid, int frames, uint32_t seed, double noise
   Sequence sequence;
   sequence.name = "beating-heart phantom";
   sequence.times_known = true;
-  const double edge_mm = kEdgeVoxels * voxel_of(grid);
-  const double noise_sd = noise * (kMuscle.value - kLung.value);
+  const double edge_mm = kHeartEdgeVoxels * voxel_of(grid);
+  const double noise_sd = noise * (kMuscle.value - kLungTissue.value);
   Volume rest{grid, std::vector<float>(grid.count())};
   for_each_sample(grid, 500.0, [&](size_t offset, glm::dvec3 lps_mm) {
     rest.values[offset] = float(material_value(body_from_lps(lps_mm), edge_mm, seed));
@@ -539,14 +539,15 @@ Sequence heart_phantom(int size, int frames, uint32_t seed, double noise) {
 }
 
 double heart_value(glm::dvec3 lps_mm, int frame, int frames, uint32_t seed, double voxel_mm) {
-  return material_value(material_point(lps_mm, phase_of(frame, frames)), kEdgeVoxels * voxel_mm,
-                        seed);
+  return material_value(material_point(lps_mm, phase_of(frame, frames)),
+                        kHeartEdgeVoxels * voxel_mm, seed);
 }
 
 glm::dvec3 heart_gradient(glm::dvec3 lps_mm, int frame, int frames, uint32_t seed,
                           double voxel_mm) {
   const dual::Point body = body_from_lps(dual::variable(lps_mm));
-  return material_value(material_of(body, phase_of(frame, frames)), kEdgeVoxels * voxel_mm, seed)
+  return material_value(material_of(body, phase_of(frame, frames)), kHeartEdgeVoxels * voxel_mm,
+                        seed)
       .slope;
 }
 

@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-constexpr float kFar = std::numeric_limits<float>::infinity();
+constexpr float kFarAway = std::numeric_limits<float>::infinity();
 
 // SD of the Gaussian that removes the steps of the voxels, in edges of a (nearly isotropic) voxel.
 constexpr double kSmooth = 1.5;
@@ -80,7 +80,7 @@ struct EnvelopeAlong {
     int parabolas = 0;
     for (int m = 0; m + 1 < n; ++m) {
       const float lower = std::min(f[size_t(m)], f[size_t(m) + 1]);
-      if (lower == kFar) continue;
+      if (lower == kFarAway) continue;
       // In units of the spacing.
       const double height = double(lower) / (h_mm * h_mm), at = m + 0.5;
       double begin = -std::numeric_limits<double>::infinity();
@@ -179,7 +179,8 @@ std::vector<float> smoothing_share(const Volume& distance, double sigma_mm) {
 std::vector<float> distance_along(const Mask& mask, std::array<bool, 3> axes) {
   const auto squared_to = [&](bool counting) {
     std::vector<float> f(mask.values.size());
-    for (size_t i = 0; i < f.size(); ++i) f[i] = (mask.values[i] != 0) == counting ? 0.0F : kFar;
+    for (size_t i = 0; i < f.size(); ++i)
+      f[i] = (mask.values[i] != 0) == counting ? 0.0F : kFarAway;
     for (int axis = 0; axis < 3; ++axis)
       if (axes[size_t(axis)]) along(f, mask.grid, axis, EnvelopeAlong{mask.grid.spacing_mm[axis]});
     return f;

@@ -13,11 +13,6 @@
 namespace palpate::app {
 namespace {
 
-Confidence on_grid(const Confidence& confidence, const Grid& onto) {
-  Volume values = resampled(Volume{confidence.grid, confidence.values}, onto);
-  return {onto, std::move(values.values)};
-}
-
 /// The time to print.
 double seconds_of(const SolveReport& report) {
   return report.seconds + report.prepare_seconds;
@@ -79,7 +74,7 @@ Status Delivery::write(const EstimatedPair& pair, const Field& field, const Pair
   });
   if (!status) return status;
   return put(names.confidence, [&](const auto& path) {
-    return files::write_confidence(on_grid(pair.motion.confidence, field.grid), path);
+    return files::write_confidence(resampled(pair.motion.confidence, field.grid), path);
   });
 }
 

@@ -22,7 +22,7 @@ int default_device() {
   return context ? (*context)->info().index : -1;
 }
 
-nlohmann::json json_of(const vulkan::GpuInfo& device, bool is_default) {
+nlohmann::json device_json(const vulkan::GpuInfo& device, bool is_default) {
   return {{"index", device.index},
           {"name", device.name},
           {"kind", device.kind},
@@ -56,7 +56,7 @@ void print_table(const std::vector<vulkan::GpuInfo>& devices, int chosen) {
     fmt::print("  * is used unless --gpu says otherwise, with a number or part of a name.\n");
 }
 
-nlohmann::json json_of(const devices::ListedDevice& device) {
+nlohmann::json device_json(const devices::ListedDevice& device) {
   const DeviceInfo& info = device.info;
   return {{"kind", info.kind},
           {"role", device.role == devices::ListedDevice::Role::kForce ? "force" : "second hand"},
@@ -131,8 +131,8 @@ int run(bool json) {
                           {"hands", nlohmann::json::array()},
                           {"wrong", hands.wrong}};
     for (const auto& device : computing)
-      all["vulkan"].push_back(json_of(device, device.index == chosen));
-    for (const auto& device : hands.devices) all["hands"].push_back(json_of(device));
+      all["vulkan"].push_back(device_json(device, device.index == chosen));
+    for (const auto& device : hands.devices) all["hands"].push_back(device_json(device));
     fmt::print("{}\n", all.dump(2));
   } else {
     fmt::print("What computes\n");

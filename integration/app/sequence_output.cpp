@@ -13,11 +13,6 @@
 namespace palpate::app {
 namespace {
 
-Confidence on_grid(const Confidence& confidence, const Grid& onto) {
-  Volume values = resampled(Volume{confidence.grid, confidence.values}, onto);
-  return {onto, std::move(values.values)};
-}
-
 /// Stages a file and writes it; an error names the final path.
 template <class Write>
 Status put(Outputs& outputs, const std::string& name, const Write& write) {
@@ -86,7 +81,7 @@ Result<Written> write_sequence(const SequenceMotion& motion, const std::vector<V
     });
     if (!status) break;
     status = put(outputs, names.confidence, [&](const auto& path) {
-      return files::write_confidence(on_grid(step_confidence[k], field.grid), path);
+      return files::write_confidence(resampled(step_confidence[k], field.grid), path);
     });
     if (!status) break;
     status = put(outputs, names.picture, [&](const auto& path) {

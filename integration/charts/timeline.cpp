@@ -9,10 +9,10 @@
 namespace palpate::charts {
 namespace {
 
-constexpr double kMargin = 48, kLeft = 96, kTitle = 96, kBottom = 64, kGap = 30;
-constexpr Color kPaper{1.0, 1.0, 1.0};
-constexpr Color kInk{0.13, 0.15, 0.19};
-constexpr Color kSoft{0.42, 0.45, 0.50};
+constexpr double kStripMargin = 48, kLeft = 96, kTitle = 96, kBottom = 64, kStripGap = 30;
+constexpr Color kStripPaper{1.0, 1.0, 1.0};
+constexpr Color kStripInk{0.13, 0.15, 0.19};
+constexpr Color kStripSoft{0.42, 0.45, 0.50};
 constexpr Color kGrid{0.90, 0.91, 0.93};
 constexpr Color kBack{0.975, 0.978, 0.984};
 constexpr Color kShade{0.96, 0.70, 0.36};
@@ -56,23 +56,23 @@ void draw_axes(Canvas& canvas, const StripLayout& frame, const Strip& strip, boo
     const double y = frame.px_y(tick);
     canvas.draw_line({{frame.corner.x, y}, {frame.corner.x + frame.size.x, y}}, kGrid, 1.0);
     canvas.draw_text(number(tick), {frame.corner.x - 10, y + 5},
-                     {.size_px = 14, .color = kSoft, .align = Align::kRight});
+                     {.size_px = 14, .color = kStripSoft, .align = Align::kRight});
   }
   for (const double tick : axis_ticks(frame.x.low, frame.x.high, 12)) {
     const double x = frame.px_x(tick);
     canvas.draw_line({{x, frame.corner.y}, {x, frame.corner.y + frame.size.y}}, kGrid, 1.0);
     if (last)
       canvas.draw_text(number(tick), {x, frame.corner.y + frame.size.y + 22},
-                       {.size_px = 14, .color = kSoft, .align = Align::kCentre});
+                       {.size_px = 14, .color = kStripSoft, .align = Align::kCentre});
   }
   if (last)
     canvas.draw_text(x_title,
                      {frame.corner.x + 0.5 * frame.size.x, frame.corner.y + frame.size.y + 46},
-                     {.size_px = 15, .color = kSoft, .align = Align::kCentre});
+                     {.size_px = 15, .color = kStripSoft, .align = Align::kCentre});
   canvas.draw_text_upwards(strip.title, {34, frame.corner.y + 0.5 * frame.size.y},
                            {.size_px = 15,
                             .bold = true,
-                            .color = kInk,
+                            .color = kStripInk,
                             .align = Align::kCentre,
                             .max_width_px = frame.size.y + 20});
 }
@@ -124,14 +124,14 @@ void draw_strip(Canvas& canvas, const StripLayout& frame, const Timeline& timeli
     canvas.fill_box({from, frame.corner.y}, {to - from, frame.size.y}, kShade, 0.22);
     if (to - from > 40.0)
       canvas.draw_text(span.word, {from + 6, frame.corner.y + frame.size.y - 8},
-                       {.size_px = 13, .color = kSoft, .max_width_px = to - from - 8});
+                       {.size_px = 13, .color = kStripSoft, .max_width_px = to - from - 8});
   }
   for (const Curve& curve : strip.curves) draw_curve(canvas, frame, timeline.x, curve);
   canvas.pop_clip();
   double at = frame.corner.x + frame.size.x;
   for (auto curve = strip.curves.rbegin(); curve != strip.curves.rend(); ++curve) {
     if (curve->name.empty()) continue;
-    const TextStyle style{.size_px = 14, .color = kInk, .align = Align::kRight};
+    const TextStyle style{.size_px = 14, .color = kStripInk, .align = Align::kRight};
     canvas.draw_text(curve->name, {at, frame.corner.y - 8}, style);
     at -= canvas.text_width(curve->name, style) + 8;
     canvas.draw_line({{at - 22, frame.corner.y - 13}, {at, frame.corner.y - 13}}, curve->color,
@@ -171,30 +171,31 @@ Status draw_timeline(Canvas& canvas, const Timeline& timeline, double y_px) {
   if (const Status fine = checked("timeline", timeline); !fine) return fine;
   double shares = 0.0;
   for (const Strip& strip : timeline.strips) shares += strip.share;
-  const double gaps = kGap * double(timeline.strips.size() - 1);
-  const double height = timeline.height_px - kGap - kBottom - gaps;
+  const double gaps = kStripGap * double(timeline.strips.size() - 1);
+  const double height = timeline.height_px - kStripGap - kBottom - gaps;
   const double first = timeline.x.front(), last = timeline.x.back();
-  double y = y_px + kGap;
+  double y = y_px + kStripGap;
   for (size_t k = 0; k < timeline.strips.size(); ++k) {
     const Strip& strip = timeline.strips[k];
-    const StripLayout frame{{kLeft, y},
-                            {timeline.width_px - kLeft - kMargin, height * strip.share / shares},
-                            {first, last > first ? last : first + 1.0},
-                            range_of(strip)};
+    const StripLayout frame{
+        {kLeft, y},
+        {timeline.width_px - kLeft - kStripMargin, height * strip.share / shares},
+        {first, last > first ? last : first + 1.0},
+        range_of(strip)};
     draw_strip(canvas, frame, timeline, strip, k + 1 == timeline.strips.size());
-    y += frame.size.y + kGap;
+    y += frame.size.y + kStripGap;
   }
   return Nothing{};
 }
 
 Status write_timeline(const std::string& path, const Timeline& timeline) {
   if (const Status fine = checked(path, timeline); !fine) return fine;
-  Canvas canvas(timeline.width_px, timeline.height_px, kPaper);
-  const double width = timeline.width_px - 2 * kMargin;
-  canvas.draw_text(timeline.title, {kMargin, 48},
-                   {.size_px = 26, .bold = true, .color = kInk, .max_width_px = width});
-  canvas.draw_text(timeline.subtitle, {kMargin, 74},
-                   {.size_px = 16, .color = kSoft, .max_width_px = width});
+  Canvas canvas(timeline.width_px, timeline.height_px, kStripPaper);
+  const double width = timeline.width_px - 2 * kStripMargin;
+  canvas.draw_text(timeline.title, {kStripMargin, 48},
+                   {.size_px = 26, .bold = true, .color = kStripInk, .max_width_px = width});
+  canvas.draw_text(timeline.subtitle, {kStripMargin, 74},
+                   {.size_px = 16, .color = kStripSoft, .max_width_px = width});
   Timeline below = timeline;
   below.height_px -= int(kTitle);
   if (const Status drawn = draw_timeline(canvas, below, kTitle); !drawn) return drawn;

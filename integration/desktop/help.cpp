@@ -12,10 +12,10 @@ using charts::Canvas;
 using charts::Color;
 using charts::TextStyle;
 
-constexpr Color kPaper{0.055, 0.065, 0.085};
-constexpr Color kInk{0.93, 0.94, 0.96};
-constexpr Color kQuiet{0.70, 0.74, 0.80};
-constexpr double kRow = 19.0, kEdge = 14.0, kColumn = 112.0;
+constexpr Color kHelpPaper{0.055, 0.065, 0.085};
+constexpr Color kHelpInk{0.93, 0.94, 0.96};
+constexpr Color kHelpQuiet{0.70, 0.74, 0.80};
+constexpr double kRow = 19.0, kHelpEdge = 14.0, kColumn = 112.0;
 
 using HelpLine = std::pair<const char*, const char*>;
 constexpr std::array<HelpLine, 5> kWithProbe = {{
@@ -51,15 +51,15 @@ charts::Bitmap draw_help(double scale, bool probe, bool hand) {
   if (hand) lines.push_back(kTubes);
   lines.insert(lines.end(), kKeys.begin(), kKeys.end());
   const glm::dvec2 size =
-      scale * glm::dvec2(282.0, 2.0 * kEdge - 5.0 + kRow * double(lines.size()));
+      scale * glm::dvec2(282.0, 2.0 * kHelpEdge - 5.0 + kRow * double(lines.size()));
   Canvas canvas(int(size.x), int(size.y));
-  canvas.fill_box({0.0, 0.0}, size, kPaper, 0.80, 9.0 * scale);
-  const TextStyle key{.size_px = 12.0 * scale, .bold = true, .color = kInk};
-  const TextStyle meaning{.size_px = 12.0 * scale, .color = kQuiet};
-  double y = kEdge + 10.0;
+  canvas.fill_box({0.0, 0.0}, size, kHelpPaper, 0.80, 9.0 * scale);
+  const TextStyle key{.size_px = 12.0 * scale, .bold = true, .color = kHelpInk};
+  const TextStyle meaning{.size_px = 12.0 * scale, .color = kHelpQuiet};
+  double y = kHelpEdge + 10.0;
   for (const auto& [name, does] : lines) {
-    canvas.draw_text(name, scale * glm::dvec2(kEdge, y), key);
-    canvas.draw_text(does, scale * glm::dvec2(kEdge + kColumn, y), meaning);
+    canvas.draw_text(name, scale * glm::dvec2(kHelpEdge, y), key);
+    canvas.draw_text(does, scale * glm::dvec2(kHelpEdge + kColumn, y), meaning);
     y += kRow;
   }
   return canvas.raster();
@@ -79,19 +79,19 @@ OverlayCorners place_corners(glm::ivec2 window, glm::ivec2 help, glm::ivec2 plot
 
 charts::Bitmap draw_note(const std::string& title, const std::vector<std::string>& lines,
                          double scale) {
-  const TextStyle head{.size_px = 14.0 * scale, .bold = true, .color = kInk};
-  const TextStyle quiet{.size_px = 12.0 * scale, .color = kQuiet};
+  const TextStyle head{.size_px = 14.0 * scale, .bold = true, .color = kHelpInk};
+  const TextStyle quiet{.size_px = 12.0 * scale, .color = kHelpQuiet};
   Canvas ruler(1, 1);
   double widest = ruler.text_width(title, head);
   for (const std::string& line : lines) widest = std::max(widest, ruler.text_width(line, quiet));
-  const glm::dvec2 size(std::ceil(widest) + 2.0 * kEdge * scale,
-                        scale * (2.0 * kEdge + 3.0 + kRow * double(lines.size())));
+  const glm::dvec2 size(std::ceil(widest) + 2.0 * kHelpEdge * scale,
+                        scale * (2.0 * kHelpEdge + 3.0 + kRow * double(lines.size())));
   Canvas canvas(int(size.x), int(size.y));
-  canvas.fill_box({0.0, 0.0}, size, kPaper, 0.80, 9.0 * scale);
-  canvas.draw_text(title, scale * glm::dvec2(kEdge, kEdge + 10.0), head);
-  double y = kEdge + 10.0 + kRow;
+  canvas.fill_box({0.0, 0.0}, size, kHelpPaper, 0.80, 9.0 * scale);
+  canvas.draw_text(title, scale * glm::dvec2(kHelpEdge, kHelpEdge + 10.0), head);
+  double y = kHelpEdge + 10.0 + kRow;
   for (const std::string& line : lines) {
-    canvas.draw_text(line, scale * glm::dvec2(kEdge, y), quiet);
+    canvas.draw_text(line, scale * glm::dvec2(kHelpEdge, y), quiet);
     y += kRow;
   }
   return canvas.raster();

@@ -10,13 +10,13 @@ namespace palpate::devices {
 namespace {
 
 // Its maker publishes no largest force. Other clients clip at 5 N per axis.
-constexpr double kForce_n = 3.0;
+constexpr double kHaplyForce_n = 3.0;
 // The most that its maker's own examples offer.
-constexpr double kStiffness_n_per_m = 800.0;
+constexpr double kHaplyStiffness_n_per_m = 800.0;
 // Spheres that its maker's examples keep to.
 constexpr double kInverse3Radius_m = 0.08, kMinverseRadius_m = 0.04;
 // A position is taken in one period of the servo loop and used in the next.
-constexpr double kDelay_s = 1e-3;
+constexpr double kHaplyDelay_s = 1e-3;
 constexpr int64_t kEventsWait_ns = 100'000'000, kCloseWait_ns = 100'000'000;
 // their socket is opened no more often than that
 constexpr int64_t kEventsAgain_ns = 1'000'000'000;
@@ -41,11 +41,11 @@ class HaplyLink final : public DeviceLink {
                 : type_ == "inverse3x" ? "Haply Inverse3x"
                                        : "Haply Inverse3";
     if (!id_.empty()) info.place = id_;
-    info.max_force_n = kForce_n;
-    info.max_stiffness_n_per_m = kStiffness_n_per_m;
+    info.max_force_n = kHaplyForce_n;
+    info.max_stiffness_n_per_m = kHaplyStiffness_n_per_m;
     // Before its type is known: what both can do.
     info.workspace_radius_m = small || type_.empty() ? kMinverseRadius_m : kInverse3Radius_m;
-    info.delay_s = kDelay_s;
+    info.delay_s = kHaplyDelay_s;
     info.buttons = 3;
     return info;
   }

@@ -15,7 +15,7 @@
 namespace palpate::devices {
 namespace {
 
-constexpr int kPollMs = 500;
+constexpr int kRetryMs = 500;
 // After a loss its fault is reported until the servo thread has called so often (it may call twice
 // in a period, and may ignore the second answer), or for so many ms.
 constexpr uint32_t kHeard = 3;
@@ -90,7 +90,7 @@ class MailboxDevice::Worker {
     learn();  // it may know by now what it is, though not whether it works
     const bool was_there = opened_ > 0 && fault == DeviceFault::kNotOpened;
     publish(judge_.frozen(was_there ? DeviceFault::kUnplugged : fault));
-    if (!stop_) stop_wake_.sleep(kPollMs);
+    if (!stop_) stop_wake_.sleep(kRetryMs);
   }
 
   void learn() {

@@ -26,10 +26,10 @@ constexpr const char* kVendor = "16c0";
 constexpr const char* kProduct = "0483";
 
 // HAPI's values. Its maker publishes no largest force; the arm's motors hold more than this.
-constexpr double kForce_n = 3.0, kStiffness_n_per_m = 1500.0;
+constexpr double kPolhemForce_n = 3.0, kPolhemStiffness_n_per_m = 1500.0;
 constexpr double kRadius_m = 0.05;  // on the safe side: its reach was not measured
 // a position is taken in one period of the loop, used in the next
-constexpr double kDelay_s = 1e-3;
+constexpr double kPolhemDelay_s = 1e-3;
 
 std::string first_line(const fs::path& file) {
   std::ifstream stream(file);
@@ -64,10 +64,10 @@ class PolhemLink final : public DeviceLink {
     info.kind = "polhem";
     info.name = "Polhem";
     info.place = port_;
-    info.max_force_n = kForce_n;
-    info.max_stiffness_n_per_m = kStiffness_n_per_m;
+    info.max_force_n = kPolhemForce_n;
+    info.max_stiffness_n_per_m = kPolhemStiffness_n_per_m;
     info.workspace_radius_m = kRadius_m;
-    info.delay_s = kDelay_s;
+    info.delay_s = kPolhemDelay_s;
     return info;
   }
 

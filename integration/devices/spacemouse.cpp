@@ -15,7 +15,7 @@ namespace {
 
 using usb::UsbProblem;
 
-constexpr int kPollMs = 500;
+constexpr int kLookAgainMs = 500;
 constexpr unsigned kReadMs = 50;  // also how long stopping may take
 constexpr int kStalls = 3;        // in a row; then it is opened again
 
@@ -91,7 +91,7 @@ class SpaceMouse::Listener {
     usb::Watch watch(usb::kAnyVendor);
     while (!stop_) {
       rest(search());
-      if (!stop_) watch.sleep(wake_, kPollMs);
+      if (!stop_) watch.sleep(wake_, kLookAgainMs);
     }
   }
 

@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using OrderedJson = nlohmann::ordered_json;
-constexpr uintmax_t kMostBytes = 1 << 16;
+constexpr uintmax_t kMostCalibrationBytes = 1 << 16;
 
 /// The four numbers of a rotation; refused unless of unit length to a thousandth, enough for
 /// rounding and for edits by hand.
@@ -73,24 +73,20 @@ StoredCalibration read(const nlohmann::json& root, JsonReading& reading) {
   return stored;
 }
 
-OrderedJson list(glm::dvec3 v) {
-  return {v.x, v.y, v.z};
-}
-
 }  // namespace
 
 Status write_calibration(const fs::path& file, const StoredCalibration& stored) {
   const Calibration& c = stored.calibration;
   const glm::dquat& q = c.stage_from_device.rotation;
   OrderedJson root;
-  root["stage_from_device"]["position_m"] = list(c.stage_from_device.position_m);
+  root["stage_from_device"]["position_m"] = list_of(c.stage_from_device.position_m);
   root["stage_from_device"]["quaternion_wxyz"] = {q.w, q.x, q.y, q.z};
   root["space"] = stored.space;
   root["rms_m"] = c.rms_m;
   root["used"] = c.used;
   root["all"] = c.all;
   root["delay_s"] = c.delay_s;
-  root["controller_from_tip_m"] = list(c.controller_from_tip_m);
+  root["controller_from_tip_m"] = list_of(c.controller_from_tip_m);
   root["device"] = stored.device;
   root["headset"] = stored.headset;
   root["runtime"] = stored.runtime;
@@ -99,7 +95,7 @@ Status write_calibration(const fs::path& file, const StoredCalibration& stored) 
 
 Result<StoredCalibration> read_calibration(const fs::path& file) {
   std::error_code error;
-  if (!fs::is_regular_file(file, error) || fs::file_size(file, error) > kMostBytes)
+  if (!fs::is_regular_file(file, error) || fs::file_size(file, error) > kMostCalibrationBytes)
     return bad_input(file, "is no calibration: make one with palpate calibrate.");
   std::ifstream stream(file, std::ios::binary);
   std::ostringstream text;

@@ -268,4 +268,12 @@ std::optional<json> parse_json(std::string_view text, JsonReading& reading) {
   return std::nullopt;
 }
 
+nlohmann::ordered_json list_of(glm::dvec3 v) {
+  return {v.x, v.y, v.z};
+}
+
+nlohmann::ordered_json list_of(const glm::dquat& q) {
+  return {q.w, q.x, q.y, q.z};
+}
+
 }  // namespace palpate::files

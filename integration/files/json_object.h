@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <glm/glm.hpp>
+#include <glm/gtc/quaternion.hpp>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
@@ -80,5 +81,9 @@ std::string nearest_word(std::string_view word, const std::vector<std::string_vi
 /// The text of a JSON file; `//` comments are allowed. Refuses text that is not JSON (with line and
 /// column) and keys that occur twice in one object.
 std::optional<nlohmann::json> parse_json(std::string_view text, JsonReading& reading);
+
+/// [x, y, z], and [w, x, y, z].
+nlohmann::ordered_json list_of(glm::dvec3 v);
+nlohmann::ordered_json list_of(const glm::dquat& q);
 
 }  // namespace palpate::files

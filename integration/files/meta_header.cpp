@@ -41,7 +41,7 @@ std::optional<SampleType> sample_type(std::string_view name) {
   return found->second;
 }
 
-Error wrong_field(const std::filesystem::path& file, const char* field) {
+Error wrong_meta_field(const std::filesystem::path& file, const char* field) {
   return bad_input(file, "has a '{}' line that makes no sense: correct its header", field);
 }
 
@@ -78,7 +78,7 @@ Result<std::vector<double>> numbers(const std::filesystem::path& file, std::stri
                                     const char* field, std::vector<double> fallback) {
   if (text.empty()) return fallback;
   auto values = to_numbers(text);
-  if (!values || values->size() != fallback.size()) return wrong_field(file, field);
+  if (!values || values->size() != fallback.size()) return wrong_meta_field(file, field);
   return *values;
 }
 
@@ -97,7 +97,7 @@ Status place(const MetaFields& header, Raster& raster) {
   }
   const size_t n = size_t(*dimensions);
   const auto sizes = to_numbers(header.get({"dimsize"}));
-  if (!sizes || sizes->size() != n) return wrong_field(raster.file, "DimSize");
+  if (!sizes || sizes->size() != n) return wrong_meta_field(raster.file, "DimSize");
   const auto spacing = numbers(raster.file, header.get({"elementspacing", "elementsize"}),
                                "ElementSpacing", std::vector<double>(n, 1.0));
   if (!spacing) return spacing.error();
@@ -121,7 +121,8 @@ Status place(const MetaFields& header, Raster& raster) {
   raster.inner = raster.grid.count();
   if (n == 3) return Nothing{};
 
-  if (!((*sizes)[3] >= 1.0 && (*sizes)[3] <= kMaxLanes)) return wrong_field(raster.file, "DimSize");
+  if (!((*sizes)[3] >= 1.0 && (*sizes)[3] <= kMaxLanes))
+    return wrong_meta_field(raster.file, "DimSize");
   raster.lanes = size_t((*sizes)[3]);
   const double step_s = (*spacing)[3];
   // Writers put a step of 1 where they do not know it.
@@ -135,7 +136,8 @@ Status place(const MetaFields& header, Raster& raster) {
 Status find_channels(const MetaFields& header, Raster& raster) {
   const auto text = header.get({"elementnumberofchannels"});
   const auto channels = text.empty() ? 1 : to_integer(text).value_or(0);
-  if (channels < 1 || channels > 1000) return wrong_field(raster.file, "ElementNumberOfChannels");
+  if (channels < 1 || channels > 1000)
+    return wrong_meta_field(raster.file, "ElementNumberOfChannels");
   if (channels == 1) return Nothing{};
   if (raster.lanes > 1) {
     return bad_input(raster.file,
@@ -168,7 +170,7 @@ Status find_samples(const MetaFields& header, Raster& raster) {
   raster.slope = slope.empty() ? 1.0 : to_number(slope).value_or(NAN);
   raster.intercept = offset.empty() ? 0.0 : to_number(offset).value_or(NAN);
   if (!std::isfinite(raster.slope) || !std::isfinite(raster.intercept)) {
-    return wrong_field(raster.file, "ElementToIntensityFunction");
+    return wrong_meta_field(raster.file, "ElementToIntensityFunction");
   }
   return Nothing{};
 }
@@ -193,7 +195,7 @@ Status find_data(const MetaFields& header, Raster& raster) {
   if (raster.data.empty()) return bad_input(raster.file, "names no data files: correct its header");
   const auto text = header.get({"headersize"});
   const auto skip = text.empty() ? 0 : to_integer(text).value_or(-2);
-  if (skip < -1) return wrong_field(raster.file, "HeaderSize");
+  if (skip < -1) return wrong_meta_field(raster.file, "HeaderSize");
   raster.samples_at_end = skip == -1;
   if (skip > 0) raster.file_skip = uint64_t(skip);
   return Nothing{};

@@ -56,7 +56,7 @@ std::optional<std::vector<std::vector<double>>> parse_vectors(std::string_view t
   return vectors;
 }
 
-Error wrong_field(const std::filesystem::path& file, const char* field) {
+Error wrong_nrrd_field(const std::filesystem::path& file, const char* field) {
   return bad_input(file, "has a '{}' field that makes no sense: correct its header", field);
 }
 
@@ -156,30 +156,31 @@ Result<std::vector<NrrdAxis>> nrrd_axes(const std::filesystem::path& file,
   const auto dimension = to_integer(header.field("dimension"));
   const auto sizes = to_numbers(header.field("sizes"));
   if (!dimension || *dimension < 1 || *dimension > int64_t(kMaxAxes))
-    return wrong_field(file, "dimension");
+    return wrong_nrrd_field(file, "dimension");
   std::vector<NrrdAxis> axes(size_t(*dimension), NrrdAxis{});
-  if (!sizes || sizes->size() != axes.size()) return wrong_field(file, "sizes");
+  if (!sizes || sizes->size() != axes.size()) return wrong_nrrd_field(file, "sizes");
   for (size_t a = 0; a < axes.size(); ++a) {
     axes[a].size = (*sizes)[a];
     if (!(axes[a].size >= 1.0 && axes[a].size < 9e15) || axes[a].size != std::floor(axes[a].size)) {
-      return wrong_field(file, "sizes");
+      return wrong_nrrd_field(file, "sizes");
     }
   }
   const auto directions = parse_vectors(header.field("spacedirections"));
   if (!directions || (!directions->empty() && directions->size() != axes.size())) {
-    return wrong_field(file, "space directions");
+    return wrong_nrrd_field(file, "space directions");
   }
   for (size_t a = 0; a < directions->size(); ++a) axes[a].direction = (*directions)[a];
   if (!fill_numbers(header.field("spacings"), axes, &NrrdAxis::spacing))
-    return wrong_field(file, "spacings");
+    return wrong_nrrd_field(file, "spacings");
   const auto least = header.field("axismins");
-  if (!fill_numbers(least, axes, &NrrdAxis::least)) return wrong_field(file, "axis mins");
+  if (!fill_numbers(least, axes, &NrrdAxis::least)) return wrong_nrrd_field(file, "axis mins");
   const auto units = quoted_words(header.field("units"));
   for (size_t a = 0; a < std::min(units.size(), axes.size()); ++a) axes[a].unit = units[a];
 
   const std::string kind_text = lowered(header.field("kinds"));
   const auto kind_words = words(kind_text);
-  if (!kind_words.empty() && kind_words.size() != axes.size()) return wrong_field(file, "kinds");
+  if (!kind_words.empty() && kind_words.size() != axes.size())
+    return wrong_nrrd_field(file, "kinds");
   std::vector<AxisKind> kinds(axes.size(), AxisKind::kOpen);
   for (size_t a = 0; a < kind_words.size(); ++a) kinds[a] = kind_of(std::string(kind_words[a]));
   decide_roles(kinds, !directions->empty(), axes);

@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr uintmax_t kMostBytes = 16 << 20;  // a scene is some kilobytes; more is another file
+constexpr uintmax_t kMostSceneBytes = 16 << 20;  // a scene is some kilobytes; more is another file
 
 constexpr NumberRange kDampings{0.0, 1000.0};                   // N s/m
 constexpr NumberRange kSceneFrameRates{0.0, kFrameRates.high};  // 0: as the files say
@@ -365,7 +365,7 @@ Result<SceneSpec> read_scene(const fs::path& file, const std::vector<std::string
   std::error_code error;
   if (!fs::is_regular_file(file, error))
     return bad_input(file, "is not a file that can be read: name a scene file (JSON).");
-  if (fs::file_size(file, error) > kMostBytes)
+  if (fs::file_size(file, error) > kMostSceneBytes)
     return bad_input(file, "is too large to be a scene: name a scene file (JSON).");
   std::ifstream stream(file, std::ios::binary);
   std::ostringstream text;

@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "integration/files/atomic_file.h"
+#include "integration/files/json_object.h"
 #include "integration/files/scene_file.h"
 
 namespace palpate::files {
@@ -17,21 +18,13 @@ std::string_view word_of(const std::vector<std::pair<std::string_view, T>>& word
   return words.front().first;
 }
 
-OrderedJson list(glm::dvec3 v) {
-  return {v.x, v.y, v.z};
-}
-
-OrderedJson list(const glm::dquat& q) {
-  return {q.w, q.x, q.y, q.z};
-}
-
 /// Only what differs from its default is written: a scene stays short, and says what is special.
 template <class T>
 void put(OrderedJson& object, const char* key, const T& value, const T& usual) {
   if (value != usual) object[key] = value;
 }
 void put(OrderedJson& object, const char* key, const glm::dvec3& value, const glm::dvec3& usual) {
-  if (value != usual) object[key] = list(value);
+  if (value != usual) object[key] = list_of(value);
 }
 
 class JsonSceneWriter {
@@ -74,7 +67,7 @@ class JsonSceneWriter {
     OrderedJson o = {{"cycle_s", of.cycle_s}};
     put(o, "loop", of.loop, true);
     for (size_t k = 0; k < of.keys.size(); ++k)
-      o["keys"].push_back(OrderedJson::array({of.keys[k], list(of.values[k])}));
+      o["keys"].push_back(OrderedJson::array({of.keys[k], list_of(of.values[k])}));
     object[key] = o;
   }
 
@@ -92,7 +85,7 @@ class JsonSceneWriter {
     OrderedJson o = {{"name", v.name}};
     put(o, "source", v.source, usual.source);
     for (const PointCharge& c : v.charges)
-      o["charges"].push_back({{"position_m", list(c.position_m)},
+      o["charges"].push_back({{"position_m", list_of(c.position_m)},
                               {"strength_v_m", c.strength_v_m},
                               {"softness_m", c.softness_m}});
     if (!v.files.empty()) o["files"] = paths(v.files);
@@ -104,7 +97,7 @@ class JsonSceneWriter {
     }
     transform(o, "transform", v.transform);
     if (v.box_m)
-      o["box_m"] = list(*v.box_m);
+      o["box_m"] = list_of(*v.box_m);
     else
       put(o, "centred", v.centred, usual.centred);
     OrderedJson drive = OrderedJson::object();
@@ -153,7 +146,7 @@ class JsonSceneWriter {
     for (const SegmentSpec& of : s.parts) {
       OrderedJson part = {{"name", of.name}};
       put(part, "labels", of.labels, usual.labels);
-      if (of.colour) part["colour"] = list(*of.colour);
+      if (of.colour) part["colour"] = list_of(*of.colour);
       put(part, "felt", of.felt, usual.felt);
       put(part, "shown", of.shown, usual.shown);
       put(part, "strength_n", of.strength_n, usual.strength_n);
@@ -170,7 +163,7 @@ class JsonSceneWriter {
     put(o, "shown", s.shown, usual.shown);
     put(o, "look", s.preset, usual.preset);
     for (const LookPoint& p : s.points)
-      o["points"].push_back(OrderedJson::array({p.value, list(p.colour), p.opacity}));
+      o["points"].push_back(OrderedJson::array({p.value, list_of(p.colour), p.opacity}));
     put(o, "points_of_range", s.points_of_range, usual.points_of_range);
     if (s.width > 0.0) o["window"] = {{"level", s.window_level}, {"width", s.width}};
     if (s.tubes) o["tubes"] = *s.tubes;

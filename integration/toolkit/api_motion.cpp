@@ -23,7 +23,7 @@ using Clock = std::chrono::steady_clock;
 constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
 
 /// The estimator whose callback is running on this thread; null: none.
-thread_local const void* calling_back = nullptr;
+thread_local const void* estimator_calling_back = nullptr;
 
 /// The worse of two measurements, compared by one of their numbers.
 template <class Measured, class Number>
@@ -126,10 +126,10 @@ class EstimatorContent {
   void tell(const std::string& doing, double share) {
     share_ = share;
     if (!on_progress_) return;
-    const void* const before = std::exchange(calling_back, this);
+    const void* const before = std::exchange(estimator_calling_back, this);
     const Thrown thrown =
         call_host("on_progress", [&] { on_progress_(user_, doing.c_str(), share); });
-    calling_back = before;
+    estimator_calling_back = before;
     if (!thrown) return;
     {
       const std::lock_guard lock(telling_);
@@ -434,7 +434,7 @@ PalResult pal_estimator_finish(PalEstimator* estimator, PalMotion** motion) {
     const Use use(of(estimator));
     if (!use) return refused_handle("estimator");
     if (!motion) return failed(PAL_BAD_INPUT, {"The argument that takes the motion is NULL"});
-    if (calling_back == &*use)
+    if (estimator_calling_back == &*use)
       return failed(PAL_BAD_INPUT, {"An estimator can not be finished from its own callback"});
     auto found = use->finish();
     if (!found) return failed(found.error());
@@ -471,7 +471,7 @@ PalResult pal_estimator_close(PalEstimator** estimator) {
     if (!estimator) return PAL_OK;
     {
       const Use use(of(seen_in(estimator)));
-      if (use && calling_back == &*use)
+      if (use && estimator_calling_back == &*use)
         return failed(PAL_BAD_INPUT,
                       {"An estimator can not be closed from its own callback: cancel it there"});
       if (use) use->cancel();

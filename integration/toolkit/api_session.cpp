@@ -20,7 +20,7 @@ namespace {
 constexpr double kMostForce_n = 100.0;
 
 /// The session whose callback is running on this thread; null: none.
-thread_local const void* calling_back = nullptr;
+thread_local const void* session_calling_back = nullptr;
 
 DeviceFault fault_of(uint32_t fault) noexcept {
   switch (fault) {
@@ -50,9 +50,9 @@ class HostDevice final : public ForceDevice {
   DeviceReading exchange(const DeviceCommand& command) noexcept override {
     PalReading given{};
     const double force_n[3] = {command.force_n.x, command.force_n.y, command.force_n.z};
-    const void* const before = std::exchange(calling_back, session_);
+    const void* const before = std::exchange(session_calling_back, session_);
     const Thrown thrown = call_host("exchange", [&] { exchange_(user_, force_n, &given); });
-    calling_back = before;
+    session_calling_back = before;
     if (thrown) {
       // After an exception no reading can be trusted: report a fault, whose ramp takes the force to
       // zero.
@@ -243,10 +243,10 @@ Result<SessionOptions> options_of(const PalSessionInfo& info, const SceneContent
   if (info.on_event)
     options.on_event = [on_event = info.on_event, user = info.user, session,
                         context = of_scene.context](const SessionEvent& event) {
-      const void* const before = std::exchange(calling_back, session);
+      const void* const before = std::exchange(session_calling_back, session);
       const Thrown thrown = call_host(
           "on_event", [&] { on_event(user, PalEventKind(event.kind), event.sentence.c_str()); });
-      calling_back = before;
+      session_calling_back = before;
       if (thrown) context->say(thrown.sentence());
     };
   return options;
@@ -481,7 +481,7 @@ PalResult pal_session_close(PalSession** session) {
     if (!session) return PAL_OK;
     {
       const Use use(of(seen_in(session)));
-      if (use && calling_back == &*use)
+      if (use && session_calling_back == &*use)
         return failed(
             PAL_BAD_INPUT,
             {"A session can not be closed from its own callback: close it from another thread"});
@@ -496,7 +496,7 @@ PalResult pal_session_close(PalSession** session) {
 
 PalResult pal_session_stop(PalSession* session) {
   return with(session, [](SessionContent& of_session) {
-    if (calling_back == &of_session)
+    if (session_calling_back == &of_session)
       return failed(
           PAL_BAD_INPUT,
           {"A session can not be stopped from its own callback: stop it from another thread"});

@@ -12,7 +12,7 @@ namespace palpate::x3d {
 namespace {
 
 constexpr size_t kMostElements = 100'000;
-constexpr size_t kDeepest = 64;
+constexpr size_t kDeepestElement = 64;
 
 /// State shared by the handlers of one parse.
 struct Parse {
@@ -31,8 +31,8 @@ void XMLCALL on_start(void* user, const char* name, const char** attributes) {
   Parse& parse = *static_cast<Parse*>(user);
   // A stopped parser may still call a handler.
   if (!parse.refusal.empty()) return;
-  if (parse.open.size() >= kDeepest)
-    return parse.stop(fmt::format("nests elements more than {} deep: flatten it", kDeepest));
+  if (parse.open.size() >= kDeepestElement)
+    return parse.stop(fmt::format("nests elements more than {} deep: flatten it", kDeepestElement));
   if (parse.tree.size() >= kMostElements)
     return parse.stop(
         fmt::format("has more than {} elements: keep those to be felt", kMostElements));

@@ -22,10 +22,6 @@ constexpr double kLeastTurn = 0.087;   // rad, RMS, about the second axis: 5 deg
 constexpr double kLeastReach = 0.005;  // m, RMS, along the direction of least movement
 constexpr double kSlope = 2e-3;  // s: half the interval over which the tip's velocity is computed
 
-Error bad(const char* sentence) {
-  return {ErrorKind::kBadInput, sentence};
-}
-
 /// The ten unknowns.
 struct MovementModel {
   Pose stage_from_device;
@@ -83,17 +79,17 @@ glm::dquat nearest_rotation(const glm::dmat3& m) {
 /// Linear least squares with the nine elements of the rotation as unknowns: R_B x - M p - t = -p_B.
 std::optional<MovementModel> linear_model(const std::vector<Pair>& pairs,
                                           const std::vector<size_t>& which) {
-  LeastSquares<15> fit;
+  LeastSquares fit(15);
   for (const size_t i : which) {
     const Pair& pair = pairs[i];
     const glm::dmat3 b = glm::mat3_cast(pair.controller.rotation);
     for (int c = 0; c < 3; ++c) {
-      LeastSquares<15>::Vector row = LeastSquares<15>::Vector::Zero();
+      std::array<double, 15> row{};
       for (int k = 0; k < 3; ++k) {
-        row[3 * c + k] = -pair.tip[k];
-        row[12 + k] = b[k][c];
+        row[size_t(3 * c + k)] = -pair.tip[k];
+        row[size_t(12 + k)] = b[k][c];
       }
-      row[9 + c] = -1.0;
+      row[size_t(9 + c)] = -1.0;
       fit.add(row, -pair.controller.position_m[c]);
     }
   }
@@ -101,7 +97,7 @@ std::optional<MovementModel> linear_model(const std::vector<Pair>& pairs,
   if (!x) return std::nullopt;
   glm::dmat3 m;
   for (int c = 0; c < 3; ++c)
-    for (int k = 0; k < 3; ++k) m[k][c] = (*x)[3 * c + k];
+    for (int k = 0; k < 3; ++k) m[k][c] = (*x)[size_t(3 * c + k)];
   MovementModel model;
   model.stage_from_device = {glm::dvec3((*x)[9], (*x)[10], (*x)[11]), nearest_rotation(m)};
   model.tip = glm::dvec3((*x)[12], (*x)[13], (*x)[14]);
@@ -146,7 +142,7 @@ std::optional<MovementModel> start(std::span<const TipSample> tip,
 /// One weighted step of Gauss-Newton; false if the data do not determine all unknowns.
 bool improve(MovementModel& model, const std::vector<Pair>& pairs,
              const std::vector<double>& weights) {
-  LeastSquares<10> fit;
+  LeastSquares fit(10);
   const glm::dquat& r = model.stage_from_device.rotation;
   for (size_t i = 0; i < pairs.size(); ++i) {
     if (weights[i] <= 0.0) continue;
@@ -156,12 +152,12 @@ bool improve(MovementModel& model, const std::vector<Pair>& pairs,
     // A rotation w after the present one changes the residual by -w x p; a later tip by -R v.
     const glm::dvec3 by_turn[3] = {{0.0, -p.z, p.y}, {p.z, 0.0, -p.x}, {-p.y, p.x, 0.0}};
     for (int c = 0; c < 3; ++c) {
-      LeastSquares<10>::Vector row = LeastSquares<10>::Vector::Zero();
+      std::array<double, 10> row{};
       for (int k = 0; k < 3; ++k) {
-        row[k] = -by_turn[k][c];
-        row[6 + k] = b[k][c];
+        row[size_t(k)] = -by_turn[k][c];
+        row[size_t(6 + k)] = b[k][c];
       }
-      row[3 + c] = -1.0;
+      row[size_t(3 + c)] = -1.0;
       row[9] = v[c];
       fit.add(row, -off[c], weights[i]);
     }
@@ -194,19 +190,24 @@ Result<Calibration> calibrate_by_movement(std::span<const TipSample> tip,
                                           std::span<const ControllerSample> controller,
                                           const CalibrationOptions& options) {
   if (controller.size() < kFewest || tip.size() < kFewest)
-    return bad("The recorded movement is too short: move the stylus for half a minute.");
+    return Error{ErrorKind::kBadInput,
+                 "The recorded movement is too short: move the stylus for half a minute."};
   for (size_t i = 1; i < tip.size(); ++i)
     if (!(tip[i].time_s > tip[i - 1].time_s))
-      return bad("The times of the device's samples do not rise: record the movement again.");
+      return Error{ErrorKind::kBadInput,
+                   "The times of the device's samples do not rise: record the movement again."};
   if (least_reach(tip) < kLeastReach)
-    return bad("The stylus hardly moved in one direction: move it through the whole workspace.");
+    return Error{ErrorKind::kBadInput,
+                 "The stylus hardly moved in one direction: move it through the whole workspace."};
   if (rotation_spread_rad(controller) < kLeastTurn)
-    return bad(
+    return Error{
+        ErrorKind::kBadInput,
         "The stylus was hardly turned: turn it about two axes while moving it, or calibrate "
-        "by touched points.");
+        "by touched points."};
   std::optional<MovementModel> model = start(tip, controller, options.seed);
   if (!model)
-    return bad("The recorded movement does not tell where the device is: move and turn more.");
+    return Error{ErrorKind::kBadInput,
+                 "The recorded movement does not tell where the device is: move and turn more."};
 
   std::vector<double> off(controller.size()), weights(controller.size());
   for (int round = 0; round < 40; ++round) {
@@ -218,7 +219,8 @@ Result<Calibration> calibrate_by_movement(std::span<const TipSample> tip,
     for (size_t i = 0; i < pairs.size(); ++i)
       weights[i] = round < 30 ? tukey::weight(off[i], scale) : tukey::belongs(off[i], scale);
     if (!improve(*model, pairs, weights))
-      return bad("The recorded movement does not tell where the device is: move and turn more.");
+      return Error{ErrorKind::kBadInput,
+                   "The recorded movement does not tell where the device is: move and turn more."};
   }
   Calibration found;
   found.stage_from_device = model->stage_from_device;
@@ -232,9 +234,10 @@ Result<Calibration> calibrate_by_movement(std::span<const TipSample> tip,
     ++found.used;
   }
   if (2 * found.used <= found.all)
-    return bad(
+    return Error{
+        ErrorKind::kBadInput,
         "The controller's path and the device's do not fit: is the controller clipped tightly "
-        "to the stylus, and tracked?");
+        "to the stylus, and tracked?"};
   found.rms_m = std::sqrt(sum / double(found.used));
   return found;
 }

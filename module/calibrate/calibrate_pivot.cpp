@@ -1,3 +1,4 @@
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -11,13 +12,9 @@
 namespace palpate {
 namespace {
 
-constexpr size_t kFewest = 100;
-constexpr int kSubsets = 300, kSubset = 6;
-constexpr double kLeastTurn = 0.17;  // rad, RMS, about the second axis: 10 degrees
-
-Error bad(const char* sentence) {
-  return {ErrorKind::kBadInput, sentence};
-}
+constexpr size_t kFewestPivotSamples = 100;
+constexpr int kPivotSubsets = 300, kPivotSubset = 6;
+constexpr double kLeastPivotTurn = 0.17;  // rad, RMS, about the second axis: 10 degrees
 
 struct PivotModel {
   glm::dvec3 tip{0.0}, place{0.0};
@@ -27,15 +24,15 @@ struct PivotModel {
 /// Least squares of R x - p = -t over the poses with their weights.
 std::optional<PivotModel> least_squares(std::span<const ControllerSample> controller,
                                         std::span<const double> weights) {
-  LeastSquares<6> fit;
+  LeastSquares fit(6);
   for (size_t i = 0; i < controller.size(); ++i) {
     if (weights[i] <= 0.0) continue;
     const Pose& pose = controller[i].stage_from_controller;
     const glm::dmat3 turn = glm::mat3_cast(pose.rotation);
     for (int c = 0; c < 3; ++c) {
-      LeastSquares<6>::Vector row = LeastSquares<6>::Vector::Zero();
-      for (int k = 0; k < 3; ++k) row[k] = turn[k][c];
-      row[3 + c] = -1.0;
+      std::array<double, 6> row{};
+      for (int k = 0; k < 3; ++k) row[size_t(k)] = turn[k][c];
+      row[size_t(3 + c)] = -1.0;
       fit.add(row, -pose.position_m[c], weights[i]);
     }
   }
@@ -57,10 +54,11 @@ std::optional<PivotModel> start(std::span<const ControllerSample> controller, ui
   std::mt19937 random(seed);
   std::optional<PivotModel> best;
   double least = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < kSubsets; ++i) {
+  for (int i = 0; i < kPivotSubsets; ++i) {
     std::vector<ControllerSample> subset;
-    for (int k = 0; k < kSubset; ++k) subset.push_back(controller[random() % controller.size()]);
-    const auto model = least_squares(subset, std::vector<double>(kSubset, 1.0));
+    for (int k = 0; k < kPivotSubset; ++k)
+      subset.push_back(controller[random() % controller.size()]);
+    const auto model = least_squares(subset, std::vector<double>(kPivotSubset, 1.0));
     if (!model) continue;
     const double off = tukey::scale(offs(*model, controller));
     if (off >= least) continue;
@@ -74,14 +72,18 @@ std::optional<PivotModel> start(std::span<const ControllerSample> controller, ui
 
 Result<Pivot> find_pivot(std::span<const ControllerSample> controller,
                          const CalibrationOptions& options) {
-  if (controller.size() < kFewest)
-    return bad("The headset saw the controller too seldom: turn it where the headset sees it.");
-  if (rotation_spread_rad(controller) < kLeastTurn)
-    return bad(
+  if (controller.size() < kFewestPivotSamples)
+    return Error{ErrorKind::kBadInput,
+                 "The headset saw the controller too seldom: turn it where the headset sees it."};
+  if (rotation_spread_rad(controller) < kLeastPivotTurn)
+    return Error{
+        ErrorKind::kBadInput,
         "The controller was hardly turned: tilt it to all sides and roll it, with its tip at "
-        "rest.");
+        "rest."};
   auto model = start(controller, options.seed);
-  if (!model) return bad("The turning does not tell where the tip is: turn the controller more.");
+  if (!model)
+    return Error{ErrorKind::kBadInput,
+                 "The turning does not tell where the tip is: turn the controller more."};
   std::vector<double> weights(controller.size());
   for (int round = 0; round < 30; ++round) {
     const std::vector<double> off = offs(*model, controller);
@@ -92,7 +94,8 @@ Result<Pivot> find_pivot(std::span<const ControllerSample> controller,
       weights[i] = round < 20 ? tukey::weight(off[i], scale) : tukey::belongs(off[i], scale);
     const auto better = least_squares(controller, weights);
     if (!better)
-      return bad("The turning does not tell where the tip is: turn the controller more.");
+      return Error{ErrorKind::kBadInput,
+                   "The turning does not tell where the tip is: turn the controller more."};
     model = better;
   }
   Pivot found{model->tip, model->place, 0.0, 0, int(controller.size())};
@@ -104,7 +107,8 @@ Result<Pivot> find_pivot(std::span<const ControllerSample> controller,
     ++found.used;
   }
   if (2 * found.used <= found.all)
-    return bad("The controller's tip did not rest: put it into a dent that holds it, and turn.");
+    return Error{ErrorKind::kBadInput,
+                 "The controller's tip did not rest: put it into a dent that holds it, and turn."};
   found.rms_m = std::sqrt(sum / double(found.used));
   return found;
 }

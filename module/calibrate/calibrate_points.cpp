@@ -1,4 +1,3 @@
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,12 +11,8 @@
 namespace palpate {
 namespace {
 
-constexpr size_t kFewest = 5;
+constexpr size_t kFewestPoints = 5;
 constexpr int kTriples = 500;
-
-Error bad(const char* sentence) {
-  return {ErrorKind::kBadInput, sentence};
-}
 
 double distance(const Pose& pose, const TouchedPoint& point) {
   return glm::distance(pose(point.device_m), point.stage_m);
@@ -85,34 +80,47 @@ Pose fit_rigid(std::span<const TouchedPoint> points, std::span<const double> wei
   const auto at = [&](int a, int b) { return s[b][a]; };
   const double xx = at(0, 0), yy = at(1, 1), zz = at(2, 2);
   const double yz = at(1, 2) - at(2, 1), zx = at(2, 0) - at(0, 2), xy = at(0, 1) - at(1, 0);
-  const Eigen::Matrix4d n{{xx + yy + zz, yz, zx, xy},
-                          {yz, xx - yy - zz, at(0, 1) + at(1, 0), at(2, 0) + at(0, 2)},
-                          {zx, at(0, 1) + at(1, 0), yy - xx - zz, at(1, 2) + at(2, 1)},
-                          {xy, at(2, 0) + at(0, 2), at(1, 2) + at(2, 1), zz - xx - yy}};
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> rotations(n);
-  const Eigen::Vector4d q = rotations.eigenvectors().col(3);
+  const std::array<double, 16> n = {xx + yy + zz,
+                                    yz,
+                                    zx,
+                                    xy,  //
+                                    yz,
+                                    xx - yy - zz,
+                                    at(0, 1) + at(1, 0),
+                                    at(2, 0) + at(0, 2),  //
+                                    zx,
+                                    at(0, 1) + at(1, 0),
+                                    yy - xx - zz,
+                                    at(1, 2) + at(2, 1),  //
+                                    xy,
+                                    at(2, 0) + at(0, 2),
+                                    at(1, 2) + at(2, 1),
+                                    zz - xx - yy};
+  const std::vector<double> q = symmetric_eigen(n, 4).vectors.back();
   const glm::dquat rotation = glm::normalize(glm::dquat(q[0], q[1], q[2], q[3]));
   return {to - rotation * from, rotation};
 }
 
 Result<Calibration> calibrate_by_points(std::span<const TouchedPoint> points,
                                         const CalibrationOptions& options) {
-  if (points.size() < kFewest)
-    return bad("A calibration needs at least 5 touched points: touch more.");
+  if (points.size() < kFewestPoints)
+    return Error{ErrorKind::kBadInput,
+                 "A calibration needs at least 5 touched points: touch more."};
   for (const TouchedPoint& point : points)
     if (!std::isfinite(glm::dot(point.device_m, glm::dvec3(1)) +
                        glm::dot(point.stage_m, glm::dvec3(1))))
-      return bad("A touched point is not finite: touch it again.");
+      return Error{ErrorKind::kBadInput, "A touched point is not finite: touch it again."};
   if (std::sqrt(axes_of(points).variance[1]) < 3.0 * options.agree_m)
-    return bad(
-        "The touched points lie on a line or too close together: spread them over the "
-        "whole workspace.");
+    return Error{ErrorKind::kBadInput,
+                 "The touched points lie on a line or too close together: spread them over the "
+                 "whole workspace."};
   size_t agreeing = 0;
   Pose pose = by_triples(points, options, agreeing);
-  if (agreeing < kFewest || 2 * agreeing <= points.size())
-    return bad(
+  if (agreeing < kFewestPoints || 2 * agreeing <= points.size())
+    return Error{
+        ErrorKind::kBadInput,
         "The touched points do not agree with each other: touch them again, each with both "
-        "tips on the same place.");
+        "tips on the same place."};
   std::vector<double> weights(points.size()), off(points.size());
   for (int round = 0; round < 30; ++round) {
     for (size_t i = 0; i < points.size(); ++i) off[i] = distance(pose, points[i]);

@@ -1,12 +1,19 @@
 #pragma once
 
-#include <Eigen/Eigenvalues>
-#include <algorithm>
-#include <span>
-
 #include <glm/glm.hpp>
+#include <span>
+#include <vector>
 
 namespace palpate {
+
+/// Eigenvalues of a symmetric matrix, rising, and its unit eigenvectors.
+struct SymmetricEigen {
+  std::vector<double> values;
+  std::vector<std::vector<double>> vectors;
+};
+
+/// matrix: n x n elements; the lower half is read.
+SymmetricEigen symmetric_eigen(std::span<const double> matrix, size_t n);
 
 /// Centre of a set of points, and their spread along each of their principal axes.
 struct PrincipalAxes {
@@ -16,21 +23,6 @@ struct PrincipalAxes {
 };
 
 /// Needs at least one point.
-inline PrincipalAxes principal_axes(std::span<const glm::dvec3> points) {
-  PrincipalAxes found;
-  for (const glm::dvec3& point : points) found.centre += point / double(points.size());
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  for (const glm::dvec3& point : points) {
-    const glm::dvec3 d = point - found.centre;
-    const Eigen::Vector3d off(d.x, d.y, d.z);
-    covariance += off * off.transpose() / double(points.size());
-  }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
-  for (int k = 0; k < 3; ++k) {
-    found.variance[k] = std::max(0.0, solver.eigenvalues()[k]);
-    for (int i = 0; i < 3; ++i) found.axes[k][i] = solver.eigenvectors()(i, k);
-  }
-  return found;
-}
+PrincipalAxes principal_axes(std::span<const glm::dvec3> points);
 
 }  // namespace palpate

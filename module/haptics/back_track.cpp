@@ -3,6 +3,8 @@
 #include <cmath>
 #include <limits>
 
+#include "module/haptics/force_vector.h"
+
 namespace palpate {
 namespace {
 
@@ -12,11 +14,7 @@ constexpr int kPicardSteps = 64;
 constexpr double kToleranceCells = 1e-6;
 // How finely a path is searched for folds, and how far: beyond, it counts as folded.
 constexpr double kSampleCells = 1.0 / 32.0;
-constexpr int kMostSamples = 256;
-
-bool finite(glm::dvec3 v) {
-  return std::isfinite(v.x + v.y + v.z);
-}
+constexpr int kMostPathSamples = 256;
 
 /// One point of the search: the field there and what is missing.
 struct Trial {
@@ -95,7 +93,7 @@ class Search {
     if (!(glm::determinant(motion_.stretched(at_b)) > 0.0)) return false;
     if (motion_.never_folds()) return true;
     const double samples = std::ceil(glm::length(b - a) / (kSampleCells * motion_.cell_m()));
-    if (!(samples <= kMostSamples)) return false;
+    if (!(samples <= kMostPathSamples)) return false;
     for (int k = 0; k < int(samples); ++k) {
       const glm::dvec3 x = a + (double(k) / samples) * (b - a);
       if (motion_.surely_unfolded(x)) continue;
@@ -147,10 +145,10 @@ BackTrack picard(const Search<Motion>& search, glm::dvec3 start) noexcept {
   return search.result(best, start, steps);
 }
 
-/// Not found, and nothing read at a place that is not finite.
+/// Not found, and nothing read at a place that is not is_finite.
 BackTrack nowhere(glm::dvec3 start) noexcept {
   BackTrack none;
-  none.x_m = finite(start) ? start : glm::dvec3(0.0);
+  none.x_m = is_finite(start) ? start : glm::dvec3(0.0);
   none.residual_m = std::numeric_limits<double>::infinity();
   return none;
 }
@@ -159,7 +157,7 @@ BackTrack nowhere(glm::dvec3 start) noexcept {
 
 BackTrack back_track(const MotionMap& map, double phase, glm::dvec3 target, glm::dvec3 start,
                      glm::dvec3 closing, BackTracking method) noexcept {
-  if (!finite(target) || !finite(start) || !finite(closing) || !std::isfinite(phase)) {
+  if (!is_finite(target) || !is_finite(start) || !is_finite(closing) || !std::isfinite(phase)) {
     BackTrack none = nowhere(start);
     none.at = map.sample(none.x_m);
     return none;
@@ -170,7 +168,7 @@ BackTrack back_track(const MotionMap& map, double phase, glm::dvec3 target, glm:
 }
 
 BackTrack back_track(SequenceSnapshot& motion, glm::dvec3 target, glm::dvec3 start) noexcept {
-  if (!finite(target) || !finite(start)) {
+  if (!is_finite(target) || !is_finite(start)) {
     BackTrack none = nowhere(start);
     none.at = motion.sample(none.x_m);
     return none;

@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-double not_negative(double v, double most) noexcept {
+double from_zero_to(double v, double most) noexcept {
   return v > 0.0 ? std::min(v, most) : 0.0;  // NaN compares false
 }
 
@@ -39,9 +39,9 @@ void EnergyTank::CompensatedSum::add(double value) noexcept {
 }
 
 EnergyTank::EnergyTank(const EnergyTankOptions& options) noexcept {
-  options_.capacity_j = not_negative(options.capacity_j, 1e3);
-  options_.allowance_w = not_negative(options.allowance_w, 1e3);
-  options_.dissipated_share = not_negative(options.dissipated_share, 1.0);
+  options_.capacity_j = from_zero_to(options.capacity_j, 1e3);
+  options_.allowance_w = from_zero_to(options.allowance_w, 1e3);
+  options_.dissipated_share = from_zero_to(options.dissipated_share, 1.0);
   energy_j_ = options_.capacity_j;
 }
 

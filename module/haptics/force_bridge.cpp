@@ -7,7 +7,7 @@ namespace palpate {
 namespace {
 
 // largest ratio of the hand's depth to the wall's radius of curvature
-constexpr double kBend = 0.5;
+constexpr double kForceBend = 0.5;
 constexpr double kSaid_n = 0.05;  // less than this on its way to the hand is not reported
 
 glm::dvec3 towards_zero(glm::dvec3 v, double by) {
@@ -30,9 +30,9 @@ glm::dvec3 unexplained(glm::dvec3 change, glm::dvec3 step, double stiffness, dou
 glm::dvec3 sudden_part(const ForceBridge::BridgeFrame& frame, glm::dvec3 change, bool rough,
                        bool slipped) {
   const double k = frame.stiffness_n_per_m;
-  glm::dvec3 sudden = unexplained(change, -frame.step_m, k, rough ? 0.0 : kBend);
+  glm::dvec3 sudden = unexplained(change, -frame.step_m, k, rough ? 0.0 : kForceBend);
   for (const CarrierRun& run : frame.carriers) {
-    const glm::dvec3 left = unexplained(change, run.carried_m - frame.step_m, k, kBend);
+    const glm::dvec3 left = unexplained(change, run.carried_m - frame.step_m, k, kForceBend);
     if (!rough && glm::length(left) < glm::length(sudden)) sudden = left;
     // Of a surface that slips past for want of energy the proxy takes a part of the way.
     if (slipped) sudden = towards_zero(sudden, k * glm::length(run.carried_m));

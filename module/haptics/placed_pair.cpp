@@ -6,7 +6,7 @@ namespace palpate {
 namespace {
 
 // A surface whose normal turns by more than this cosine within a piece bends.
-constexpr double kBend = 0.9;
+constexpr double kSameDirection = 0.9;
 
 bool holds(const Placed& placed, int i, double stiffness) noexcept {
   const Primitive& p = placed.set[i];
@@ -55,7 +55,7 @@ bool slides(const Placed& here, const Placed& there, int i, double stiffness) no
 bool bends(const Placed& here, const Placed& there, double stiffness) noexcept {
   for (int i = 0; i < here.set.count(); ++i)
     if (slides(here, there, i, stiffness) &&
-        glm::dot(here.set[i].direction, there.set[i].direction) < kBend)
+        glm::dot(here.set[i].direction, there.set[i].direction) < kSameDirection)
       return true;
   return false;
 }

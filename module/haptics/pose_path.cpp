@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "module/haptics/force_vector.h"
+
 namespace palpate {
 namespace {
 
@@ -21,10 +23,6 @@ double seconds(int64_t ns) {
 
 bool same(const Transform& a, const Transform& b) {
   return a.translation_m == b.translation_m && a.rotation == b.rotation && a.scale == b.scale;
-}
-
-bool is_finite(glm::dvec3 v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
 /// Unit quaternion on the side of `near`; false if it is no pose.

@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "module/haptics/force_vector.h"
+
 namespace palpate {
 namespace {
-
-bool finite(glm::dvec3 v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
 
 /// The rotation by a vector: its length is the angle. Smooth at zero.
 glm::dquat turn(glm::dvec3 by) {
@@ -21,7 +19,7 @@ glm::dquat turn(glm::dvec3 by) {
 
 Transform moved(const Transform& from, const SecondHandReading& hand, double dt_s,
                 glm::dvec3 pivot_m, const MoveLimits& limits) noexcept {
-  if (!finite(hand.linear_m_per_s) || !finite(hand.angular_rad_per_s) || !std::isfinite(dt_s))
+  if (!is_finite(hand.linear_m_per_s) || !is_finite(hand.angular_rad_per_s) || !std::isfinite(dt_s))
     return from;
   if (hand.linear_m_per_s == glm::dvec3(0.0) && hand.angular_rad_per_s == glm::dvec3(0.0))
     return from;  // to the bit: rest must not drift

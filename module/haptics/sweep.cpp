@@ -14,7 +14,7 @@ constexpr int kMostPieces = 48;
 // Samples of the data, one per mode and place: enough for a hand of 1 m/s, which moves 1 mm in a
 // frame. Where the proxy has further to go, because a surface gave way, it takes several frames, so
 // that no frame takes many times as long as another.
-constexpr int kMostSamples = 96;
+constexpr int kMostSweepSamples = 96;
 constexpr int kMostHalvings = 24;
 constexpr int kMostCarriers = kMostModes;
 // Shorter moves are not corrected: how far they bend is less than an encoder resolves.
@@ -47,7 +47,7 @@ class Way {
     for (size_t c = 0; c < run_.carriers.size(); ++c) starts_[c] = run_.carriers[c].carrier->mark();
     place(*here);
     settle(*here);
-    while (result.pieces < kMostPieces && samples_ < kMostSamples) {
+    while (result.pieces < kMostPieces && samples_ < kMostSweepSamples) {
       Balance balance = solve(*here, result);
       measure(balance.proxy);
       if (length_ <= kShort_m) {

@@ -9,7 +9,7 @@ namespace palpate {
 
 namespace {
 
-Error refused(const std::string& what) {
+Error drive_refused(const std::string& what) {
   return {ErrorKind::kBadInput, "The drive can not be followed: " + what + "."};
 }
 
@@ -71,7 +71,7 @@ bool all_fit(const KeyTrack<T>& track, Transform pose, T Transform::*part) {
 
 Status check(const DriveSpec& drive, const Transform& start) {
   if (!std::isfinite(glm::dot(drive.axis, drive.centre_m) + drive.rate_hz + drive.amplitude_m))
-    return refused("an axis, a centre, a rate or an amplitude is not finite; correct it");
+    return drive_refused("an axis, a centre, a rate or an amplitude is not finite; correct it");
   if (drive.kind != DriveSpec::Kind::kKeys) return Nothing{};
   bool even = true;
   double least = 1.0, most = 1.0;  // scale of all together
@@ -80,20 +80,20 @@ Status check(const DriveSpec& drive, const Transform& start) {
     const KeyedPose own{start, {}, {}, {}};
     const KeyedPose& pose = last ? own : drive.poses[k];
     if (!fits(pose.translation_m) || !fits(pose.rotation) || !fits(pose.scale))
-      return refused(
+      return drive_refused(
           "keys have to rise within 0 to 1, with one value each and a cycle above 0 s; correct "
           "them");
     if (const Status fine = check(pose.pose); !fine) return fine.error();
     if (!all_fit(pose.translation_m, pose.pose, &Transform::translation_m) ||
         !all_fit(pose.rotation, pose.pose, &Transform::rotation) ||
         !all_fit(pose.scale, pose.pose, &Transform::scale))
-      return refused(
+      return drive_refused(
           "a key's value is no translation, rotation of length 1, or scale from 1e-4 to 1e4; "
           "correct it");
     const bool turns =
         !pose.rotation.keys.empty() || std::abs(std::abs(pose.pose.rotation.w) - 1.0) > 1e-12;
     if (!even && turns)
-      return refused(
+      return drive_refused(
           "a scale that differs between axes would shear what turns within it; give the same scale "
           "along all axes");
     double low = std::numeric_limits<double>::infinity(), high = 0.0;
@@ -109,7 +109,7 @@ Status check(const DriveSpec& drive, const Transform& start) {
     };
     if (!(least >= 1e-4 && most <= 1e4) || is_far(pose.pose.translation_m) ||
         std::any_of(pose.translation_m.values.begin(), pose.translation_m.values.end(), is_far))
-      return refused(
+      return drive_refused(
           "the transforms together lead to a scale outside 1e-4 to 1e4, or one of them "
           "farther than 1000 km; give smaller numbers");
     even = even && is_even(pose.pose.scale) &&

@@ -14,16 +14,13 @@
 namespace palpate {
 namespace {
 
-// No data move by a kilometre; beyond that float squares would overflow in the certificates.
-constexpr float kAbsurdM = 1e3F;
-
 /// u in volume space (m) and confidence per sample. What can not be used is marked by a negative
 /// confidence.
 std::vector<glm::vec4> packed(const Field& field, const Confidence* confidence) {
   const Grid& grid = field.grid;
   std::vector<float> trust;
   if (confidence) {
-    trust = resampled(Volume{confidence->grid, confidence->values}, grid).values;
+    trust = resampled(*confidence, grid).values;
   }
   std::vector<glm::vec4> samples(grid.count());
   const double slice_cost = 10.0 * grid.size.x * grid.size.y;

@@ -10,6 +10,9 @@
 
 namespace palpate {
 
+/// No data move by a kilometre; beyond that float squares would overflow in the certificates.
+constexpr float kAbsurdM = 1e3F;
+
 /// A motion field at a point of its fixed frame.
 struct MotionSample {
   glm::dvec3 u_m;       ///< displacement to the next frame, volume space, m

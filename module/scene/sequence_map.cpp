@@ -13,8 +13,6 @@
 namespace palpate {
 namespace {
 
-// No data move by a kilometre.
-constexpr float kAbsurdM = 1e3F;
 // The most samples that are read in the search for folds; where it would be more, only the times of
 // the frames are searched.
 constexpr double kMostSamples = 2e7;
@@ -67,7 +65,7 @@ std::shared_ptr<const SequenceMap> SequenceMap::of(const SequenceMotion& motion,
   map->reference_ = motion.reference;
   map->cell_m_ = 1e-3 * grid.finest_mm();
   std::vector<float> trust(grid.count(), 1.0F);
-  if (confidence) trust = resampled(Volume{confidence->grid, confidence->values}, grid).values;
+  if (confidence) trust = resampled(*confidence, grid).values;
   for (float& w : trust) w = w > 0.0F ? std::min(w, 1.0F) : 0.0F;
   // A term that is not finite makes its sample stand still at all times.
   for (size_t s = 0; s < grid.count(); ++s)

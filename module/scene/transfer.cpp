@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-Error refused(const std::string& what) {
+Error transfer_refused(const std::string& what) {
   return {ErrorKind::kBadInput, "This transfer function can not be used: " + what + "."};
 }
 
@@ -41,7 +41,7 @@ TransferFunction TransferFunction::constant(double out) {
 }
 
 Result<TransferFunction> TransferFunction::linear(std::vector<double> in, std::vector<double> out) {
-  if (const std::string fault = fault_of(in, out); !fault.empty()) return refused(fault);
+  if (const std::string fault = fault_of(in, out); !fault.empty()) return transfer_refused(fault);
   TransferFunction f;
   f.in_ = std::move(in);
   f.out_ = std::move(out);
@@ -56,7 +56,7 @@ Result<TransferFunction> TransferFunction::stepped(std::vector<double> in,
 }
 
 Result<TransferFunction> TransferFunction::window(double level, double width, double full) {
-  if (!(width >= 0.0)) return refused("its width is negative; give 0 or more");
+  if (!(width >= 0.0)) return transfer_refused("its width is negative; give 0 or more");
   return linear({level - width / 2, level + width / 2}, {0.0, full});
 }
 

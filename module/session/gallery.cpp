@@ -5,10 +5,9 @@
 namespace palpate {
 namespace {
 
-constexpr std::chrono::milliseconds kFrame{33};
-// while motion is estimated: leaves time for it
-constexpr std::chrono::milliseconds kStillFrame{500};
-constexpr std::chrono::milliseconds kPause{1};  // while there is no new snapshot
+constexpr std::chrono::milliseconds kGalleryFrame{33};
+constexpr std::chrono::milliseconds kStillFrame{500};  // time for the estimation of motion
+constexpr std::chrono::milliseconds kNothingNew{1};    // no new snapshot
 
 // ratio of forces above which a picture replaces an equally good one
 constexpr double kStronger = 1.2;
@@ -31,7 +30,7 @@ Gallery::Gallery(Session& session, const GalleryOptions& options)
                .reader = SnapshotReader::kPictures},
               [this](Viewer& viewer, const SceneSnapshot& snapshot,
                      bool is_new) -> Result<std::chrono::milliseconds> {
-                if (!is_new) return kPause;
+                if (!is_new) return kNothingNew;
                 return draw(viewer, snapshot);
               }) {}
 
@@ -60,7 +59,7 @@ Result<std::chrono::milliseconds> Gallery::draw(Viewer& viewer, const SceneSnaps
   frame_ms_.push_back(1e3 * seconds_since(start));
   if (first_picture_s_ == 0.0) first_picture_s_ = seconds_since(begin_);
   keep(snapshot, viewer.shown(), std::move(*pictures));
-  return moves(snapshot) ? kFrame : kStillFrame;
+  return moves(snapshot) ? kGalleryFrame : kStillFrame;
 }
 
 /// Keeps one picture per part of the cycle. A picture with contact in motion is better than one of

@@ -10,9 +10,9 @@ using Clock = std::chrono::steady_clock;
 
 constexpr PictureSize kMost{2560, 1600};
 constexpr ResolutionOptions kResolution{.budget_s = 1.0 / 25.0, .least = 0.35};
-constexpr double kAtFirst = 0.4;  // scale of the first picture: a slow device soon shows something
-constexpr std::chrono::milliseconds kFrame{16};
-constexpr std::chrono::milliseconds kPause{2};
+constexpr double kAtFirst = 0.4;  // scale of the first picture, which comes soon
+constexpr std::chrono::milliseconds kLiveFrame{16};
+constexpr std::chrono::milliseconds kNoWindow{2};
 
 PictureSize within(PictureSize size, PictureSize most) {
   const double share =
@@ -50,7 +50,7 @@ Result<std::chrono::milliseconds> LivePicture::draw(Viewer& viewer, const SceneS
     const std::lock_guard lock(mutex_);
     wanted = wanted_;
   }
-  if (wanted.size.width < 1 || wanted.size.height < 1) return kPause;
+  if (wanted.size.width < 1 || wanted.size.height < 1) return kNoWindow;
   viewer.choose(wanted.choices);
   if (const Status set = viewer.update(session_); !set) return set.error();
   const PictureSize size = scaled(within(wanted.size, kMost), resolution_.scale);
@@ -68,7 +68,7 @@ Result<std::chrono::milliseconds> LivePicture::draw(Viewer& viewer, const SceneS
   resolution_ = next_resolution(resolution_, frame->picture_s, kResolution);
   const std::lock_guard lock(mutex_);
   newest_ = std::move(frame);
-  return kFrame;
+  return kLiveFrame;
 }
 
 }  // namespace palpate

@@ -12,7 +12,7 @@ constexpr size_t kMostDrawn = 4;  // limit of the renderer
 constexpr glm::dvec3 kPen{0.80, 0.83, 0.88}, kProxy{0.30, 0.78, 0.98}, kArrow{1.0, 0.62, 0.18};
 // Colours of a fingertip in contact: different from flesh and bone, also for colour-blind people.
 constexpr glm::dvec3 kTouch{0.25, 0.95, 1.0}, kPressed{0.10, 0.25, 1.0};
-constexpr glm::dvec3 kFrame{0.42, 0.46, 0.54};
+constexpr glm::dvec3 kBoxColour{0.42, 0.46, 0.54};
 constexpr double kHeightAngle = 0.55;  // vertical angle of view, rad
 constexpr double kArrow_m_per_n = 0.008;
 constexpr double kTube = 0.0006;              // radius in a volume of 10 cm
@@ -167,7 +167,7 @@ void ScenePicture::add_things(const SceneSnapshot& snapshot, const Eye& eye, dou
   for (size_t v = 0; v < volumes_.size(); ++v) {
     const FrameData& frame = *volumes_[v]->frames.front();
     const Transform& place = scene.volumes[v].world_from_volume;
-    add_box(scene.things, place, frame.low_m(), frame.high_m(), 0.0004 * size, kFrame);
+    add_box(scene.things, place, frame.low_m(), frame.high_m(), 0.0004 * size, kBoxColour);
     if (spec(v).source != "molecule" && spec(v).source != "charges")
       add_letters(scene.things, place, frame.low_m(), frame.high_m(), eye, 0.010 * size, kPen);
   }

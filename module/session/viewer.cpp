@@ -6,7 +6,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::chrono::milliseconds kPause{2};  // before the first snapshot
+constexpr std::chrono::milliseconds kNoSnapshot{2};  // before the first snapshot
 
 }  // namespace
 
@@ -100,7 +100,7 @@ Status ViewerThread::draw_until(std::stop_token stop) {
   while (!stop.stop_requested()) {
     const auto start = std::chrono::steady_clock::now();
     const bool is_new = session_.newest(options_.reader, snapshot);
-    std::chrono::milliseconds pause = kPause;
+    std::chrono::milliseconds pause = kNoSnapshot;
     if (snapshot.volume_count > 0) {
       const auto drawn = draw_(**viewer, snapshot, is_new);
       if (!drawn) return drawn.error();

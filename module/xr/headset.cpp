@@ -9,8 +9,8 @@
 namespace palpate::xr {
 namespace {
 
-constexpr int64_t kSecond = 1'000'000'000;
-constexpr int64_t kFarewell = 2 * kSecond;
+constexpr int64_t kSecond_ns = 1'000'000'000;
+constexpr int64_t kFarewell = 2 * kSecond_ns;
 
 HeadsetState state_of(const Lifecycle& life) {
   if (!life.running()) return HeadsetState::kIdle;
@@ -215,10 +215,10 @@ void Headset::Story::rest(HeadsetState state, const std::string& sentence) {
 }
 
 int64_t Headset::Story::pause_ns(Trouble trouble) const {
-  if (trouble == Trouble::kUnsupported) return 5 * kSecond;
-  if (trouble != Trouble::kRefused && trouble != Trouble::kNoGraphics) return kSecond;
+  if (trouble == Trouble::kUnsupported) return 5 * kSecond_ns;
+  if (trouble != Trouble::kRefused && trouble != Trouble::kNoGraphics) return kSecond_ns;
   // What fails without a known reason may fail for ever: the pauses between attempts grow.
-  return std::min<int64_t>(30, int64_t(1) << std::min(failures_in_a_row_, 5)) * kSecond;
+  return std::min<int64_t>(30, int64_t(1) << std::min(failures_in_a_row_, 5)) * kSecond_ns;
 }
 
 void Headset::Story::fail(const Problem& problem, int64_t now_ns) {

@@ -38,7 +38,7 @@ double error_m(const Pose& found) {
   return most;
 }
 
-std::string text_of(const Pose& pose) {
+std::string pose_text(const Pose& pose) {
   const glm::dquat& q = pose.rotation;
   return fmt::format("{:.7f} {:.7f} {:.7f} {:.7f} {:.7f} {:.7f} {:.7f}", pose.position_m.x,
                      pose.position_m.y, pose.position_m.z, q.x, q.y, q.z, q.w);
@@ -101,7 +101,7 @@ class Toucher {
     if (number == slip_) place.x += 0.03;
     Pose grip{{}, glm::angleAxis(0.3 * number, glm::normalize(glm::dvec3(1.0, 0.5, 0.2)))};
     grip.position_m = place - grip.rotation * kTip_m;
-    headset_.say("hand 1 " + text_of(grip));
+    headset_.say("hand 1 " + pose_text(grip));
     const auto frames = [&] { return std::stoul("0" + headset_.ask()["frames"]); };
     const size_t before = frames();
     wait_until([&] { return frames() > before + 3; });
@@ -169,7 +169,7 @@ void write_movement(const std::filesystem::path& file, double delay_s) {
     Pose grip{kStageFromDevice(tip) - q * kTip_m, q};
     grip.position_m += 0.001 / std::sqrt(3.0) * normals();
     if (chance(random) < 0.2) grip.position_m += 0.05 * normals();
-    stream << fmt::format("{:.6f} {}\n", t, text_of(grip));
+    stream << fmt::format("{:.6f} {}\n", t, pose_text(grip));
   }
 }
 
@@ -214,7 +214,7 @@ void write_turning(const std::filesystem::path& file) {
     Pose grip{glm::dvec3(0.3, 0.8, -0.4) - q * kTip_m, seen};
     grip.position_m += 0.001 / std::sqrt(3.0) * normals();
     if (chance(random) < 0.2) grip.position_m += 0.05 * normals();
-    stream << fmt::format("{:.6f} {}\n", start_s + t, text_of(grip));
+    stream << fmt::format("{:.6f} {}\n", start_s + t, pose_text(grip));
   }
 }
 

@@ -21,7 +21,7 @@ constexpr const char* kTouch = "/interaction_profiles/oculus/touch_controller";
 const std::string kLeft = "/user/hand/left/input/", kRight = "/user/hand/right/input/";
 /// Where the eyes are first, and where the scene's middle stands then: 0.45 m before them and
 /// 0.15 m below them.
-constexpr glm::dvec3 kFirstEyes_m{0.0, 1.6, 0.0}, kMiddle_m{0.0, 1.45, -0.45};
+constexpr glm::dvec3 kFirstEyes_m{0.0, 1.6, 0.0}, kScenesMiddle_m{0.0, 1.45, -0.45};
 /// Where the eyes are once it stands.
 constexpr glm::dvec3 kEyes_m{0.0, 1.45, -0.25};
 /// Angles of the runtime's eyes: of the left eye to the left and to the right, and up.
@@ -137,8 +137,8 @@ TEST_F(HandsInAHeadset, TwoHandsThatGoApartEnlargeWhatIsSeenAndWhatIsFelt) {
   std::vector<std::string> more = at_rest(way.start_m);
   more.insert(more.end(), {"--csv", folder / "ticks.csv"});
   start(scene, more);
-  hand(0, kMiddle_m - glm::dvec3(0.06, 0.0, 0.0));
-  hand(1, kMiddle_m + glm::dvec3(0.06, 0.0, 0.0));
+  hand(0, kScenesMiddle_m - glm::dvec3(0.06, 0.0, 0.0));
+  hand(1, kScenesMiddle_m + glm::dvec3(0.06, 0.0, 0.0));
   const Flesh before = flesh();
   press(kLeft + "squeeze/value", 1.0);
   press(kRight + "squeeze/value", 1.0);
@@ -156,7 +156,7 @@ TEST_F(HandsInAHeadset, TwoHandsThatGoApartEnlargeWhatIsSeenAndWhatIsFelt) {
               2.0 * (after.pixel_m + factor * before.pixel_m));
   EXPECT_GT(after.width_m(), before.width_m() + 0.01);
   // About the middle between the hands: what was seen aside of it is now as much further aside.
-  const glm::dvec3 wanted = kMiddle_m + factor * (before.middle_m - kMiddle_m);
+  const glm::dvec3 wanted = kScenesMiddle_m + factor * (before.middle_m - kScenesMiddle_m);
   EXPECT_NEAR(after.middle_m.x, wanted.x, 1.5 * after.pixel_m);
   EXPECT_NEAR(after.middle_m.y, wanted.y, 1.5 * after.pixel_m);
   press(kLeft + "squeeze/value", 0.0);
@@ -187,19 +187,19 @@ TEST_F(HandsInAHeadset, APalmCutsTheVolumeAndTheCutStaysInItUntilItIsTappedAway)
   const Flesh whole = in_full();
   EXPECT_GT(whole.right, whole.left / 2);
   // The right palm looks to the left, and its side is kept.
-  hand(1, kMiddle_m);
+  hand(1, kScenesMiddle_m);
   press(kRight + "thumbstick/click", 1.0);
   frames_pass(8);
   const Flesh held = in_full();
   EXPECT_LT(held.right, held.left / 10);
   EXPECT_NEAR(held.left, whole.left, 0.25 * whole.left);
   press(kRight + "thumbstick/click", 0.0);
-  hand(1, kMiddle_m + glm::dvec3(0.3, 0.0, 0.0));
+  hand(1, kScenesMiddle_m + glm::dvec3(0.3, 0.0, 0.0));
   const Flesh left = in_full();
   EXPECT_LT(left.right, left.left / 10) << "the cut went with the hand";
   // It lies in the volume: whoever moves that moves the cut.
   constexpr double kQuick_s = 0.15;
-  hand(0, kMiddle_m);
+  hand(0, kScenesMiddle_m);
   press(kLeft + "squeeze/value", 1.0);
   glide(0, {0.08, 0.0, 0.0}, kQuick_s);
   // On the way, too, and that at the speed of a hand in a hurry: a cut that went before the volume,
@@ -224,7 +224,7 @@ TEST_F(HandsInAHeadset, APalmCutsTheVolumeAndTheCutStaysInItUntilItIsTappedAway)
   frames_pass(8);
   press(kLeft + "squeeze/value", 0.0);
   // Where a cut that stayed would be seen.
-  hand(1, kMiddle_m);
+  hand(1, kScenesMiddle_m);
   tap(kRight + "thumbstick/click");
   EXPECT_TRUE(wait_until([&] {
     const Flesh now = flesh();
@@ -320,7 +320,7 @@ TEST_F(HandsInAHeadset, PresetsChangeTheLookAndComeBack) {
 
 TEST_F(HandsInAHeadset, AButtonBringsTheVolumeBackBeforeThePerson) {
   start(still_heart(folder), {"--device", "controller"});
-  hand(1, kMiddle_m + glm::dvec3(0.25, 0.0, 0.0));
+  hand(1, kScenesMiddle_m + glm::dvec3(0.25, 0.0, 0.0));
   const Flesh before = flesh();
   press(kRight + "squeeze/value", 1.0);
   glide(1, {0.15, 0.1, 0.0});
@@ -342,7 +342,7 @@ TEST_F(HandsInAHeadset, ARecentringOfTheRuntimeLeavesThePictureOnTheDevice) {
   const std::string scene = still_heart(folder);
   const Way way = way_to_surface(scene, folder);
   files::StoredCalibration stored;
-  stored.calibration.stage_from_device = {kMiddle_m,
+  stored.calibration.stage_from_device = {kScenesMiddle_m,
                                           glm::angleAxis(0.5, glm::dvec3(0.0, 1.0, 0.0))};
   stored.calibration.used = stored.calibration.all = 12;
   stored.device = stored.headset = stored.runtime = "made";

@@ -23,7 +23,7 @@ using ::testing::HasSubstr;
 using namespace std::chrono_literals;
 
 template <class Done>
-bool wait_until(Done done) {
+bool lasts_until(Done done) {
   for (int k = 0; k < 2400; ++k) {
     if (done()) return true;
     std::this_thread::sleep_for(50ms);
@@ -161,7 +161,7 @@ TEST(AReaderThatGoesAway, DoesNotEndTheWork) {
   const std::string command = std::string(PALPATE_PROGRAM) + " motion " + a + " " + b + " -o " +
                               (folder / "u.mha").string() + " | true";
   EXPECT_EQ(std::system(command.c_str()), 0);
-  EXPECT_TRUE(wait_until([&] { return fs::exists(folder / "u.mha"); }));
+  EXPECT_TRUE(lasts_until([&] { return fs::exists(folder / "u.mha"); }));
 }
 
 }  // namespace

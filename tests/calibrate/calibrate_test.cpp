@@ -4,7 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <numeric>
 
 #include "module/calibrate/least_squares.h"
 #include "module/calibrate/principal_axes.h"
@@ -58,22 +60,23 @@ std::vector<TouchedPoint> touched(Dice& dice, const Pose& truth, int count, doub
 
 TEST(LeastSquaresFit, FindsWhatWasPutInAndRefusesWhatIsNotTold) {
   Dice dice(1);
-  LeastSquares<10> fit;
-  LeastSquares<10>::Vector truth;
+  LeastSquares fit(10);
+  std::array<double, 10> truth;
   for (double& x : truth) x = dice.draw(-1, 1);
   for (int i = 0; i < 30; ++i) {
-    LeastSquares<10>::Vector row;
+    std::array<double, 10> row;
     for (double& x : row) x = dice.draw(-1, 1);
-    fit.add(row, row.dot(truth), dice.draw(0.5, 2.0));
+    fit.add(row, std::inner_product(row.begin(), row.end(), truth.begin(), 0.0),
+            dice.draw(0.5, 2.0));
   }
   const auto found = fit.solve();
   ASSERT_TRUE(found);
-  EXPECT_LT((*found - truth).cwiseAbs().maxCoeff(), 1e-12);
-  LeastSquares<2> same;
-  for (int i = 0; i < 5; ++i) same.add({1.0, 2.0}, 3.0);
+  for (size_t i = 0; i < truth.size(); ++i) EXPECT_NEAR((*found)[i], truth[i], 1e-12);
+  LeastSquares same(2);
+  for (int i = 0; i < 5; ++i) same.add(std::array{1.0, 2.0}, 3.0);
   EXPECT_FALSE(same.solve()) << "only the sum is known";
-  LeastSquares<2> almost;
-  for (int i = 0; i < 5; ++i) almost.add({1.0, 1.0 + 1e-7 * i}, 3.0);
+  LeastSquares almost(2);
+  for (int i = 0; i < 5; ++i) almost.add(std::array{1.0, 1.0 + 1e-7 * i}, 3.0);
   EXPECT_FALSE(almost.solve()) << "their difference is known to rounding only";
 }
 

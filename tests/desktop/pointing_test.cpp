@@ -11,7 +11,7 @@
 namespace palpate::desktop {
 namespace {
 
-constexpr double kRounding = 1e-12;  // metres, of a handful of double operations
+constexpr double kPointingRounding = 1e-12;  // metres, of a handful of double operations
 
 void expect_near(glm::dvec3 a, glm::dvec3 b, double within) {
   EXPECT_LE(glm::distance(a, b), within)
@@ -24,9 +24,9 @@ TEST(Pointing, FindsThePlaceUnderACursor) {
   eye.tan_right = 0.8;  // not symmetric, as a headset's eye
   eye.tan_down = -0.5;
   eye.tan_up = 0.5;
-  expect_near(place_under(eye, {-1.0, 1.0}, 2.0), {-0.8, 1.0, -2.0}, kRounding);
-  expect_near(place_under(eye, {1.0, -1.0}, 2.0), {1.6, -1.0, -2.0}, kRounding);
-  expect_near(place_under(eye, {0.0, 0.0}, 2.0), {0.4, 0.0, -2.0}, kRounding);
+  expect_near(place_under(eye, {-1.0, 1.0}, 2.0), {-0.8, 1.0, -2.0}, kPointingRounding);
+  expect_near(place_under(eye, {1.0, -1.0}, 2.0), {1.6, -1.0, -2.0}, kPointingRounding);
+  expect_near(place_under(eye, {0.0, 0.0}, 2.0), {0.4, 0.0, -2.0}, kPointingRounding);
 }
 
 TEST(Pointing, SeesAPlaceWhereTheCursorWas) {
@@ -50,14 +50,14 @@ TEST(Pointing, MovesInThePlaneOfThePictureAndTheWheelInAndOut) {
   Pointing pointing(glm::dvec3(0.0));
   pointing.point(eye, {0.3, -0.2}, 0.0);
   const glm::dvec3 moved = pointing.place_m();
-  EXPECT_NEAR(glm::dot(moved, ahead), 0.0, kRounding) << "the depth is what it was";
+  EXPECT_NEAR(glm::dot(moved, ahead), 0.0, kPointingRounding) << "the depth is what it was";
   EXPECT_LE(glm::distance(cursor_over(eye, moved), InPicture(0.3, -0.2)), 1e-9);
   pointing.point(eye, {0.3, -0.2}, 0.01);
-  EXPECT_NEAR(glm::dot(pointing.place_m(), ahead), 0.01, kRounding);
+  EXPECT_NEAR(glm::dot(pointing.place_m(), ahead), 0.01, kPointingRounding);
   EXPECT_LE(glm::distance(cursor_over(eye, pointing.place_m()), InPicture(0.3, -0.2)), 1e-9)
       << "what is pressed is what is under the cursor";
   pointing.point(eye, {0.3, -0.2}, -0.01);
-  expect_near(pointing.place_m(), moved, kRounding);
+  expect_near(pointing.place_m(), moved, kPointingRounding);
 }
 
 TEST(Pointing, StaysInTheWorldWhileTheViewTurnsAndGoesOnFromThere) {
@@ -70,7 +70,7 @@ TEST(Pointing, StaysInTheWorldWhileTheViewTurnsAndGoesOnFromThere) {
   pointing.keep(after, {0.4, 0.0});
   expect_near(pointing.place_m(), held, 0.0);
   pointing.point(after, {0.4, 0.0}, 0.0);
-  expect_near(pointing.place_m(), held, kRounding);  // no jump when the hand goes on
+  expect_near(pointing.place_m(), held, kPointingRounding);  // no jump when the hand goes on
   const InPicture seen = cursor_over(after, held);
   pointing.point(after, {0.5, 0.1}, 0.0);
   EXPECT_LE(glm::distance(cursor_over(after, pointing.place_m()), seen + InPicture(0.1, 0.1)),
@@ -82,7 +82,7 @@ TEST(Pointing, ComesUnderTheCursorWhenRecentred) {
   Pointing pointing(glm::dvec3(0.02, 0.0, 0.0));
   pointing.keep(eye, {-0.5, -0.5});
   pointing.recentre(eye, {0.0, 0.0}, glm::dvec3(0.0));
-  expect_near(pointing.place_m(), glm::dvec3(0.0), kRounding);
+  expect_near(pointing.place_m(), glm::dvec3(0.0), kPointingRounding);
 }
 
 TEST(Pointing, NeverComesBehindTheEye) {

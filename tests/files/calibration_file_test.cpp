@@ -29,7 +29,7 @@ StoredCalibration made() {
 }
 
 /// What is said about this text as a file.
-std::string refusal(const std::string& text) {
+std::string calibration_refusal(const std::string& text) {
   const TemporaryFolder folder;
   std::ofstream(folder / "room.json") << text;
   const auto read = read_calibration(folder / "room.json");
@@ -61,26 +61,26 @@ TEST(CalibrationFile, IsReadBackAsItWasWritten) {
 }
 
 TEST(CalibrationFile, NeedsThePlaceAndNothingElse) {
-  EXPECT_EQ(refusal("{" + kPlace + "}"), "");
-  EXPECT_THAT(refusal("{}"), HasSubstr("stage_from_device"));
-  EXPECT_THAT(refusal(R"({"stage_from_device": {"position_m": [1, 2, 3]}})"),
+  EXPECT_EQ(calibration_refusal("{" + kPlace + "}"), "");
+  EXPECT_THAT(calibration_refusal("{}"), HasSubstr("stage_from_device"));
+  EXPECT_THAT(calibration_refusal(R"({"stage_from_device": {"position_m": [1, 2, 3]}})"),
               HasSubstr("quaternion_wxyz"));
-  EXPECT_THAT(refusal(R"({"stage_from_device": {"quaternion_wxyz": [1, 0, 0, 0]}})"),
+  EXPECT_THAT(calibration_refusal(R"({"stage_from_device": {"quaternion_wxyz": [1, 0, 0, 0]}})"),
               HasSubstr("position_m"));
 }
 
 TEST(CalibrationFile, RefusesWhatIsWrongAndNamesIt) {
-  EXPECT_THAT(refusal(R"({"stage_from_device": {"position_m": [1, 2, 3],)"
-                      R"( "quaternion_wxyz": [1, 1, 0, 0]}})"),
+  EXPECT_THAT(calibration_refusal(R"({"stage_from_device": {"position_m": [1, 2, 3],)"
+                                  R"( "quaternion_wxyz": [1, 1, 0, 0]}})"),
               HasSubstr("unit quaternion"));
-  EXPECT_THAT(refusal(R"({"stage_from_device": {"position_m": [1, 2, 3],)"
-                      R"( "quaternion_wxyz": [1, 0, 0, "x"]}})"),
+  EXPECT_THAT(calibration_refusal(R"({"stage_from_device": {"position_m": [1, 2, 3],)"
+                                  R"( "quaternion_wxyz": [1, 0, 0, "x"]}})"),
               HasSubstr("unit quaternion"));
-  EXPECT_THAT(refusal("{" + kPlace + R"(, "space": "stge"})"), HasSubstr("stage"));
-  EXPECT_THAT(refusal("{" + kPlace + R"(, "rms_m": -1})"), HasSubstr("rms_m"));
-  EXPECT_THAT(refusal("{" + kPlace + R"(, "dely_s": 1})"), HasSubstr("delay_s"));
-  EXPECT_NE(refusal("no JSON"), "");
-  EXPECT_NE(refusal("[]"), "");
+  EXPECT_THAT(calibration_refusal("{" + kPlace + R"(, "space": "stge"})"), HasSubstr("stage"));
+  EXPECT_THAT(calibration_refusal("{" + kPlace + R"(, "rms_m": -1})"), HasSubstr("rms_m"));
+  EXPECT_THAT(calibration_refusal("{" + kPlace + R"(, "dely_s": 1})"), HasSubstr("delay_s"));
+  EXPECT_NE(calibration_refusal("no JSON"), "");
+  EXPECT_NE(calibration_refusal("[]"), "");
   const TemporaryFolder folder;
   EXPECT_THAT(read_calibration(folder / "none.json").error().message,
               HasSubstr("palpate calibrate"));

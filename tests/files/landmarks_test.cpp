@@ -17,7 +17,7 @@ std::vector<glm::dvec3> points(const char* name, std::string_view text) {
   return found ? found->points_lps_mm : std::vector<glm::dvec3>{};
 }
 
-std::string refusal(const char* name, std::string_view text) {
+std::string landmarks_refusal(const char* name, std::string_view text) {
   const auto found = parse_landmarks(name, text);
   EXPECT_FALSE(found);
   return found ? std::string{} : found.error().message;
@@ -53,7 +53,7 @@ TEST(LandmarkReader, HonoursTheCoordinateSystemOfSlicer) {
   EXPECT_THAT(points("p.fcsv", version + "# CoordinateSystem = 1\n" + columns + row),
               ElementsAre(glm::dvec3(1, 2, 3)));
   EXPECT_THAT(points("p.fcsv", row), ElementsAre(glm::dvec3(-1, -2, 3)));
-  EXPECT_THAT(refusal("p.fcsv", "# CoordinateSystem = IJK\n" + row), HasSubstr("'ijk'"));
+  EXPECT_THAT(landmarks_refusal("p.fcsv", "# CoordinateSystem = IJK\n" + row), HasSubstr("'ijk'"));
 }
 
 TEST(LandmarkReader, TakesOneFrameOfPointsThatWereFollowed) {
@@ -89,11 +89,12 @@ TEST(LandmarkReader, SaysWhichFrameHasNoPoints) {
 }
 
 TEST(LandmarkReader, NamesTheLineThatIsWrong) {
-  EXPECT_THAT(refusal("p.csv", "x,y,z\n1,2,3\n4,five,6\n"), HasSubstr("line 3 ('4,five,6')"));
-  EXPECT_THAT(refusal("p.csv", "1,2,3\n4,5\n"), HasSubstr("line 2"));
-  EXPECT_THAT(refusal("p.csv", "1,2,nan\n"), HasSubstr("line 1"));
-  EXPECT_THAT(refusal("p.csv", "a,b,c\n1,2,3\n"), HasSubstr("line 1"));
-  EXPECT_THAT(refusal("p.csv", "# nothing\n"), HasSubstr("no points"));
+  EXPECT_THAT(landmarks_refusal("p.csv", "x,y,z\n1,2,3\n4,five,6\n"),
+              HasSubstr("line 3 ('4,five,6')"));
+  EXPECT_THAT(landmarks_refusal("p.csv", "1,2,3\n4,5\n"), HasSubstr("line 2"));
+  EXPECT_THAT(landmarks_refusal("p.csv", "1,2,nan\n"), HasSubstr("line 1"));
+  EXPECT_THAT(landmarks_refusal("p.csv", "a,b,c\n1,2,3\n"), HasSubstr("line 1"));
+  EXPECT_THAT(landmarks_refusal("p.csv", "# nothing\n"), HasSubstr("no points"));
 }
 
 TEST(LandmarkReader, SaysWhenThereIsNoFile) {

@@ -183,14 +183,15 @@ TEST(NiftiReader, RefusesADamagedNifti2) {
 TEST(NiftiReader, SaysWhichFormIsUsedWhereTheyDifferByMoreThanHalfAVoxel) {
   const TemporaryFolder folder;
   const std::string data = bytes_of_values<float>(known_volume(oblique_grid()).values);
-  struct Case {
+  struct FormCase {
     int sform_code;
     double shift_mm;
     const char* used;  ///< null: no word about it
   };
   // The finest axis has 0.75 mm. ITK takes the sform if it names scanner coordinates (code 1).
-  for (const Case& c : {Case{1, 0.37, nullptr}, Case{1, 0.38, "sform"}, Case{2, 0.38, "qform"},
-                        Case{2, 0.37, nullptr}, Case{0, 9.0, nullptr}}) {
+  for (const FormCase& c :
+       {FormCase{1, 0.37, nullptr}, FormCase{1, 0.38, "sform"}, FormCase{2, 0.38, "qform"},
+        FormCase{2, 0.37, nullptr}, FormCase{0, 9.0, nullptr}}) {
     std::string header = nifti_header(oblique_grid());
     put<int16_t>(header, 254, int16_t(c.sform_code));
     float x = 0.0F;

@@ -18,7 +18,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-std::string refusal(const std::string& text) {
+std::string scene_refusal(const std::string& text) {
   const auto scene = parse_scene("folder/scene.json", text);
   return scene ? "" : scene.error().message;
 }
@@ -267,10 +267,10 @@ TEST(SceneFile, ReadsEveryKey) {
 TEST(SceneFile, RefusesBoxesChargesAndKeysThatCanNotBe) {
   const std::string files = R"("volumes": [{"name": "a", "files": "a.nrrd", )";
   const auto of_files = [&](const std::string& keys) {
-    return refusal("{" + files + keys + "}]," + kMode + "}");
+    return scene_refusal("{" + files + keys + "}]," + kMode + "}");
   };
   EXPECT_THAT(volume_with(R"("box_m": [1, 1, 1])"),
-              ::testing::ResultOf(refusal, HasSubstr("box_m")));
+              ::testing::ResultOf(scene_refusal, HasSubstr("box_m")));
   EXPECT_THAT(of_files(R"("box_m": [1, 0, 1])"), HasSubstr("volumes[0].box_m"));
   EXPECT_THAT(of_files(R"("box_m": [1, 1, 1], "centred": false)"), HasSubstr("centred"));
   EXPECT_THAT(of_files(R"("cycle_s": 1, "frames_per_second": 2)"), HasSubstr("cycle_s"));
@@ -288,8 +288,8 @@ TEST(SceneFile, RefusesBoxesChargesAndKeysThatCanNotBe) {
 
 TEST(SceneFile, RefusesWhatCanNotBeInAFileWithoutAHeader) {
   const auto of_raw = [&](const std::string& raw, const std::string& files = "\"a.raw\"") {
-    return refusal("{\"volumes\": [{\"name\": \"a\", \"files\": " + files + ", \"raw\": {" + raw +
-                   "}}]," + kMode + "}");
+    return scene_refusal("{\"volumes\": [{\"name\": \"a\", \"files\": " + files + ", \"raw\": {" +
+                         raw + "}}]," + kMode + "}");
   };
   const std::string type = R"("type": "uint8", )";
   EXPECT_THAT(of_raw(R"("type": "uint8")"), HasSubstr("volumes[0].raw.size: it is missing"));
@@ -303,10 +303,11 @@ TEST(SceneFile, RefusesWhatCanNotBeInAFileWithoutAHeader) {
               HasSubstr("raw.spacing_m"));
   EXPECT_THAT(of_raw(type + R"("size": [4, 3, 2])", R"(["a.raw", "b.raw"])"),
               HasSubstr("just one file"));
-  EXPECT_THAT(refusal(R"({"volumes": [{"name": "a", "files": "a.raw", "motions": [{"fields": "f"}],
+  EXPECT_THAT(
+      scene_refusal(R"({"volumes": [{"name": "a", "files": "a.raw", "motions": [{"fields": "f"}],
                           "raw": {"size": [4, 3, 2], "type": "uint8"}}], )" +
-                      kMode + "}"),
-              HasSubstr("volumes[0].motions: a file without a header"));
+                    kMode + "}"),
+      HasSubstr("volumes[0].motions: a file without a header"));
 }
 
 TEST(SceneFile, SaysHowVolumesAreSeen) {
@@ -331,7 +332,7 @@ TEST(SceneFile, SaysHowVolumesAreSeen) {
 
 TEST(SceneFile, RefusesAViewThatCanNotBeDrawn) {
   const auto view = [](const std::string& keys) {
-    return refusal(volume_with(R"("view": {)" + keys + "}"));
+    return scene_refusal(volume_with(R"("view": {)" + keys + "}"));
   };
   EXPECT_THAT(view(R"("look": "CT bones")"),
               AllOf(HasSubstr("volumes[0].view.look"), HasSubstr("did you mean \"CT bone\"?")));
@@ -434,17 +435,17 @@ TEST(SceneFile, IsWhatPeopleReadInTheDocumentation) {
 
 TEST(SceneFile, RefusesUnknownKeysAndNamesTheNearest) {
   EXPECT_EQ(
-      refusal(scene_with(R"("stifness_n_per_m": 1)")),
+      scene_refusal(scene_with(R"("stifness_n_per_m": 1)")),
       "'folder/scene.json' can not be used: the key \"stifness_n_per_m\" is not known: did you "
       "mean \"stiffness_n_per_m\"?");
-  EXPECT_THAT(refusal(mode_with(R"("strenght": 1, "strength": 2)")),
+  EXPECT_THAT(scene_refusal(mode_with(R"("strenght": 1, "strength": 2)")),
               AllOf(HasSubstr("at modes[0]:"), HasSubstr("did you mean \"strength\"")));
-  EXPECT_THAT(refusal(volume_with(R"("fps": 2)")), HasSubstr("\"fps\" is not known"));
-  EXPECT_THAT(refusal(volume_with(R"("drive": {"rate": 2})")),
+  EXPECT_THAT(scene_refusal(volume_with(R"("fps": 2)")), HasSubstr("\"fps\" is not known"));
+  EXPECT_THAT(scene_refusal(volume_with(R"("drive": {"rate": 2})")),
               AllOf(HasSubstr("volumes[0].drive:"), HasSubstr("\"rate_hz\"")));
-  EXPECT_THAT(refusal(volume_with(R"("transform": {"rotation": {"angle": 2}})")),
+  EXPECT_THAT(scene_refusal(volume_with(R"("transform": {"rotation": {"angle": 2}})")),
               HasSubstr("volumes[0].transform.rotation"));
-  EXPECT_THAT(refusal(mode_with(R"("strength": {"window": {"levl": 2}})")),
+  EXPECT_THAT(scene_refusal(mode_with(R"("strength": {"window": {"levl": 2}})")),
               HasSubstr("modes[0].strength.window"));
 }
 
@@ -455,7 +456,7 @@ TEST(SceneFile, NamesEachKnownKeyOnce) {
         volume_with(R"("view": {"unlike everything": 1})"),
         mode_with(R"("strength": 1, "friction": 0.1, "unlike everything": 1)"),
         mode_with(R"("strength": {"window": {"level": 1}, "unlike everything": 1})")}) {
-    const std::string sentence = refusal(scene);
+    const std::string sentence = scene_refusal(scene);
     const size_t start = sentence.find("known are ");
     ASSERT_NE(start, std::string::npos) << sentence;
     const std::regex word("[a-z_]+");
@@ -467,12 +468,12 @@ TEST(SceneFile, NamesEachKnownKeyOnce) {
 }
 
 TEST(SceneFile, RefusesKeysThatHaveNoEffect) {
-  EXPECT_THAT(refusal(mode_with(R"("kind": "follow", "strength": 1, "friction": 0.2)")),
+  EXPECT_THAT(scene_refusal(mode_with(R"("kind": "follow", "strength": 1, "friction": 0.2)")),
               AllOf(HasSubstr("modes[0].friction"), HasSubstr("follow has no use for it")));
-  EXPECT_THAT(refusal(mode_with(R"("strength": 1, "range_m": 0.2)")),
+  EXPECT_THAT(scene_refusal(mode_with(R"("strength": 1, "range_m": 0.2)")),
               HasSubstr("modes[0].range_m"));
-  EXPECT_THAT(refusal(mode_with(R"("strength": 1, "gain": 2)")), HasSubstr("modes[0].gain"));
-  EXPECT_EQ(refusal(mode_with(R"("kind": "front", "strength": 1, "two_sided": true)")), "");
+  EXPECT_THAT(scene_refusal(mode_with(R"("strength": 1, "gain": 2)")), HasSubstr("modes[0].gain"));
+  EXPECT_EQ(scene_refusal(mode_with(R"("kind": "front", "strength": 1, "two_sided": true)")), "");
 }
 
 TEST(SceneFile, RefusesWrongTypesAndNumbersWithTheirPlace) {
@@ -542,8 +543,8 @@ TEST(SceneFile, RefusesWrongTypesAndNumbersWithTheirPlace) {
        "modes[0].point_m"},
   };
   for (const auto& [text, part] : cases) {
-    EXPECT_THAT(refusal(text), HasSubstr(part)) << text;
-    EXPECT_THAT(refusal(text), HasSubstr("'folder/scene.json'")) << text;
+    EXPECT_THAT(scene_refusal(text), HasSubstr(part)) << text;
+    EXPECT_THAT(scene_refusal(text), HasSubstr("'folder/scene.json'")) << text;
   }
 }
 
@@ -589,7 +590,7 @@ TEST(SceneFile, RefusesNamesThatDoNotFit) {
       {"{" + kVolume + R"(, "modes": [{"strength": 1}, {"strength": 1}]})",
        "modes[1].name: another mode"},
   };
-  for (const auto& [text, part] : cases) EXPECT_THAT(refusal(text), HasSubstr(part)) << text;
+  for (const auto& [text, part] : cases) EXPECT_THAT(scene_refusal(text), HasSubstr(part)) << text;
 }
 
 TEST(SceneFile, NeedsNoModesWhereThereAreSegments) {
@@ -619,7 +620,7 @@ TEST(SceneFile, NeedsNoModesWhereThereAreSegments) {
       {files + R"({"files": "y", "iso_value": 1}}]})", "\"iso_value\" is not known"},
       {volume_with(R"("segments": {"from": "region"})"), "synthetic data have none"},
   };
-  for (const auto& [text, part] : cases) EXPECT_THAT(refusal(text), HasSubstr(part)) << text;
+  for (const auto& [text, part] : cases) EXPECT_THAT(scene_refusal(text), HasSubstr(part)) << text;
 }
 
 TEST(SceneFile, DerivesAWallFromTheValues) {
@@ -654,20 +655,20 @@ TEST(SceneFile, LooksForItsFilesInAnotherFolder) {
 }
 
 TEST(SceneFile, RefusesWhatIsNoJsonAndSaysWhere) {
-  EXPECT_THAT(refusal("{\n  \"volumes\": [\n  }"), HasSubstr("line 3"));
-  EXPECT_THAT(refusal(""), HasSubstr("not JSON"));
-  EXPECT_THAT(refusal("{\"a\": NaN}"), HasSubstr("line 1"));
-  EXPECT_THAT(refusal(scene_with("\"max_force_n\": 1e999")), HasSubstr("too large"));
-  EXPECT_THAT(refusal(scene_with("\"max_force_n\": 2, \"max_force_n\": 3")),
+  EXPECT_THAT(scene_refusal("{\n  \"volumes\": [\n  }"), HasSubstr("line 3"));
+  EXPECT_THAT(scene_refusal(""), HasSubstr("not JSON"));
+  EXPECT_THAT(scene_refusal("{\"a\": NaN}"), HasSubstr("line 1"));
+  EXPECT_THAT(scene_refusal(scene_with("\"max_force_n\": 1e999")), HasSubstr("too large"));
+  EXPECT_THAT(scene_refusal(scene_with("\"max_force_n\": 2, \"max_force_n\": 3")),
               HasSubstr("stands twice"));
   // Deep nesting must not end the program.
-  EXPECT_NE(refusal(std::string(200'000, '[')), "");
-  EXPECT_NE(refusal(std::string(200'000, '[') + std::string(200'000, ']')), "");
+  EXPECT_NE(scene_refusal(std::string(200'000, '[')), "");
+  EXPECT_NE(scene_refusal(std::string(200'000, '[') + std::string(200'000, ']')), "");
 }
 
 TEST(SceneFile, TakesTheUsersOwnKindsOfModes) {
   const std::string text = mode_with(R"("kind": "ripple", "gain": 3, "range_m": 0.1)");
-  EXPECT_THAT(refusal(text), HasSubstr("\"ripple\" is not known"));
+  EXPECT_THAT(scene_refusal(text), HasSubstr("\"ripple\" is not known"));
   const auto scene = parse_scene("scene.json", text, {"ripple"});
   ASSERT_TRUE(scene) << scene.error().message;
   EXPECT_EQ(scene->modes[0].kind, "ripple");

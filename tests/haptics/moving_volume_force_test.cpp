@@ -12,7 +12,7 @@ namespace {
 
 using namespace test;
 
-constexpr double kStiffness = 600.0;
+constexpr double kMovingStiffness = 600.0;
 // The proxy follows the nearest point of the wall with what one pass of the sweep leaves; the limit
 // of the issue for a moving wall is 0.05 N.
 constexpr double kMethod_n = 0.01;
@@ -36,7 +36,7 @@ Transform aside() {
 const glm::dvec3 kHand(0.022, 0.0, 0.004);
 
 SceneSpec moved(PosePath path, DriveSpec::Kind kind) {
-  SceneSpec spec = shell_spec(50.0, 0.0, kStiffness);
+  SceneSpec spec = shell_spec(50.0, 0.0, kMovingStiffness);
   spec.volumes[0].transform = aside();
   spec.volumes[0].drive = turning();
   spec.volumes[0].drive.kind = kind;
@@ -58,8 +58,8 @@ class Feeling {
     const VolumeRun& volume = hand.haptics.run()->volumes[0];
     const glm::dvec3 arm = out.probe_m - volume.offset;
     const double deep = std::max(0.0, 0.025 - glm::length(arm));
-    felt.error_n =
-        std::max(felt.error_n, glm::length(out.wanted_n - kStiffness * deep * glm::normalize(arm)));
+    felt.error_n = std::max(
+        felt.error_n, glm::length(out.wanted_n - kMovingStiffness * deep * glm::normalize(arm)));
     const glm::dvec3 change = out.wanted_n - last_n_;
     felt.touched += deep > 0.0;
     // Contact itself bends the force on every path.
@@ -183,7 +183,7 @@ TEST(MovedVolume, TurnsThroughHalfTurnsWithoutAJump) {
   EXPECT_LE(feeling.felt.error_n, kMethod_n);
   // Half a turn, 10 mm from the axis, takes 0.25 s at least; a smooth start and stop doubles the
   // mean speed at most, and so does the nearest point of a ball to a hand 12.6 mm from its centre.
-  EXPECT_LE(steps.worst_n(), kStiffness * 2.0 * 2.0 * 1e-3 * 0.01 * std::numbers::pi / 0.25);
+  EXPECT_LE(steps.worst_n(), kMovingStiffness * 2.0 * 2.0 * 1e-3 * 0.01 * std::numbers::pi / 0.25);
 }
 
 /// The point of an ellipsoid about the origin that is nearest to x (outside the middle), by
@@ -200,7 +200,7 @@ glm::dvec3 nearest(glm::dvec3 x, glm::dvec3 half_axes) {
 }
 
 TEST(MovedVolume, WithAScaleThatDiffersByAxisPressesAlongTheTrueNormal) {
-  SceneSpec spec = shell_spec(50.0, 0.0, kStiffness);
+  SceneSpec spec = shell_spec(50.0, 0.0, kMovingStiffness);
   Transform& at = spec.volumes[0].transform;
   at.scale = {1.0, 1.4, 0.7};
   at.rotation = glm::angleAxis(0.8, glm::normalize(glm::dvec3(1.0, -2.0, 0.5)));
@@ -219,7 +219,7 @@ TEST(MovedVolume, WithAScaleThatDiffersByAxisPressesAlongTheTrueNormal) {
       out = hand.to(at.translation_m + at.rotation * (surface * (1.3 - (0.3 + 0.06) * share)));
     }
     const glm::dvec3 x = glm::conjugate(at.rotation) * (out.probe_m - at.translation_m);
-    const glm::dvec3 exact = at.rotation * (kStiffness * (nearest(x, half_axes) - x));
+    const glm::dvec3 exact = at.rotation * (kMovingStiffness * (nearest(x, half_axes) - x));
     worst = std::max(worst, glm::length(out.wanted_n - exact));
   }
   std::printf("ellipsoid: worst error %.5f N\n", worst);
@@ -245,7 +245,7 @@ TEST(MovedVolume, TakesNoMirrorImageWhileItRuns) {
 
 TEST(Assembling, RefusesTransformsAndNumbersThatCanNotBeFelt) {
   const auto refusal = [](auto change) {
-    SceneSpec spec = shell_spec(5.0, 0.0, kStiffness);
+    SceneSpec spec = shell_spec(5.0, 0.0, kMovingStiffness);
     change(spec);
     const auto scene = plan(spec, {shell(1, 1.0, Made::kAnalytic, 4.0)});
     return scene ? std::string() : scene.error().message;

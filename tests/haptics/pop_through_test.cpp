@@ -12,13 +12,13 @@ namespace {
 
 using namespace test;
 
-constexpr double kStiffness = 600.0;  // N/m
+constexpr double kPopStiffness = 600.0;  // N/m
 constexpr double kStrength_n = 6.0;
 // The hand stays where the spring pulls with less than this; the rest is what hand (1 mm) and wall
 // (0.3 mm) go in one frame before the spring is asked again: 0.8 N.
 constexpr double kMostSpring_n = 5.0;
-constexpr double kVoxel_m = 2e-3;
-constexpr int kFrames = 4;
+constexpr double kPopVoxel_m = 2e-3;
+constexpr int kPopFrames = 4;
 
 /// A layer of value 1000 around a radius, as thick as one voxel at half its height.
 Volume thin_frame(const Grid& grid, double radius_mm) {
@@ -38,14 +38,14 @@ Volume thin_frame(const Grid& grid, double radius_mm) {
 std::shared_ptr<const MovingVolume> thin_shell(double frames_per_second) {
   auto volume = std::make_shared<MovingVolume>();
   volume->name = "shell";
-  const Grid grid = shell_grid(1e3 * kVoxel_m);
+  const Grid grid = shell_grid(1e3 * kPopVoxel_m);
   Motion motion{"data", {}};
-  for (int k = 0; k < kFrames; ++k) {
-    volume->frames.push_back(sampled_scalar(thin_frame(grid, shell_radius_mm(k, kFrames))));
+  for (int k = 0; k < kPopFrames; ++k) {
+    volume->frames.push_back(sampled_scalar(thin_frame(grid, shell_radius_mm(k, kPopFrames))));
     volume->times.times_s.push_back(k / frames_per_second);
-    motion.steps.push_back(MotionMap::of(shell_truth(grid, k, (k + 1) % kFrames, kFrames)));
+    motion.steps.push_back(MotionMap::of(shell_truth(grid, k, (k + 1) % kPopFrames, kPopFrames)));
   }
-  volume->times.cycle_s = kFrames / frames_per_second;
+  volume->times.cycle_s = kPopFrames / frames_per_second;
   volume->motions.push_back(motion);
   return volume;
 }
@@ -53,14 +53,14 @@ std::shared_ptr<const MovingVolume> thin_shell(double frames_per_second) {
 /// Frames per second at which the wall's fastest step goes at so many m/s.
 double rate_for(double wall_m_per_s) {
   double step_m = 0.0;
-  for (int k = 0; k < kFrames; ++k)
-    step_m = std::max(
-        step_m, 1e-3 * std::abs(shell_radius_mm(k + 1, kFrames) - shell_radius_mm(k, kFrames)));
+  for (int k = 0; k < kPopFrames; ++k)
+    step_m = std::max(step_m, 1e-3 * std::abs(shell_radius_mm(k + 1, kPopFrames) -
+                                              shell_radius_mm(k, kPopFrames)));
   return wall_m_per_s / step_m;
 }
 
 SceneSpec thin_spec(double friction) {
-  SceneSpec spec = shell_spec(kStrength_n, friction, kStiffness);
+  SceneSpec spec = shell_spec(kStrength_n, friction, kPopStiffness);
   // The spline lowers a layer one voxel thick to about 0.6 of its height.
   spec.modes[0].strength = *TransferFunction::stepped({0.0, 200.0}, {0.0, kStrength_n});
   return spec;
@@ -77,7 +77,7 @@ class Darting {
     const double length = glm::length(way), step = 1e-3 * speed_;
     glm::dvec3 to = length > step ? probe + way * (step / length) : aim_;
     if (length <= step || --left_ == 0) aim();
-    const double reach = kMostSpring_n / kStiffness, pull = glm::length(to - proxy);
+    const double reach = kMostSpring_n / kPopStiffness, pull = glm::length(to - proxy);
     if (pull > reach) {  // the arm gives way, no faster than it may go
       const glm::dvec3 back = proxy + (to - proxy) * (reach / pull) - probe;
       const double fast = glm::length(back);
@@ -120,7 +120,7 @@ Crossings run(Hand& hand, uint32_t seed, int64_t frames) {
     found.touching += force > 0.0;
     found.above += force >= kStrength_n;
     ++found.frames;
-    const double wall = shell_radius_m(out.first, kFrames);
+    const double wall = shell_radius_m(out.first, kPopFrames);
     if (glm::length(out.proxy_m) >= wall) continue;
     ++found.through;
     if (found.through <= 5)

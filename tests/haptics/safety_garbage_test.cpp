@@ -16,10 +16,10 @@ using test::GuardedHand;
 using test::Random;
 
 double garbage(Random& random) {
-  constexpr double kInf = std::numeric_limits<double>::infinity();
-  constexpr double kList[] = {0.0,     -0.0,   1.0,   -1.0,
-                              1e-320,  1e-160, 1e160, -1e308,
-                              1.7e308, kInf,   -kInf, std::numeric_limits<double>::quiet_NaN()};
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  constexpr double kList[] = {
+      0.0,   -0.0,   1.0,     -1.0,      1e-320,     1e-160,
+      1e160, -1e308, 1.7e308, kInfinite, -kInfinite, std::numeric_limits<double>::quiet_NaN()};
   return kList[size_t(random.draw(0.0, 12.0))];
 }
 

@@ -12,9 +12,9 @@ namespace {
 
 using namespace test;
 
-constexpr double kStiffness = 600.0;
-constexpr double kStep_n = 0.02;      // N per ms, of a hand that holds still
-constexpr double kFadeStep_n = 0.05;  // N per ms, where what is felt can not be known
+constexpr double kFaultStiffness = 600.0;
+constexpr double kStep_n = 0.02;           // N per ms, of a hand that holds still
+constexpr double kFaultFadeStep_n = 0.05;  // N per ms, where what is felt can not be known
 constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
 
 bool is_finite(glm::dvec3 v) {
@@ -82,7 +82,7 @@ std::shared_ptr<MovingVolume> half_ball(double border_m, int frames = 1) {
 
 TEST(SceneFaults, DataThatAreNoNumbersFadeWhereTheHandComesToThem) {
   for (const char* kind : {"surface", "gradient-force", "follow", "front", "attractor", "tissue"}) {
-    SceneSpec spec = shell_spec(6.0, 0.2, kStiffness);
+    SceneSpec spec = shell_spec(6.0, 0.2, kFaultStiffness);
     spec.modes[0].kind = kind;
     if (spec.modes[0].kind != "surface") spec.modes[0].strength = TransferFunction::constant(1.0);
     // So soft that the force changes by less than the spring does over its own reach.
@@ -106,7 +106,7 @@ TEST(SceneFaults, DataThatAreNoNumbersFadeWhereTheHandComesToThem) {
     EXPECT_TRUE(told) << kind;
     EXPECT_LE(glm::length(steps.last_n()), 1e-9) << kind << ": nothing is there to be felt";
     // The hand's own way, 10 um, is 0.006 N of it.
-    EXPECT_LE(steps.worst_n(), kFadeStep_n + 0.006) << kind;
+    EXPECT_LE(steps.worst_n(), kFaultFadeStep_n + 0.006) << kind;
   }
 }
 
@@ -114,12 +114,12 @@ TEST(SceneFaults, FieldsAndDataSwappedForSomeThatAreNoNumbersFade) {
   const glm::dvec3 at(0.02, 0.01, 0.0);
   // The data.
   {
-    Hand hand(shell_spec(6.0, 0.2, kStiffness), {shell(1, 1.0)});
+    Hand hand(shell_spec(6.0, 0.2, kFaultStiffness), {shell(1, 1.0)});
     for (int i = 0; i < 300; ++i) hand.to(at * (1.5 - 0.5 * i / 300.0));
     ForceSteps steps;
     for (int i = 0; i < 5; ++i) steps.add(hand.to(at));
     EXPECT_GT(glm::length(steps.last_n()), 1.0);
-    const auto scene = plan(shell_spec(6.0, 0.2, kStiffness), {half_ball(-1.0)});
+    const auto scene = plan(shell_spec(6.0, 0.2, kFaultStiffness), {half_ball(-1.0)});
     ASSERT_TRUE(scene);
     hand.haptics.adopt(Haptics::prepare(*scene));
     for (int i = 0; i < 1000; ++i) {
@@ -134,7 +134,7 @@ TEST(SceneFaults, FieldsAndDataSwappedForSomeThatAreNoNumbersFade) {
   // The motion.
   {
     const auto good = shell(4, 1.0, Made::kAnalytic, 4.0);
-    Hand hand(shell_spec(20.0, 0.2, kStiffness), {good});
+    Hand hand(shell_spec(20.0, 0.2, kFaultStiffness), {good});
     for (int i = 0; i < 300; ++i) hand.to(at * (1.5 - 0.5 * i / 300.0));
     ForceSteps steps;
     for (int i = 0; i < 5; ++i) steps.add(hand.to(at));
@@ -143,7 +143,7 @@ TEST(SceneFaults, FieldsAndDataSwappedForSomeThatAreNoNumbersFade) {
     const Grid grid = shell_grid(4.0);
     const Field none{grid, std::vector<glm::vec3>(grid.count(), glm::vec3(kNone))};
     for (auto& step : bad->motions[0].steps) step = MotionMap::of(none);
-    const auto scene = plan(shell_spec(20.0, 0.2, kStiffness), {bad});
+    const auto scene = plan(shell_spec(20.0, 0.2, kFaultStiffness), {bad});
     ASSERT_TRUE(scene);
     hand.haptics.adopt(Haptics::prepare(*scene));
     for (int i = 0; i < 3000; ++i) {
@@ -178,14 +178,14 @@ TEST(SceneFaults, AVolumeWithoutAnythingInItIsNotFelt) {
   flat->times.times_s = {0.0};
   for (const float value : {0.0F, 1000.0F}) {
     flat->frames = {sampled_scalar(Volume{grid, std::vector<float>(grid.count(), value)})};
-    Hand hand(shell_spec(6.0, 0.5, kStiffness), {flat});
+    Hand hand(shell_spec(6.0, 0.5, kFaultStiffness), {flat});
     for (int i = 0; i < 500; ++i)
       ASSERT_EQ(hand.to({0.06 - 2.4e-4 * i, 0.01, 0.0}).wanted_n, glm::dvec3(0.0));
   }
 }
 
 TEST(SceneFaults, AVolumeBehindTheWorkspaceIsNotFeltAndCostsNothingButLooks) {
-  SceneSpec spec = shell_spec(6.0, 0.5, kStiffness);
+  SceneSpec spec = shell_spec(6.0, 0.5, kFaultStiffness);
   spec.volumes[0].transform.translation_m = {1e3, -5e3, 2e4};
   Hand hand(spec, {shell(1, 1.0, Made::kSampled, 4.0)});
   for (int i = 0; i < 2000; ++i) {

@@ -14,8 +14,8 @@ namespace {
 using namespace test;
 using ::testing::HasSubstr;
 
-constexpr double kSpring = 600.0;  // N/m, of the scene
-constexpr double kStart_s = 2.5;   // until the guards have let the force in
+constexpr double kSpring = 600.0;     // N/m, of the scene
+constexpr double kWallStart_s = 2.5;  // until the guards have let the force in
 
 /// A slab from z = 0 down to -thick_mm of volume space, far beyond the hand's way along x and y, as
 /// a segment of a volume whose values say nothing.
@@ -73,7 +73,7 @@ TEST(SegmentWall, IsASpringInSeriesWithTheScenes) {
     for (const double stiffness : {300.0, 600.0, 4000.0}) {
       Hand hand(slab_scene(a_wall(2.0, stiffness), scale), {volume});
       double at_m = 0.003;
-      for (int wait = 0; wait < int(1e3 * kStart_s); ++wait) hand.to({0.0, 0.0, at_m});
+      for (int wait = 0; wait < int(1e3 * kWallStart_s); ++wait) hand.to({0.0, 0.0, at_m});
       EXPECT_EQ(hand.to({0.0, 0.0, at_m}).wanted_n, glm::dvec3(0.0)) << "nothing before the wall";
       const double both = kSpring * stiffness / (kSpring + stiffness);
       for (const double depth_m : {0.5e-3, 1e-3, 2e-3, 3e-3}) {
@@ -88,7 +88,7 @@ TEST(SegmentWall, IsASpringInSeriesWithTheScenes) {
 TEST(SegmentWall, ResistsAsTissueBehindItsSurface) {
   Hand hand(slab_scene(a_wall(1.5, 1000.0)), {slab(25.0)});
   double at_m = 0.003;
-  for (int wait = 0; wait < int(1e3 * kStart_s); ++wait) hand.to({0.0, 0.0, at_m});
+  for (int wait = 0; wait < int(1e3 * kWallStart_s); ++wait) hand.to({0.0, 0.0, at_m});
   // Through the surface at 1.5 N, and on through what is behind it.
   for (const double depth_m : {5e-3, 8e-3, 11e-3})
     EXPECT_NEAR(pressed_n(hand, at_m, depth_m), 1.5, 0.02) << depth_m;
@@ -103,7 +103,7 @@ TEST(SegmentWall, LetsTheHandThroughAndOutWithoutAJump) {
       ForceSteps steps;
       double most_n = 0.0;
       glm::dvec3 probe(0.0, 0.0, 0.003);
-      for (int wait = 0; wait < int(1e3 * kStart_s); ++wait) steps.add(hand.to(probe));
+      for (int wait = 0; wait < int(1e3 * kWallStart_s); ++wait) steps.add(hand.to(probe));
       // 0.03 m/s alone make 0.018 N per ms: in, through, out behind, and back again.
       for (const double to : {-0.022, 0.012})
         while (probe.z != to) {

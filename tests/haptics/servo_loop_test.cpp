@@ -14,10 +14,10 @@ namespace {
 
 using test::FakeClock, test::FakeDevice, test::FakeTicker;
 
-constexpr int64_t kMs = 1'000'000;
+constexpr int64_t kMs_ns = 1'000'000;
 
-struct Bench {
-  explicit Bench(LoopOptions wanted = {}) : options(wanted) {}
+struct LoopBench {
+  explicit LoopBench(LoopOptions wanted = {}) : options(wanted) {}
   void run_periods(int n) {
     for (int k = 0; k < n; ++k) loop.run_period();
   }
@@ -37,22 +37,22 @@ LoopOptions with(Exchanges exchanges) {
 }
 
 TEST(ServoLoop, TicksOncePerPeriodOnAbsoluteDeadlines) {
-  Bench bench(with(Exchanges::kOnce));
+  LoopBench bench(with(Exchanges::kOnce));
   const int64_t start = bench.clock.now;
   bench.device.takes_ns = 300'000;  // work must not stretch the period
   bench.run_periods(1000);
   ASSERT_EQ(bench.device.times_ns.size(), 1000u);
   for (int k = 0; k < 1000; ++k) {
-    ASSERT_EQ(bench.device.times_ns[k], start + (k + 1) * kMs) << k;
+    ASSERT_EQ(bench.device.times_ns[k], start + (k + 1) * kMs_ns) << k;
   }
   EXPECT_EQ(bench.ports.statistics.all_misses(), 0u);
-  EXPECT_EQ(bench.ports.statistics.period.most_ns(), kMs);
+  EXPECT_EQ(bench.ports.statistics.period.most_ns(), kMs_ns);
   EXPECT_EQ(bench.ports.statistics.ticks.load(), 1000u);
   for (const TickInput& input : bench.ticker.inputs) ASSERT_DOUBLE_EQ(input.dt_s, 1e-3);
 }
 
 TEST(ServoLoop, SendsAForceOneRoundTripAfterItsPositionWhenItExchangesTwice) {
-  Bench bench(with(Exchanges::kTwice));
+  LoopBench bench(with(Exchanges::kTwice));
   bench.device.takes_ns = 200'000;
   bench.run_periods(10);
   ASSERT_EQ(bench.device.times_ns.size(), 20u);
@@ -64,7 +64,7 @@ TEST(ServoLoop, SendsAForceOneRoundTripAfterItsPositionWhenItExchangesTwice) {
 }
 
 TEST(ServoLoop, ChoosesTwoExchangesForAFastDeviceAndOneForASlowOne) {
-  Bench fast;
+  LoopBench fast;
   fast.device.takes_ns = 390'000;
   fast.run_periods(64);
   EXPECT_EQ(fast.device.forces.size(), 65u);  // the 64th answer decides, for its own period too
@@ -72,14 +72,14 @@ TEST(ServoLoop, ChoosesTwoExchangesForAFastDeviceAndOneForASlowOne) {
   EXPECT_EQ(fast.device.forces.size(), 65u + 20u);
   EXPECT_TRUE(fast.ports.statistics.twice.load());
 
-  Bench slow;
+  LoopBench slow;
   slow.device.takes_ns = 410'000;
   slow.run_periods(200);
   EXPECT_EQ(slow.device.forces.size(), 200u);
 }
 
 TEST(ServoLoop, FindsItsExchangesAnewAfterAFault) {
-  Bench bench;
+  LoopBench bench;
   bench.run_periods(100);
   ASSERT_TRUE(bench.ports.statistics.twice.load());
   bench.device.answer = [](DeviceReading& reading) { reading.fault = DeviceFault::kTimeout; };
@@ -92,7 +92,7 @@ TEST(ServoLoop, FindsItsExchangesAnewAfterAFault) {
 }
 
 TEST(ServoLoop, KeepsAFaultAndAPositionThatOnlyTheSecondAnswerBrought) {
-  Bench bench(with(Exchanges::kTwice));
+  LoopBench bench(with(Exchanges::kTwice));
   int answers = 0;
   bench.device.answer = [&](DeviceReading& reading) {
     ++answers;
@@ -108,9 +108,9 @@ TEST(ServoLoop, KeepsAFaultAndAPositionThatOnlyTheSecondAnswerBrought) {
 }
 
 TEST(ServoLoop, CountsALateWakeUpAndDoesNotCatchUp) {
-  Bench bench(with(Exchanges::kOnce));
+  LoopBench bench(with(Exchanges::kOnce));
   bench.run_periods(10);
-  bench.clock.oversleep_ns = 50 * kMs;
+  bench.clock.oversleep_ns = 50 * kMs_ns;
   bench.run_periods(10);
   EXPECT_EQ(bench.misses(MissCause::kWokeLate), 1u);
   EXPECT_EQ(bench.ports.statistics.all_misses(), 1u);
@@ -124,27 +124,27 @@ TEST(ServoLoop, CountsALateWakeUpAndDoesNotCatchUp) {
 }
 
 TEST(ServoLoop, CallsATickLateOnlyBeyondTheWatchdog) {
-  Bench bench(with(Exchanges::kOnce));
+  LoopBench bench(with(Exchanges::kOnce));
   bench.run_periods(2);
-  bench.clock.oversleep_ns = 4 * kMs;  // 5 ms apart: at the limit
+  bench.clock.oversleep_ns = 4 * kMs_ns;  // 5 ms apart: at the limit
   bench.run_periods(1);
   EXPECT_FALSE(bench.ticker.inputs.back().late);
-  bench.clock.oversleep_ns = 4 * kMs + 1;
+  bench.clock.oversleep_ns = 4 * kMs_ns + 1;
   bench.run_periods(1);
   EXPECT_TRUE(bench.ticker.inputs.back().late);
 }
 
 TEST(ServoLoop, BlamesALongTickOrALongAnswerForTheMissThatFollows) {
-  Bench bench(with(Exchanges::kOnce));
+  LoopBench bench(with(Exchanges::kOnce));
   bench.run_periods(3);
-  bench.ticker.on_tick = [&](const TickInput&) { bench.clock.now += 3 * kMs; };
+  bench.ticker.on_tick = [&](const TickInput&) { bench.clock.now += 3 * kMs_ns; };
   bench.run_periods(1);
   bench.ticker.on_tick = nullptr;
   EXPECT_EQ(bench.ports.statistics.all_misses(), 0u);  // it is the next one that begins too late
   bench.run_periods(3);
   EXPECT_EQ(bench.misses(MissCause::kTickLong), 1u);
 
-  bench.device.takes_ns = 5 * kMs;
+  bench.device.takes_ns = 5 * kMs_ns;
   bench.run_periods(1);
   bench.device.takes_ns = 1'000;
   bench.run_periods(3);
@@ -153,30 +153,30 @@ TEST(ServoLoop, BlamesALongTickOrALongAnswerForTheMissThatFollows) {
 }
 
 TEST(ServoLoop, RunsBackToBackWithADeviceThatNeedsMoreThanThePeriod) {
-  Bench bench(with(Exchanges::kOnce));
+  LoopBench bench(with(Exchanges::kOnce));
   bench.device.takes_ns = 1'300'000;
   const int64_t start = bench.clock.now;
   bench.run_periods(100);
   // One period of waiting at the start, then nothing but answers.
-  EXPECT_EQ(bench.clock.now - start, kMs + 100 * 1'300'000);
+  EXPECT_EQ(bench.clock.now - start, kMs_ns + 100 * 1'300'000);
 }
 
 TEST(ServoLoop, SurvivesAClockThatGoesBackByAnHour) {
-  Bench bench(with(Exchanges::kOnce));
+  LoopBench bench(with(Exchanges::kOnce));
   bench.run_periods(5);
-  bench.ticker.on_tick = [&](const TickInput&) { bench.clock.now -= 3'600'000 * kMs; };
+  bench.ticker.on_tick = [&](const TickInput&) { bench.clock.now -= 3'600'000 * kMs_ns; };
   bench.run_periods(1);
   bench.ticker.on_tick = nullptr;
   const int64_t jumped_to = bench.clock.now;
   bench.run_periods(5);
-  EXPECT_LE(bench.clock.now, jumped_to + 6 * kMs);  // it did not sleep for the hour
+  EXPECT_LE(bench.clock.now, jumped_to + 6 * kMs_ns);  // it did not sleep for the hour
   EXPECT_EQ(bench.misses(MissCause::kClock), 1u);
   EXPECT_LT(bench.ticker.inputs[6].dt_s, 0.0);  // told as it is: the tick knows what to do
   EXPECT_DOUBLE_EQ(bench.ticker.inputs[7].dt_s, 1e-3);
 }
 
 TEST(ServoLoop, PassesAStandingClockOn) {
-  Bench bench(with(Exchanges::kOnce));
+  LoopBench bench(with(Exchanges::kOnce));
   class Standing : public FakeClock {
     void sleep_until(int64_t) noexcept override {}
   } clock;
@@ -188,7 +188,7 @@ TEST(ServoLoop, PassesAStandingClockOn) {
 }
 
 TEST(ServoLoop, BringsEventsAndPosesInOrderFourAtATime) {
-  Bench bench;
+  LoopBench bench;
   for (int k = 0; k < 10; ++k)
     ASSERT_TRUE(bench.ports.events.push({ControlEvent::Kind::kModeGain, k, 0.5}));
   for (int k = 0; k < 3; ++k) ASSERT_TRUE(bench.ports.poses.push({.volume = k}));
@@ -204,7 +204,7 @@ TEST(ServoLoop, BringsEventsAndPosesInOrderFourAtATime) {
 }
 
 TEST(ServoLoop, GivesTheNewestTickToBothReaders) {
-  Bench bench;
+  LoopBench bench;
   TickOutput output;
   EXPECT_FALSE(bench.ports.outputs[0].get(output));
   bench.run_periods(3);
@@ -218,7 +218,7 @@ TEST(ServoLoop, GivesTheNewestTickToBothReaders) {
 
 TEST(ServoLoop, StopsOnceTheDeviceHadZeroThreeTimes) {
   for (Exchanges exchanges : {Exchanges::kOnce, Exchanges::kTwice}) {
-    Bench bench(with(exchanges));
+    LoopBench bench(with(exchanges));
     bench.run_periods(50);
     bench.ports.stop = true;
     int periods = 0;
@@ -235,7 +235,7 @@ TEST(ServoLoop, StopsOnceTheDeviceHadZeroThreeTimes) {
 }
 
 TEST(ServoLoop, RampsByItselfWhenTheTickDoesNotObeyTheStop) {
-  Bench bench(with(Exchanges::kOnce));
+  LoopBench bench(with(Exchanges::kOnce));
   bench.ticker.obeys_stop = false;
   bench.run_periods(10);
   bench.ports.stop = true;
@@ -250,9 +250,9 @@ TEST(ServoLoop, RampsByItselfWhenTheTickDoesNotObeyTheStop) {
 }
 
 TEST(ServoLoop, EndsWhenTheDeviceIsSlowAndTheTickDoesNotObey) {
-  Bench bench(with(Exchanges::kOnce));
+  LoopBench bench(with(Exchanges::kOnce));
   bench.ticker.obeys_stop = false;
-  bench.device.takes_ns = 100 * kMs;
+  bench.device.takes_ns = 100 * kMs_ns;
   bench.run_periods(3);
   bench.ports.stop = true;
   int periods = 0;
@@ -261,7 +261,7 @@ TEST(ServoLoop, EndsWhenTheDeviceIsSlowAndTheTickDoesNotObey) {
 }
 
 TEST(ServoLoop, RampsAForceThatIsNoNumberToZeroAndBelievesTheTickAgainAtZero) {
-  Bench bench(with(Exchanges::kOnce));
+  LoopBench bench(with(Exchanges::kOnce));
   bench.run_periods(10);
   bench.ticker.force_n.y = std::numeric_limits<double>::quiet_NaN();
   bench.run_periods(30);

@@ -9,7 +9,7 @@ namespace {
 
 using namespace test;
 
-constexpr double kStiffness = 600.0;
+constexpr double kSteepStiffness = 600.0;
 constexpr double kMost_n = 4.0;  // what a force mode pushes with at most
 
 /// The force is f = slope x per axis: with a negative slope a well, whatever its steepness.
@@ -51,7 +51,7 @@ Hand pushed_by(std::shared_ptr<const FrameData> data) {
   volume->name = "field";
   volume->frames = {std::move(data)};
   volume->times.times_s = {0.0};
-  SceneSpec spec = shell_spec(1.0, 0.0, kStiffness);
+  SceneSpec spec = shell_spec(1.0, 0.0, kSteepStiffness);
   spec.volumes[0].name = "field";
   ModeSpec& mode = spec.modes[0];
   mode.volume = "field";
@@ -65,18 +65,18 @@ TEST(SteepForce, OfAWellBalancesTheSpringWhateverItsSteepness) {
   const glm::dvec3 hand_at(1.7e-3, -1.1e-3, 0.6e-3);
   for (const glm::dvec3 times : {glm::dvec3(0.5), glm::dvec3(1.5), glm::dvec3(5.0),
                                  glm::dvec3(30.0), glm::dvec3(0.2, 3.0, 12.0)}) {
-    const glm::dvec3 slope = -times * kStiffness;
+    const glm::dvec3 slope = -times * kSteepStiffness;
     Hand hand = pushed_by(std::make_shared<Well>(slope));
     // k (probe - proxy) + slope proxy = 0.
-    const glm::dvec3 proxy = kStiffness * hand_at / (glm::dvec3(kStiffness) - slope);
-    const glm::dvec3 force = kStiffness * (proxy - hand_at);
+    const glm::dvec3 proxy = kSteepStiffness * hand_at / (glm::dvec3(kSteepStiffness) - slope);
+    const glm::dvec3 force = kSteepStiffness * (proxy - hand_at);
     ASSERT_LT(glm::length(force), kMost_n);
     for (int tick = 0; tick < 60; ++tick) {
       const glm::dvec3 wanted = hand.to(hand_at).wanted_n;
       // Within ten frames, and from then on without a hum: shorter moves than half a micrometre are
       // taken as they are, and what such a move changes is at most slope times as much.
-      const double rest =
-          0.5e-6 * std::max({slope.x, slope.y, slope.z, kStiffness, -slope.x, -slope.y, -slope.z});
+      const double rest = 0.5e-6 * std::max({slope.x, slope.y, slope.z, kSteepStiffness, -slope.x,
+                                             -slope.y, -slope.z});
       if (tick >= 10) {
         EXPECT_LT(glm::distance(wanted, force), rest)
             << "times " << times.x << ' ' << times.y << ' ' << times.z << " tick " << tick;
@@ -86,14 +86,15 @@ TEST(SteepForce, OfAWellBalancesTheSpringWhateverItsSteepness) {
 }
 
 TEST(SteepForce, FollowsAHandThatMovesThroughAWell) {
-  const glm::dvec3 slope(-6.0 * kStiffness);
+  const glm::dvec3 slope(-6.0 * kSteepStiffness);
   Hand hand = pushed_by(std::make_shared<Well>(slope));
   glm::dvec3 last(0.0);
   for (int tick = 0; tick < 2000; ++tick) {
     const double t = 1e-3 * tick;
     const glm::dvec3 at = 1.2e-3 * glm::dvec3(std::sin(6.0 * t), std::cos(9.0 * t), 0.3);
     const glm::dvec3 wanted = hand.to(at).wanted_n;
-    const glm::dvec3 exact = kStiffness * (kStiffness * at / (glm::dvec3(kStiffness) - slope) - at);
+    const glm::dvec3 exact =
+        kSteepStiffness * (kSteepStiffness * at / (glm::dvec3(kSteepStiffness) - slope) - at);
     if (tick > 10) {
       EXPECT_LT(glm::distance(wanted, exact), 0.002) << "tick " << tick;
     }
@@ -112,8 +113,8 @@ TEST(SteepForce, HoldsTheHandInAGutterOfATenthOfAVoxelWithoutAHum) {
     if (tick > 210) {
       hum = std::max(hum, glm::distance(wanted, before));
       // The proxy rests where tanh gives 0.6: 0.035 mm beside the middle.
-      const double proxy = 0.05e-3 * std::atanh(kStiffness * (4e-3 - 0.035e-3) / kMost_n);
-      EXPECT_NEAR(wanted.x, -kStiffness * (4e-3 - proxy), 0.03) << "tick " << tick;
+      const double proxy = 0.05e-3 * std::atanh(kSteepStiffness * (4e-3 - 0.035e-3) / kMost_n);
+      EXPECT_NEAR(wanted.x, -kSteepStiffness * (4e-3 - proxy), 0.03) << "tick " << tick;
     }
     before = wanted;
   }

@@ -10,7 +10,7 @@ namespace {
 
 using namespace test;
 
-constexpr double kStiffness = 600.0;
+constexpr double kSwitchStiffness = 600.0;
 // N per ms: the limit of the issue. A hand does not notice a ramp of 20 N/s as an event.
 constexpr double kStep_n = 0.02;
 
@@ -50,7 +50,7 @@ using Kind = ControlEvent::Kind;
 
 TEST(Switching, OfASurfaceIsARampHoweverStrongItIs) {
   for (const double strength : {2.0, 5.0, 30.0}) {
-    Hand hand(shell_spec(strength, 0.3, kStiffness), {shell(1, 1.0)});
+    Hand hand(shell_spec(strength, 0.3, kSwitchStiffness), {shell(1, 1.0)});
     come_in(hand);
     const Turned off = turn(hand, event(Kind::kModeOn, 0, 0.0));
     EXPECT_GT(off.before_n, 1.0);
@@ -69,7 +69,7 @@ TEST(Switching, OfASurfaceIsARampHoweverStrongItIs) {
 
 /// A force that pushes by itself, everywhere.
 SceneSpec pushing() {
-  SceneSpec spec = shell_spec(0.0, 0.0, kStiffness);
+  SceneSpec spec = shell_spec(0.0, 0.0, kSwitchStiffness);
   spec.modes[0].kind = "gradient-force";
   spec.modes[0].strength = TransferFunction::constant(3.0);
   spec.modes[0].gain = -1.0;
@@ -94,7 +94,7 @@ TEST(Switching, OfAForceIsARamp) {
 }
 
 TEST(Switching, OfStrengthAndStiffnessIsARamp) {
-  Hand hand(shell_spec(6.0, 0.3, kStiffness), {shell(1, 1.0)});
+  Hand hand(shell_spec(6.0, 0.3, kSwitchStiffness), {shell(1, 1.0)});
   come_in(hand);
   for (const double gain : {0.1, 3.0, 1.0}) {
     const Turned turned = turn(hand, event(Kind::kModeGain, 0, gain));
@@ -102,7 +102,7 @@ TEST(Switching, OfStrengthAndStiffnessIsARamp) {
     EXPECT_LE(turned.after_n, 6.0 * gain + 1e-9);
   }
   come_in(hand);
-  for (const double stiffness : {1200.0, 200.0, kStiffness}) {
+  for (const double stiffness : {1200.0, 200.0, kSwitchStiffness}) {
     const Turned turned = turn(hand, event(Kind::kStiffness, 0, stiffness));
     EXPECT_NEAR(turned.after_n, stiffness * (0.025 - glm::length(kHeld)), 0.01);
     EXPECT_LE(turned.worst_step_n, kStep_n) << "stiffness to " << stiffness;
@@ -125,16 +125,16 @@ Turned change(Hand& hand, const SceneSpec& spec,
 }
 
 TEST(NewScene, TheSameAgainChangesNothing) {
-  Hand hand(shell_spec(6.0, 0.3, kStiffness), {shell(1, 1.0)});
+  Hand hand(shell_spec(6.0, 0.3, kSwitchStiffness), {shell(1, 1.0)});
   come_in(hand);
-  const Turned turned = change(hand, shell_spec(6.0, 0.3, kStiffness), {shell(1, 1.0)});
+  const Turned turned = change(hand, shell_spec(6.0, 0.3, kSwitchStiffness), {shell(1, 1.0)});
   EXPECT_LE(turned.worst_step_n, 1e-9);
   EXPECT_NEAR(turned.after_n, turned.before_n, 1e-9);
 }
 
 TEST(NewScene, WithModesAddedOrRemovedMakesNoStep) {
   const auto data = shell(1, 1.0);
-  const SceneSpec one = shell_spec(6.0, 0.3, kStiffness);
+  const SceneSpec one = shell_spec(6.0, 0.3, kSwitchStiffness);
   SceneSpec none = one;
   none.modes.clear();
   SceneSpec more = one;
@@ -158,7 +158,7 @@ TEST(NewScene, WithModesAddedOrRemovedMakesNoStep) {
 }
 
 TEST(NewScene, OfOtherDataOrStiffnessMakesNoStep) {
-  Hand hand(shell_spec(6.0, 0.3, kStiffness), {shell(1, 1.0)});
+  Hand hand(shell_spec(6.0, 0.3, kSwitchStiffness), {shell(1, 1.0)});
   come_in(hand);
   SceneSpec other = shell_spec(6.0, 0.3, 1500.0);
   auto bigger = std::make_shared<MovingVolume>(*shell(1, 1.0));
@@ -174,7 +174,7 @@ TEST(NewScene, OfOtherDataOrStiffnessMakesNoStep) {
 }
 
 TEST(NewScene, ThatIsNoneLetsTheForceFadeAndTheNextOneStartsAtTheHand) {
-  Hand hand(shell_spec(6.0, 0.0, kStiffness), {shell(1, 1.0)});
+  Hand hand(shell_spec(6.0, 0.0, kSwitchStiffness), {shell(1, 1.0)});
   come_in(hand);
   ForceSteps steps;
   for (int i = 0; i < 5; ++i) steps.add(hand.to(kHeld));
@@ -186,7 +186,7 @@ TEST(NewScene, ThatIsNoneLetsTheForceFadeAndTheNextOneStartsAtTheHand) {
   // Somewhere else by now: no force may be left of where the proxy was.
   const glm::dvec3 elsewhere(0.0, -0.04, 0.0);
   for (int i = 0; i < 100; ++i) steps.add(hand.to(elsewhere));
-  auto scene = plan(shell_spec(6.0, 0.0, kStiffness), {shell(1, 1.0)});
+  auto scene = plan(shell_spec(6.0, 0.0, kSwitchStiffness), {shell(1, 1.0)});
   hand.haptics.adopt(Haptics::prepare(*scene));
   for (int i = 0; i < 100; ++i) {
     const TickOutput out = hand.to(elsewhere);
@@ -200,7 +200,7 @@ TEST(NewScene, ThatIsNoneLetsTheForceFadeAndTheNextOneStartsAtTheHand) {
 TEST(NewScene, InMidBeatMakesNoStepBeyondTheWallsOwn) {
   // Two hands on the same beating heart; one of them is handed the scene anew all the time.
   const auto data = shell(4, 2.0);
-  const SceneSpec spec = shell_spec(20.0, 0.3, kStiffness);
+  const SceneSpec spec = shell_spec(20.0, 0.3, kSwitchStiffness);
   Hand calm(spec, {data}), changed(spec, {data});
   const auto scene = plan(spec, {data});
   ASSERT_TRUE(scene);
@@ -220,7 +220,7 @@ TEST(NewScene, InMidBeatMakesNoStepBeyondTheWallsOwn) {
 
 TEST(NewScene, KeepsPosesTimesAndSwitchesOfVolumesAndModesByName) {
   const auto data = shell(4, 2.0, Made::kAnalytic, 2.0);
-  SceneSpec spec = shell_spec(20.0, 0.0, kStiffness);
+  SceneSpec spec = shell_spec(20.0, 0.0, kSwitchStiffness);
   spec.volumes[0].drive.kind = DriveSpec::Kind::kSecondHand;
   spec.volumes[0].path = PosePath::kExact;
   Hand hand(spec, {data});
@@ -244,7 +244,7 @@ TEST(NewScene, KeepsPosesTimesAndSwitchesOfVolumesAndModesByName) {
 
 TEST(NewScene, MovesAStillVolumeToWhereTheNewSceneHasIt) {
   const auto data = shell(1, 1.0);
-  SceneSpec spec = shell_spec(6.0, 0.0, kStiffness);
+  SceneSpec spec = shell_spec(6.0, 0.0, kSwitchStiffness);
   Hand hand(spec, {data});
   come_in(hand);
   spec.volumes[0].transform.translation_m = {0.004, 0.0, 0.0};

@@ -11,8 +11,8 @@ namespace {
 using namespace test;
 
 constexpr double kSoft_n_per_m = 250.0;
-constexpr double kSpeed_m_per_s = 0.03;  // of the hand, which alone makes 0.018 N per ms
-constexpr double kMost_n_per_ms = 0.05;
+constexpr double kTissueSpeed_m_per_s = 0.03;  // of the hand, which alone makes 0.018 N per ms
+constexpr double kTissueMost_n_per_ms = 0.05;
 
 /// 1 mm samples of 64 x 64 x 40 mm around the origin of volume space.
 template <class Value>
@@ -68,7 +68,7 @@ class Walk {
   void go(glm::dvec3 to) {
     while (probe_ != to) {
       const glm::dvec3 way = to - probe_;
-      const double step = 1e-3 * kSpeed_m_per_s;
+      const double step = 1e-3 * kTissueSpeed_m_per_s;
       probe_ = glm::length(way) > step ? probe_ + way * (step / glm::length(way)) : to;
       steps.add(hand_.to(probe_));
     }
@@ -96,7 +96,7 @@ TEST(Tissue, HoldsAHandThatComesThroughAHoleInAWall) {
     walk.go({0.006, -0.003, 0.0});
     walk.rest();
     EXPECT_NEAR(walk.steps.last_n().y, expected_n(0.003), 0.02);
-    EXPECT_LE(walk.steps.worst_n(), kMost_n_per_ms);
+    EXPECT_LE(walk.steps.worst_n(), kTissueMost_n_per_ms);
   }
 }
 
@@ -110,7 +110,7 @@ TEST(Tissue, GrowsWithTheDepthWithoutASurface) {
     EXPECT_NEAR(walk.steps.last_n().y, expected_n(deep_m), 0.01) << deep_m;
   }
   // No more than the hand's own speed makes.
-  EXPECT_LE(walk.steps.worst_n(), 1e-3 * kSpeed_m_per_s * 600.0);
+  EXPECT_LE(walk.steps.worst_n(), 1e-3 * kTissueSpeed_m_per_s * 600.0);
 }
 
 TEST(Tissue, IsRefusedWithoutASlope) {

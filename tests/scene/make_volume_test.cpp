@@ -17,7 +17,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-constexpr int kFrames = 3;
+constexpr int kMadeFrames = 3;
 
 VolumeSpec some_spec() {
   VolumeSpec spec;
@@ -30,7 +30,7 @@ VolumeData some_data() {
   const Grid grid = test::oblique_grid();
   VolumeData data;
   data.motions.resize(1);
-  for (int k = 0; k < kFrames; ++k) {
+  for (int k = 0; k < kMadeFrames; ++k) {
     data.frames.frames.push_back({grid, std::vector<float>(grid.count(), float(k))});
     data.motions[0].fields.push_back(test::linear_field(grid, {k, 0, 0}, glm::dmat3(0.1)));
     data.motions[0].confidences.push_back({grid, std::vector<float>(grid.count(), 0.5F)});
@@ -89,7 +89,7 @@ TEST(MakeVolume, KeepsFramesFieldsAndTimesTogether) {
   ASSERT_EQ(volume->frames.size(), 3U);
   const Grid grid = test::oblique_grid();
   const glm::dvec3 middle = volume_from_lps(grid.lps_from_index(0.5 * glm::dvec3(grid.size - 1)));
-  for (int k = 0; k < kFrames; ++k) {
+  for (int k = 0; k < kMadeFrames; ++k) {
     // The spline's weights add up to one in floats.
     EXPECT_NEAR(volume->frames[size_t(k)]->scalar(middle), double(k), 1e-6);
     const MotionSample at = volume->motions[0].steps[size_t(k)]->sample(middle);
@@ -117,7 +117,7 @@ VolumeData whole_data() {
   data.motions.clear();
   data.frames.frames.erase(data.frames.frames.begin(), data.frames.frames.begin() + 2);
   data.whole = SequenceMotion{2, {{0.0, 0.25, 0.75}, 1.0, 0}, {}};
-  for (int k = 0; k < kFrames; ++k)
+  for (int k = 0; k < kMadeFrames; ++k)
     data.whole->terms.push_back(
         test::linear_field(test::oblique_grid(), {2 - k, 0, 0}, glm::dmat3(0.0)));
   return data;

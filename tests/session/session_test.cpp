@@ -18,12 +18,13 @@ namespace palpate {
 namespace {
 
 using namespace std::chrono_literals;
-using Kind = SessionEvent::Kind;
+using EventKind = SessionEvent::Kind;
 
-constexpr int64_t kMs = 1'000'000;
-constexpr double kStep_n = 0.1;  // largest change of the force of a resting hand in a millisecond
+constexpr int64_t kSessionMs_ns = 1'000'000;
+constexpr double kSessionStep_n =
+    0.1;  // largest change of the force of a resting hand in a millisecond
 
-DeviceInfo host_device() {
+DeviceInfo tested_device() {
   DeviceInfo info;
   info.kind = "test";
   info.max_force_n = 10.0;
@@ -49,7 +50,7 @@ class Hand {
 
   /// One millisecond at r along a slanted way out of the middle.
   glm::dvec3 at(double r_m) {
-    time_ns_ += kMs;
+    time_ns_ += kSessionMs_ns;
     const glm::dvec3 force_n =
         session_.tick({r_m * glm::normalize(glm::dvec3(0.3, 0.4, 0.9)), time_ns_});
     worst_step_n = std::max(worst_step_n, glm::length(force_n - last_n_));
@@ -82,7 +83,7 @@ class Events {
     const std::lock_guard lock(mutex_);
     return events_;
   }
-  bool has(Kind kind) const {
+  bool has(EventKind kind) const {
     const auto events = all();
     return std::any_of(events.begin(), events.end(),
                        [&](const SessionEvent& event) { return event.kind == kind; });
@@ -94,7 +95,7 @@ class Events {
 };
 
 std::unique_ptr<Session> in_host(LoadedScene scene, SessionOptions options = {}) {
-  auto session = Session::start_in_host(scene, host_device(), std::move(options));
+  auto session = Session::start_in_host(scene, tested_device(), std::move(options));
   EXPECT_TRUE(session) << (session ? "" : session.error().message);
   return session ? std::move(*session) : nullptr;
 }
@@ -129,11 +130,11 @@ TEST_F(SessionWithMotion, FindsTheMotionOfFramesInMemoryUnderTheHand) {
   }
   ASSERT_TRUE(session->motion().is_done());
   for (int k = 0; k < 4000; ++k) hand.at(r_m);
-  EXPECT_TRUE(events_.has(Kind::kMoves));
-  EXPECT_TRUE(events_.has(Kind::kWholeMotion));
-  EXPECT_FALSE(events_.has(Kind::kMotionFailed));
+  EXPECT_TRUE(events_.has(EventKind::kMoves));
+  EXPECT_TRUE(events_.has(EventKind::kWholeMotion));
+  EXPECT_FALSE(events_.has(EventKind::kMotionFailed));
   EXPECT_TRUE(session->can_play());
-  EXPECT_LT(hand.worst_step_n, kStep_n);
+  EXPECT_LT(hand.worst_step_n, kSessionStep_n);
   EXPECT_TRUE(session->scene()->volumes[0].data->whole);
   // It moves: the same place is pressed by another force at another phase.
   double least_n = 1e9, most_n = 0.0;
@@ -186,7 +187,7 @@ TEST_F(SessionWithMotion, EndsWhileItIsBeingFound) {
   Hand hand(*session);
   hand.press(0.5);
   session.reset();
-  EXPECT_FALSE(events_.has(Kind::kMotionFailed)) << events_.all().back().sentence;
+  EXPECT_FALSE(events_.has(EventKind::kMotionFailed)) << events_.all().back().sentence;
 }
 
 TEST_F(SessionWithMotion, SaysWhyThereIsNone) {
@@ -199,9 +200,9 @@ TEST_F(SessionWithMotion, SaysWhyThereIsNone) {
   while (!session->motion().is_done()) std::this_thread::sleep_for(1ms);
   Hand hand(*session);
   EXPECT_GT(hand.press(0.5), 0.01) << "what is known is not felt";
-  for (int k = 0; k < 1000 && !events_.has(Kind::kMotionFailed); ++k)
+  for (int k = 0; k < 1000 && !events_.has(EventKind::kMotionFailed); ++k)
     std::this_thread::sleep_for(1ms);
-  ASSERT_TRUE(events_.has(Kind::kMotionFailed));
+  ASSERT_TRUE(events_.has(EventKind::kMotionFailed));
   EXPECT_NE(events_.all().back().sentence.find("There is no device today"), std::string::npos);
 }
 
@@ -212,9 +213,9 @@ TEST_F(SessionWithMotion, SaysWhatWasThrownOnTheEstimationsThread) {
   };
   auto session = in_host(shell_in_memory(), throwing);
   ASSERT_TRUE(session);
-  for (int k = 0; k < 10000 && !events_.has(Kind::kMotionFailed); ++k)
+  for (int k = 0; k < 10000 && !events_.has(EventKind::kMotionFailed); ++k)
     std::this_thread::sleep_for(1ms);
-  ASSERT_TRUE(events_.has(Kind::kMotionFailed));
+  ASSERT_TRUE(events_.has(EventKind::kMotionFailed));
   EXPECT_NE(events_.all().back().sentence.find("the driver has fallen over"), std::string::npos);
   Hand hand(*session);
   EXPECT_GT(hand.press(0.5), 0.01) << "what is known is not felt";
@@ -348,7 +349,7 @@ TEST(Session, ThatIsStoppedInItsHostRampsWhileTheHostTicks) {
   for (int k = 0; k < 600; ++k) hand.at(r_m);
   EXPECT_TRUE(session->at_rest());
   EXPECT_EQ(hand.at(r_m), glm::dvec3(0.0));
-  EXPECT_LT(hand.worst_step_n, kStep_n);
+  EXPECT_LT(hand.worst_step_n, kSessionStep_n);
 }
 
 TEST(Session, TwoAtOnceDoNotKnowEachOther) {
@@ -364,7 +365,7 @@ TEST(Session, RefusesASceneThatCanNotBePutTogether) {
   LoadedScene scene = shell_in_memory();
   ASSERT_FALSE(scene.spec.modes.empty());
   scene.spec.modes[0].volume = "nowhere";
-  const auto session = Session::start_in_host(scene, host_device(), {});
+  const auto session = Session::start_in_host(scene, tested_device(), {});
   ASSERT_FALSE(session);
   EXPECT_EQ(session.error().kind, ErrorKind::kBadInput);
 }

@@ -18,7 +18,7 @@ namespace {
 constexpr double kCell_m = 1e-3;
 
 /// 48^3 samples of 1 mm around the origin of volume space.
-Grid cube(int n = 48) {
+Grid tube_cube(int n = 48) {
   Grid grid;
   grid.size = glm::ivec3(n);
   grid.origin_mm = glm::dvec3(-0.5 * (n - 1));
@@ -28,7 +28,7 @@ Grid cube(int n = 48) {
 /// A vector frame of a formula over volume space (m), values along volume space's axes.
 template <class Formula>
 std::shared_ptr<const FrameData> vectors(const Formula& formula) {
-  const Grid grid = cube();
+  const Grid grid = tube_cube();
   std::vector<glm::vec3> values;
   for (int k = 0; k < grid.size.z; ++k)
     for (int j = 0; j < grid.size.y; ++j)
@@ -50,7 +50,7 @@ Field field(const Grid& grid, const Formula& u_m) {
   return made;
 }
 
-std::shared_ptr<const MovingVolume> still(std::shared_ptr<const FrameData> frame) {
+std::shared_ptr<const MovingVolume> still_tubes(std::shared_ptr<const FrameData> frame) {
   MovingVolume volume;
   volume.times = {{0.0}, 0.0};
   volume.frames = {std::move(frame)};
@@ -88,7 +88,7 @@ TEST(FieldLine, IsOfFourthOrder) {
 }
 
 TEST(StreamTube, OfACircularFlowIsAClosedCircle) {
-  const auto volume = still(vectors(turning));
+  const auto volume = still_tubes(vectors(turning));
   for (const double radius_m : {0.004, 0.010, 0.020}) {
     const auto tube = StreamTube::release(volume, true, TubeField::kVectors, {},
                                           {0.6 * radius_m, 0.8 * radius_m, 0.003});
@@ -124,7 +124,7 @@ TEST(StreamTube, OfACircularFlowIsAClosedCircle) {
 TEST(StreamTube, OfAVortexWithACoreIsACircleToo) {
   // Curved in space: what interpolation leaves of the direction is seen here.
   const double core_m = 0.006;
-  const auto volume = still(vectors([&](glm::dvec3 x) {
+  const auto volume = still_tubes(vectors([&](glm::dvec3 x) {
     const double r2 = (x.x * x.x + x.y * x.y) / (core_m * core_m);
     return turning(x) * std::exp(-r2);
   }));
@@ -142,7 +142,7 @@ TEST(StreamTube, OfAVortexWithACoreIsACircleToo) {
 TEST(StreamTube, OfAScrewRunsBothWaysFromTheHand) {
   constexpr double kRise = 0.002;
   const auto volume =
-      still(vectors([](glm::dvec3 x) { return turning(x) + glm::dvec3(0.0, 0.0, kRise); }));
+      still_tubes(vectors([](glm::dvec3 x) { return turning(x) + glm::dvec3(0.0, 0.0, kRise); }));
   const glm::dvec3 seed(0.012, 0.0, 0.0);
   const auto tube = StreamTube::release(volume, true, TubeField::kVectors, {}, seed);
   ASSERT_TRUE(tube) << tube.error().message;
@@ -170,7 +170,8 @@ std::shared_ptr<const MovingVolume> stream_that_turns() {
   volume.frames = {vectors([](glm::dvec3) { return glm::dvec3(1.0, 0.0, 0.0); }),
                    vectors([](glm::dvec3) { return glm::dvec3(0.0, 0.0, 2.0); })};
   volume.motions = {
-      {"data", {MotionMap::of(field(cube(), [](glm::dvec3) { return glm::dvec3(0, 0.004, 0); }))}}};
+      {"data",
+       {MotionMap::of(field(tube_cube(), [](glm::dvec3) { return glm::dvec3(0, 0.004, 0); }))}}};
   return std::make_shared<const MovingVolume>(std::move(volume));
 }
 
@@ -271,7 +272,7 @@ TEST(StreamTube, ComesBackAfterEveryBeatAndNeverJumps) {
 /// Material that is stirred to and fro: u = a sin(2 pi t / T) (-y, x, 0), a cycle of 2 s in 8
 /// frames.
 std::shared_ptr<const MovingVolume> stirred(double a) {
-  const Grid grid = cube();
+  const Grid grid = tube_cube();
   SequenceMotion motion;
   for (int k = 0; k < 8; ++k) motion.basis.times_s.push_back(0.25 * k);
   motion.basis.cycle_s = 2.0;
@@ -358,11 +359,11 @@ TEST(StreamTube, StaysWithTheMaterialWhenTheMotionBecomesKnown) {
 }
 
 TEST(StreamTube, SaysWhyThereIsNone) {
-  const auto streams = still(vectors([](glm::dvec3) { return glm::dvec3(1.0, 0.0, 0.0); }));
+  const auto streams = still_tubes(vectors([](glm::dvec3) { return glm::dvec3(1.0, 0.0, 0.0); }));
   const auto outside = StreamTube::release(streams, true, TubeField::kVectors, {}, {0.0, 0.2, 0.0});
   ASSERT_FALSE(outside);
   EXPECT_EQ(outside.error().message, "the hand is outside of the data");
-  const auto nothing = still(vectors([](glm::dvec3) { return glm::dvec3(0.0); }));
+  const auto nothing = still_tubes(vectors([](glm::dvec3) { return glm::dvec3(0.0); }));
   const auto stands = StreamTube::release(nothing, true, TubeField::kVectors, {}, glm::dvec3(0.0));
   ASSERT_FALSE(stands);
   EXPECT_EQ(stands.error().message, "there is no direction to follow there");
@@ -370,7 +371,7 @@ TEST(StreamTube, SaysWhyThereIsNone) {
   const auto rests =
       StreamTube::release(stirred(0.4), true, TubeField::kVelocity, {2, 0.0}, {0.01, 0.0, 0.0});
   ASSERT_FALSE(rests);
-  EXPECT_EQ(rests.error().message, "the material stands still there at this time");
+  EXPECT_EQ(rests.error().message, "the material stands still_tubes there at this time");
   const double nan = std::nan("");
   EXPECT_FALSE(StreamTube::release(streams, true, TubeField::kVectors, {}, glm::dvec3(nan)));
 }

@@ -32,15 +32,20 @@ def compiled_files(root, build):
     files = {}
     for command in commands:
         path = os.path.realpath(os.path.join(command["directory"], command["file"]))
-        if not path.startswith(root + "/") or path.startswith(build + "/") or not path.endswith(".cpp"):
-            continue
+        paths = [path]
+        if "/Unity/" in path:
+            # Files that are compiled together: one that includes them.
+            with open(path) as unity:
+                paths = [line.split('"')[1] for line in unity if line.startswith("#include")]
         flags, words = [], iter(shlex.split(command["command"]))
         for word in words:
             if word == "-isystem":
                 flags.append((word, next(words)))
             elif word.startswith(("-I", "-D")):
                 flags.append((word,))
-        files.setdefault(path, []).extend(flags)
+        for path in paths:
+            if path.startswith(root + "/") and not path.startswith(build + "/") and path.endswith(".cpp"):
+                files.setdefault(path, []).extend(flags)
     return files
 
 

@@ -12,7 +12,7 @@
 namespace palpate::test {
 namespace {
 
-constexpr PictureSize kSize{96, 64};
+constexpr PictureSize kHostSize{96, 64};
 constexpr double kNear_m = 0.05, kFar_m = 2.0;  // of the host's camera
 constexpr uint32_t kHost = 0xff4080c0u;         // its colour: A, B, G, R
 constexpr int kRounding = 1;                    // of 255
@@ -68,11 +68,11 @@ class HostImagesTest : public ViewTest, public ::testing::WithParamInterface<Con
     vkGetPhysicalDeviceFormatProperties(context()->physical_device(), of.depth, &can);
     if (!(can.optimalTilingFeatures & VK_FORMAT_FEATURE_DEPTH_STENCIL_ATTACHMENT_BIT))
       GTEST_SKIP() << "This device has no depth images of this format.";
-    colour_.emplace(context(), kSize, of.colour, VK_IMAGE_ASPECT_COLOR_BIT,
+    colour_.emplace(context(), kHostSize, of.colour, VK_IMAGE_ASPECT_COLOR_BIT,
                     VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
-    depth_.emplace(context(), kSize, of.depth, VK_IMAGE_ASPECT_DEPTH_BIT,
+    depth_.emplace(context(), kHostSize, of.depth, VK_IMAGE_ASPECT_DEPTH_BIT,
                    VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL);
-    view_ = renderer({kSize, 2});
+    view_ = renderer({kHostSize, 2});
     ball_ = still_volume(
         64, 1.0, [](glm::dvec3 x) { return std::clamp(12.0 - glm::length(x) + 0.5, 0.0, 1.0); });
     set(*view_, {ball_});
@@ -81,7 +81,8 @@ class HostImagesTest : public ViewTest, public ::testing::WithParamInterface<Con
     scene_.volumes = {{ball_, {}, {}, look}};
     // A rod through the ball.
     scene_.things.push_back({{-0.02, 0.0, 0.0}, {0.02, 0.004, 0.0}, 0.002, 0.002, {0.1, 0.1, 0.9}});
-    split_eyes(eye_at({0.0, 0.0, kAway_m}, {0.0, 0.0, 0.0}, 0.3, kSize), 0.02, eyes_[0], eyes_[1]);
+    split_eyes(eye_at({0.0, 0.0, kAway_m}, {0.0, 0.0, 0.0}, 0.3, kHostSize), 0.02, eyes_[0],
+               eyes_[1]);
   }
 
   uint32_t host_colour() const { return GetParam().swapped() ? swap(kHost) : kHost; }
@@ -102,7 +103,7 @@ class HostImagesTest : public ViewTest, public ::testing::WithParamInterface<Con
     images.inverse_depth_0 = GetParam().inverse_0();
     images.inverse_depth_1 = GetParam().inverse_1();
     images.writes_depth = true;
-    const Status started = view_->start(scene_, eyes_, kSize, images);
+    const Status started = view_->start(scene_, eyes_, kHostSize, images);
     EXPECT_TRUE(started) << (started ? "" : started.error().message);
     EXPECT_TRUE(view_->wait());
     std::vector<uint32_t> pixels = colour_->read(uint32_t(eye));
@@ -118,7 +119,7 @@ class HostImagesTest : public ViewTest, public ::testing::WithParamInterface<Con
         glm::dvec3(kHost & 0xff, kHost >> 8 & 0xff, kHost >> 16 & 0xff) / 255.0;
     const glm::dvec3 ahead = eyes_[0].orientation * glm::dvec3(0.0, 0.0, -1.0);
     if (z_m > 0.0) scene.clips.push_back({-ahead, -glm::dot(ahead, eyes_[0].position_m) - z_m});
-    return draw(*view_, scene, {eyes_[0], eyes_[1]}, kSize)[size_t(eye)];
+    return draw(*view_, scene, {eyes_[0], eyes_[1]}, kHostSize)[size_t(eye)];
   }
 
   static constexpr double kAway_m = 0.15;
@@ -184,17 +185,17 @@ TEST_P(HostImagesTest, GetTheDepthWhereAVolumeTakesHalfOfTheLight) {
 
 TEST_P(HostImagesTest, ThatCanNotBeDrawnIntoAreRefused) {
   HostImages images;
-  EXPECT_FALSE(view_->start(scene_, eyes_, kSize, images));
+  EXPECT_FALSE(view_->start(scene_, eyes_, kHostSize, images));
   images.colour_format = GetParam().colour;
-  EXPECT_FALSE(view_->start(scene_, eyes_, kSize, images)) << "an eye without an image";
+  EXPECT_FALSE(view_->start(scene_, eyes_, kHostSize, images)) << "an eye without an image";
   for (uint32_t e = 0; e < 2; ++e) images.eyes[e] = {colour_->handle(), e, VK_NULL_HANDLE, 0};
   images.eyes[1].depth = depth_->handle();
-  EXPECT_FALSE(view_->start(scene_, eyes_, kSize, images)) << "one depth image of two";
+  EXPECT_FALSE(view_->start(scene_, eyes_, kHostSize, images)) << "one depth image of two";
   images.eyes[0].depth = depth_->handle();
   images.depth_format = VK_FORMAT_D16_UNORM;
-  EXPECT_FALSE(view_->start(scene_, eyes_, kSize, images)) << "16 bits";
+  EXPECT_FALSE(view_->start(scene_, eyes_, kHostSize, images)) << "16 bits";
   images.depth_format = GetParam().depth;
-  const Status meaningless = view_->start(scene_, eyes_, kSize, images);
+  const Status meaningless = view_->start(scene_, eyes_, kHostSize, images);
   ASSERT_FALSE(meaningless);
   EXPECT_EQ(meaningless.error().kind, ErrorKind::kBadInput);
 }

@@ -4,16 +4,16 @@
 namespace palpate::test {
 namespace {
 
-constexpr PictureSize kSize{64, 48};
+constexpr PictureSize kLightSize{64, 48};
 // The picture is rounded to 1/255; the sum itself is asked to be as good.
 constexpr double kOfLight = 1.0 / 255.0;
 
 /// Compares how much each pixel is covered with 1 - exp(-integral).
 void expect_covered(const Picture& picture, const Eye& eye,
                     const std::function<double(glm::dvec3, glm::dvec3)>& integral) {
-  for (int y = 0; y < kSize.height; ++y)
-    for (int x = 0; x < kSize.width; ++x) {
-      const glm::dvec3 way = glm::normalize(ray_of(eye, kSize, x, y));
+  for (int y = 0; y < kLightSize.height; ++y)
+    for (int x = 0; x < kLightSize.width; ++x) {
+      const glm::dvec3 way = glm::normalize(ray_of(eye, kLightSize, x, y));
       const double expected = 1.0 - std::exp(-integral(eye.position_m, way));
       ASSERT_NEAR(channel(picture, x, y, 3) / 255.0, expected, kOfLight)
           << "pixel " << x << ", " << y;
@@ -36,13 +36,13 @@ using LightTest = ViewTest;
 TEST_F(LightTest, ThroughASlabFallsExponentially) {
   // Two values, so that the range is not empty; only the value 1 is looked at.
   const auto volume = still_volume(32, 1.5, [](glm::dvec3) { return 1.0; });
-  auto view = renderer({kSize, 1});
+  auto view = renderer({kLightSize, 1});
   set(*view, {volume});
   ViewScene scene;
   for (const double per_mm : {0.004, 0.02, 0.05, 0.3}) {
     scene.volumes = {{volume, {}, {}, proportional_look(per_mm)}};
-    const Eye eye = eye_at({0.05, 0.04, 0.11}, {0.003, -0.002, 0}, 0.6, kSize);
-    const Picture picture = draw(*view, scene, {eye}, kSize)[0];
+    const Eye eye = eye_at({0.05, 0.04, 0.11}, {0.003, -0.002, 0}, 0.6, kLightSize);
+    const Picture picture = draw(*view, scene, {eye}, kLightSize)[0];
     expect_covered(picture, eye, [&](glm::dvec3 from, glm::dvec3 way) {
       return per_mm * 1e3 * inside_box(from, way, 0.5 * 32 * 1.5e-3);
     });
@@ -54,7 +54,7 @@ TEST_F(LightTest, ThroughASphereFollowsItsLineIntegral) {
   constexpr double kRadiusMm = 30.0;
   const auto volume = still_volume(
       64, 1.0, [](glm::dvec3 x) { return 1.0 - glm::dot(x, x) / (kRadiusMm * kRadiusMm); });
-  auto view = renderer({kSize, 1});
+  auto view = renderer({kLightSize, 1});
   set(*view, {volume});
   for (const double per_mm : {0.01, 0.04}) {
     ViewScene scene;
@@ -65,8 +65,8 @@ TEST_F(LightTest, ThroughASphereFollowsItsLineIntegral) {
     turned.translation_m = {0.1, -0.2, 0.05};
     scene.volumes = {{volume, turned, {}, proportional_look(per_mm)}};
     const glm::dvec3 from = turned.world_from_volume({0.02, 0.03, 0.12});
-    const Eye eye = eye_at(from, turned.translation_m, 0.6, kSize);
-    const Picture picture = draw(*view, scene, {eye}, kSize)[0];
+    const Eye eye = eye_at(from, turned.translation_m, 0.6, kLightSize);
+    const Picture picture = draw(*view, scene, {eye}, kLightSize)[0];
     expect_covered(picture, eye, [&](glm::dvec3 origin, glm::dvec3 way) {
       const glm::dvec3 o = 1e3 * turned.volume_from_world(origin);
       const glm::dvec3 d = glm::conjugate(turned.rotation) * way;

@@ -11,7 +11,7 @@
 namespace palpate::test {
 namespace {
 
-constexpr PictureSize kSize{48, 48};
+constexpr PictureSize kLungSize{48, 48};
 constexpr double kVoxelM = 1.366e-3;  // the finest axis
 
 class LungSurfaceTest : public ViewTest {
@@ -56,18 +56,18 @@ class LungSurfaceTest : public ViewTest {
                           FramePointer at, double level, glm::dvec3 from) {
     ViewScene scene;
     scene.volumes = {{chest, transform_, at, step_look(level)}};
-    const Eye eye = eye_at(from, {0, 0, 0}, 0.5, kSize);
-    const Picture picture = draw(view, scene, {eye}, kSize)[0];
+    const Eye eye = eye_at(from, {0, 0, 0}, 0.5, kLungSize);
+    const Picture picture = draw(view, scene, {eye}, kLungSize)[0];
     const auto above = [&](glm::dvec3 world) {
       return felt_value(*chest, at, transform_.volume_from_world(world)) - level;
     };
     std::vector<double> found;
-    for (int y = 1; y < kSize.height; y += 2)
-      for (int x = 1; x < kSize.width; x += 2) {
-        const float seen = picture.depths[size_t(y * kSize.width + x)];
+    for (int y = 1; y < kLungSize.height; y += 2)
+      for (int x = 1; x < kLungSize.width; x += 2) {
+        const float seen = picture.depths[size_t(y * kLungSize.width + x)];
         if (seen == 0.0F) continue;
-        const glm::dvec3 way = glm::normalize(ray_of(eye, kSize, x, y));
-        const double length = glm::length(ray_of(eye, kSize, x, y));
+        const glm::dvec3 way = glm::normalize(ray_of(eye, kLungSize, x, y));
+        const double length = glm::length(ray_of(eye, kLungSize, x, y));
         const double half_light_m = 1e-3 * std::log(2.0) / -std::log(1.0 - 0.999);
         const double drawn = kNear / double(seen) * length - half_light_m;
         const glm::dvec3 place = eye.position_m + drawn * way;
@@ -122,7 +122,7 @@ constexpr Surface kSurfaces[]{{"edge of the skin", -700.0, 0.03, 0.1, 0.06},
                               {"bone", 250.0, 0.08, 0.35, 0.06}};
 
 TEST_F(LungSurfaceTest, OfARealChestIsSeenWhereItIsFeltAtEveryPhase) {
-  RendererOptions options{kSize, 1};
+  RendererOptions options{kLungSize, 1};
   // The picture's lattice of samples is a voxel wide; a fine one shows where the surface itself is.
   options.samples_per_voxel = 32.0;
   options.near_m = kNear;

@@ -6,20 +6,20 @@
 namespace palpate::test {
 namespace {
 
-constexpr PictureSize kSize{36, 36};
+constexpr PictureSize kOracleSize{36, 36};
 constexpr double kStepsPerVoxel = 8.0;
 // What is asked of a picture that is compared for speed; the eye sees no difference from about 40.
-constexpr double kAlike_db = 40.0;
+constexpr double kOracleAlike_db = 40.0;
 
 class OracleTest : public ViewTest {
  protected:
   /// Draws a scene both ways; with PALPATE_LOOK=DIR both are left there to look at.
   double alike_db(const ViewScene& scene, const Eye& eye, const std::string& name) {
-    RendererOptions options{kSize, 1};
+    RendererOptions options{kOracleSize, 1};
     auto view = renderer(options);
     set(*view, {scene.volumes[0].data});
-    const Picture fast = draw(*view, scene, {eye}, kSize)[0];
-    const Picture slow = slow_picture(scene, eye, kSize, kStepsPerVoxel, options.near_m);
+    const Picture fast = draw(*view, scene, {eye}, kOracleSize)[0];
+    const Picture slow = slow_picture(scene, eye, kOracleSize, kStepsPerVoxel, options.near_m);
     if (const char* folder = std::getenv("PALPATE_LOOK")) {
       EXPECT_TRUE(write_png(fast, std::string(folder) + "/" + name + "_fast.png"));
       EXPECT_TRUE(write_png(slow, std::string(folder) + "/" + name + "_slow.png"));
@@ -28,13 +28,13 @@ class OracleTest : public ViewTest {
     std::printf("%s: %.1f dB\n", name.c_str(), db);
     return db;
   }
-  const Eye eye_ = eye_at({0.08, 0.06, 0.16}, {0, 0, 0}, 0.5, kSize);
+  const Eye eye_ = eye_at({0.08, 0.06, 0.16}, {0, 0, 0}, 0.5, kOracleSize);
 };
 
 TEST_F(OracleTest, OfTheBeatingHeartBetweenItsFrames) {
   ViewScene scene;
   scene.volumes = {{beating_heart(), {}, {0, 0.6}, *preset_look("phantom")}};
-  EXPECT_GT(alike_db(scene, eye_, "heart"), kAlike_db);
+  EXPECT_GT(alike_db(scene, eye_, "heart"), kOracleAlike_db);
 }
 
 TEST_F(OracleTest, OfTheHeartCutOpenTurnedAndEnlarged) {
@@ -45,7 +45,7 @@ TEST_F(OracleTest, OfTheHeartCutOpenTurnedAndEnlarged) {
   place.translation_m = {0.01, 0.0, -0.02};
   scene.volumes = {{beating_heart(), place, {2, 0.3}, *preset_look("phantom")}};
   scene.clips = {{glm::normalize(glm::dvec3(-1.0, 0.2, -0.6)), -0.005}};
-  EXPECT_GT(alike_db(scene, eye_, "cut"), kAlike_db);
+  EXPECT_GT(alike_db(scene, eye_, "cut"), kOracleAlike_db);
 }
 
 TEST_F(OracleTest, OfTheHeartCarriedByOneMotion) {
@@ -53,15 +53,15 @@ TEST_F(OracleTest, OfTheHeartCarriedByOneMotion) {
   const auto heart = carried_heart(true);
   for (const FramePointer at : {FramePointer{1, 0.0}, FramePointer{3, 0.6}}) {
     scene.volumes = {{heart, {}, at, *preset_look("phantom")}};
-    EXPECT_GT(alike_db(scene, eye_, "carried_" + std::to_string(at.frame)), kAlike_db);
+    EXPECT_GT(alike_db(scene, eye_, "carried_" + std::to_string(at.frame)), kOracleAlike_db);
   }
 }
 
 TEST_F(OracleTest, FromInsideTheHeart) {
   ViewScene scene;
   scene.volumes = {{beating_heart(), {}, {1, 0.5}, *preset_look("phantom")}};
-  const Eye within = eye_at({0.004, 0.002, 0.006}, {0.03, 0.01, -0.02}, 1.2, kSize);
-  EXPECT_GT(alike_db(scene, within, "inside"), kAlike_db);
+  const Eye within = eye_at({0.004, 0.002, 0.006}, {0.03, 0.01, -0.02}, 1.2, kOracleSize);
+  EXPECT_GT(alike_db(scene, within, "inside"), kOracleAlike_db);
 }
 
 TEST_F(OracleTest, OfAMistWithColoursOfItsOwn) {
@@ -71,7 +71,7 @@ TEST_F(OracleTest, OfAMistWithColoursOfItsOwn) {
   ViewScene scene;
   scene.volumes = {{mist, {}, {}, windowed(*preset_look("flow"), 500.0, 900.0)}};
   for (LookPoint& point : scene.volumes[0].look.points) point.opacity *= 2.0;
-  EXPECT_GT(alike_db(scene, eye_, "mist"), kAlike_db);
+  EXPECT_GT(alike_db(scene, eye_, "mist"), kOracleAlike_db);
 }
 
 // The way past what is empty is less than the distance of two floats there: a ray must not stand.
@@ -83,8 +83,8 @@ TEST_F(OracleTest, OfASmallBallFromThirtyThousandVoxelsAway) {
   scene.volumes = {{ball, {}, {}, windowed(*preset_look("phantom"), 500.0, 900.0)}};
   for (LookPoint& point : scene.volumes[0].look.points)
     point.opacity = std::min(0.99, 20.0 * point.opacity);
-  const Eye far_away = eye_at({0.3, 0.2, 0.5}, {0, 0, 0}, 0.002, kSize);
-  EXPECT_GT(alike_db(scene, far_away, "far"), kAlike_db);
+  const Eye far_away = eye_at({0.3, 0.2, 0.5}, {0, 0, 0}, 0.002, kOracleSize);
+  EXPECT_GT(alike_db(scene, far_away, "far"), kOracleAlike_db);
 }
 
 // Steps along a ray are counted in voxels, so that no spacing is drawn more coarsely than another.
@@ -101,7 +101,8 @@ TEST_F(OracleTest, OfTheSameMistInSamplesOfAnyDistance) {
     scene.volumes = {{mist, place, {}, windowed(*preset_look("flow"), 500.0, 900.0)}};
     for (LookPoint& point : scene.volumes[0].look.points)
       point.opacity = std::min(0.9, 2.0 * per_mm * point.opacity);
-    EXPECT_GT(alike_db(scene, eye_, "mist_" + std::to_string(spacing_mm)), kAlike_db) << spacing_mm;
+    EXPECT_GT(alike_db(scene, eye_, "mist_" + std::to_string(spacing_mm)), kOracleAlike_db)
+        << spacing_mm;
   }
 }
 

@@ -6,7 +6,7 @@
 namespace palpate::test {
 namespace {
 
-constexpr PictureSize kSize{160, 120};
+constexpr PictureSize kSceneSize{160, 120};
 
 /// A ball of 12 mm radius around `centre` (mm, volume space), 1 inside and 0 outside.
 std::shared_ptr<const MovingVolume> ball(glm::dvec3 centre_mm, double radius_mm = 12.0) {
@@ -37,15 +37,15 @@ constexpr glm::dvec3 kRed(0.9, 0.1, 0.1), kGreen(0.1, 0.8, 0.1), kBlue(0.1, 0.1,
 
 class SceneTest : public ViewTest {
  protected:
-  const Eye eye_ = eye_at({0.0, 0.0, 0.25}, {0.0, 0.0, 0.0}, 0.4, kSize);
+  const Eye eye_ = eye_at({0.0, 0.0, 0.25}, {0.0, 0.0, 0.0}, 0.4, kSceneSize);
   Picture draw_one(VolumeRenderer& view, const ViewScene& scene) {
-    return draw(view, scene, {eye_}, kSize)[0];
+    return draw(view, scene, {eye_}, kSceneSize)[0];
   }
 };
 
 TEST_F(SceneTest, TwoVolumesHideEachOtherByTheirDepth) {
   const auto red = ball({0, 0, 0}), green = ball({0, 0, 0}, 12.5);
-  auto view = renderer({kSize, 1});
+  auto view = renderer({kSceneSize, 1});
   set(*view, {red, green});
   ViewScene scene;
   Transform near, far;
@@ -67,7 +67,7 @@ TEST_F(SceneTest, TwoVolumesHideEachOtherByTheirDepth) {
 
 TEST_F(SceneTest, ThingsAndVolumesHideEachOtherByTheirDepth) {
   const auto red = ball({0, 0, 0});
-  auto view = renderer({kSize, 1});
+  auto view = renderer({kSceneSize, 1});
   set(*view, {red});
   ViewScene scene;
   scene.volumes = {{red, {}, {}, ball_look(kRed)}};
@@ -83,7 +83,7 @@ TEST_F(SceneTest, ThingsAndVolumesHideEachOtherByTheirDepth) {
 
 TEST_F(SceneTest, ThingsAreMetWhereTheirFormulaSays) {
   const auto red = ball({0, 0, 0}, 1.0);
-  RendererOptions options{kSize, 1};
+  RendererOptions options{kSceneSize, 1};
   auto view = renderer(options);
   set(*view, {red});
   ViewScene scene;
@@ -94,14 +94,15 @@ TEST_F(SceneTest, ThingsAreMetWhereTheirFormulaSays) {
   add_sphere(scene.things, centre, kRadius, kBlue);
   const Picture picture = draw_one(*view, scene);
   int met = 0;
-  for (int y = 0; y < kSize.height; ++y)
-    for (int x = 0; x < kSize.width; ++x) {
-      const glm::dvec3 way = ray_of(eye_, kSize, x, y), o = eye_.position_m - centre;
+  for (int y = 0; y < kSceneSize.height; ++y)
+    for (int x = 0; x < kSceneSize.width; ++x) {
+      const glm::dvec3 way = ray_of(eye_, kSceneSize, x, y), o = eye_.position_m - centre;
       const double a = glm::dot(way, way), b = glm::dot(way, o);
       const double under = b * b - a * (glm::dot(o, o) - kRadius * kRadius);
       if (under < 0.05 * a * kRadius * kRadius) continue;
       ++met;
-      const double depth = options.near_m / double(picture.depths[size_t(y * kSize.width + x)]);
+      const double depth =
+          options.near_m / double(picture.depths[size_t(y * kSceneSize.width + x)]);
       // Things are met half a pixel too thick: here a pixel is 0.8 mm wide, and slanted by at most
       // the rim's 0.22.
       ASSERT_NEAR(depth, (-b - std::sqrt(under)) / a, 0.5 * 0.0009 / 0.2) << x << ", " << y;
@@ -111,7 +112,7 @@ TEST_F(SceneTest, ThingsAreMetWhereTheirFormulaSays) {
 
 TEST_F(SceneTest, ClipPlanesCutVolumesAndNotThings) {
   const auto red = ball({0, 0, 0});
-  auto view = renderer({kSize, 1});
+  auto view = renderer({kSceneSize, 1});
   set(*view, {red});
   ViewScene scene;
   scene.volumes = {{red, {}, {}, ball_look(kRed)}};
@@ -132,7 +133,7 @@ TEST_F(SceneTest, AnEyeInsideAVolumeSeesItsWallAround) {
   // A hollow: 1 outside a ball of 20 mm, and the eye in its middle.
   const auto hollow = still_volume(
       64, 1.0, [](glm::dvec3 x) { return std::clamp(glm::length(x) - 20.0 + 0.5, 0.0, 1.0); });
-  RendererOptions options{kSize, 1};
+  RendererOptions options{kSceneSize, 1};
   options.near_m = 0.001;
   options.samples_per_voxel = 8.0;
   auto view = renderer(options);
@@ -141,13 +142,13 @@ TEST_F(SceneTest, AnEyeInsideAVolumeSeesItsWallAround) {
   scene.volumes = {{hollow, {}, {}, ball_look(kRed)}};
   Eye inside = eye_;
   inside.position_m = glm::dvec3(0.0);
-  const Picture picture = draw(*view, scene, {inside}, kSize)[0];
-  for (int y = 5; y < kSize.height; y += 20)
-    for (int x = 5; x < kSize.width; x += 20) {
-      const float depth = picture.depths[size_t(y * kSize.width + x)];
+  const Picture picture = draw(*view, scene, {inside}, kSceneSize)[0];
+  for (int y = 5; y < kSceneSize.height; y += 20)
+    for (int x = 5; x < kSceneSize.width; x += 20) {
+      const float depth = picture.depths[size_t(y * kSceneSize.width + x)];
       ASSERT_GT(depth, 0.0F);
       const double away_m =
-          options.near_m / double(depth) * glm::length(ray_of(inside, kSize, x, y));
+          options.near_m / double(depth) * glm::length(ray_of(inside, kSceneSize, x, y));
       // Half the light is gone within 0.2 mm of the surface; samples are 0.125 mm apart.
       EXPECT_NEAR(away_m, 0.020, 0.0004) << x << ", " << y;
     }
@@ -171,7 +172,7 @@ TEST_F(SceneTest, LettersStandOnThePatientsSides) {
   moving.times.times_s = {0.0};
   moving.frames = {sampled_scalar(std::move(volume))};
   const auto patient = std::make_shared<const MovingVolume>(std::move(moving));
-  auto view = renderer({kSize, 1});
+  auto view = renderer({kSceneSize, 1});
   set(*view, {patient});
   ViewScene scene;
   scene.volumes = {{patient, {}, {}, ball_look(kRed)}};
@@ -203,25 +204,25 @@ TEST_F(SceneTest, LettersStandOnThePatientsSides) {
 TEST_F(SceneTest, BothEyesTakeTheirSamplesAtTheSameDepths) {
   // Two equal eyes see the same, bit by bit: nothing depends on which eye it is.
   const auto heart = beating_heart();
-  auto view = renderer({kSize, 2});
+  auto view = renderer({kSceneSize, 2});
   set(*view, {heart});
   ViewScene scene;
   scene.volumes = {{heart, {}, {0, 0.3}, *preset_look("phantom")}};
   add_box(scene.things, {}, glm::dvec3(-0.03), glm::dvec3(0.03), 0.001, kBlue);
-  const std::vector<Picture> same = draw(*view, scene, {eye_, eye_}, kSize);
+  const std::vector<Picture> same = draw(*view, scene, {eye_, eye_}, kSceneSize);
   EXPECT_EQ(same[0].colours, same[1].colours);
   EXPECT_EQ(same[0].depths, same[1].depths);
   // And alone an eye sees what it sees as one of two.
   Eye left, right;
   split_eyes(eye_, 0.06, left, right);
-  const std::vector<Picture> both = draw(*view, scene, {left, right}, kSize);
-  EXPECT_EQ(both[1].colours, draw(*view, scene, {right}, kSize)[0].colours);
+  const std::vector<Picture> both = draw(*view, scene, {left, right}, kSceneSize);
+  EXPECT_EQ(both[1].colours, draw(*view, scene, {right}, kSceneSize)[0].colours);
   EXPECT_NE(both[0].colours, both[1].colours);
 }
 
 TEST_F(SceneTest, WholeFramesStandStillUntilTheNextOne) {
   const auto heart = beating_heart();
-  auto view = renderer({kSize, 1});
+  auto view = renderer({kSceneSize, 1});
   set(*view, {heart});
   ViewScene scene;
   scene.volumes = {{heart, {}, {0, 0.0}, *preset_look("phantom")}};
@@ -239,7 +240,7 @@ TEST_F(SceneTest, ACarriedVolumeTakesThePlaceOfItsFrames) {
   // carried frame's own time nothing changes but what two readings smooth; at other times it moves,
   // and from a frame's end to the next one's start nothing jumps.
   const auto own = beating_heart(), carried = carried_heart(false);
-  auto view = renderer({kSize, 1});
+  auto view = renderer({kSceneSize, 1});
   set(*view, {own});
   ViewScene scene;
   scene.volumes = {{own, {}, {1, 0.0}, *preset_look("phantom")}};
@@ -274,14 +275,14 @@ MovingVolume nested_segments() {
 
 TEST_F(SceneTest, SegmentsAreSurfacesInTheirColours) {
   const auto volume = std::make_shared<const MovingVolume>(nested_segments());
-  auto view = renderer({kSize, 1});
+  auto view = renderer({kSceneSize, 1});
   set(*view, {volume});
   ViewScene scene;
   scene.volumes = {{volume, {}, {}, step_look(5000.0)}};
   const auto covered = [&](const Picture& picture, int x) {
-    return channel(picture, x, kSize.height / 2, 3) / 255.0;
+    return channel(picture, x, kSceneSize.height / 2, 3) / 255.0;
   };
-  const int middle = kSize.width / 2;
+  const int middle = kSceneSize.width / 2;
   EXPECT_EQ(covered(draw_one(*view, scene), middle), 0.0);
   // Through the middle a ray meets each surface twice, at a right angle.
   scene.volumes[0].segment_opacity = 0.3;
@@ -301,7 +302,7 @@ TEST_F(SceneTest, SegmentsAreSurfacesInTheirColours) {
   add_sphere(scene.things, {0.0, 0.0, 0.014}, 0.002, kGreen);
   EXPECT_EQ(seen_at(draw_one(*view, scene), eye_, {0.0, 0.0, 0.016}), 'g');
   scene.volumes[0].segment_opacity = 1.0;
-  EXPECT_FALSE(view->start(scene, std::vector{eye_}, kSize));
+  EXPECT_FALSE(view->start(scene, std::vector{eye_}, kSceneSize));
 }
 
 TEST_F(SceneTest, SegmentsAreCarriedAsTheirVolumeIs) {
@@ -318,7 +319,7 @@ TEST_F(SceneTest, SegmentsAreCarriedAsTheirVolumeIs) {
   motion.terms = {still_field(grid), still_field(grid)};
   for (glm::vec3& u : motion.terms[1].u_mm) u = glm::vec3(10.0F, 0.0F, 0.0F);
   const auto volume = std::make_shared<const MovingVolume>(*carried(own, motion));
-  auto view = renderer({kSize, 1});
+  auto view = renderer({kSceneSize, 1});
   set(*view, {volume});
   ViewScene scene;
   scene.volumes = {{volume, {}, {0, 0.0}, step_look(5000.0)}};
@@ -334,7 +335,7 @@ TEST_F(SceneTest, SegmentsAreCarriedAsTheirVolumeIs) {
 
 TEST_F(SceneTest, RefusesWhatCanNotBeDrawnInASentence) {
   const auto red = ball({0, 0, 0}), other = ball({0, 0, 0});
-  auto view = renderer({kSize, 1});
+  auto view = renderer({kSceneSize, 1});
   set(*view, {red});
   const auto refusal = [&](const ViewScene& scene, std::vector<Eye> eyes, PictureSize size) {
     const Status status = view->start(scene, eyes, size);
@@ -342,26 +343,26 @@ TEST_F(SceneTest, RefusesWhatCanNotBeDrawnInASentence) {
   };
   ViewScene scene;
   using ::testing::HasSubstr;
-  EXPECT_THAT(refusal(scene, {eye_}, kSize), HasSubstr("no volumes"));
+  EXPECT_THAT(refusal(scene, {eye_}, kSceneSize), HasSubstr("no volumes"));
   scene.volumes = {{other, {}, {}, ball_look(kRed)}};
-  EXPECT_THAT(refusal(scene, {eye_}, kSize), HasSubstr("not given to set_volumes"));
+  EXPECT_THAT(refusal(scene, {eye_}, kSceneSize), HasSubstr("not given to set_volumes"));
   scene.volumes = {{nullptr, {}, {}, ball_look(kRed)}};
-  EXPECT_THAT(refusal(scene, {eye_}, kSize), HasSubstr("not given to set_volumes"));
+  EXPECT_THAT(refusal(scene, {eye_}, kSceneSize), HasSubstr("not given to set_volumes"));
   scene.volumes = {{red, {}, {}, ball_look(kRed)}};
-  EXPECT_THAT(refusal(scene, {}, kSize), HasSubstr("no eyes"));
-  EXPECT_THAT(refusal(scene, {eye_, eye_}, kSize), HasSubstr("more than"));
-  EXPECT_THAT(refusal(scene, {eye_}, {kSize.width + 1, 8}), HasSubstr("larger"));
+  EXPECT_THAT(refusal(scene, {}, kSceneSize), HasSubstr("no eyes"));
+  EXPECT_THAT(refusal(scene, {eye_, eye_}, kSceneSize), HasSubstr("more than"));
+  EXPECT_THAT(refusal(scene, {eye_}, {kSceneSize.width + 1, 8}), HasSubstr("larger"));
   scene.clips.resize(9);
-  EXPECT_THAT(refusal(scene, {eye_}, kSize), HasSubstr("clip planes"));
+  EXPECT_THAT(refusal(scene, {eye_}, kSceneSize), HasSubstr("clip planes"));
   scene.clips.clear();
   scene.volumes[0].look.points[0].opacity = 2.0;
-  EXPECT_THAT(refusal(scene, {eye_}, kSize), HasSubstr("opacity"));
+  EXPECT_THAT(refusal(scene, {eye_}, kSceneSize), HasSubstr("opacity"));
   scene.volumes[0].look = ball_look(kRed);
-  EXPECT_EQ(refusal(scene, {eye_}, kSize), "");
+  EXPECT_EQ(refusal(scene, {eye_}, kSceneSize), "");
   EXPECT_FALSE(view->set_volumes(std::vector<std::shared_ptr<const MovingVolume>>(5, red)));
   EXPECT_FALSE(view->set_volumes(std::vector<std::shared_ptr<const MovingVolume>>(1)));
   EXPECT_FALSE(VolumeRenderer::make(context(), {{0, 5}, 1}));
-  EXPECT_FALSE(VolumeRenderer::make(context(), {kSize, 3}));
+  EXPECT_FALSE(VolumeRenderer::make(context(), {kSceneSize, 3}));
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 namespace palpate::test {
 namespace {
 
-constexpr PictureSize kSize{40, 40};
+constexpr PictureSize kSurfaceSize{40, 40};
 constexpr double kLevel = 625.0;  // where the hand's wall is half as strong as it gets
 constexpr double kVoxelM = 1e-3;
 
@@ -29,24 +29,24 @@ class SurfaceTest : public ViewTest {};
 
 TEST_F(SurfaceTest, OfTheBeatingHeartIsSeenWhereItIsFeltAtEveryPhase) {
   for (const auto& heart : {beating_heart(), carried_heart(false), carried_heart(true)}) {
-    RendererOptions options{kSize, 1};
+    RendererOptions options{kSurfaceSize, 1};
     // The picture's lattice of samples is a voxel wide; a fine one shows where the surface itself
     // is.
     options.samples_per_voxel = 32.0;
     auto view = renderer(options);
     set(*view, {heart});
-    const Eye eye = eye_at({0.08, 0.06, 0.16}, {0, 0, 0}, 0.35, kSize);
+    const Eye eye = eye_at({0.08, 0.06, 0.16}, {0, 0, 0}, 0.35, kSurfaceSize);
     for (const FramePointer at :
          {FramePointer{0, 0.0}, FramePointer{0, 0.25}, FramePointer{0, 0.6}, FramePointer{1, 0.5},
           FramePointer{2, 0.37}, FramePointer{3, 0.8}}) {
       ViewScene scene;
       scene.volumes = {{heart, {}, at, step_look(kLevel)}};
-      const Picture picture = draw(*view, scene, {eye}, kSize)[0];
+      const Picture picture = draw(*view, scene, {eye}, kSurfaceSize)[0];
       std::vector<double> off;
-      for (int y = 3; y < kSize.height; y += 7)
-        for (int x = 3; x < kSize.width; x += 7) {
-          const float seen = picture.depths[size_t(y * kSize.width + x)];
-          const glm::dvec3 way = ray_of(eye, kSize, x, y);
+      for (int y = 3; y < kSurfaceSize.height; y += 7)
+        for (int x = 3; x < kSurfaceSize.width; x += 7) {
+          const float seen = picture.depths[size_t(y * kSurfaceSize.width + x)];
+          const glm::dvec3 way = ray_of(eye, kSurfaceSize, x, y);
           const double felt = felt_depth(*heart, at, eye.position_m, way, 0.12, 0.2);
           // At the rim a ray grazes, and depth says nothing of where the surface is.
           if (felt == 0.0 || seen == 0.0F) continue;

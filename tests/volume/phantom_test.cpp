@@ -21,7 +21,7 @@ double mean_inside(const Volume& volume, const Mask& mask) {
   return sum / count;
 }
 
-size_t voxels(const Mask& mask) {
+size_t voxels_in(const Mask& mask) {
   return size_t(
       std::count_if(mask.values.begin(), mask.values.end(), [](uint8_t v) { return v != 0; }));
 }
@@ -77,7 +77,7 @@ TEST(ShellTruth, HoldsOnAnObliqueGrid) {
 TEST(ShellPhantom, IsSmallIntermediateLargeIntermediate) {
   const Grid grid = heart_grid(48);
   size_t size[4];
-  for (int k = 0; k < 4; ++k) size[k] = voxels(shell_mask(grid, k));
+  for (int k = 0; k < 4; ++k) size[k] = voxels_in(shell_mask(grid, k));
   EXPECT_LT(size[0], size[1]);
   EXPECT_LT(size[1], size[2]);
   EXPECT_EQ(size[1], size[3]);
@@ -133,8 +133,8 @@ TEST(ShellPhantom, NoiseHasTheAskedSdAndTheSeedDecides) {
 TEST(SlidingPhantom, MovesTheOrganAndLeavesTheWall) {
   const SlidingPhantom pair = sliding_phantom(48, 10.0, 3, 0.0);
   const Grid& grid = pair.fixed.grid;
-  EXPECT_GT(voxels(pair.organ), 5000u);
-  EXPECT_GT(voxels(pair.wall), 5000u);
+  EXPECT_GT(voxels_in(pair.organ), 5000u);
+  EXPECT_GT(voxels_in(pair.wall), 5000u);
   for (int k = 0; k < 48; ++k)
     for (int j = 0; j < 48; ++j)
       for (int i = 0; i < 48; ++i) {
@@ -143,7 +143,7 @@ TEST(SlidingPhantom, MovesTheOrganAndLeavesTheWall) {
           ASSERT_EQ(pair.truth.u_mm[n], glm::vec3(0.0F, 0.0F, 10.0F));
           const bool off_the_side = pair.organ.values[n - 1] && pair.organ.values[n + 1] &&
                                     pair.organ.values[n - 48] && pair.organ.values[n + 48];
-          // A rigid move by whole voxels: the same texture at the same place of the organ. The
+          // A rigid move by whole voxels_in: the same texture at the same place of the organ. The
           // scanner's blur mixes in the wall within 0.75 voxel of the side, and the wall does not
           // move along.
           if (off_the_side) {

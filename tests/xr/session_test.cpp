@@ -15,9 +15,9 @@ namespace palpate::test {
 namespace {
 
 using xr::HeadsetState;
-class XrSession : public XrTest {};
+class SessionLife : public XrTest {};
 
-TEST_F(XrSession, GoesFromNothingToFocusAndEndsCleanly) {
+TEST_F(SessionLife, GoesFromNothingToFocusAndEndsCleanly) {
   xr::Headset& h = headset();
   EXPECT_EQ(step_until(HeadsetState::kFocused), HeadsetState::kFocused);
   EXPECT_EQ(h.report().runtime, "palpate's test runtime 0.1.0");
@@ -32,7 +32,7 @@ TEST_F(XrSession, GoesFromNothingToFocusAndEndsCleanly) {
   EXPECT_EQ(h.report().frames, runtime().frames());
 }
 
-TEST_F(XrSession, ShowsTheBytesThatWereDrawnToEachEye) {
+TEST_F(SessionLife, ShowsTheBytesThatWereDrawnToEachEye) {
   runtime().setup().keep_pictures = true;
   headset();
   step_until(HeadsetState::kFocused);
@@ -54,7 +54,7 @@ TEST_F(XrSession, ShowsTheBytesThatWereDrawnToEachEye) {
   }
 }
 
-TEST_F(XrSession, AsksTheClockForTheTimeOfDisplay) {
+TEST_F(SessionLife, AsksTheClockForTheTimeOfDisplay) {
   headset();
   step_until(HeadsetState::kFocused);
   step();
@@ -64,7 +64,7 @@ TEST_F(XrSession, AsksTheClockForTheTimeOfDisplay) {
   EXPECT_EQ(source.last->period_ns, 11'111'111);
 }
 
-TEST_F(XrSession, GuessesTheTimeOfDisplayWhereTheRuntimeCanNotConvertIt) {
+TEST_F(SessionLife, GuessesTheTimeOfDisplayWhereTheRuntimeCanNotConvertIt) {
   auto& extensions = runtime().setup().extensions;
   std::erase(extensions, "XR_KHR_convert_timespec_time");
   headset();
@@ -74,7 +74,7 @@ TEST_F(XrSession, GuessesTheTimeOfDisplayWhereTheRuntimeCanNotConvertIt) {
   EXPECT_GT(source.last->display_time_ns, 0);
 }
 
-TEST_F(XrSession, ComesFromIdleThroughHiddenAndVisible) {
+TEST_F(SessionLife, ComesFromIdleThroughHiddenAndVisible) {
   headset();
   std::vector<HeadsetState> seen;
   for (int i = 0; i < 10; ++i) {
@@ -86,7 +86,7 @@ TEST_F(XrSession, ComesFromIdleThroughHiddenAndVisible) {
                                            HeadsetState::kFocused));
 }
 
-TEST_F(XrSession, EndsEveryFrameWithoutAPictureWhileNothingIsToBeRendered) {
+TEST_F(SessionLife, EndsEveryFrameWithoutAPictureWhileNothingIsToBeRendered) {
   headset();
   step_until(HeadsetState::kFocused);
   runtime().setup().should_render = false;
@@ -100,7 +100,7 @@ TEST_F(XrSession, EndsEveryFrameWithoutAPictureWhileNothingIsToBeRendered) {
   EXPECT_EQ(runtime().frames(), frames + 10);
 }
 
-TEST_F(XrSession, ShowsNothingForAHeadOfUnknownPlace) {
+TEST_F(SessionLife, ShowsNothingForAHeadOfUnknownPlace) {
   headset();
   step_until(HeadsetState::kFocused);
   runtime().setup().tracked = false;
@@ -111,7 +111,7 @@ TEST_F(XrSession, ShowsNothingForAHeadOfUnknownPlace) {
   EXPECT_EQ(runtime().last_frame().layers, 1u);
 }
 
-TEST_F(XrSession, ShowsNothingWhenTheSourceHasNothing) {
+TEST_F(SessionLife, ShowsNothingWhenTheSourceHasNothing) {
   headset();
   source.with_color = false;
   step_until(HeadsetState::kFocused);
@@ -119,7 +119,7 @@ TEST_F(XrSession, ShowsNothingWhenTheSourceHasNothing) {
   EXPECT_EQ(runtime().last_frame().layers, 0u);
 }
 
-TEST_F(XrSession, HandsNoDepthOverWhereItIsNotTakenOrNotDrawn) {
+TEST_F(SessionLife, HandsNoDepthOverWhereItIsNotTakenOrNotDrawn) {
   headset();
   step_until(HeadsetState::kFocused);
   step();
@@ -138,7 +138,7 @@ TEST_F(XrSession, HandsNoDepthOverWhereItIsNotTakenOrNotDrawn) {
   EXPECT_EQ(runtime().last_frame().layers, 1u);
 }
 
-TEST_F(XrSession, TakesTheColourFormatThatFitsBest) {
+TEST_F(SessionLife, TakesTheColourFormatThatFitsBest) {
   // Best first; offered in the opposite order, and one less each time.
   std::vector<int64_t> offered = {VK_FORMAT_B8G8R8A8_UNORM, VK_FORMAT_R8G8B8A8_UNORM,
                                   VK_FORMAT_R16G16B16A16_SFLOAT, VK_FORMAT_B8G8R8A8_SRGB,
@@ -155,7 +155,7 @@ TEST_F(XrSession, TakesTheColourFormatThatFitsBest) {
   }
 }
 
-TEST_F(XrSession, SaysWhatIsOfferedWhenNoFormatFits) {
+TEST_F(SessionLife, SaysWhatIsOfferedWhenNoFormatFits) {
   runtime().setup().formats = {VK_FORMAT_R5G6B5_UNORM_PACK16, VK_FORMAT_D32_SFLOAT};
   headset();
   const xr::Report report = [&] {
@@ -168,7 +168,7 @@ TEST_F(XrSession, SaysWhatIsOfferedWhenNoFormatFits) {
   EXPECT_THAT(report.problem.message, ::testing::HasSubstr("VkFormat numbers: 4, 126)"));
 }
 
-TEST_F(XrSession, BlendsAsWantedWhereOfferedAndSaysHow) {
+TEST_F(SessionLife, BlendsAsWantedWhereOfferedAndSaysHow) {
   xr::HeadsetOptions options;
   options.blend = xr::BlendMode::kAlpha;
   headset(options);
@@ -183,7 +183,7 @@ TEST_F(XrSession, BlendsAsWantedWhereOfferedAndSaysHow) {
   EXPECT_EQ(runtime().last_frame().flags, 0u);
 }
 
-TEST_F(XrSession, StandsAboveAnotherProgramWhereTheRuntimeCan) {
+TEST_F(SessionLife, StandsAboveAnotherProgramWhereTheRuntimeCan) {
   xr::HeadsetOptions options;
   options.overlay = 7;
   headset(options);
@@ -208,7 +208,7 @@ TEST_F(XrSession, StandsAboveAnotherProgramWhereTheRuntimeCan) {
   EXPECT_EQ(runtime().overlay(), -1);
 }
 
-TEST_F(XrSession, SaysThatARuntimeHasNoOverlays) {
+TEST_F(SessionLife, SaysThatARuntimeHasNoOverlays) {
   auto& extensions = runtime().setup().extensions;
   extensions.erase(std::find(extensions.begin(), extensions.end(), XR_EXTX_OVERLAY_EXTENSION_NAME));
   xr::HeadsetOptions options;
@@ -220,7 +220,7 @@ TEST_F(XrSession, SaysThatARuntimeHasNoOverlays) {
   EXPECT_THAT(report.sentence, ::testing::HasSubstr("it lacks XR_EXTX_overlay"));
 }
 
-TEST_F(XrSession, UsesTheOriginThatIsWantedOrTheNextBest) {
+TEST_F(SessionLife, UsesTheOriginThatIsWantedOrTheNextBest) {
   xr::HeadsetOptions options;
   const auto height_of_eye = [&] {
     headset(options);
@@ -240,7 +240,7 @@ TEST_F(XrSession, UsesTheOriginThatIsWantedOrTheNextBest) {
   EXPECT_EQ(headset_report().origin, xr::Origin::kLocal);
 }
 
-TEST_F(XrSession, GivesTheEyesAsTheRuntimeSaysThem) {
+TEST_F(SessionLife, GivesTheEyesAsTheRuntimeSaysThem) {
   headset();
   step_until(HeadsetState::kFocused);
   step();
@@ -259,7 +259,7 @@ TEST_F(XrSession, GivesTheEyesAsTheRuntimeSaysThem) {
   }
 }
 
-TEST_F(XrSession, MakesPicturesOfTheSizeThatIsAskedFor) {
+TEST_F(SessionLife, MakesPicturesOfTheSizeThatIsAskedFor) {
   runtime().setup().view_width = 2160;
   runtime().setup().view_height = 2160;
   xr::HeadsetOptions options;
@@ -277,7 +277,7 @@ TEST_F(XrSession, MakesPicturesOfTheSizeThatIsAskedFor) {
   EXPECT_EQ(source.last->color.size.width, 4096u) << "the most that the runtime can";
 }
 
-TEST_F(XrSession, KnowsWhatTheOpticsHide) {
+TEST_F(SessionLife, KnowsWhatTheOpticsHide) {
   headset();
   step_until(HeadsetState::kFocused);
   step();
@@ -300,7 +300,7 @@ TEST_F(XrSession, KnowsWhatTheOpticsHide) {
   EXPECT_TRUE(source.hidden.empty());
 }
 
-TEST_F(XrSession, SkipsThePictureWhenTheCompositorKeepsItsImage) {
+TEST_F(SessionLife, SkipsThePictureWhenTheCompositorKeepsItsImage) {
   headset();
   step_until(HeadsetState::kFocused);
   runtime().inject("xrWaitSwapchainImage", 1, XR_TIMEOUT_EXPIRED);
@@ -317,7 +317,7 @@ TEST_F(XrSession, SkipsThePictureWhenTheCompositorKeepsItsImage) {
   EXPECT_EQ(headset_report().sessions, 1u);
 }
 
-TEST_F(XrSession, LetsTheQueueBeUsedByOthersBetweenFrames) {
+TEST_F(SessionLife, LetsTheQueueBeUsedByOthersBetweenFrames) {
   // One queue for all: work of another thread while frames run. The validation layer sees it if two
   // threads are in the queue at once.
   xr::Headset& h = headset();

@@ -9,7 +9,7 @@
 namespace palpate::app {
 namespace {
 
-Error bad(std::string message) {
+Error bad_measures(std::string message) {
   return {ErrorKind::kBadInput, std::move(message)};
 }
 
@@ -27,7 +27,7 @@ Result<Choice> chosen(const MotionFront& front, const FrontPoint& point, size_t 
                       double voxel_mm, const std::string& wish) {
   auto setting = motion_setting(point.setting);
   if (!setting) {
-    return bad(
+    return bad_measures(
         fmt::format("The measured front names a setting '{}' that this version does not "
                     "have: run 'palpate chart motion' again.",
                     point.setting));
@@ -59,7 +59,8 @@ std::string front_text(const MotionFront& front) {
 }
 
 Result<MotionFront> parse_front(const std::string& text) {
-  const Error broken = bad("The measured front can not be read: run 'palpate chart motion' again.");
+  const Error broken =
+      bad_measures("The measured front can not be read: run 'palpate chart motion' again.");
   const auto json = nlohmann::json::parse(text, nullptr, false);
   if (!json.is_object()) return broken;
   MotionFront front;
@@ -90,9 +91,10 @@ Result<Choice> choose_within(const MotionFront& front, double seconds, size_t vo
     if (scaled_seconds(front, point, voxels) > seconds) continue;
     if (!best || point.error_voxels < best->error_voxels) best = &point;
   }
-  if (!fastest) return bad("The measured front is empty: run 'palpate chart motion' again.");
+  if (!fastest)
+    return bad_measures("The measured front is empty: run 'palpate chart motion' again.");
   if (!best) {
-    return bad(
+    return bad_measures(
         fmt::format("No setting is expected to take {} or less for {:.2g} million voxels on "
                     "this machine: the fastest, {}, takes about {}. Give more time, or "
                     "fewer voxels.",
@@ -110,9 +112,9 @@ Result<std::vector<Choice>> choose_by_error(const MotionFront& front, double err
     if (!best || point.error_voxels < best->error_voxels) best = &point;
     if (point.error_voxels * voxel_mm <= error_mm) good.push_back(point);
   }
-  if (!best) return bad("The measured front is empty: run 'palpate chart motion' again.");
+  if (!best) return bad_measures("The measured front is empty: run 'palpate chart motion' again.");
   if (good.empty()) {
-    return bad(
+    return bad_measures(
         fmt::format("No setting is expected to come within {:.2g} mm for voxels of {:.3g} "
                     "mm: the most accurate, {}, is wrong by about {:.2g} mm. Allow more "
                     "error, or use finer data.",

@@ -10,7 +10,7 @@
 namespace palpate::app {
 namespace {
 
-Error bad(std::string message) {
+Error bad_quantity(std::string message) {
   return {ErrorKind::kBadInput, std::move(message)};
 }
 
@@ -24,9 +24,9 @@ Result<double> parse(const std::string& text,
   std::string unit(rest, end);
   if (unit.starts_with(' ')) unit.erase(0, 1);  // "2 s", as it is printed in texts
   const Error refused =
-      bad(fmt::format("'{}' can not be understood: give a number above zero with "
-                      "its unit, like {}.",
-                      text, example));
+      bad_quantity(fmt::format("'{}' can not be understood: give a number above zero with "
+                               "its unit, like {}.",
+                               text, example));
   if (error != std::errc()) return refused;
   for (const auto& [name, factor] : units) {
     const double result = value * factor;  // 1e308cm is finite, but not in mm

@@ -5,8 +5,8 @@
 namespace palpate::app {
 namespace {
 
-constexpr double kClose_m = 0.10;  // a grab further away is for the volume
-constexpr double kGood_m = 0.003;  // the same as for a usable calibration
+constexpr double kClose_m = 0.10;       // a grab further away is for the volume
+constexpr double kGoodPlace_m = 0.003;  // the same as for a usable calibration
 
 }  // namespace
 
@@ -44,7 +44,7 @@ std::string PlaceCheck::step(double now_s, glm::dvec3 probe_m, xr::Colocation& r
 
 std::string PlaceCheck::judge(const TouchedPoint& point, xr::Colocation& room) {
   const double off_m = glm::distance(point.device_m, point.stage_m);
-  if (off_m > kGood_m)
+  if (off_m > kGoodPlace_m)
     return fmt::format(
         "The picture stands {:.1f} mm off the device: touch again, or calibrate anew with 'palpate "
         "calibrate'.",

@@ -1,24 +1,13 @@
 #include "tests/app/fuzz/replay_key_bytes.h"
 
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 
 #include "integration/scenes/replay_key.h"
+#include "tests/support/require.h"
 
 namespace palpate::app::fuzz {
 
 using scenes::parse_replay_key;
-
-namespace {
-
-void require(bool holds, const char* what) {
-  if (holds) return;
-  std::fprintf(stderr, "broken promise of the reader of a recording's key: %s\n", what);
-  std::abort();
-}
-
-}  // namespace
 
 void parse_replay_key_bytes(std::string_view bytes) {
   const auto key = parse_replay_key("fuzz.ticks", bytes);

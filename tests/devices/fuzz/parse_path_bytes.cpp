@@ -2,22 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 
 #include "integration/devices/scripted_path.h"
+#include "tests/support/require.h"
 
 namespace palpate::devices::fuzz {
-namespace {
-
-void require(bool holds, const char* what) {
-  if (holds) return;
-  std::fprintf(stderr, "broken promise of the paths' parser: %s\n", what);
-  std::abort();
-}
-
-}  // namespace
-
 void parse_path_bytes(std::string_view bytes) {
   for (const auto between : {ScriptedPath::Between::kLinear, ScriptedPath::Between::kSmooth}) {
     const auto path = parse_path("fuzz.csv", bytes, between);

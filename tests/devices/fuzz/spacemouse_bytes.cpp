@@ -2,23 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <vector>
 
 #include "integration/devices/spacemouse_protocol.h"
+#include "tests/support/require.h"
 
 namespace palpate::devices::fuzz {
-namespace {
-
-void require(bool holds, const char* what) {
-  if (holds) return;
-  std::fprintf(stderr, "broken promise of the puck's reader: %s\n", what);
-  std::abort();
-}
-
-}  // namespace
-
 void read_spacemouse_bytes(std::string_view bytes) {
   spacemouse::Reports reports;
   uint64_t refused = 0;

@@ -1,8 +1,6 @@
 #include "tests/files/fuzz/parse_bytes.h"
 
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 
 #include "docs/examples/vtk_image.h"
 #include "integration/files/dicom_elements.h"
@@ -12,15 +10,10 @@
 #include "integration/files/nifti_header.h"
 #include "integration/files/nrrd_header.h"
 #include "integration/files/sequence_motion_file.h"
+#include "tests/support/require.h"
 
 namespace palpate::files::fuzz {
 namespace {
-
-void require(bool holds, const char* what) {
-  if (holds) return;
-  std::fprintf(stderr, "broken promise of a parser: %s\n", what);
-  std::abort();
-}
 
 void check_sentence(const Error& error) {
   require(error.message.size() > 10, "an error is a sentence");

@@ -1,18 +1,11 @@
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 
 #include "integration/files/calibration_file.h"
 #include "tests/files/fuzz/parse_bytes.h"
+#include "tests/support/require.h"
 
 namespace palpate::files::fuzz {
 namespace {
-
-void require(bool holds, const char* what) {
-  if (holds) return;
-  std::fprintf(stderr, "broken promise of the calibration's reader: %s\n", what);
-  std::abort();
-}
 
 bool finite(glm::dvec3 v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);

@@ -1,19 +1,12 @@
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 
 #include "integration/files/scene_file.h"
 #include "module/scene/drive.h"
 #include "tests/files/fuzz/parse_bytes.h"
+#include "tests/support/require.h"
 
 namespace palpate::files::fuzz {
 namespace {
-
-void require(bool holds, const char* what) {
-  if (holds) return;
-  std::fprintf(stderr, "broken promise of the scene's reader: %s\n", what);
-  std::abort();
-}
 
 bool is_pose(const Transform& t) {
   const double length = glm::length(t.rotation);

@@ -1,19 +1,11 @@
 #include "tests/haptics/fuzz/recording_bytes.h"
 
-#include <cstdio>
-#include <cstdlib>
-
 #include "module/haptics/recording.h"
 #include "module/haptics/tick_bytes.h"
+#include "tests/support/require.h"
 
 namespace palpate::fuzz {
 namespace {
-
-void require(bool holds, const char* what) {
-  if (holds) return;
-  std::fprintf(stderr, "broken promise of the reader of recordings: %s\n", what);
-  std::abort();
-}
 
 void check(std::string bytes) {
   auto found = Recording::parse("fuzz.ticks", std::move(bytes));

@@ -12,30 +12,25 @@ namespace {
 
 namespace fs = std::filesystem;
 
-template <class T>
-T value_of(Result<T> result) {
-  if (!result) throw Mismatch(result.error().message);
-  return std::move(*result);
-}
-
 KnownCase read_kit(const fs::path& folder) {
-  KnownCase pair{value_of(files::read_volume(folder / "fixed.mha")),
-                 value_of(files::read_volume(folder / "moving.mha")),
-                 value_of(files::read_field(folder / "truth.mha")),
-                 value_of(files::read_mask(folder / "mask.mha")),
+  KnownCase pair{value_or_throw(files::read_volume(folder / "fixed.mha")),
+                 value_or_throw(files::read_volume(folder / "moving.mha")),
+                 value_or_throw(files::read_field(folder / "truth.mha")),
+                 value_or_throw(files::read_mask(folder / "mask.mha")),
                  {}};
   if (fs::exists(folder / "mask_border.mha"))
-    pair.border = nearest(value_of(files::read_mask(folder / "mask_border.mha")), pair.truth.grid);
+    pair.border =
+        nearest(value_or_throw(files::read_mask(folder / "mask_border.mha")), pair.truth.grid);
   // The truth may be sampled more thinly than the frames and their masks.
   pair.mask = nearest(pair.mask, pair.truth.grid);
   return pair;
 }
 
 KnownCase read_lung_pair(const fs::path& lung) {
-  return {value_of(files::read_volume(lung / "pair_fixed.mha")),
-          value_of(files::read_volume(lung / "pair_moving.mha")),
-          value_of(files::read_field(lung / "pair_truth.mha")),
-          value_of(files::read_mask(lung / "pair_body.mha")),
+  return {value_or_throw(files::read_volume(lung / "pair_fixed.mha")),
+          value_or_throw(files::read_volume(lung / "pair_moving.mha")),
+          value_or_throw(files::read_field(lung / "pair_truth.mha")),
+          value_or_throw(files::read_mask(lung / "pair_body.mha")),
           {}};
 }
 
@@ -103,7 +98,7 @@ std::vector<CaseSource> known_cases(const fs::path& data) {
 }
 
 double mean_error_mm(const Field& found, const KnownCase& pair, const Mask& mask) {
-  return value_of(endpoint_error(found, pair.truth, &mask)).mm.mean;
+  return value_or_throw(endpoint_error(found, pair.truth, &mask)).mm.mean;
 }
 
 }  // namespace palpate::bench

@@ -167,12 +167,6 @@ KnownCase moved_pair(const Volume& source, const Mask& seen, const Motion& motio
   return pair;
 }
 
-template <class T>
-T value_of(Result<T> result) {
-  if (!result) throw Mismatch(result.error().message);
-  return std::move(*result);
-}
-
 }  // namespace
 
 std::vector<CaseSource> large_motion_cases(const fs::path& data) {
@@ -199,8 +193,8 @@ std::vector<CaseSource> large_motion_cases(const fs::path& data) {
                      std::string("large_") + anatomy + "_" + wanted.name + "_" +
                          std::to_string(int(std::abs(amplitude))),
                      [image, mask, motion] {
-                       return moved_pair(value_of(files::read_volume(image)),
-                                         value_of(files::read_mask(mask)), motion);
+                       return moved_pair(value_or_throw(files::read_volume(image)),
+                                         value_or_throw(files::read_mask(mask)), motion);
                      }});
     }
   };

@@ -35,7 +35,7 @@ struct HarmonicsCommand {
   RowFiles rows;
 };
 
-struct Case {
+struct HarmonicsCase {
   std::string name;
   std::vector<Volume> frames;
   std::vector<double> times_s;
@@ -65,14 +65,14 @@ double mean_error_mm(const SequenceMotion& motion, const Mask& mask,
   return sum / double(count);
 }
 
-Case phantom(bool heart, int frames, double noise, int size) {
+HarmonicsCase phantom(bool heart, int frames, double noise, int size) {
   const Grid grid = heart_grid(size);
   Sequence made =
       heart ? heart_phantom(grid, frames, 3, noise) : shell_phantom(grid, frames, 3, noise);
-  Case one{fmt::format("{}-{}f-noise{:g}", heart ? "heart" : "shell", frames, noise),
-           std::move(made.frames),
-           std::move(made.times_s),
-           {}};
+  HarmonicsCase one{fmt::format("{}-{}f-noise{:g}", heart ? "heart" : "shell", frames, noise),
+                    std::move(made.frames),
+                    std::move(made.times_s),
+                    {}};
   one.error = [=](const SequenceMotion& motion) {
     const int r = int(motion.reference);
     const Mask mask = heart ? heart_muscle(grid, r, frames, 3) : shell_mask(grid, r, frames, 3);
@@ -85,9 +85,9 @@ Case phantom(bool heart, int frames, double noise, int size) {
 }
 
 /// The known motion of a pair as a cycle: frame k holds moving(x + s_k truth(x)).
-std::optional<Case> from_pair(const std::string& name, const fs::path& moving_file,
-                              const fs::path& truth_file, const fs::path& mask_file, int frames,
-                              bool uneven_breath, double noise_share) {
+std::optional<HarmonicsCase> from_pair(const std::string& name, const fs::path& moving_file,
+                                       const fs::path& truth_file, const fs::path& mask_file,
+                                       int frames, bool uneven_breath, double noise_share) {
   const auto moving = files::read_volume(moving_file);
   const auto truth = files::read_field(truth_file);
   const auto mask = files::read_mask(mask_file);
@@ -95,7 +95,8 @@ std::optional<Case> from_pair(const std::string& name, const fs::path& moving_fi
   const auto [low, high] = std::minmax_element(moving->values.begin(), moving->values.end());
   std::mt19937 random(7);
   std::normal_distribution<float> noise(0.0F, float(noise_share * (double(*high) - *low)));
-  Case one{fmt::format("{}-{}f{}", name, frames, uneven_breath ? "-uneven" : ""), {}, {}, {}};
+  HarmonicsCase one{
+      fmt::format("{}-{}f{}", name, frames, uneven_breath ? "-uneven" : ""), {}, {}, {}};
   std::vector<double> shares;
   for (int k = 0; k < frames; ++k) {
     const double phase = double(k) / frames;
@@ -128,8 +129,8 @@ std::optional<Case> from_pair(const std::string& name, const fs::path& moving_fi
 
 /// Every n-th frame of the beating heart. What is wrong: the label of the reference carried to the
 /// frames that were left out (to all, if none was).
-std::optional<Case> cine(const fs::path& shared, size_t every) {
-  Case one{fmt::format("cine-every-{}", every), {}, {}, {}};
+std::optional<HarmonicsCase> cine(const fs::path& shared, size_t every) {
+  HarmonicsCase one{fmt::format("cine-every-{}", every), {}, {}, {}};
   std::vector<Volume> labels;
   std::vector<double> all_times;
   for (size_t k = 0; k < 20; ++k) {
@@ -174,7 +175,7 @@ std::optional<Case> cine(const fs::path& shared, size_t every) {
   return one;
 }
 
-report::Table measure(const std::shared_ptr<vulkan::Context>& context, const Case& one,
+report::Table measure(const std::shared_ptr<vulkan::Context>& context, const HarmonicsCase& one,
                       bool cyclic) {
   SequenceMotionOptions options;
   options.estimator.motion = *motion_preset("balanced");
@@ -242,7 +243,7 @@ report::Table measure(const std::shared_ptr<vulkan::Context>& context, const Cas
   return table;
 }
 
-using MakeCase = std::function<std::optional<Case>()>;
+using MakeCase = std::function<std::optional<HarmonicsCase>()>;
 
 std::vector<std::pair<std::string, MakeCase>> all_cases(const fs::path& data) {
   std::vector<std::pair<std::string, MakeCase>> cases;

@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
 /// As ctest takes it: what is needed is not there.
 constexpr int kExitSkipped = 77;
 
-struct Case {
+struct HeartCase {
   int beats = 10;
   int way_places = 12;  ///< of each wall, for strokes and circles
   double way_s = 5.0;
@@ -36,7 +36,7 @@ struct Case {
 
 struct HeartsCommand {
   HeartsOptions options;
-  Case how;
+  HeartCase how;
   std::string only, felt_only;
   fs::path page;
   RowFiles rows;
@@ -90,7 +90,7 @@ double p95(std::vector<double> v) {
   return v[size_t(0.95 * double(v.size() - 1))];
 }
 
-WallResult measure(const Subject& subject, const Wall& wall, const Felt& felt, const Case& how,
+WallResult measure(const Subject& subject, const Wall& wall, const Felt& felt, const HeartCase& how,
                    Histogram& ticks) {
   WallResult result{subject.name, wall.name, felt.name, {}, {}, {}, {}, {}, 0, 0, 0, 0};
   const double cycle_s = felt.volume->times.cycle_s;
@@ -161,12 +161,12 @@ report::Figure map_of(const WallResult& of) {
   chart.x.low = -180.0;
   chart.x.high = 180.0;
   chart.height_px = 360;
-  struct Kind {
+  struct PlaceKind {
     const char* name;
     report::Mark mark;
     int colour;
   };
-  const std::map<Outcome, Kind> kinds = {
+  const std::map<Outcome, PlaceKind> kinds = {
       {Outcome::kHeld, {"held", report::Mark::kCircle, 2}},
       {Outcome::kLeft, {"left by the wall", report::Mark::kRing, 4}},
       {Outcome::kFaded, {"faded with a cause", report::Mark::kSquare, 0}},

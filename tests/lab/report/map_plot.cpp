@@ -12,7 +12,7 @@
 namespace palpate::report {
 namespace {
 
-constexpr double kLeftPx = 76.0, kBottomPx = 58.0, kTopPx = 16.0, kRightPx = 22.0;
+constexpr double kMapLeftPx = 76.0, kMapBottomPx = 58.0, kMapTopPx = 16.0, kMapRightPx = 22.0;
 constexpr double kBarPx = 96.0;  // colours and their numbers
 constexpr double kKeyRowPx = 24.0;
 
@@ -235,7 +235,8 @@ Result<std::string> drawn(const HeatMap& map, const std::string& id) {
   const size_t rows = (key_entries(map) + 1) / 2;
   const double key_px = kKeyRowPx * double(rows) + (rows > 0 ? 8.0 : 0.0);
   const int height_px = map.height_px + int(key_px);
-  const Frame frame{kLeftPx, map.width_px - kRightPx - kBarPx, kBottomPx, map.height_px - kTopPx};
+  const Frame frame{kMapLeftPx, map.width_px - kMapRightPx - kBarPx, kMapBottomPx,
+                    map.height_px - kMapTopPx};
   const Span colours = colours_of(map);
   std::vector<std::string> pieces, tips;
   std::string text = axes_script(map.x, map.y, x, y, frame, map.width_px, height_px, false) +
@@ -243,7 +244,7 @@ Result<std::string> drawn(const HeatMap& map, const std::string& id) {
   text += rows > 0 ? fmt::format(
                          "set key at screen {:.5f},{:.5f} left top Left reverse maxrows {} samplen "
                          "2.4 spacing {:.2f} width 3 textcolor rgb \"{}\"\n",
-                         kLeftPx / map.width_px, 1.0 - 4.0 / height_px, rows,
+                         kMapLeftPx / map.width_px, 1.0 - 4.0 / height_px, rows,
                          kKeyRowPx / (1.25 * kFontPx), kInk)
                    : "unset key\n";
   text += cells_blocks(map, cells, colours, pieces, tips);

@@ -11,18 +11,18 @@ namespace {
 
 constexpr double kStrokeStiffness = 600.0;
 constexpr double kMostChange_n = 0.05;  // in a millisecond: what a hand begins to take for an event
-constexpr int kFrames = 4, kFoldedStep = 2;
+constexpr int kStrokeFrames = 4, kFoldedStep = 2;
 
 /// The beating shell whose material, in its third step, also runs along its surface: turned about
 /// an axis by (q / 6) sin(6 longitude). Its frames know no longitude, so they are right all the
 /// same, and all that is felt of it is the motion's own doing.
 std::shared_ptr<const MovingVolume> running_shell(double q, glm::dvec3 axis_lps) {
   const Grid grid = shell_grid(2.0);
-  static const auto still = shell(kFrames, 2.0, Made::kAnalytic, 2.0);
+  static const auto still = shell(kStrokeFrames, 2.0, Made::kAnalytic, 2.0);
   auto volume = std::make_shared<MovingVolume>(*still);
   const glm::dvec3 east = glm::normalize(glm::cross(axis_lps, glm::dvec3(0.3, 0.5, -0.8)));
   const glm::dvec3 north = glm::cross(axis_lps, east);
-  Field field = shell_truth(grid, kFoldedStep, kFoldedStep + 1, kFrames);
+  Field field = shell_truth(grid, kFoldedStep, kFoldedStep + 1, kStrokeFrames);
   for (int k = 0; k < grid.size.z; ++k)
     for (int j = 0; j < grid.size.y; ++j)
       for (int i = 0; i < grid.size.x; ++i) {

@@ -9,15 +9,14 @@
 namespace palpate::stability {
 namespace {
 
-constexpr int kFrames = kThinFrames;
 constexpr double kThin_m = 1e-3;
 
 /// The thin shell whose fastest step goes at so many m/s.
 std::shared_ptr<const MovingVolume> shell_at(double wall_m_per_s) {
   double step_m = 0.0;
-  for (int k = 0; k < kFrames; ++k)
-    step_m = std::max(
-        step_m, 1e-3 * std::abs(shell_radius_mm(k + 1, kFrames) - shell_radius_mm(k, kFrames)));
+  for (int k = 0; k < kThinFrames; ++k)
+    step_m = std::max(step_m, 1e-3 * std::abs(shell_radius_mm(k + 1, kThinFrames) -
+                                              shell_radius_mm(k, kThinFrames)));
   return thin_shell(std::max(1e-6, wall_m_per_s / step_m));
 }
 
@@ -64,7 +63,7 @@ Darts darted_by(const SceneSpec& spec, const std::shared_ptr<const MovingVolume>
     const TickOutput out = hand->to(path.next(draws, radius, centre));
     ++darts.frames;
     darts.contact += glm::length(out.wanted_n) > 0.0;
-    radius = shell_radius_m(out.first, kFrames);
+    radius = shell_radius_m(out.first, kThinFrames);
     centre = volume_of(*hand).world(glm::dvec3(0.0));
     const bool strong = glm::length(out.wanted_n) >= kDartStrength_n;
     const double behind = radius - glm::length(volume_of(*hand).volume(out.proxy_m));

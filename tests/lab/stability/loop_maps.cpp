@@ -12,7 +12,7 @@
 namespace palpate::stability {
 namespace {
 
-constexpr double kPeriod_s = 1e-3;
+constexpr double kLoopPeriod_s = 1e-3;
 constexpr int kHandCount = 5;
 constexpr std::array<devices::HandImpedance, kHandCount> kHands = {
     devices::kNoHand, devices::kLooseHand, devices::kHumanHand, devices::kFirmHand,
@@ -91,7 +91,7 @@ Cell loop_cell(const LoopPoint& at, int hand, Loop loop, uint32_t seed) {
   // Below the limit it must be given the time to come to rest; beyond, it shows soon.
   of.longest_s = at.stiffness_share < 1.0 || loop == Loop::kPalpate ? 500.0 : at.longest_s;
   of.stiffness_n_per_m =
-      at.stiffness_share * stable_stiffness(at.damping_n_s_per_m, kPeriod_s, at.delay_s);
+      at.stiffness_share * stable_stiffness(at.damping_n_s_per_m, kLoopPeriod_s, at.delay_s);
   const StabilityResult result =
       loop == Loop::kPlain ? run_stability(of, 0.0) : run_guarded(of, loop == Loop::kPalpate);
   Cell cell{1e6 * result.swing_m, Outcome::kHeld};
@@ -128,11 +128,11 @@ StabilityMap stiffness_map(const Making& making) {
   map.x = even_axis("delay", "ms", 0.0, 3.0, making.count(4, 10));
   map.y = log_axis("stiffness", "N/m", 200.0, 8000.0, making.count(5, 12));
   map.borders = {border_along_x(kStable, evenly(0.0, 3.2, 65), [](double delay_ms) {
-    return stable_stiffness(2.0, kPeriod_s, 1e-3 * delay_ms);
+    return stable_stiffness(2.0, kLoopPeriod_s, 1e-3 * delay_ms);
   })};
   fill(map, making, [&](size_t side, double delay_ms, double stiffness) {
     LoopPoint at{.delay_s = 1e-3 * delay_ms};
-    at.stiffness_share = stiffness / stable_stiffness(2.0, kPeriod_s, at.delay_s);
+    at.stiffness_share = stiffness / stable_stiffness(2.0, kLoopPeriod_s, at.delay_s);
     return loop_cell(at, Loop(side), cell_seed(making.seed, delay_ms, stiffness));
   });
   return map;
@@ -181,8 +181,8 @@ StabilityMap jitter_map(const Making& making) {
   map.borders = {border_at_y(kStable, 1.0, map.x),
                  border_along_x("the limit of a loop whose every period is the longest",
                                 evenly(0.0, 1.0, 33), [](double j) {
-                                  return stable_stiffness(2.0, (1.0 + j) * kPeriod_s, 1e-3) /
-                                         stable_stiffness(2.0, kPeriod_s, 1e-3);
+                                  return stable_stiffness(2.0, (1.0 + j) * kLoopPeriod_s, 1e-3) /
+                                         stable_stiffness(2.0, kLoopPeriod_s, 1e-3);
                                 })};
   fill(map, making, [&](size_t side, double jitter_ms, double share) {
     return loop_cell({.stiffness_share = share, .jitter_s = 1e-3 * jitter_ms}, Loop(side),
@@ -198,7 +198,7 @@ StabilityMap encoder_map(const Making& making) {
   map.x = log_axis("encoder step", "um", 1.0, 200.0, making.count(4, 9));
   map.y = log_axis("stiffness", "N/m", 200.0, 8000.0, making.count(5, 11));
   constexpr double kCoulomb_n = 0.03;
-  const double stable = stable_stiffness(2.0, kPeriod_s, 1e-3);
+  const double stable = stable_stiffness(2.0, kLoopPeriod_s, 1e-3);
   map.borders = {
       border_at_y(kStable, stable, map.x),
       border_along_x("K = 2 friction / step (Abbott and Okamura)", log_evenly(0.7, 300.0, 33),

@@ -15,7 +15,7 @@ constexpr int kPanelWidth_px = 470, kPanelHeight_px = 380, kTitle_px = 28, kPane
 constexpr int kLeft_px = 10, kKeyRow_px = 22, kKeyTop_px = 10;
 constexpr const char* kText = "font-family=\"Inter, system-ui, sans-serif\" fill=\"#222222\"";
 
-const char* word(Outcome outcome) {
+const char* outcome_word(Outcome outcome) {
   switch (outcome) {
     case Outcome::kHeld:
       return "held";
@@ -166,7 +166,7 @@ report::Table table_of(const StabilityMap& map) {
     for (size_t c = 0; c < side.cells.size(); ++c)
       table.rows.push_back({report::words(side.method), at(map.x, c % map.x.at.size()),
                             at(map.y, c / map.x.at.size()), report::number(side.cells[c].value, 6),
-                            report::words(word(side.cells[c].outcome))});
+                            report::words(outcome_word(side.cells[c].outcome))});
   return table;
 }
 

@@ -12,11 +12,11 @@
 namespace palpate::stability {
 namespace {
 
-constexpr double kPeriod_s = 1e-3;
+constexpr double kWallPeriod_s = 1e-3;
 constexpr double kLost_m = 1.0;
 constexpr double kExact_m = 1e-6;  ///< what counts as rest with an exact encoder
-constexpr std::array<devices::HandImpedance, 4> kHands = {devices::kNoHand, devices::kLooseHand,
-                                                          devices::kHumanHand, devices::kFirmHand};
+constexpr std::array<devices::HandImpedance, 4> kWallHands = {
+    devices::kNoHand, devices::kLooseHand, devices::kHumanHand, devices::kFirmHand};
 
 /// Slowest decay, 1/s, and frequency, rad/s, of the loop without rounding: M s^2 + d s + k with the
 /// part of the damping that sampling and delay leave.
@@ -28,7 +28,7 @@ Decay decay_of(const StabilityCase& at, double lead_share) {
   const auto& [mass, damping, coulomb, hand] = at.body;
   const double m = mass + hand.mass_kg, k = at.stiffness_n_per_m + hand.stiffness_n_per_m;
   const double omega = std::sqrt(k / m);
-  const double late_s = (1.0 - lead_share) * (0.5 * kPeriod_s + at.delay_s);
+  const double late_s = (1.0 - lead_share) * (0.5 * kWallPeriod_s + at.delay_s);
   const double lost = at.stiffness_n_per_m * std::sin(std::min(omega * late_s, 1.5)) / omega;
   const double half = 0.5 * (damping + hand.damping_n_s_per_m - lost) / m;
   const double under = half * half - omega * omega;
@@ -66,17 +66,18 @@ StabilityCase stability_case(uint32_t seed, double c) {
   at.body.mass_kg = draws.log_even(0.05, 1.0);
   at.body.damping_n_s_per_m = draws.log_even(0.1, 10.0);
   at.delay_s = draws.even(0.0, 3e-3);
-  if (draws.even(0.0, 1.0) < 0.3) at.delay_s = kPeriod_s * std::round(at.delay_s / kPeriod_s);
+  if (draws.even(0.0, 1.0) < 0.3)
+    at.delay_s = kWallPeriod_s * std::round(at.delay_s / kWallPeriod_s);
   at.resolution_m = draws.even(0.0, 60e-6);
   if (draws.even(0.0, 1.0) < 0.1) at.resolution_m = 0.0;
   at.offset_m = draws.even(0.0, 1.0) * at.resolution_m;
   at.hand = std::min(4, int(draws.even(0.0, 5.0)));
   const double spring = draws.log_even(20.0, 2000.0);
-  at.body.hand =
-      at.hand < 4 ? kHands[size_t(at.hand)] : devices::HandImpedance{.stiffness_n_per_m = spring};
+  at.body.hand = at.hand < 4 ? kWallHands[size_t(at.hand)]
+                             : devices::HandImpedance{.stiffness_n_per_m = spring};
   at.press_n = draws.log_even(0.1, 3.0);
   at.impact_m_per_s = draws.log_even(0.01, 0.3);
-  at.stiffness_n_per_m = c * stable_stiffness(at.body.damping_n_s_per_m, kPeriod_s, at.delay_s);
+  at.stiffness_n_per_m = c * stable_stiffness(at.body.damping_n_s_per_m, kWallPeriod_s, at.delay_s);
   return at;
 }
 
@@ -97,18 +98,18 @@ StabilityResult run_stability(const StabilityCase& at, const WallLoop& loop) {
   StabilityResult result;
   result.simulated_s =
       std::clamp(1.3 * foldings / decay.rate, 1.0, at.longest_s) + at.settling_s + watched_s;
-  const long ticks = long(result.simulated_s / kPeriod_s);
-  const long watched = long(watched_s / kPeriod_s);
+  const long ticks = long(result.simulated_s / kWallPeriod_s);
+  const long watched = long(watched_s / kWallPeriod_s);
 
-  const int whole = int(std::floor(at.delay_s / kPeriod_s + 1e-9));
-  const double rest_s = std::max(0.0, at.delay_s - whole * kPeriod_s);
+  const int whole = int(std::floor(at.delay_s / kWallPeriod_s + 1e-9));
+  const double rest_s = std::max(0.0, at.delay_s - whole * kWallPeriod_s);
   const bool fractional = rest_s > 1e-9;
   std::array<double, 8> sent{};
   devices::HeldMass body(at.body, {});
   body.put({}, {at.impact_m_per_s, 0.0, 0.0});
-  DelayLead lead(kPeriod_s, at.delay_s, loop.lead_share);
+  DelayLead lead(kWallPeriod_s, at.delay_s, loop.lead_share);
   Draws draws(1);
-  double now_s = 0.0, period_s = kPeriod_s;
+  double now_s = 0.0, period_s = kWallPeriod_s;
   Spread position, force;
   for (long tick = 0; tick < ticks; ++tick) {
     double x = body.position_m().x;
@@ -118,7 +119,7 @@ StabilityResult run_stability(const StabilityCase& at, const WallLoop& loop) {
         loop.push_n ? loop.push_n(x, period_s)
                     : -wall_k * std::max(0.0, lead.add(std::llround(now_s * 1e9), {x, 0.0, 0.0}).x);
     if (at.jitter_s > 0.0)
-      period_s = std::max(1e-5, kPeriod_s + draws.even(-at.jitter_s, at.jitter_s));
+      period_s = std::max(1e-5, kWallPeriod_s + draws.even(-at.jitter_s, at.jitter_s));
     now_s += period_s;
     sent[size_t(tick) % sent.size()] = push_n;
     const double now_n = sent[size_t(tick - whole) % sent.size()];

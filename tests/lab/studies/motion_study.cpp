@@ -89,7 +89,7 @@ Result<MotionMeasure> measured(const StudyRun& run, PairMethod& method, const Mo
   return row;
 }
 
-std::string joined(const std::vector<std::string>& names) {
+std::string comma_list(const std::vector<std::string>& names) {
   std::string text;
   for (const std::string& name : names) text += (text.empty() ? "" : "; ") + name;
   return text;
@@ -138,7 +138,7 @@ MotionMeasures measure_motion(const StudyRun& run, const MotionCase& known,
     all.missing.push_back(
         fmt::format("The time was over before all was measured (more: "
                     "--minutes). Left out: {}.",
-                    joined(left_out)));
+                    comma_list(left_out)));
   return all;
 }
 

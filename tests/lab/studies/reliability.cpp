@@ -62,7 +62,7 @@ double Reliability::calibration_error() const {
 Reliability reliability_of(const Field& found, const Confidence& confidence, const Field& truth,
                            const Mask* mask, double right_mm) {
   const Grid& grid = truth.grid;
-  const Volume trust = resampled(Volume{confidence.grid, confidence.values}, grid);
+  const Confidence trust = resampled(confidence, grid);
   Reliability result;
   for (int k = 0; k < grid.size.z; ++k)
     for (int j = 0; j < grid.size.y; ++j)

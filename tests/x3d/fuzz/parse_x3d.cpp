@@ -1,20 +1,13 @@
 #include "tests/x3d/fuzz/parse_x3d.h"
 
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 
 #include "integration/x3d/x3d_file.h"
 #include "module/scene/drive.h"
+#include "tests/support/require.h"
 
 namespace palpate::x3d::fuzz {
 namespace {
-
-void require(bool holds, const char* what) {
-  if (holds) return;
-  std::fprintf(stderr, "broken promise of the reader of X3D: %s\n", what);
-  std::abort();
-}
 
 bool is_strength(const TransferFunction& f) {
   for (const double out : f.out())

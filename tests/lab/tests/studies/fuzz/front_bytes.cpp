@@ -1,22 +1,11 @@
 #include "tests/lab/tests/studies/fuzz/front_bytes.h"
 
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 
 #include "integration/app/choice/motion_front.h"
+#include "tests/support/require.h"
 
 namespace palpate::studies::fuzz {
-namespace {
-
-void require(bool holds, const char* what) {
-  if (holds) return;
-  std::fprintf(stderr, "broken promise of the front's reader: %s\n", what);
-  std::abort();
-}
-
-}  // namespace
-
 void parse_front_bytes(std::string_view bytes) {
   const auto front = app::parse_front(std::string(bytes));
   if (!front) {
