@@ -6,24 +6,25 @@
 
 namespace palpate {
 
-/// What the device saw in one brick (measure.comp).
+/// What the device measured in one brick (measure.comp). Lengths in h, the level's voxel edge.
 struct BrickMeasure {
-  float moved = 0.0F;      ///< largest change of the field since the last look, in h
+  float moved = 0.0F;      ///< largest change of the field since the last measurement
   float structure = 0.0F;  ///< largest mean squared normalised intensity; 0: no voxel counted
-  float reach = 0.0F;      ///< largest |u|, in h
+  float reach = 0.0F;      ///< largest |u|
 };
 
-/// When a brick may rest.
+/// When a brick may rest (be left out of further iterations). Lengths in h.
 struct RestRule {
-  double moved = 0.0;      ///< it and its neighbours moved less than this, in h; or
-  double structure = 0.0;  ///< its images have less structure than this and
-  /// nothing in it has left its place by more than this, in h: empty and still
+  double moved = 0.0;  ///< the brick and its neighbours moved less than this; or
+  /// the mean squared normalised intensity is below `structure`, and no |u| exceeds `reach`
+  double structure = 0.0;
   double reach = 0.25;
 };
 
-/// The bricks that still need work, order kept. A flat brick that has moved stays in work: the
-/// filter carries the motion of its borders through it, as through a liver without contrast.
-/// `bricks` and `looks` run in parallel; `cells` is the field's size.
+/// The bricks that still need work, in their old order. A brick without structure that has moved
+/// stays in work: the total variation carries the motion of its borders through it, as through a
+/// liver without contrast. `measures` are those of `bricks`, in the same order; `cells` is the size
+/// of the field.
 BrickList active_bricks(const BrickList& bricks, std::span<const BrickMeasure> measures,
                         glm::ivec3 cells, const RestRule& rule);
 

@@ -12,7 +12,7 @@ namespace palpate {
 /// Bricks of 8^3 cells, packed as the kernels read them (x | y << 10 | z << 20).
 using BrickList = std::vector<uint32_t>;
 
-/// Sizes and places as push constants hold them.
+/// Sizes and indices as push constants store them.
 inline glm::ivec4 wide(glm::ivec3 v, int w = 0) {
   return {v, w};
 }
@@ -21,28 +21,28 @@ inline glm::ivec3 brick_count(glm::ivec3 cells) {
   return (cells + shaders::kBrick - 1) / shaders::kBrick;
 }
 
-/// Where a brick lies, counted in bricks.
+/// Index of a brick, in bricks.
 inline glm::ivec3 unpacked(uint32_t brick) {
   return {int(brick & 1023U), int(brick >> 10 & 1023U), int(brick >> 20)};
 }
 
-/// The bricks that hold any of the cells [begin, end).
+/// The bricks that contain any of the cells [begin, end).
 BrickList bricks_over(glm::ivec3 begin, glm::ivec3 end);
 /// Every brick of a grid of cells.
 BrickList all_bricks(glm::ivec3 cells);
 
-/// The listed bricks and those that touch them, in the order of all_bricks().
+/// The listed bricks and those that touch them (26 neighbours), in the order of all_bricks().
 BrickList with_neighbours(const BrickList& bricks, glm::ivec3 cells);
 
 /// A device buffer with the list; never empty, so that it can always be bound.
 vulkan::Buffer upload_bricks(const std::shared_ptr<vulkan::Context>& context,
                              const BrickList& bricks);
 
-/// Groups of a kernel that works on a list of bricks: one slice of one brick each.
+/// Workgroups of a kernel in which one group computes one slice of one brick.
 inline glm::ivec3 slice_groups(const BrickList& bricks) {
   return {int(bricks.size()), shaders::kBrick, 1};
 }
-/// Groups of a kernel whose group covers a whole brick.
+/// Workgroups of a kernel in which one group computes a whole brick.
 inline glm::ivec3 brick_groups(const BrickList& bricks) {
   return {int(bricks.size()), 1, 1};
 }

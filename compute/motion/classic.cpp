@@ -57,8 +57,8 @@ void ClassicSolver::record_iteration(vulkan::Recorder& recorder, size_t l,
   const LevelPlan& level = plan_.levels[l];
   ClassicLevelImages& images = levels_[l];
   const glm::dvec3 sigma = sigma_voxels(plan_, l);
-  // The Gaussian must end in `field`: it swaps the images once per axis it smooths, the force once
-  // more.
+  // The result of the Gaussian must be in `field`. Each smoothed axis swaps the two images, and so
+  // does the force.
   const bool swaps = gauss_swaps(level.image_size, sigma);
   recorder.dispatch(
       kernels_->classic_force(),
@@ -104,7 +104,7 @@ std::optional<SolveReport> ClassicSolver::solve(const FramePyramid& fixed,
       }
       recorder_.run();
       about.iterations += size;
-      // An eighth of the voxels per coarser level: the finest level is nearly all of the work.
+      // A coarser level has an eighth of the voxels: the finest level is nearly all of the work.
       if (progress && l == finest) progress(double(about.iterations) / level.options.iterations);
     }
     about.brick_iterations = about.all_brick_iterations =

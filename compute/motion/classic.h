@@ -4,11 +4,11 @@
 
 namespace palpate {
 
-/// The paper's registration, exactly as its equation (34) has it: one vector per voxel, Thirion's
-/// force on the fixed image's gradient, a Gaussian over the field after every iteration, coarse to
-/// fine in steps of two. Every voxel is computed in every iteration and nothing is repaired: the
-/// yardstick, not the recommendation. Confidence is 1 everywhere, since the method says nothing of
-/// it. One thread at a time. Throws vulkan::Failure.
+/// The registration of the paper, exactly equation (34): one vector per voxel, Thirion's force with
+/// the gradient of the fixed image, a Gaussian over the field after every iteration, coarse to fine
+/// in steps of two. Every voxel is computed in every iteration and folds are not repaired: it is
+/// the baseline for comparisons, not the recommended method. Confidence is 1 everywhere, since the
+/// method estimates none. One thread at a time. Throws vulkan::Failure.
 class ClassicSolver : public FieldSolver {
  public:
   ClassicSolver(std::shared_ptr<vulkan::Context> context, std::shared_ptr<MotionKernels> kernels,

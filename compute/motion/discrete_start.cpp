@@ -9,11 +9,12 @@
 namespace palpate {
 namespace {
 
-constexpr double kMostDifference =
-    1.5;  // local SDs: a larger difference says no more than "does not match"
+// local SDs at which a difference is cut: larger ones cost the same
+constexpr double kMostDifference = 1.5;
 constexpr double kSmoothing = 0.5;  // nodes: SD of the Gaussian between rounds
-// Price of a squared voxel of distance from the smooth field, round by round: nearly free choice
-// first. It ends before all agree, since what is searched for is what does not go with the rest.
+// Penalty on a squared voxel of distance from the smooth field, per round: small at first, so that
+// the choice is nearly free. The last one does not yet make all nodes agree, since motion is
+// searched for that differs from its surroundings.
 constexpr std::array<double, 4> kPrices = {0.0005, 0.005, 0.0125, 0.03};
 
 }  // namespace

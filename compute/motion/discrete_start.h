@@ -8,24 +8,25 @@
 
 namespace palpate {
 
-/// Coupled convex search over whole-voxel displacements from a field that has ended on a level: a
-/// start for motions larger than the spacing of structures, where every gradient method takes the
-/// wrong one (Heinrich, Papiez, Schnabel, Handels, MICCAI workshop WBIR 2014). Only nodes at which
-/// that field leaves something unexplained are searched. One thread at a time. Throws
-/// vulkan::Failure.
+/// Coupled convex search over whole-voxel displacements, started from the field at the end of a
+/// level. It finds motions larger than the spacing of structures, for which gradient methods
+/// converge to the wrong structure (Heinrich, Papiez, Schnabel, Handels, MICCAI workshop WBIR
+/// 2014). Only nodes at which that field leaves an unexplained difference are searched. One thread
+/// at a time. Throws vulkan::Failure.
 class DiscreteStart {
  public:
   DiscreteStart(std::shared_ptr<vulkan::Context> context, std::shared_ptr<MotionKernels> kernels,
                 const MotionPlan& plan, const SearchPlan& search);
 
-  /// What labels cost at the nodes, and room to smooth that. Kept from search to search.
+  /// Costs of the labels at the nodes, and a second buffer for smoothing them. Reused by every
+  /// search.
   using Costs = std::array<vulkan::Buffer, 2>;
 
-  /// Searches at the nodes (numbers, x fastest) and waits. `current` is the field of the level, on
-  /// its cells, mm along the image axes. `costs` is made larger where needed. The result is
-  /// field(), on the nodes: what was found, or `current` where nothing was searched. Returns the
-  /// number of labels that were tried at each node: 0, and no result, if the budget is too small
-  /// for all nodes.
+  /// Searches at the given nodes (indices, x fastest) and waits for the device. `current`: the
+  /// field of the level on its cells, mm along the image axes. `costs` grows where needed. The
+  /// result is field(), on the nodes: the displacement found, or `current` where nothing was
+  /// searched. Returns the number of labels tried at each node; 0, without a result, if the budget
+  /// is too small for all nodes.
   int solve(const FramePyramid& fixed, const FramePyramid& moving, const vulkan::Image& current,
             const std::vector<uint32_t>& nodes, Costs& costs);
 

@@ -12,19 +12,19 @@
 namespace palpate {
 namespace {
 
-/// Edges at which the values' steadiness is measured: the strongest of the reference frame.
+/// The strongest edges of the reference frame, at which the values' steadiness is measured.
 constexpr double kEdgeShare = 0.05;
 constexpr size_t kMostEdgePoints = 40'000;
-/// A vote is never worth nothing: where no frame knows anything, neighbours still agree.
+/// Smallest weight of a field: where no frame has confidence, neighbours still agree.
 constexpr float kLeastWeight = 0.05F;
-/// Rounds of (1 2 1)/4 over the weights, an SD of 1.7 cells: where votes differ, a weight that
+/// Rounds of (1 2 1)/4 over the weights, an SD of 1.7 cells: where fields differ, a weight that
 /// jumps from cell to cell would make the mean jump too, and fold.
 constexpr int kWeightRounds = 6;
-/// A step from the last frame to the first that is so many times the largest other one does not
-/// close a cycle: a movement to one side in N even steps would need N - 1 of them.
+/// A step from the last frame to the first that is more than this many times the largest other one
+/// does not close a cycle: a movement to one side in N equal steps would need N - 1 of them.
 constexpr double kLargestClosingStep = 3.0;
-/// A cycle whose last frame is the first once more ends this share of a step after it: times must
-/// lie within the cycle.
+/// If the last frame repeats the first, the cycle ends this share of a step after it, since all
+/// times must lie within the cycle.
 constexpr double kRepeatedEnd = 1e-3;
 constexpr TimeWeights kHalfOfEach{2, {0, 1}, {0.5F, 0.5F}};
 
@@ -39,7 +39,7 @@ void for_each_sample(const Grid& grid, double cost, const Work& work) {
   });
 }
 
-/// The weights of a frame's votes: its confidence, smoothed, and never nothing.
+/// The weights of a frame's field: its confidence, smoothed, and at least kLeastWeight.
 std::vector<float> weights_of(const Confidence& confidence) {
   const glm::ivec3 size = confidence.grid.size;
   std::vector<float> weights = confidence.values;
@@ -63,7 +63,7 @@ std::vector<float> weights_of(const Confidence& confidence) {
 }
 
 /// Solves A x = b for symmetric positive definite A (n x n, row by row) and many right-hand sides
-/// at once: b holds n rows. Gauss-Jordan with pivots: n is below a few dozen.
+/// at once: b has n rows. Gauss-Jordan with pivots; n is below a few dozen.
 void solve_in_place(std::vector<double> a, std::vector<double>& b, size_t n, size_t columns) {
   for (size_t p = 0; p < n; ++p) {
     size_t best = p;
@@ -83,7 +83,7 @@ void solve_in_place(std::vector<double> a, std::vector<double>& b, size_t n, siz
     for (size_t c = 0; c < columns; ++c) b[r * columns + c] /= a[r * n + r];
 }
 
-/// Fields at the frames of the motion that `basis` tells.
+/// Fields at the frames of the motion with the harmonics of `basis`.
 std::vector<Field> smoothed(std::span<const Field> at_frame, const TimeBasis& basis) {
   const std::vector<Field> terms = harmonics_of(at_frame, basis);
   std::vector<Field> result;
@@ -91,9 +91,9 @@ std::vector<Field> smoothed(std::span<const Field> at_frame, const TimeBasis& ba
   return result;
 }
 
-/// How steady the values at material points on edges stay through the cycle. A gain or a bias that
-/// drifts (inflow in cine MR, contrast) is not unsteadiness of the motion: of each point's values
-/// only what differs from the mean of the frames before and after counts.
+/// How steady the values at material points on edges are through the cycle. A gain or bias that
+/// drifts (inflow in cine MR, contrast) is no error of the motion: only the difference of each
+/// point's value from the mean of the frames before and after counts.
 class Steadiness {
  public:
   explicit Steadiness(const Volume& reference) {
@@ -111,7 +111,8 @@ class Steadiness {
     const size_t kept = size_t(kEdgeShare * double(edges.size()));
     std::nth_element(edges.begin(), edges.begin() + ptrdiff_t(kept), edges.end(), std::greater<>());
     edges.resize(kept);
-    // The order of nth_element is the library's: sorted, the points are the same everywhere.
+    // nth_element leaves an order that depends on the library; sorted, the points are the same
+    // everywhere.
     std::sort(edges.begin(), edges.end(),
               [](const auto& a, const auto& b) { return a.second < b.second; });
     const size_t stride = std::max<size_t>(1, kept / kMostEdgePoints);
@@ -160,7 +161,7 @@ class Steadiness {
   std::vector<glm::dvec3> points_mm_;
 };
 
-/// Mean length of a field where it is known, mm.
+/// Mean length of a field, weighted by its confidence, mm.
 double step_mm(const Field& field, const Confidence& confidence) {
   double sum = 0.0, all = 0.0;
   for (size_t n = 0; n < field.u_mm.size(); ++n) {
@@ -192,8 +193,8 @@ class FitVariance {
     solve_in_place(std::move(normal), inverse_, terms, terms);
   }
 
-  /// Of the fit at a time, in units of a frame's variance; at a frame's time its own weight in the
-  /// fit. Not finite or negative where there are too few different times.
+  /// Variance of the fit at a time, in units of a frame's variance; at a frame's time this is the
+  /// frame's own weight in the fit. Not finite or negative if there are too few different times.
   double at(double time_s) const {
     const size_t terms = basis_.terms();
     const TimeWeights w = basis_.at(time_s);
@@ -204,8 +205,8 @@ class FitVariance {
     return variance;
   }
 
-  /// No time of the cycle is known worse than a frame is: a gap between frames is not bridged by a
-  /// guess.
+  /// True if at no time of the cycle the variance is larger than a frame's: a gap between frames is
+  /// then not filled by extrapolation.
   bool is_sound() const {
     const int phases = 8 * int(basis_.times_s.size());
     for (int p = 0; p < phases; ++p) {
@@ -227,7 +228,8 @@ double left_out_mm(std::span<const Field> at_frame, std::span<const Field> fit,
                    std::span<const Confidence> confidence) {
   double sum = 0.0, all = 0.0;
   for (size_t k = 0; k < at_frame.size(); ++k) {
-    // The fit is linear: without frame k it misses that by its residual / (1 - its own weight).
+    // The fit is linear: a fit without frame k would miss it by its residual / (1 - its own
+    // weight).
     const double others = std::max(1e-3, 1.0 - variance.at(basis.times_s[k]));
     for (size_t n = 0; n < fit[k].u_mm.size(); ++n) {
       const double w = confidence[k].values[n];
@@ -239,10 +241,10 @@ double left_out_mm(std::span<const Field> at_frame, std::span<const Field> fit,
   return all > 0.0 ? std::sqrt(sum / all) : 0.0;
 }
 
-/// Brings a cyclic motion that is known at its frames to as few harmonics as keep the values at
-/// material points steady and tell left-out frames nearly as well as any number; leaves it as it
-/// is where none do. Each of the two alone fails: in noise the values hardly feel the motion, and a
-/// motion that is sampled too coarsely is told best by too few harmonics.
+/// Reduces a cyclic motion that is known at its frames to as few harmonics as keep the values at
+/// material points steady and predict left-out frames nearly as well as any number; unchanged if
+/// none do. Each criterion alone fails: in noise the values hardly depend on the motion, and a
+/// motion that is sampled too coarsely is predicted best by too few harmonics.
 Status choose_harmonics(SequenceMotion& motion, const Volume& reference, const FrameReader& read,
                         const SequenceMotionOptions& options, SequenceReport& report) {
   const std::vector<Field> at_frame = motion.terms;
@@ -406,7 +408,7 @@ Result<SequenceMotion> motion_of_steps(std::span<const Field> consecutive, const
   motion.reference = reference;
   motion.basis = {times.times_s, times.cycle_s, 0};
   motion.terms.assign(frames, still_field(consecutive.front().grid));
-  // How many frames are reached forward: in a cycle half of them.
+  // Number of frames that are reached forward: in a cycle half of them.
   const size_t after = cyclic ? frames / 2 : frames - 1 - reference;
   const auto go_on = [&](size_t from, size_t to, const Field& step) {
     for_each_sample(step.grid, 100.0, [&](size_t n, glm::dvec3 x) {
@@ -506,7 +508,7 @@ Result<SequenceMotion> estimate_sequence_motion(const std::shared_ptr<vulkan::Co
         "The last frame is the first once more: the cycle lasts from the one to the other.");
   }
 
-  // From the frame nearest the mean to all others: no field has further to go than it must.
+  // From the frame nearest the mean to all others, which keeps the largest motion small.
   motion.reference = options.reference
                          ? *options.reference
                          : frame_nearest_the_mean(std::span(consecutive).first(frames - 1));
@@ -532,7 +534,7 @@ Result<SequenceMotion> estimate_sequence_motion(const std::shared_ptr<vulkan::Co
   direct[motion.reference] = still_field(solved);
   met.confidence[motion.reference] = {solved, std::vector<float>(solved.count(), 1.0F)};
 
-  // What neighbours say, too.
+  // Neighbour consensus.
   std::vector<Field> backward;
   for (const Field& field : consecutive) backward.push_back(inverse_of(field, field.grid).w);
   for (int sweep = 0; sweep < options.sweeps; ++sweep)

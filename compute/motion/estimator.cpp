@@ -15,14 +15,15 @@
 namespace palpate {
 namespace {
 
-/// What the way back may take: iterations on its finest level and on the coarser ones, and the work
-/// of its discrete start. It has to tell right from wrong, which miss the way there by 1 and by 3
-/// voxels and more; with 8, 12 and 1e7 it comes no nearer on real pairs (docs/decisions).
+/// Effort of the backward field: iterations on its finest level and on the coarser ones, and the
+/// work of its discrete start. It only has to tell right fields from wrong ones, which it misses by
+/// 1 and by 3 voxels or more; with 8, 12 and 1e7 it comes no nearer on real pairs (docs/decisions).
 constexpr int kBackwardIterations = 3;
 constexpr int kBackwardCoarseIterations = 6;
 constexpr double kBackwardSearchWork = 2e6;
-constexpr int kMostSearchReach = 19;  // (2 * 19 + 1)^3 labels are the most that one dispatch counts
-constexpr size_t kWaiting = 2;        // frames that wait for the worker before push() blocks
+// (2 * 19 + 1)^3 labels are the most that one dispatch can count
+constexpr int kMostSearchReach = 19;
+constexpr size_t kWaiting = 2;  // frames that wait for the worker before push() blocks
 
 using Clock = std::chrono::steady_clock;
 
@@ -34,8 +35,8 @@ std::string text(glm::ivec3 size) {
   return std::to_string(size.x) + " x " + std::to_string(size.y) + " x " + std::to_string(size.z);
 }
 
-/// The way back: the least effort, on the same pyramid but for its finest level, where most of the
-/// time goes.
+/// The plan of the backward field: least effort, on the same pyramid without its finest level,
+/// which takes most of the time.
 MotionPlan plan_backward(const MotionPlan& plan) {
   MotionOptions options = on_solved_cells(*motion_preset("fast"));
   options.normalise = plan.options.normalise;
@@ -58,7 +59,7 @@ struct DeviceFrame {
   size_t index = 0;
   double prepare_seconds = 0.0;
   std::unique_ptr<FramePyramid> pyramid;
-  HalfVolume values;  // only if it was not prepared as a whole, and may have to be
+  HalfVolume values;  // only if it was not prepared as a whole and may have to be
 };
 
 class Worker final : public SequenceEstimator {
@@ -109,8 +110,8 @@ class Worker final : public SequenceEstimator {
                        " voxels) is not on the grid of the sequence (" + text(plan_.image.size) +
                        "): resample it, so that all frames share size, spacing and direction."};
     }
-    // One scale and one noise floor for all frames, from the first: a difference between frames
-    // must stay one.
+    // One scale and one noise floor for all frames, from the first, so that differences between
+    // frames are kept.
     std::call_once(scale_once_, [&] {
       scale_ = intensity_scale(frame);
       noise_ = noise_floor(frame, scale_, plan_.options.noise);
@@ -147,7 +148,7 @@ class Worker final : public SequenceEstimator {
       changed_.notify_all();
     }
     {
-      // Two threads may finish: the second waits for the first.
+      // Two threads may call finish(): the second waits for the first.
       const std::lock_guard joining(join_mutex_);
       if (thread_.joinable()) thread_.join();
     }
@@ -174,8 +175,8 @@ class Worker final : public SequenceEstimator {
  private:
   uint64_t backward_bytes() const { return backward_plan_ ? solver_bytes(*backward_plan_) : 0; }
 
-  /// The way back is left out where it does not fit, or would take a step from the rest or cut it
-  /// into more slabs.
+  /// The backward field is left out if it does not fit, or would cost the step for sliding borders
+  /// or more slabs.
   bool fit() {
     const uint64_t budget = context_->memory_budget_bytes();
     const bool fits = fit_into(plan_, budget);
@@ -225,8 +226,9 @@ class Worker final : public SequenceEstimator {
     return result;
   }
 
-  /// Motion has turned out larger than the region expects: from now on frames are whole, and this
-  /// one, which was the moving one. (The fixed one is read where the mask leaves bricks only.)
+  /// Motion is larger than the region expects: from now on frames are prepared whole, also this
+  /// one, the moving frame of the pair. (The fixed frame is read only in the bricks that the mask
+  /// leaves.)
   void widen(DeviceFrame& frame) {
     const auto start = Clock::now();
     if (std::isfinite(region_.reach_mm)) {
@@ -244,8 +246,8 @@ class Worker final : public SequenceEstimator {
     std::unique_ptr<FramePyramid> spare;
     while (auto frame = next()) {
       DeviceFrame now = prepare(*std::move(frame), std::move(spare));
-      // A cycle needs its first frame again at the end; otherwise a frame is done once it has been
-      // fixed.
+      // A cycle needs its first frame again at the end; any other frame is no longer needed after
+      // it was the fixed one.
       if (before) {
         if (!solve(*before, now)) return;
         if (first || !options_.cyclic) {
@@ -286,8 +288,8 @@ class Worker final : public SequenceEstimator {
     return true;
   }
 
-  /// False if stopped. Where the fixed frame was not prepared as far as things move, there is no
-  /// way back.
+  /// False if stopped. Without a backward field if the fixed frame was not prepared as far as
+  /// things move.
   bool solve_backward(const DeviceFrame& fixed, const DeviceFrame& moving, PairMotion& motion) {
     const auto report = backward_->solve(*moving.pyramid, *fixed.pyramid, stop_.get_token(), {});
     if (!report) return false;
@@ -345,7 +347,7 @@ std::string check_options(const EstimatorOptions& options, const Grid& grid) {
     return "The finest level asked for does not exist in a volume of " + text(grid.size) +
            " voxels: 0 is the image's own.";
   }
-  // What is not a number is out of every range here.
+  // NaN is out of every range here.
   for (const LevelOptions& level : o.levels) {
     if (!(level.iterations >= 0 && level.cell >= 1 && level.cell <= 8 && level.window >= 0.0 &&
           level.smoothness > 0.0)) {

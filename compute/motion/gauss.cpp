@@ -6,8 +6,8 @@
 namespace palpate {
 namespace {
 
-constexpr double kGaussReach = 3.0;     // SDs: what is left out weighs 0.3 %
-constexpr double kSmallestSigma = 0.3;  // samples: the neighbour would weigh 0.4 %
+constexpr double kGaussReach = 3.0;     // SDs: the weight beyond is 0.3 %
+constexpr double kSmallestSigma = 0.3;  // samples: the weight of a neighbour would be 0.4 %
 
 }  // namespace
 

@@ -8,11 +8,11 @@
 
 namespace palpate {
 
-/// Push constants of one axis of a Gaussian of `sigma` samples; radius 0 (weights 1) if it would
-/// change nothing. Weights are cut at 3 sigma and sum to 1.
+/// Push constants of one axis of a Gaussian of `sigma` samples. Weights are cut at 3 sigma and sum
+/// to 1; radius 0 if the filter would change nothing.
 shaders::GaussPush gauss_push(glm::ivec3 size, int axis, double sigma);
 
-/// Axes along which a Gaussian smooths at all: the passes that it takes.
+/// Number of passes: axes along which the Gaussian smooths at all.
 int gauss_passes(glm::ivec3 size, glm::dvec3 sigma);
 
 /// True if record_gauss leaves its result in `b`.
@@ -25,9 +25,9 @@ bool record_gauss(vulkan::Recorder& recorder, MotionKernels& kernels, const vulk
                   glm::ivec3 groups, glm::dvec3 sigma, const std::vector<const vulkan::Image*>& a,
                   const std::vector<const vulkan::Image*>& b);
 
-/// The same from `source`, which is kept, over `first` and `second` in turns: after an odd number
-/// of passes (gauss_passes) the result is in `first`, after an even one in `second`, after none it
-/// is what `source` is. `second` may be `source`.
+/// The same from `source`, which is not changed, over `first` and `second` in turns. With an odd
+/// number of passes (gauss_passes) the result is in `first`, with an even one in `second`, with
+/// none `source` is the result. `second` may be `source`.
 void record_gauss(vulkan::Recorder& recorder, MotionKernels& kernels, const vulkan::Buffer& bricks,
                   glm::ivec3 groups, glm::dvec3 sigma,
                   const std::vector<const vulkan::Image*>& source,

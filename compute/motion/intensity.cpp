@@ -12,7 +12,7 @@ namespace palpate {
 namespace {
 
 constexpr size_t kSamples = 300000;
-// beyond: a metal artefact or a broken file; keeps fp16 sums finite
+// larger values come from metal artefacts or broken files; the limit keeps fp16 sums finite
 constexpr float kLargestScaled = 60.0F;
 
 // In SDs of the noise. Half and twice that gave 5 to 10 % more error; 2.6 helps balanced and best
@@ -20,8 +20,8 @@ constexpr float kLargestScaled = 60.0F;
 constexpr double kSmallestFloor = 0.02;
 constexpr double kLargestFloor = 0.25;
 
-/// Nearest fp16, values beyond the normal range clamped or flushed to 0; written so that compilers
-/// vectorise it.
+/// Nearest fp16; values beyond the normal range are clamped or flushed to 0. Written so that
+/// compilers vectorise it.
 inline uint16_t half_bits(float value) {
   const auto bits = std::bit_cast<uint32_t>(value);
   const uint32_t sign = bits >> 16 & 0x8000U;
@@ -36,7 +36,7 @@ inline uint16_t half_bits(float value) {
 IntensityScale intensity_scale(const Volume& volume) {
   const size_t step = std::max<size_t>(1, volume.values.size() / kSamples);
   std::vector<float> sampled((volume.values.size() + step - 1) / step);
-  // Each sample of a large frame is a line of memory to wait for.
+  // In a large frame nearly every sample is a cache miss.
   parallel_ranges(int(sampled.size()), 30.0, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) sampled[size_t(i)] = volume.values[size_t(i) * step];
   });

@@ -60,7 +60,7 @@ MotionKernels::MotionKernels(std::shared_ptr<vulkan::Context> context, Texels te
       nearest_(context_, VK_FILTER_NEAREST),
       linear_(context_, VK_FILTER_LINEAR) {}
 
-/// `bindings` names the kinds in order: b buffer, s sampled image, i storage image, r image whose
+/// `bindings` gives the kinds in order: b buffer, s sampled image, i storage image, r image whose
 /// single texels are read (shaders/include/read.glsl).
 const vulkan::Kernel& MotionKernels::get(const Code& code, const char* bindings,
                                          uint32_t push_bytes,

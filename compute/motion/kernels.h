@@ -11,19 +11,19 @@
 
 namespace palpate {
 
-/// Every kernel of the motion engine, compiled when first asked for and kept. Any thread.
+/// Every kernel of the motion engine, compiled at its first use and kept. Any thread.
 class MotionKernels {
  public:
-  /// How kernels read single texels (shaders/include/read.glsl): as suits the device, from images
-  /// of the engine's formats only, or fetched through samplers from images of any format. The
-  /// numbers are the same.
+  /// How kernels read single texels (shaders/include/read.glsl). kAsSuits: as suits the device,
+  /// only from images of the engine's formats. kFetched: through samplers, from images of any
+  /// format. The values are the same.
   enum class Texels { kAsSuits, kFetched };
   explicit MotionKernels(std::shared_ptr<vulkan::Context> context,
                          Texels texels = Texels::kAsSuits);
 
   const vulkan::Kernel& downsample();
   const vulkan::Kernel& moments();
-  /// radius: taps on one side, as the push constants say. format: of what is smoothed.
+  /// radius: taps on one side, as in the push constants. format: of the images that are smoothed.
   const vulkan::Kernel& gauss(int radius, VkFormat format);
   const vulkan::Kernel& normalise();
   const vulkan::Kernel& pack(bool masked);
@@ -55,8 +55,8 @@ class MotionKernels {
   const vulkan::Sampler& linear() const { return linear_; }
 
  private:
-  /// A kernel as it was compiled for devices that fetch single texels through samplers, and for
-  /// those that load them from storage images; without the second for all.
+  /// SPIR-V of a kernel that fetches single texels through samplers, and of the same kernel that
+  /// loads them from storage images. Without the second, the first serves all devices.
   struct Code {
     template <size_t N>
     Code(const uint32_t (&all)[N]) : fetches(all) {}

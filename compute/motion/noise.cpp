@@ -10,11 +10,11 @@
 namespace palpate {
 namespace {
 
-/// Enough for a median that is good to half a per cent.
+/// Gives a median that is accurate to half a per cent.
 constexpr size_t kNoiseSamples = 200000;
 
-/// The product of second differences at one sample; flat says that all neighbours along the axes
-/// are equal to it.
+/// The product of second differences at one sample. flat: all neighbours along the axes are equal
+/// to it.
 struct Filtered {
   double value;
   bool flat;
@@ -51,7 +51,7 @@ double noise_sd(const Volume& volume) {
   const glm::ivec3 inner = size - 2 * reach;
   const size_t count = size_t(inner.x) * size_t(inner.y) * size_t(inner.z);
   if (gain == 1.0 || count == 0) return 0.0;
-  // An odd stride, so that it does not fall into step with rows of even length.
+  // An odd stride, so that it is no multiple of an even row length.
   const size_t every = (count / kNoiseSamples) | 1U;
   constexpr float kNone = -1.0F;
   std::vector<float> magnitudes((count + every - 1) / every);

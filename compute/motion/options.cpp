@@ -5,10 +5,11 @@ namespace palpate {
 std::optional<MotionOptions> motion_preset(std::string_view name) {
   MotionOptions options;
   options.preset = std::string(name);
-  // Finest level first: iterations, cell, window, smoothness. The window does the smoothing on the
-  // finest level and the total variation above it; both were found by random search on a chest CT
-  // and a heart phantom (docs/decisions). Where that window is too wide it yields; that was chosen
-  // on every anatomy with known motion but one, by turns (palpate-lab anatomies, docs/decisions).
+  // Finest level first: iterations, cell, window, smoothness. On the finest level the window does
+  // the smoothing, above it the total variation; both were found by random search on a chest CT and
+  // a heart phantom (docs/decisions). The finest level yields where its window is too wide; those
+  // values were chosen by leaving out one anatomy with known motion at a time (palpate-lab
+  // anatomies, docs/decisions).
   if (name == "fast") {
     options.levels = {{3, 4, 7.0, 0.06}, {8, 4, 2.0, 0.2}, {12, 4, 2.0, 0.15}};
     options.normalise_window = 3.0;  // wide enough for moments on cells of four voxels

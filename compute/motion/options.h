@@ -19,45 +19,48 @@ struct LevelOptions {
   double smoothness = 0.3;  ///< weight of the total variation, in h
 };
 
-/// How the finest level yields, cell by cell, to motion that its wide window can not follow. What
-/// level 1 leaves unexplained decides: rho, the squared difference of the normalised frames beyond
-/// noise, over twice their variance and `flat`. The share s rises smoothly from 0 at rho = `low` to
-/// 1 at `high`; where it is 0 nothing changes (shaders/motion/update_two.comp).
+/// How the finest level yields, cell by cell, to motion that its wide window can not follow. rho is
+/// what level 1 leaves unexplained: the squared difference of the normalised frames beyond noise,
+/// divided by twice their variance plus `flat`. The share s of the narrow window rises smoothly
+/// from 0 at rho = `low` to 1 at `high`; where s is 0 nothing changes
+/// (shaders/motion/update_two.comp).
 struct YieldOptions {
-  /// SD of the narrow window, whose step is added by the share s, in h; 0: off
+  /// SD of the narrow window, in h, whose step is added with the share s; 0: off
   double window = 0.0;
-  double low = 0.02;         ///< rho from which on the level yields
-  double high = 0.06;        ///< rho at which it yields wholly
+  double low = 0.02;         ///< rho at which s leaves 0
+  double high = 0.06;        ///< rho at which s reaches 1
   double damping = 0.15;     ///< alpha where s is 1
   double smoothness = 0.15;  ///< weight of the total variation where s is 1, in h
-  /// Total variation gives way to evidence: its weight is halved where what a step explains is so
-  /// many times its own noise.
+  /// The weight of the total variation is halved where what a step explains is this many times its
+  /// own noise.
   double evidence = 8.0;
-  double noise = 2.0;  ///< what noise leaves counts so many times (see noise_left())
-  double flat = 0.3;   ///< what keeps rho small where the frames show little
+  double noise = 2.0;  ///< factor on the difference that noise leaves (see noise_left())
+  double flat = 0.3;   ///< keeps rho small where the frames show little structure
 };
 
-/// The last step (compute/motion/sliding_borders.h): the result on finer cells, and there the
-/// borders at which material slides. Intensities are scaled so that the range from the 1st to the
-/// 99th percentile is 1.
+/// The last step (compute/motion/sliding_borders.h): the result on finer cells, with the borders at
+/// which material slides. Intensities are scaled so that the range from the 1st to the 99th
+/// percentile is 1.
 struct SlidingOptions {
-  int cell = 0;         ///< voxels per cell of the result along each axis finer than 1.5 h; 0: off
-  double cubic = 0.85;  ///< share of a cubic between the solved cells, else linear
-  double limit = 0.12;  ///< larger differences of intensity say no more than "does not match"
-  /// A cell takes over another one's motion if the mean squared difference falls by so large a
-  /// share, and by so many times what noise makes of it.
+  int cell = 0;  ///< voxels per cell of the result along each axis finer than 1.5 h; 0: off
+  /// share of cubic interpolation between the solved cells; the rest is linear
+  double cubic = 0.85;
+  /// intensity difference at which the cost is cut: all larger ones cost the same
+  double limit = 0.12;
+  /// A cell takes over another cell's motion if the mean squared difference falls by this share,
+  /// and by this many times what noise explains.
   double share = 0.2;
   double noise = 0.25;
   /// Only from across a sliding border: where the motion differs by `apart`, in h, and by `slope`
-  /// of the distance.
+  /// times the distance.
   double apart = 1.0, slope = 0.25;
 };
 
-/// The paper's Demons or palpate's own method.
+/// The Demons method of the paper (kClassic), or palpate's own.
 enum class MotionMethod { kPalpate, kClassic };
 
-/// How the field is estimated. The presets are good defaults for everything here; a number is only
-/// for experiments.
+/// Settings of the estimation of a field. The presets are good defaults for all of them; change a
+/// single number only for experiments.
 struct MotionOptions {
   std::string preset = "balanced";
   MotionMethod method = MotionMethod::kPalpate;

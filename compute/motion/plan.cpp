@@ -22,9 +22,9 @@ glm::ivec3 cells_of(glm::ivec3 size, glm::ivec3 cell) {
   return (size + cell - 1) / cell;
 }
 
-/// Voxels per cell along each axis: the power of two up to `cell` that comes nearest to an edge of
-/// cell x h, so that cells are near isotropic whatever the voxels are. Two cells at least along an
-/// axis that is cut at all.
+/// Voxels per cell along each axis: the power of two up to `cell` whose edge is nearest to cell x
+/// h, so that cells are nearly isotropic for any voxels. At least two cells along an axis that is
+/// divided at all.
 glm::ivec3 cell_along(glm::dvec3 spacing_mm, double h_mm, int cell, glm::ivec3 size) {
   glm::ivec3 result(1);
   for (int a = 0; a < 3; ++a) {
@@ -36,8 +36,8 @@ glm::ivec3 cell_along(glm::dvec3 spacing_mm, double h_mm, int cell, glm::ivec3 s
   return result;
 }
 
-/// Cells of the local moments are a good deal smaller than their window, so that they do not change
-/// it.
+/// Cells of the local moments are much smaller than their window, so that they do not change the
+/// result.
 void lay_out_cells(LevelPlan& level, double normalise_window) {
   const int moment_cell = normalise_window >= 3.0 ? 4 : 2;
   level.cell = cell_along(level.spacing_mm, level.h_mm, level.options.cell, level.image_size);
@@ -51,7 +51,8 @@ uint64_t count(glm::ivec3 v) {
   return uint64_t(v.x) * uint64_t(v.y) * uint64_t(v.z);
 }
 
-/// Slabs begin where a cell of the local moments and a voxel of the next level do.
+/// Slabs begin at a multiple of this: where a cell of the local moments and a voxel of the next
+/// level begin.
 int slab_unit(const MotionPlan& plan) {
   return 2 * plan.levels[0].moment_cell.z;
 }
@@ -72,7 +73,7 @@ uint64_t image_bytes(glm::ivec3 size, uint64_t texel) {
   return row * uint64_t((size.y + 3) / 4 * 4) * uint64_t(size.z);
 }
 
-/// Intensities, normalised intensities, mask and two sets of moments.
+/// Bytes for intensities, normalised intensities, mask and two sets of moments.
 uint64_t workspace_bytes(glm::ivec3 size, glm::ivec3 moment_cell) {
   return 2 * image_bytes(size, 2) + image_bytes(size, 1) +
          2 * image_bytes(cells_of(size, moment_cell), 8);
@@ -107,13 +108,13 @@ uint64_t solver_bytes(const MotionPlan& plan) {
   uint64_t bytes = 0;
   for (size_t l = size_t(plan.options.finest_level); l < plan.levels.size(); ++l) {
     const LevelPlan& level = plan.levels[l];
-    // PairSolver::LevelImages and ClassicSolver::LevelImages.
+    // Images of PairSolver::LevelImages and ClassicSolver::LevelImages.
     if (yields(plan, l)) bytes += sizeof(uint64_t) * count(plan.levels[l + 1].cells);
     bytes += classic ? 2 * image_bytes(level.image_size, 16)
                      : 4 * image_bytes(level.cells, 16) +
                            (yields(plan, l) ? 15 : 11) * image_bytes(level.cells, 8);
   }
-  // PairSolver: what is looked at in each brick.
+  // PairSolver: what is measured in each brick.
   if (!classic) {
     uint64_t bricks = 0;
     for (const LevelPlan& level : plan.levels)
@@ -160,10 +161,10 @@ uint64_t bytes_needed(const MotionPlan& plan) {
       if (solved) bytes += kPyramids * image_bytes(level.image_size, 8);
     }
   }
-  return bytes + bytes / 50;  // small change: alignment of single allocations
+  return bytes + bytes / 50;  // 2 % for the alignment of single allocations
 }
 
-/// What follows from the number of slabs: the step for sliding borders needs whole images.
+/// Everything that depends on the number of slabs; the step for sliding borders needs whole images.
 void lay_out(MotionPlan& plan, int slabs) {
   plan.slabs = slabs;
   plan.field =
@@ -192,7 +193,7 @@ MotionPlan plan_motion(const Grid& image, const MotionOptions& options) {
     level.h_mm *= 2.0;
     level.ratio = glm::ivec3(1);
     for (int a = 0; a < 3; ++a) {
-      // Shrink only towards isotropic voxels: an axis waits until h has caught up with it.
+      // Shrink only towards isotropic voxels: an axis stays until h is as large as its spacing.
       if (2.0 * level.spacing_mm[a] <= 1.42 * level.h_mm && level.image_size[a] >= 8)
         level.ratio[a] = 2;
     }
@@ -230,15 +231,14 @@ int normalisation_halo(const MotionPlan& plan) {
 
 bool fit_into(MotionPlan& plan, uint64_t budget_bytes) {
   lay_out(plan, 1);
-  // Whole images without the step for sliding borders come before slabs, which can not have it.
+  // Whole images without the step for sliding borders are better than slabs, which can not have it.
   if (plan.device_bytes > budget_bytes && has_sliding_step(plan)) {
     plan.options.sliding.cell = 0;
     lay_out(plan, 1);
   }
   while (plan.device_bytes > budget_bytes) {
     const int before = slab_slices(plan);
-    // The classic solver keeps whole images, and with a single level there is nothing to fall back
-    // on.
+    // The classic solver keeps whole images, and a single level has no coarser one to start from.
     const bool whole = plan.options.method == MotionMethod::kClassic || plan.levels.size() < 2 ||
                        plan.options.finest_level > 0;
     if (whole || before <= slab_unit(plan)) return false;
@@ -261,8 +261,8 @@ glm::ivec3 SearchPlan::reach_for(size_t searched) const {
 std::vector<SearchPlan> plan_searches(const MotionPlan& plan) {
   std::vector<SearchPlan> all;
   if (plan.options.search_mm <= 0.0 || plan.options.method == MotionMethod::kClassic) return all;
-  // Not after the finest levels but one: there nodes are many, and what level 2 explains they
-  // explain too.
+  // Not after the two finest levels: they have many nodes, and level 2 already explains what they
+  // could.
   const size_t finest = std::max(size_t(plan.options.finest_level) + 1,
                                  std::min<size_t>(kFinestSearched, plan.levels.size() - 1));
   for (size_t l = plan.levels.size(); l-- > finest;) {

@@ -7,7 +7,7 @@
 
 namespace palpate {
 
-/// One level of the pyramid, as the plan lays it out.
+/// One level of the pyramid.
 struct LevelPlan {
   double h_mm = 1.0;         ///< the level's voxel edge
   glm::ivec3 image_size{0};  ///< voxels
@@ -21,8 +21,8 @@ struct LevelPlan {
   LevelOptions options;
 };
 
-/// What will be computed and what it takes, known before any work: levels[0] is the finest that is
-/// solved on.
+/// Layout, work and memory of an estimation, known before it starts. levels[0] is the finest level
+/// that is solved.
 struct MotionPlan {
   Grid image;  ///< the frames' grid
   std::vector<LevelPlan> levels;
@@ -33,15 +33,16 @@ struct MotionPlan {
   MotionOptions options;
 };
 
-/// Whether level l works with two windows (MotionOptions::yield): the finest of several, unless its
-/// window is narrow enough.
+/// Whether level l uses two windows (MotionOptions::yield): the finest of several levels, unless
+/// its window is narrow enough.
 bool yields(const MotionPlan& plan, size_t l);
 
-/// Whether pairs end with the step for sliding borders (MotionOptions::sliding): not where
+/// Whether pairs end with the step for sliding borders (MotionOptions::sliding). Not where
 /// fit_into() had to leave it out, nor where the finest images are cut into slabs.
 bool has_sliding_step(const MotionPlan& plan);
 
-/// The finest level with the cells of the result: its own, or the finer ones of that step.
+/// The finest level with the cells of the result: its own, or the finer ones of the step for
+/// sliding borders.
 LevelPlan result_level(const MotionPlan& plan);
 
 /// Lays out the levels for frames on `image`. Pure arithmetic, any thread.
@@ -50,45 +51,45 @@ MotionPlan plan_motion(const Grid& image, const MotionOptions& options);
 /// What a solver of the plan allocates on the device beside the frames, bytes.
 uint64_t solver_bytes(const MotionPlan& plan);
 
-/// Makes the work fit into `budget_bytes` of device memory: without the step for sliding borders if
-/// it must be, then by cutting the finest images into as few slabs as will do, which live on the
-/// host and visit the device one by one. False if even the thinnest do not fit.
+/// Makes the work fit into `budget_bytes` of device memory: first without the step for sliding
+/// borders, then with the finest images cut into as few slabs as possible, which are kept on the
+/// host and copied to the device one by one. False if even the thinnest slabs do not fit.
 bool fit_into(MotionPlan& plan, uint64_t budget_bytes);
 
-/// One piece of the finest images: it answers for slices [begin, end) and holds [first, first +
-/// depth), which is at least one slice more on each side, or the border of the image.
+/// One piece of the finest images. It computes slices [begin, end) and contains slices [first,
+/// first + depth): at least one slice more on each side, up to the border of the image.
 struct Slab {
   int begin = 0, end = 0, first = 0, depth = 0;
 };
 std::vector<Slab> slabs_of(const MotionPlan& plan);
 
-/// Slices on each side of a slab that local normalisation needs to come out as in the whole image.
+/// Slices on each side of a slab that local normalisation needs to give the same as in the whole
+/// image.
 int normalisation_halo(const MotionPlan& plan);
 
-/// Where and over what the discrete start searches after a level; all from the plan, before any
-/// work.
+/// Where the discrete start searches after a level, and over which displacements.
 struct SearchPlan {
-  size_t level = 0;    ///< of the pyramid, whose images are compared
+  size_t level = 0;    ///< of the pyramid whose images are compared
   glm::ivec3 cell{1};  ///< voxels per node
   glm::ivec3 nodes{0};
   glm::dvec3 spacing_mm{1.0};  ///< of the level
-  glm::ivec3 most{0};          ///< voxels that labels may go to each side
-  double work = 0.0;           ///< nodes times labels that may be tried
+  glm::ivec3 most{0};          ///< largest displacement of a label along each axis, voxels
+  double work = 0.0;           ///< number of nodes times labels that may be tried
 
   size_t count() const { return size_t(nodes.x) * size_t(nodes.y) * size_t(nodes.z); }
   static int labels(glm::ivec3 reach) {
     return (2 * reach.x + 1) * (2 * reach.y + 1) * (2 * reach.z + 1);
   }
-  /// The largest reach, at most `most`, with which that many nodes can be searched; 0 if less than
-  /// two voxels of the finest axis are left of it.
+  /// The largest reach, at most `most`, with which `searched` nodes can be searched within `work`;
+  /// 0 if that is less than two voxels of the finest axis.
   glm::ivec3 reach_for(size_t searched) const;
 };
 
-/// The searches of a plan, coarsest first: after each level from the third finest up, or after the
-/// second if there are only two; none if the search is off.
+/// The searches of a plan, coarsest first: after each level from the coarsest to the third finest,
+/// or after the second if there are only two; none if the search is off.
 std::vector<SearchPlan> plan_searches(const MotionPlan& plan);
 
-/// Grid in physical space of a level's images and of its field.
+/// Grid in physical space (LPS mm) of a level's images, and of its field.
 Grid level_grid(const MotionPlan& plan, size_t level);
 Grid field_grid(const MotionPlan& plan, size_t level);
 

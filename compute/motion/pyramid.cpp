@@ -32,8 +32,8 @@ FramePyramid::FramePyramid(const std::shared_ptr<vulkan::Context>& context,
                            const MotionPlan& plan) {
   vulkan::Recorder recorder(context);
   for (size_t l = 0; l < plan.levels.size(); ++l) {
-    // A stand-in, which keeps indices equal, for a level finer than the finest one solved on, and
-    // for one that lives on the host.
+    // A placeholder, which keeps indices equal, for a level finer than the finest one solved, and
+    // for a level that is kept on the host.
     const bool used = int(l) >= plan.options.finest_level && (l > 0 || plan.slabs == 1);
     levels_.emplace_back(context, used ? plan.levels[l].image_size : glm::ivec3(1),
                          VK_FORMAT_R16G16B16A16_SFLOAT);
@@ -88,8 +88,9 @@ PyramidBuilder::PyramidBuilder(std::shared_ptr<vulkan::Context> context,
   set_region(region);
 }
 
-/// A texel reads its neighbours' normalised intensity, a normalised intensity the moments of the
-/// cells around it, and smoothed moments those as far as the Gaussian's taps go along each axis.
+/// A texel reads the normalised intensity of its neighbours, a normalised intensity reads the
+/// moments of the cells around it, and smoothed moments read as far as the taps of the Gaussian
+/// along each axis.
 void PyramidBuilder::aim(Workspace& work, const LevelPlan& level, const VoxelBox& box) const {
   const auto widened = [](const VoxelBox& inner, glm::ivec3 by, glm::ivec3 size) {
     return VoxelBox{glm::max(inner.begin - by, glm::ivec3(0)), glm::min(inner.end + by, size)};
@@ -171,15 +172,15 @@ void PyramidBuilder::record_level(vulkan::Recorder& recorder, size_t l, const Wo
       groups_of(work.packed_box.size()));
 }
 
-/// One slab of the finest level, from the host and back to it: with a halo wide enough for local
-/// normalisation, so that nothing tells where the cut was. Its share of the next level is left in
+/// One slab of the finest level, from the host and back to it. Its halo is wide enough for local
+/// normalisation, so the result does not depend on the cuts. Its part of the next level stays in
 /// that level's workspace.
 void PyramidBuilder::build_slab(const HalfVolume& volume, const Slab& slab, double noise,
                                 const vulkan::Buffer& target) {
   const glm::ivec3 whole = plan_.image.size;
   const int halo = normalisation_halo(plan_);
-  // A last, short slab holds more than it answers for. Cells of the moments must fall where they do
-  // in the whole.
+  // A last, short slab contains more slices than it computes. Cells of the moments must lie as in
+  // the whole image.
   const int cell = plan_.levels[0].moment_cell.z;
   const int low = std::max(0, std::min(slab.begin, slab.first) - halo) / cell * cell;
   const int high = std::min(whole.z, std::max(slab.end, slab.first + slab.depth) + halo);
@@ -217,7 +218,7 @@ void PyramidBuilder::build(const HalfVolume& volume, double noise, FramePyramid&
   const size_t first_whole = plan_.slabs > 1 ? 1 : 0;
   recorder_.restart();
   if (target.reach_mm_ != reach_mm_ && std::isfinite(reach_mm_)) {
-    // What lies outside the boxes must not look like an image.
+    // Texels outside the boxes are marked as not counting.
     for (size_t l = 0; l < plan_.levels.size(); ++l) recorder_.clear(target.level(l), kOutside);
   }
   target.reach_mm_ = reach_mm_;

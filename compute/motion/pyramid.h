@@ -11,23 +11,23 @@
 
 namespace palpate {
 
-/// One frame on the device: on every level the image and its gradient in one texel (gx gy gz I),
-/// locally normalised if the plan says so. With more than one slab the finest level lives on the
+/// One frame on the device: on every level an image of texels (gx gy gz I), gradient and intensity,
+/// locally normalised if the plan says so. With more than one slab the finest level is kept on the
 /// host.
 class FramePyramid {
  public:
   FramePyramid(const std::shared_ptr<vulkan::Context>& context, const MotionPlan& plan);
   const vulkan::Image& level(size_t l) const { return levels_[l]; }
-  /// The finest level's scaled intensities, which the step for sliding borders compares; none if
-  /// the plan has no such step.
+  /// The finest level's scaled intensities, for the step for sliding borders; empty if the plan
+  /// does not contain it.
   const vulkan::Image& raw() const { return raw_; }
   /// The floor of local normalisation that the frame was prepared with, in scaled units.
   double noise() const { return noise_; }
-  /// The finest level's texels of slab s, the slices that it holds, in host memory that the device
-  /// can copy from. Only with more than one slab.
+  /// The finest level's texels of the slices of slab s, in host memory that the device can copy
+  /// from. Only with more than one slab.
   const vulkan::Buffer& slab(size_t s) const { return slabs_[s]; }
-  /// Motion up to which this frame can be the moving one, in mm: it was prepared no further around
-  /// what the mask leaves.
+  /// Largest motion, in mm, for which this frame can be the moving one: with a mask only voxels up
+  /// to this distance from its bricks were prepared.
   double reach_mm() const { return reach_mm_; }
 
  private:
@@ -39,23 +39,23 @@ class FramePyramid {
   double noise_ = 0.0;
 };
 
-/// Fills pyramids. Owns what it needs on the way, so one builder serves all frames of a plan. One
+/// Computes pyramids. Owns the intermediate images, so one builder serves all frames of a plan. One
 /// thread at a time.
 class PyramidBuilder {
  public:
   PyramidBuilder(std::shared_ptr<vulkan::Context> context, std::shared_ptr<MotionKernels> kernels,
                  const MotionPlan& plan, const Region& region);
 
-  /// Uploads and computes all levels; waits for the end. `noise` is the floor of local
-  /// normalisation, in scaled units. The gradients of voxels that do not count are infinite; so are
-  /// those outside the region's boxes, whose intensity is 0. Throws vulkan::Failure.
+  /// Uploads a frame, computes all levels and waits. `noise`: the floor of local normalisation, in
+  /// scaled units. Gradients of voxels that do not count, and outside the region's boxes, are
+  /// infinite; outside the boxes the intensity is 0. Throws vulkan::Failure.
   void build(const HalfVolume& volume, double noise, FramePyramid& target);
 
-  /// Another region of the same plan, for the frames to come.
+  /// Sets another region of the same plan, for the frames that follow.
   void set_region(const Region& region);
 
  private:
-  /// What one image needs on its way from intensities to texels.
+  /// Intermediate images of one level, from intensities to texels.
   struct Workspace {
     Workspace(const std::shared_ptr<vulkan::Context>& context, glm::ivec3 size, glm::ivec3 cell,
               bool holds_raw);
@@ -63,8 +63,7 @@ class PyramidBuilder {
     vulkan::Image raw;         // r16f; none on the finest level if the frames keep it
     vulkan::Image normalised;  // r16f
     vulkan::Image moments[2];  // rg32f, on cells
-    // What of them is needed for the texels of a box: voxels, cells of the moments, and bricks of
-    // these.
+    // Parts that are needed for the texels of a box: voxels, cells of the moments, bricks of these.
     VoxelBox packed_box, normalised_box, moments_box;
     BrickList bricks;
     vulkan::Buffer list;
@@ -81,7 +80,7 @@ class PyramidBuilder {
   std::shared_ptr<MotionKernels> kernels_;
   const MotionPlan plan_;
   vulkan::Buffer staging_;
-  std::vector<Workspace> levels_;     // [0] is a stand-in if the finest images are cut into slabs
+  std::vector<Workspace> levels_;     // with slabs, [0] is a placeholder
   std::vector<vulkan::Image> masks_;  // r8 per level, only with a mask
   std::vector<uint8_t> finest_mask_;  // for slabs, only with a mask
   double reach_mm_ = 0.0;

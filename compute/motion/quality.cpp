@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-/// Percentiles of so many points are good enough: the 99th still rests on 2,500.
+/// Enough points for percentiles: 2,500 lie above the 99th.
 constexpr size_t kPoints = 250000;
 
 Error bad_input(const char* message) {
@@ -142,7 +142,7 @@ Result<Distances> inverse_consistency(const Field& u, const Field& w, const Grid
       const glm::dvec3 x_mm = image.lps_from_index(points[n]);
       const glm::dvec3 step = sample_at_lps(u, x_mm);
       const glm::dvec3 there = w.grid.index_from_lps(x_mm + step);
-      // NaN is no place, and must reach the statistics.
+      // NaN has no place in the grid, but must reach the statistics.
       known[n] = glm::any(glm::isnan(step)) || inside(w.grid, there);
       misses[n] = glm::vec3(step + sample(w, there));
     }

@@ -12,8 +12,7 @@
 namespace palpate {
 namespace {
 
-/// One row of vectors with its components apart, so that the loops below become vector
-/// instructions.
+/// One row of vectors with separate components, so that the loops below become vector instructions.
 struct Row {
   std::vector<float> x, y, z;
   explicit Row(int length) : x(size_t(length)), y(size_t(length)), z(size_t(length)) {}
@@ -32,8 +31,7 @@ void edges(const glm::vec3* from, const glm::vec3* to, glm::vec3 axis, float per
   }
 }
 
-/// least[i] = min(least[i], det[a b c](i)). A determinant that is not a number counts as minus
-/// infinity.
+/// least[i] = min(least[i], det[a b c](i)). A NaN counts as minus infinity.
 void lower_to_det(const Row& a, const Row& b, const Row& c, float* __restrict least) {
   const float *ax = a.x.data(), *ay = a.y.data(), *az = a.z.data();
   const float *bx = b.x.data(), *by = b.y.data(), *bz = b.z.data();
@@ -58,7 +56,7 @@ void average(const Row& a, const Row& b, Row& mean) {
   component(a.z, b.z, mean.z);
 }
 
-/// What one thread has seen. Squares are kept about zero: log det is of order one.
+/// Counts of one thread. Squares are summed about zero, since log det is of order one.
 struct Tally {
   size_t voxels = 0, folded = 0, not_finite = 0, logs = 0;
   double min_det = std::numeric_limits<double>::infinity();
@@ -136,8 +134,8 @@ class RowScan {
     set(previous_x_, 0, nx_ > 1 ? axis + per_mm * (u[1] - u[0]) : axis);
   }
 
-  /// The edges to the next and the previous row along y or z, each standing in for the other at the
-  /// border.
+  /// The edges to the next and the previous row along y or z; at the border the existing one is
+  /// used for both.
   void along(int axis, int place, int size, int j, int k, Row& next, Row& previous) {
     const glm::vec3 unit(u_.grid.direction[axis]);
     const float per_mm = float(1.0 / u_.grid.spacing_mm[axis]);

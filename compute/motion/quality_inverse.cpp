@@ -51,9 +51,9 @@ class PointSolver {
     return {w_mm, glm::length(equation(y_mm, w_mm))};
   }
 
-  /// I + grad u inside the cell around an index: for the trilinear field the difference across the
-  /// cell along one axis is its exact derivative. Zero along an axis on which the border value is
-  /// clamped.
+  /// I + grad u inside the cell around an index: the difference across the cell along an axis is
+  /// the exact derivative of the trilinear field. Zero along an axis on which the index is clamped
+  /// to the edge.
   glm::dmat3 jacobian(glm::dvec3 index) const {
     glm::dmat3 per_index(0.0);
     for (int axis = 0; axis < 3; ++axis) {

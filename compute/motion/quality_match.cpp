@@ -12,12 +12,13 @@ namespace {
 constexpr double kBlockVoxels = 7.0;
 constexpr double kTexturedNoises = 3.0;
 constexpr double kMatched = 0.5;
-/// The blocks that say how much of the structure is noise.
+/// Share of the blocks, the quietest, that measure how much of the structure is noise.
 constexpr double kQuietShare = 0.1;
-/// So many of the compared blocks are clear whatever they show: of two bodies all is unshared.
+/// At least this share of the compared blocks is clear: with two different bodies nothing is
+/// shared.
 constexpr double kClearestShare = 0.1;
-/// A block is textured only if its SD is also above this share of its values: rounding is not
-/// texture.
+/// A block is textured only if its SD is above this share of its values, so that rounding does not
+/// count as texture.
 constexpr double kRounding = 1e-5;
 
 /// Samples per block along each axis: about kBlockVoxels of the finest edge.
@@ -57,8 +58,8 @@ class Partner {
   glm::ivec3 size_;
 };
 
-/// First and second moments of two images over some voxels, about a value near them so that nothing
-/// cancels.
+/// First and second moments of two images over some voxels, about a value near them against
+/// cancellation.
 struct Moments {
   double about_f = 0.0, about_g = 0.0;
   double n = 0.0, f = 0.0, g = 0.0, ff = 0.0, gg = 0.0, fg = 0.0;
@@ -108,7 +109,7 @@ struct Difference {
   }
 };
 
-/// What one block says.
+/// Measurements of one block.
 struct Block {
   glm::ivec3 low{0}, high{0};
   bool counted = false, textured = false, textured_moving = false, compared = false;
@@ -121,7 +122,7 @@ struct Block {
   Difference difference_before, difference_after;
 };
 
-/// Looks at single blocks; one per thread.
+/// Measures single blocks; one object per thread.
 class BlockScan {
  public:
   BlockScan(const Volume& fixed, const Volume& moving, const Field& u, const Mask* mask,
@@ -201,15 +202,14 @@ class BlockScan {
       moved.add(f, w);
       block.difference_after.add(f - w);
     });
-    // Half of a block gone is no basis for a correlation any more.
+    // With more than half of the block gone a correlation means nothing.
     block.compared = block.left <= 0.5 * block.voxels;
     if (!block.compared) return;
     block.after = moved.correlation();
     add_motion_left(block, moved);
   }
 
-  /// The sums of Match::motion_left_voxels, over the voxels that have all their neighbours in the
-  /// block.
+  /// The sums of Match::motion_left_voxels over the voxels whose neighbours are all in the block.
   void add_motion_left(Block& block, const Moments& moved) const {
     const glm::ivec3 size = block.high - block.low;
     const double sd_f = std::sqrt(moved.variance_f()), sd_w = std::sqrt(moved.variance_g());
@@ -248,7 +248,7 @@ class BlockScan {
       }
     }
     if (n == 0.0 || squares == 0.0) return;
-    // Normalising has taken the mean of r away, so that of g goes too.
+    // Normalising has removed the mean of r, so that of g is removed, too.
     a -= glm::outerProduct(sum_g, sum_g) / n;
     b -= sum_r * sum_g / n;
     block.information = n / squares * a;
@@ -266,7 +266,7 @@ class BlockScan {
   std::vector<uint8_t> seen_;
 };
 
-/// The value that a share of the values lies below; 0 of none.
+/// The value below which this share of the values lies; 0 without values.
 double quantile(std::vector<double> values, double share) {
   if (values.empty()) return 0.0;
   const auto at = values.begin() + std::ptrdiff_t(share * double(values.size() - 1));
@@ -274,7 +274,7 @@ double quantile(std::vector<double> values, double share) {
   return *at;
 }
 
-/// The SD from which on a block is clear.
+/// The smallest SD of a clear block.
 double clear_sd(const std::vector<Block>& blocks) {
   std::vector<double> all, unshared;
   for (const Block& block : blocks) {
@@ -286,7 +286,7 @@ double clear_sd(const std::vector<Block>& blocks) {
                   quantile(std::move(all), 1.0 - kClearestShare));
 }
 
-/// Mean length of the motion left, each from a block and its clear neighbours, voxels.
+/// Mean length of the motion left, each computed from a block and its clear neighbours, voxels.
 double motion_left(const std::vector<Block>& blocks, glm::ivec3 count, double least_sd) {
   const auto at = [&](glm::ivec3 b) -> const Block& {
     return blocks[size_t(b.x) + size_t(count.x) * (size_t(b.y) + size_t(count.y) * size_t(b.z))];
@@ -343,7 +343,7 @@ Match summed_up(const std::vector<Block>& blocks, double least_sd) {
   match.difference_sd_before = before.sd();
   match.difference_sd_after = after.sd();
   if (match.textured > 0) match.leaving = left / textured_voxels;
-  // With nothing left to compare everything counts as lost.
+  // If nothing can be compared, everything counts as lost.
   if (match.clear == 0) return match;
   const auto clear = double(match.clear);
   match.correlation_before = sum_before / clear;
@@ -383,7 +383,7 @@ Result<Match> match(const Volume& fixed, const Volume& moving, const Field& u, c
   const glm::ivec3 size = block_size(grid);
   const glm::ivec3 count = (grid.size + size - 1) / size;
   std::vector<Block> blocks(size_t(count.x) * size_t(count.y) * size_t(count.z));
-  // A row of blocks at a time.
+  // Each task is a row of blocks.
   parallel_ranges(count.y * count.z, 40.0 * grid.size.x * size.y * size.z,
                   [&](int first, int last) {
                     BlockScan scan(fixed, moving, u, mask, noise_fixed, noise_moving);

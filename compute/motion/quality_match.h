@@ -9,19 +9,19 @@
 
 namespace palpate {
 
-/// The moving volume brought onto a grid of the fixed frame: W(x) = M(x + u(x)), trilinear, border
-/// values clamped.
+/// The moving volume resampled onto a grid of the fixed frame: W(x) = M(x + u(x)), trilinear,
+/// clamped to the edge.
 Volume warped(const Volume& moving, const Field& u, const Grid& onto);
 
-/// What the frames themselves say about a field. Everything is taken in blocks of about 7 voxels of
-/// the finest axis. Correlations are Pearson's: a gain change or a bias field between the frames
-/// does not lower them, a wrong match does. Three sets of blocks, each part of the one before:
+/// How well two frames match through a field. Computed in blocks of about 7 voxels of the finest
+/// axis. Correlations are Pearson's: a gain change or a bias field between the frames does not
+/// lower them, a wrong match does. Three sets of blocks, each a subset of the one before:
 /// - textured: the SD in the fixed frame is above three times its white noise (noise_sd());
 /// - compared: textured, and u leaves at least half of it inside the moving volume;
-/// - clear: compared, and the SD is above three times what the frames do not share in the quietest
-///   tenth of the compared blocks, SD_F sqrt(1 - r^2), or among the highest tenth. This is where
-///   noise that a scanner has blurred goes: it looks like texture in one frame, but the other does
-///   not have it.
+/// - clear: compared, and the SD is either among the highest tenth, or above three times the part
+///   that the frames do not share, SD_F sqrt(1 - r^2), in the quietest tenth of the compared
+///   blocks. This excludes noise that a scanner has blurred: it looks like texture in one frame,
+///   but is not in the other.
 struct Match {
   double noise_sd_fixed = 0.0;  ///< as noise_sd()
   double noise_sd_moving = 0.0;
@@ -37,13 +37,13 @@ struct Match {
   double correlation_after = 0.0;  ///< the same, F against W
   double mismatched = 1.0;  ///< share of the clear blocks whose correlation after is below 0.5
   double leaving = 0.0;     ///< share of the voxels of textured blocks that u takes out of moving
-  /// The motion that F and W still show, mean over the clear blocks: the length of the step d, in
-  /// voxels of each axis, that brings F and W together in a block and its clear neighbours (3 x 3 x
-  /// 3, so that noise averages out),
+  /// The motion that remains between F and W, mean over the clear blocks: the length of the step d,
+  /// in voxels of each axis, that aligns F and W in a block and its clear neighbours (3 x 3 x 3, to
+  /// average noise),
   ///   (I + sum g g^T / q) d = sum r g / q,  r = F - W, g = (grad F + grad W) / 2,
-  /// with F, W and g less their means, F and W of SD 1, q the mean r^2, block by block (Lucas and
-  /// Kanade 1981; I is the belief that d is about one voxel). Errors of up to a few voxels that are
-  /// smooth over 20 voxels show themselves; larger ones lower the correlation.
+  /// with F, W and g less their means, F and W scaled to SD 1, and q the mean r^2, block by block
+  /// (Lucas and Kanade 1981; I is the prior that d is about one voxel). It measures errors of up to
+  /// a few voxels that are smooth over 20 voxels; larger ones lower the correlation.
   double motion_left_voxels = 0.0;
 
   double textured_share() const { return blocks ? double(textured) / double(blocks) : 0.0; }
@@ -54,12 +54,12 @@ struct Match {
 };
 
 /// Compares fixed F with moving M before and after motion correction by u. mask: null, or on
-/// fixed's grid. structure: null, or it becomes the voxels of the clear blocks, inside the mask.
-/// Errors: kBadInput if the mask is on another grid or empty. Any thread; uses all cores.
+/// fixed's grid. structure: null, or set to the voxels of the clear blocks inside the mask. Errors:
+/// kBadInput if the mask is on another grid or empty. Any thread; uses all cores.
 Result<Match> match(const Volume& fixed, const Volume& moving, const Field& u,
                     const Mask* mask = nullptr, Mask* structure = nullptr);
 
-/// The voxels of the textured blocks of a volume: where motion can be seen at all.
+/// The voxels of the textured blocks of a volume: where motion can be detected at all.
 Mask textured_voxels(const Volume& volume);
 
 }  // namespace palpate

@@ -8,15 +8,15 @@ namespace palpate {
 namespace {
 
 constexpr double kLeastReach = 8.0;  // voxels of the finest level
-/// Voxels beyond the reach: one for a trilinear sample, one for what the momentum looks ahead, one
-/// for rounding.
+/// Voxels beyond the reach: one for a trilinear sample, one for the momentum, which samples ahead,
+/// one for rounding.
 constexpr int kSlack = 3;
 
 size_t offset(glm::ivec3 i, glm::ivec3 size) {
   return size_t(i.x) + size_t(size.x) * (size_t(i.y) + size_t(size.y) * size_t(i.z));
 }
 
-/// Most of what a coarse voxel covers decides whether it is inside.
+/// A coarse voxel is inside if most of what it covers is.
 std::vector<uint8_t> shrunk_mask(const std::vector<uint8_t>& fine, glm::ivec3 fine_size,
                                  glm::ivec3 ratio, glm::ivec3 size) {
   std::vector<uint8_t> coarse(size_t(size.x) * size_t(size.y) * size_t(size.z));
@@ -48,13 +48,12 @@ VoxelBox whole_box(const LevelPlan& level) {
 BrickList read_bricks(const LevelPlan& level, const std::vector<uint8_t>& mask) {
   const glm::ivec3 n = brick_count(level.cells);
   std::vector<bool> read(size_t(n.x) * size_t(n.y) * size_t(n.z), false);
-  // Cells along each axis, one after the other: a cell has a handful of voxels, and most of a row
-  // of them says the same.
+  // Each cell is marked once per row of voxels: most voxels lie in the cell of the voxel before.
   const glm::ivec3 last = level.cells - 1;
   size_t at = 0;
   for (int z = 0; z < level.image_size.z; ++z) {
     for (int y = 0; y < level.image_size.y; ++y) {
-      int before = -1;  // the cell of this row that was marked last
+      int before = -1;  // the last cell marked in this row
       for (int x = 0; x < level.image_size.x; ++x, ++at) {
         if (mask[at] == 0 || x / level.cell.x == before) continue;
         const glm::ivec3 cell = glm::ivec3(x, y, z) / level.cell;

@@ -16,32 +16,34 @@ struct VoxelBox {
   bool empty() const { return glm::any(glm::lessThanEqual(end, begin)); }
 };
 
-/// What there is to do on one level of the pyramid.
+/// The part of one level of the pyramid that has to be computed.
 struct LevelRegion {
-  std::vector<uint8_t> mask;  ///< of the level's voxels, 255 where one counts; empty: all do
-  BrickList bricks;           ///< of the field: those with a cell that a counting voxel reads
-  VoxelBox voxels;  ///< of the images: what those bricks hold, and as far around as things move
+  std::vector<uint8_t> mask;  ///< of the level's voxels: 255 where one counts; empty: all count
+  BrickList bricks;  ///< of the field: those that contain a cell that a counting voxel reads
+  /// of the images: those bricks, and as far around as things move
+  VoxelBox voxels;
 };
 
-/// What a mask leaves of the work, known before it starts.
+/// The part of the work that remains with a mask, known before it starts.
 struct Region {
   std::vector<LevelRegion> levels;  ///< as the plan's
-  /// Motion up to which the boxes of voxels are wide enough, in mm; infinite where they are whole.
+  /// Largest motion for which the boxes of voxels are wide enough, in mm; infinite for whole
+  /// images.
   double reach_mm = std::numeric_limits<double>::infinity();
   bool masked() const { return !levels.empty() && !levels.front().mask.empty(); }
 };
 
-/// Everything counts.
+/// The region without a mask: everything counts.
 Region whole_region(const MotionPlan& plan);
 
-/// Only the mask's voxels count, on a coarser level those of which most lies inside. The field is
-/// worked on in the bricks that hold a counting voxel's cell or a neighbour of it, since motion is
-/// interpolated; elsewhere it keeps what coarser levels say. Images are prepared around these
-/// bricks as far as options.search_mm (8 voxels at least): classic reads, and slabs hold, whole
-/// ones. The mask lies on the plan's grid. Pure arithmetic, any thread.
+/// The region of a mask on the plan's grid; a coarser voxel counts if most of what it covers is
+/// inside. The field is computed in the bricks that contain the cell of a counting voxel, or a
+/// neighbour of that cell, since motion is interpolated; elsewhere it keeps the coarser level's
+/// values. Images are prepared up to options.search_mm around these bricks (at least 8 voxels); for
+/// the classic method and with slabs they are prepared whole. Pure arithmetic, any thread.
 Region region_of(const MotionPlan& plan, const Mask& mask);
 
-/// The same region with whole images, for motion beyond reach_mm.
+/// The same region with whole images, for motion larger than reach_mm.
 Region with_whole_images(const MotionPlan& plan, Region region);
 
 }  // namespace palpate

@@ -7,9 +7,10 @@
 namespace palpate {
 namespace {
 
-// Cells that smoothing along a jump reaches, by turns: a jump of many cells needs a ramp as long.
+// Lengths, in cells, over which a jump is smoothed, in turns: a jump of many cells needs a long
+// ramp.
 constexpr int kLengths = 3;
-constexpr int kMaxRepairs = 200;  // smoothing rounds in all directions; a few do on any data seen
+constexpr int kMaxRepairs = 200;  // rounds in all directions; a few suffice on all data tested
 
 /// Bricks of two sorted lists.
 BrickList both(const BrickList& a, const BrickList& b) {
@@ -27,7 +28,8 @@ void repair_folds(vulkan::Recorder& recorder, MotionKernels& kernels, const Leve
   const auto list = [&](const BrickList& bricks) {
     std::copy(bricks.begin(), bricks.end(), repair.list.as<uint32_t>().begin());
   };
-  // After a round those whose cells it may have changed: there alone the two images differ.
+  // Later rounds: only the bricks whose cells the last one may have changed. Only there do the two
+  // images differ.
   for (int round = 0; round < along + kMaxRepairs && !looked_at.empty(); ++round) {
     list(looked_at);
     recorder.restart();

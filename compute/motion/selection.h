@@ -10,9 +10,9 @@
 
 namespace palpate {
 
-/// The k-th smallest value, k from 0: what std::nth_element puts there, in a fraction of its time.
-/// Counts values by the leading half of their bits, made to order as the numbers do, and sorts out
-/// only where the k-th falls. NaNs count as beyond infinity. k < values.size(). Any thread.
+/// The k-th smallest value, k from 0: the same as std::nth_element, in a fraction of its time. Maps
+/// values to integers of the same order, counts them by their leading 16 bits, and sorts only the
+/// group that contains the k-th. NaNs are larger than infinity. k < values.size(). Any thread.
 inline float kth_smallest(std::span<const float> values, size_t k) {
   assert(k < values.size());
   const auto key = [](float value) {

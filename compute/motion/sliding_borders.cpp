@@ -11,15 +11,17 @@
 namespace palpate {
 namespace {
 
-constexpr double kGainSigma = 12.0;  // h: over what the gain between the frames is taken
-constexpr double kCostSigma = 1.4;   // h: over what costs are summed, beside the cell itself
-constexpr double kStep = 4.0;        // h: from candidate to candidate
-constexpr int kRoundsAlong = 40;     // of repair that keep sliding borders
-// |slope|^2 of the solved field along an axis, below which the finer one can not fold: slopes a, b,
-// c along the axes with |a|^2 + |b|^2 + |c|^2 < 1 keep the determinant positive. Between samples a
-// quarter before and after the coarse ones the cubic is at most 1.375 times as steep as the
-// steepest difference of the coarse ones that it reads, and along each of the other two axes its
-// weights sum to at most 1.1875 without their signs.
+// h: SD of the window over which the gain between the frames is fitted
+constexpr double kGainSigma = 12.0;
+// h: SD of the window over costs, which are also taken at the cell itself
+constexpr double kCostSigma = 1.4;
+constexpr double kStep = 4.0;     // h: distance between candidates
+constexpr int kRoundsAlong = 40;  // rounds of repair that keep sliding borders
+// slope|^2 of the solved field along an axis below which the finer field can not fold. Slopes a, b,
+// c along the axes with |a|^2 + |b|^2 + |c|^2 < 1 keep the determinant positive. A quarter before
+// and after a coarse sample the cubic is at most 1.375 times as steep as the steepest coarse
+// difference that it reads, and along each of the other two axes the absolute values of its weights
+// sum to at most 1.1875.
 constexpr float kCubicSteeper = 1.375F * 1.1875F * 1.1875F;
 constexpr float kMayFold = 0.9F / (3.0F * kCubicSteeper * kCubicSteeper);
 constexpr int kCandidates = 6 * shaders::kSlidingSteps;
@@ -62,7 +64,7 @@ SlidingBorders::SlidingBorders(std::shared_ptr<vulkan::Context> context,
   recorder_.run();
 }
 
-/// What the frames have in common nearby, on the solved cells.
+/// Local moments of both frames, on the solved cells, from which the gain between them follows.
 const vulkan::Image& SlidingBorders::record_means(const FramePyramid& fixed,
                                                   const FramePyramid& moving,
                                                   const vulkan::Image& solved) {
@@ -110,7 +112,8 @@ void SlidingBorders::record_cost(int first, const FramePyramid& fixed, const Fra
                      slice_groups(near));
 }
 
-/// Sums costs_ over what lies around each cell of near_list_; the image that holds the result.
+/// Sums costs_ over the neighbourhood of each cell of near_list_; returns the image with the
+/// result.
 const vulkan::Image& SlidingBorders::record_smooth(const BrickList& bricks) {
   const glm::dvec3 sigma = kCostSigma * fine_.h_mm / fine_.cell_mm;
   const bool swapped = record_gauss(recorder_, *kernels_, near_list_, brick_groups(bricks), sigma,
@@ -118,8 +121,8 @@ const vulkan::Image& SlidingBorders::record_smooth(const BrickList& bricks) {
   return swapped ? smoothed_ : costs_;
 }
 
-/// Reads the field on the finer cells; the candidates (bits) of each brick that lie across a border
-/// in the solved one, and the bricks in which it is steep enough to fold.
+/// Interpolates the field onto the finer cells. Returns per brick the candidates (bits) that lie
+/// across a border in the solved field, and the bricks in which it is steep enough to fold.
 SlidingBorders::SteepCandidates SlidingBorders::begin(const vulkan::Image& solved) {
   const vulkan::Sampler& nearest = kernels_->nearest();
   const glm::ivec3 ratio = level_.cell / fine_.cell;
@@ -148,12 +151,13 @@ SlidingBorders::SteepCandidates SlidingBorders::begin(const vulkan::Image& solve
   return found;
 }
 
-/// Of these bricks, those in which the intensities do not fit, with the candidates that might.
+/// Of these bricks, those in which the intensities do not match, with the candidates that may
+/// improve it.
 SlidingBorders::Candidates SlidingBorders::find_work(const BrickList& bricks,
                                                      const FramePyramid& fixed,
                                                      const vulkan::Image& costs) {
   const double sd = fixed.noise() / kNoiseFloor / options_.limit;
-  const double noise = 2.0 * sd * sd;  // cost of a difference of two frames' noise
+  const double noise = 2.0 * sd * sd;  // cost of a difference that is noise of two frames
   list(bricks, list_);
   recorder_.fill(work_, 0);
   recorder_.dispatch(
@@ -184,11 +188,11 @@ bool SlidingBorders::solve(const FramePyramid& fixed, const FramePyramid& moving
       if (bits & candidates) result.push_back(brick);
     return result;
   };
-  // 1. The field as it is, and the bricks in which motions nearby differ.
+  // 1. The field on finer cells, and the bricks in which motions nearby differ.
   const SteepCandidates found = begin(solved);
   const BrickList bordering = with(found.candidates, ~0U);
 
-  // 2. Of these, bricks in which the intensities do not fit.
+  // 2. Of these, bricks in which the intensities do not match.
   Candidates wanted;
   const vulkan::Image* means = nullptr;
   if (!bordering.empty()) {
@@ -201,8 +205,8 @@ bool SlidingBorders::solve(const FramePyramid& fixed, const FramePyramid& moving
   }
   report.sliding_bricks = double(wanted.size()) / double(all_bricks(fine_.cells).size());
 
-  // 3. The best candidate of each cell there, side by side. Costs are smoothed, so those around
-  // count as well.
+  // 3. The best candidate of each cell in these bricks, four candidates at a time. Costs are
+  // smoothed, so they are also computed in the neighbouring bricks.
   for (int first = 0; first < kCandidates; first += 4) {
     const BrickList bricks = with(wanted, 0xFU << first);
     if (bricks.empty()) continue;
@@ -229,10 +233,10 @@ bool SlidingBorders::solve(const FramePyramid& fixed, const FramePyramid& moving
         shaders::SlidingTakePush{wide(fine_.cells), wide(step_)}, slice_groups(changed));
     std::swap(field_, other_);
   }
-  recorder_.clear(costs_);  // flags of what folds
+  recorder_.clear(costs_);  // from here on it holds the flags of folds
   recorder_.run();
 
-  // 4. No folds, neither by this nor by the cubic.
+  // 4. Repair folds, of the candidates and of the cubic interpolation.
   BrickList may_fold = changed;
   may_fold.insert(may_fold.end(), found.steep.begin(), found.steep.end());
   repair_folds(recorder_, *kernels_, fine_, min_determinant_, kRoundsAlong,

@@ -9,19 +9,19 @@
 
 namespace palpate {
 
-/// The last step of a pair: the field on the result's finer cells, and there the borders at which
-/// material slides. The levels leave a ramp some cells wide across such a border, since their
-/// windows and their local normalisation hold both sides. Here each cell beside an edge of the
-/// field may take over the motion of a cell further along an axis, if the intensities themselves
-/// then fit better by more than noise explains; only bricks in which they do not fit yet and
-/// something moves otherwise nearby are worked on. One thread at a time. Throws vulkan::Failure.
+/// The last step of a pair: the field on the finer cells of the result, with borders at which
+/// material slides. On the levels such a border becomes a ramp some cells wide, since windows and
+/// local normalisation mix both sides. Here each cell beside an edge of the field may take over the
+/// motion of a cell further along an axis, if the intensities then match better by more than noise
+/// explains. Only bricks are processed in which they do not match yet and the motion nearby
+/// differs. One thread at a time. Throws vulkan::Failure.
 class SlidingBorders {
  public:
   SlidingBorders(std::shared_ptr<vulkan::Context> context, std::shared_ptr<MotionKernels> kernels,
                  const MotionPlan& plan);
 
   /// `solved`: u (mm along the image axes) and confidence on the finest level's cells, without
-  /// folds. Waits. The result, without folds as well, is field(). False, and no result, if stopped.
+  /// folds. Waits. The result, also without folds, is field(). False, without a result, if stopped.
   bool solve(const FramePyramid& fixed, const FramePyramid& moving, const vulkan::Image& solved,
              const std::stop_token& stop, SolveReport& report);
 
@@ -48,15 +48,15 @@ class SlidingBorders {
   const SlidingOptions options_;
   const double min_determinant_;
   const LevelPlan level_, fine_;
-  const glm::ivec3 step_;      // cells from candidate to candidate
-  const glm::vec4 different_;  // what makes two motions lie across a border
+  const glm::ivec3 step_;      // cells between candidates
+  const glm::vec4 different_;  // when two motions count as on two sides of a border
   const BrickList coarse_bricks_;
   vulkan::Buffer coarse_list_;
-  vulkan::Buffer list_, near_list_;  // bricks in work, and these with what lies around them
-  vulkan::Buffer work_;              // what was found in each
+  vulkan::Buffer list_, near_list_;  // bricks in work, and these with their neighbourhood
+  vulkan::Buffer work_;              // the result for each brick
   vulkan::Image field_, other_;      // u and confidence
   vulkan::Image costs_, smoothed_;   // of four candidates
-  vulkan::Image chosen_;             // what a candidate must stay below, and which does
+  vulkan::Image chosen_;  // cost that a candidate must stay below, and the candidate that does
   vulkan::Image means_[2];
   vulkan::Recorder recorder_;
 };

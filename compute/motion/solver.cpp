@@ -17,16 +17,18 @@
 namespace palpate {
 namespace {
 
-// iterations per submission: also how often convergence and stop are looked at
+// iterations per submission; between submissions convergence and stop are checked
 constexpr int kBatch = 5;
 constexpr double kAllIsNoise = 2.0;    // r^2 of normalised frames that share nothing
-constexpr double kLeastCounted = 0.1;  // share of a cell's voxels below which it says nothing
-constexpr double kChoiceSigma = 1.0;   // cells: over what two fields leave, to choose by it
-constexpr float kChoiceWidth = 0.02F;  // rho: between the one field and the other
-constexpr double kCoarserSigma = 1.0;  // cells: over what the coarser level leaves, against noise
+constexpr double kLeastCounted = 0.1;  // cells with a smaller share of counting voxels are ignored
+// SD of the window over the differences of two fields, to choose between them, in cells
+constexpr double kChoiceSigma = 1.0;
+constexpr float kChoiceWidth = 0.02F;  // rho: width of the transition between the two fields
+// SD of the window over what the coarser level leaves, against noise, in cells
+constexpr double kCoarserSigma = 1.0;
 constexpr int kDispatchesPerIteration = 24;  // without the filter's steps, two each
 
-/// What noise leaves on a level, see noise_left(); `unknown` if its cells are too few to say.
+/// What noise leaves on a level, see noise_left(); `unknown` if there are too few cells.
 double noise_of(const std::vector<glm::vec4>& left, double unknown) {
   std::vector<CellLeft> cells;
   cells.reserve(left.size());
@@ -41,8 +43,8 @@ double dual_step(glm::dvec3 slope) {
   return 1.0 / (4.0 * glm::dot(slope, slope));
 }
 
-/// Differences per mm, made relative to the coarsest axis of the field: anisotropic cells get
-/// isotropic smoothness. Along an axis of one cell there are none, and its edge says nothing.
+/// Factors on differences per axis, relative to the coarsest axis of the field: anisotropic cells
+/// get isotropic smoothness. An axis of one cell has no differences and does not count.
 glm::dvec3 slopes(const LevelPlan& level) {
   const glm::dvec3 has_neighbours(glm::greaterThan(level.cells, glm::ivec3(1)));
   const glm::dvec3 edges = level.cell_mm * has_neighbours;
@@ -56,7 +58,8 @@ glm::dvec3 window_sigma(const LevelPlan& level, double window) {
   return window * level.h_mm / level.cell_mm;
 }
 
-/// SD in cells of what makes the narrow window of a level that yields the wide one.
+/// SD in cells of the Gaussian that widens the narrow window of a level that yields to the wide
+/// one.
 glm::dvec3 widening_sigma(const LevelPlan& level, double narrow) {
   const double wide = level.options.window;
   return window_sigma(level, std::sqrt(wide * wide - narrow * narrow));
@@ -141,8 +144,8 @@ void PairSolver::activate(BrickList bricks) {
   active_ = std::move(bricks);
 }
 
-/// The field of the level above or zero becomes the start of this one; the
-/// filter's memory is cleared.
+/// Starts a level: its field is that of the coarser level, or zero; the dual variables of the
+/// filter are cleared.
 void PairSolver::begin_level(size_t l) {
   LevelImages& images = levels_[l];
   if (yields(plan_, l)) noise_ = noise_of(left_on(l + 1), kAllIsNoise);
@@ -169,12 +172,13 @@ void PairSolver::begin_level(size_t l) {
   recorder_.run();
 }
 
-/// A field on coarser cells, `from_cell` voxels of level l wide, on the cells of level l.
+/// Interpolates a field on coarser cells, `from_cell` voxels of level l wide, to the cells of level
+/// l.
 void PairSolver::record_upsampled(vulkan::Recorder& recorder, size_t l, const vulkan::Image& from,
                                   glm::ivec3 from_cells, glm::ivec3 from_cell,
                                   const vulkan::Image& to, const vulkan::Image& to_as_well) {
   const LevelPlan& level = plan_.levels[l];
-  // Cell centre in voxels, in the other's cells: both are affine per axis.
+  // Maps a cell's index to an index in the other field; affine per axis.
   const glm::dvec3 scale = glm::dvec3(level.cell) / glm::dvec3(from_cell);
   recorder.dispatch(kernels_->upsample(), {{from, kernels_->linear()}, to, to_as_well},
                     shaders::UpsamplePush{wide(level.cells), wide(from_cells), glm::vec4(scale, 0),
@@ -182,11 +186,11 @@ void PairSolver::record_upsampled(vulkan::Recorder& recorder, size_t l, const vu
                     {(level.cells.x + 63) / 64, level.cells.y, level.cells.z});
 }
 
-/// What a level that has ended leaves: . r^2 w q of each cell, see normal_equations.comp.
+/// What a level leaves at its end: (-, r^2, w, q) of each cell, see normal_equations.comp.
 std::vector<glm::vec4> PairSolver::left_on(size_t l) {
   const glm::ivec3 cells = plan_.levels[l].cells;
   const size_t count = size_t(cells.x) * size_t(cells.y) * size_t(cells.z);
-  // The field to download comes later and is larger.
+  // The buffer of the download is larger and not yet in use.
   assert(count * sizeof(uint64_t) <= download_.bytes());
   recorder_.restart();
   recorder_.copy(windowed(l)[2], download_);
@@ -197,13 +201,13 @@ std::vector<glm::vec4> PairSolver::left_on(size_t l) {
   return left;
 }
 
-/// The nodes at and beside the cells in which a level that has ended leaves more unexplained than
-/// noise does, as their numbers.
+/// Indices of the nodes at and beside the cells in which a level leaves more unexplained than
+/// noise.
 std::vector<uint32_t> PairSolver::unexplained(const SearchPlan& search) {
   const LevelPlan& level = plan_.levels[search.level];
   const YieldOptions& yield = plan_.options.yield;
   const std::vector<glm::vec4> left = left_on(search.level);
-  // Where the noise can not be measured it counts as none: a search in vain only costs time.
+  // If the noise can not be measured it is taken as 0: an unnecessary search only costs time.
   const double noise = yield.noise * noise_of(left, 0.0);
   std::vector<bool> wanted(search.count());
   for (size_t c = 0; c < left.size(); ++c) {
@@ -228,8 +232,8 @@ std::vector<uint32_t> PairSolver::unexplained(const SearchPlan& search) {
   return nodes;
 }
 
-/// Looks for larger motion where level l + 1 left something unexplained, and takes it where it
-/// brings the frames nearer together on level l than the field that has just begun there.
+/// Searches for larger motion where level l + 1 left something unexplained, and takes it where the
+/// frames then match better on level l than with the field that was just interpolated.
 double PairSolver::search(size_t l, DiscreteStart& start, const FramePyramid& fixed,
                           const FramePyramid& moving) {
   const LevelPlan& level = plan_.levels[l];
@@ -237,7 +241,7 @@ double PairSolver::search(size_t l, DiscreteStart& start, const FramePyramid& fi
   LevelImages& i = levels_[l];
   const glm::dvec3 sigma(kChoiceSigma);
   const int passes = gauss_passes(level.cells, sigma);
-  if (passes == 0) return 0.0;  // a field of one cell: there is nothing to choose between
+  if (passes == 0) return 0.0;  // a field of one cell: nothing to choose
   const std::vector<uint32_t> nodes = unexplained(search);
   const int labels = start.solve(fixed, moving, levels_[l + 1].field, nodes, costs_);
   if (labels == 0) return 0.0;
@@ -266,8 +270,8 @@ double PairSolver::search(size_t l, DiscreteStart& start, const FramePyramid& fi
       shaders::ChoosePush{wide(level.cells),
                           {-kChoiceWidth, kChoiceWidth, float(plan_.options.yield.flat), 0}},
       slice_groups(active_));
-  // Outside the mask nothing was chosen, so `ahead` and `primal` hold the other field there, which
-  // the bricks beside the mask's border read: put this level's field back.
+  // Outside the mask nothing was chosen and `ahead` and `primal` contain the other field, which
+  // bricks at the mask's border read: restore this level's field.
   if (bricks_[l].size() < all_bricks(level.cells).size())
     recorder_.dispatch(kernels_->upsample(), {{i.field, nearest}, i.ahead, i.primal},
                        shaders::UpsamplePush{wide(level.cells), wide(level.cells),
@@ -280,9 +284,9 @@ double PairSolver::search(size_t l, DiscreteStart& start, const FramePyramid& fi
   return double(nodes.size()) * labels;
 }
 
-/// The first iteration is done wherever the mask leaves something and is looked at alone: it finds
-/// what does not move or shows nothing. After that every batch drops the bricks that have come to
-/// rest; the level ends when none is left.
+/// The first iteration covers all bricks that the mask leaves and is measured alone: it finds the
+/// bricks that do not move or show nothing. After that every batch drops the bricks that have come
+/// to rest; the level ends when none is left.
 bool PairSolver::iterate(size_t l, const FramePyramid& fixed, const FramePyramid& moving,
                          const std::stop_token& stop, LevelReport& report,
                          const std::function<void(int)>& done) {
@@ -299,7 +303,7 @@ bool PairSolver::iterate(size_t l, const FramePyramid& fixed, const FramePyramid
     if (size != batch_size) {
       batch_.restart();
       for (int k = 0; k < size; ++k) {
-        // Odd and even voxels take turns, except in the first iteration, which decides what rests.
+        // Odd and even voxels alternate, except in the first iteration, which decides what rests.
         const int turn = plan_.options.checkerboard && report.iterations > 0 ? k % 2 : -1;
         record_iteration(batch_, l, fixed, moving, turn);
       }
@@ -338,7 +342,7 @@ void PairSolver::repair(size_t l, SolveReport& report) {
                all_bricks(plan_.levels[l].cells), report);
 }
 
-/// Writes the field with its confidence into `primal`.
+/// Computes the confidence and writes the field with it into `primal`.
 void PairSolver::judge(size_t l) {
   const LevelPlan& level = plan_.levels[l];
   const YieldOptions& yield = plan_.options.yield;
@@ -448,8 +452,8 @@ void unpack_field(std::span<const glm::vec4> device, const MotionPlan& plan, Fie
   });
 }
 
-/// Where the equations are under the first window: each axis that needs smoothing swaps the two
-/// sets of images.
+/// The images that contain the equations under the first window: each smoothed axis swaps the two
+/// sets.
 const vulkan::Image* PairSolver::narrow(size_t l) const {
   const LevelPlan& level = plan_.levels[l];
   const double window = yields(plan_, l) ? plan_.options.yield.window : level.options.window;
@@ -457,7 +461,8 @@ const vulkan::Image* PairSolver::narrow(size_t l) const {
                                                                : levels_[l].equations;
 }
 
-/// Where they are under the level's own window, which on a level that yields is the second.
+/// The images that contain the equations under the level's own window, the second on a level that
+/// yields.
 const vulkan::Image* PairSolver::windowed(size_t l) const {
   if (!yields(plan_, l)) return narrow(l);
   const LevelPlan& level = plan_.levels[l];
@@ -467,8 +472,8 @@ const vulkan::Image* PairSolver::windowed(size_t l) const {
   return passes % 2 == 1 ? i.wide : narrow(l) == i.smoothed ? i.equations : i.smoothed;
 }
 
-/// What level l + 1 leaves unexplained, on the cells of level l. The dual of that level, which has
-/// ended, is the scratch space.
+/// What level l + 1 leaves unexplained, on the cells of level l. The dual variables of that level,
+/// which has ended, serve as scratch space.
 void PairSolver::record_coarser(vulkan::Recorder& recorder, size_t l) {
   const LevelPlan& from = plan_.levels[l + 1];
   const LevelPlan& to = plan_.levels[l];
@@ -526,8 +531,8 @@ void PairSolver::record_filter(vulkan::Recorder& recorder, size_t l) {
   primal(true);
 }
 
-/// The data term. Images cut into slabs visit the device pair by pair of slabs; each dispatch adds
-/// the voxels whose own and whose partner's slice the two answer for.
+/// The data term. Slabs of images are copied to the device pair by pair; each dispatch adds the
+/// voxels whose own slice and whose partner's slice these two slabs compute.
 void PairSolver::record_equations(vulkan::Recorder& recorder, size_t l, const FramePyramid& fixed,
                                   const FramePyramid& moving, int colour) {
   const LevelPlan& level = plan_.levels[l];

@@ -18,28 +18,28 @@ namespace palpate {
 /// Called between submissions with the share of the work that is done, 0 to 1.
 using SolveProgress = std::function<void(double)>;
 
-/// Estimates fields on the device. Plan once, solve many pairs. One thread at a time. Throws
+/// Estimates fields on the device. Planned once, solves many pairs. One thread at a time. Throws
 /// vulkan::Failure.
 class FieldSolver {
  public:
   virtual ~FieldSolver() = default;
 
-  /// Solves; the field then waits on the device for download(). Returns nothing if stopped. If
-  /// something moves further than moving.reach_mm() it ends early and the report says so
-  /// (out_of_reach): there is no field then.
+  /// Solves a pair; the field then stays on the device for download(). Empty if stopped. If
+  /// something moves further than moving.reach_mm() it ends early, without a field, and the report
+  /// has out_of_reach set.
   virtual std::optional<SolveReport> solve(const FramePyramid& fixed, const FramePyramid& moving,
                                            const std::stop_token& stop,
                                            const SolveProgress& progress) = 0;
 
-  /// The field of the last solve, on plan.field, in LPS mm, and how far to trust it.
+  /// The field of the last solve, on plan.field, LPS mm, with its confidence.
   virtual void download(Field& field, Confidence& confidence) = 0;
 };
 
-/// palpate's own method: coarse to fine, each level an iteration of
+/// palpate's own method, coarse to fine. Each level iterates
 ///   data term (normal_equations) - Gaussian window, on the finest level two - Gauss-Newton step,
 ///   composed (update, update_two) - total variation (tv_*),
-/// on the bricks that still need it, where a coarse level leaves something unexplained a search for
-/// larger motion, and a repair after which nothing folds.
+/// on the bricks that still need it. Where a coarse level leaves an unexplained difference, larger
+/// motion is searched for. At the end folds are repaired.
 class PairSolver : public FieldSolver {
  public:
   PairSolver(std::shared_ptr<vulkan::Context> context, std::shared_ptr<MotionKernels> kernels,
@@ -55,11 +55,12 @@ class PairSolver : public FieldSolver {
   struct LevelImages {
     vulkan::Image field, ahead, composed, primal, seen, flags;
     vulkan::Image equations[3], smoothed[3], dual[3];
-    // Only where the level yields: the equations under its wide window, and what the next coarser
+    // Only if the level yields: the equations under its wide window, and what the next coarser
     // level left of them.
     vulkan::Image wide[3], coarser;
   };
-  /// What follows works on these bricks. The device must be done with the ones before.
+  /// Makes `bricks` the active ones for what follows. The device must have finished with the
+  /// former.
   void activate(BrickList bricks);
   const vulkan::Image* narrow(size_t l) const;
   const vulkan::Image* windowed(size_t l) const;
@@ -70,7 +71,7 @@ class PairSolver : public FieldSolver {
                         glm::ivec3 from_cells, glm::ivec3 from_cell, const vulkan::Image& to,
                         const vulkan::Image& to_as_well);
   std::vector<uint32_t> unexplained(const SearchPlan& search);
-  /// Returns the work that was done, nodes times labels.
+  /// Returns the work that was done, in nodes times labels.
   double search(size_t l, DiscreteStart& start, const FramePyramid& fixed,
                 const FramePyramid& moving);
   void record_iteration(vulkan::Recorder& recorder, size_t l, const FramePyramid& fixed,
@@ -80,7 +81,7 @@ class PairSolver : public FieldSolver {
   void record_step(vulkan::Recorder& recorder, size_t l, int colour);
   void record_filter(vulkan::Recorder& recorder, size_t l);
   void record_measure(vulkan::Recorder& recorder, size_t l);
-  /// False if something moved out of the moving frame's reach.
+  /// False if something moved further than moving.reach_mm().
   bool iterate(size_t l, const FramePyramid& fixed, const FramePyramid& moving,
                const std::stop_token& stop, LevelReport& report,
                const std::function<void(int)>& done);
@@ -90,28 +91,29 @@ class PairSolver : public FieldSolver {
   std::shared_ptr<vulkan::Context> context_;
   std::shared_ptr<MotionKernels> kernels_;
   const MotionPlan plan_;
-  std::vector<BrickList> bricks_;  // per level: what the mask leaves
+  std::vector<BrickList> bricks_;  // per level: those that the mask leaves
   std::vector<LevelImages> levels_;
   std::vector<std::unique_ptr<DiscreteStart>> starts_;
   DiscreteStart::Costs costs_;
-  std::unique_ptr<SlidingBorders> sliding_;  // only if the plan has one
+  std::unique_ptr<SlidingBorders> sliding_;  // null if the plan does not contain it
   BrickList active_;                         // the bricks in work
   vulkan::Buffer active_list_;               // the same on the device
   vulkan::Buffer measures_, read_measures_;  // BrickMeasure of each, on the device and here
-  vulkan::Image fixed_slab_, moving_slab_;   // where slabs of the finest images visit the device
-  double noise_ = 0.0;                       // what it leaves on the level above one that yields
-  vulkan::Buffer counts_;                    // cells that fold, of each brick
+  // slabs of the finest images, copied to the device for one dispatch
+  vulkan::Image fixed_slab_, moving_slab_;
+  double noise_ = 0.0;     // r^2 that noise leaves on the level above one that yields
+  vulkan::Buffer counts_;  // number of folded cells of each brick
   vulkan::Buffer download_;
-  // Kept, since making and freeing what lists of commands need takes longer than running them on a
-  // GPU: one for what runs once, one for iterations.
+  // Reused, since creating command buffers and their pools takes longer than running them on a GPU.
+  // One for work that runs once, one for iterations.
   vulkan::Recorder recorder_, batch_;
 };
 
-/// Voxels whose noise a window (SD in h) over a level's cells averages: a Gaussian of SD s averages
-/// 2 sqrt(pi) s samples of white noise.
+/// Number of voxels whose noise a window (SD in h) over a level's cells averages: a Gaussian of SD
+/// s averages 2 sqrt(pi) s samples of white noise.
 double window_voxels(const LevelPlan& level, double window);
 
-/// The field that a device image holds (u in mm along the image axes, w the confidence) in LPS.
+/// Converts the texels of a device image (u in mm along the image axes, w the confidence) to LPS.
 void unpack_field(std::span<const glm::vec4> device, const MotionPlan& plan, Field& field,
                   Confidence& confidence);
 

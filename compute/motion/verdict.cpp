@@ -17,7 +17,7 @@ std::string sentence(const char* format, Values... values) {
 /// Collects findings and sorts them by how bad they are.
 class Bench {
  public:
-  /// A measure that must not exceed its limit. Written with !(<=), so that NaN fails.
+  /// A measure that must not exceed its limit. Written as !(<=), so that NaN fails.
   void at_most(double value, Limit limit, const std::string& says) {
     const Trust trust = !(value <= limit.failed)    ? Trust::kFailed
                         : !(value <= limit.suspect) ? Trust::kSuspect
@@ -60,8 +60,8 @@ class Bench {
 
 void judge_folds(const Folds& folds, const Limits& limits, Bench& bench) {
   if (folds.not_finite > 0) {
-    bench.note(Trust::kFailed, sentence("At %zu voxels the field is not a number (none may be).",
-                                        folds.not_finite));
+    bench.note(Trust::kFailed,
+               sentence("At %zu voxels the field is not finite (none may be).", folds.not_finite));
   }
   const double share = folds.voxels ? double(folds.folded) / double(folds.voxels) : 0.0;
   bench.at_most(share, limits.folded_share,
@@ -107,11 +107,10 @@ void judge_match(const Match& match, const Limits& limits, Bench& bench) {
 void judge_distances(const Evidence& evidence, const Limits& limits, Bench& bench) {
   if (evidence.inverse) {
     const Spread& voxels = evidence.inverse->own_voxels;
-    bench.at_most(
-        voxels.mean, limits.inverse_mean_voxels,
-        sentence("There and back misses the start by %.3f voxels on average", voxels.mean));
+    bench.at_most(voxels.mean, limits.inverse_mean_voxels,
+                  sentence("The inverse consistency error is %.3f voxels on average", voxels.mean));
     bench.at_most(voxels.p99, limits.inverse_p99_voxels,
-                  sentence("There and back misses the start by %.3f voxels at the 99th percentile",
+                  sentence("The inverse consistency error is %.3f voxels at the 99th percentile",
                            voxels.p99));
   }
   if (evidence.drift) {
@@ -122,7 +121,8 @@ void judge_distances(const Evidence& evidence, const Limits& limits, Bench& benc
   }
 }
 
-/// The voxels x whose x + u(x) lies in the mask, too: outside of it the way back is a guess.
+/// The voxels x whose x + u(x) also lies in the mask: outside the mask the backward field is
+/// unreliable.
 Mask that_stays_inside(const Mask& mask, Mask voxels, const Field& u) {
   const Grid& grid = mask.grid;
   size_t offset = 0;
@@ -210,8 +210,8 @@ Result<Evidence> examined(const Volume& fixed, const Volume& moving, const Field
   const Result<Match> matched = match(fixed, moving, u, mask, &clear);
   if (!matched) return matched.error();
   evidence.match = *matched;
-  // Where nothing can be seen, disagreement and low confidence are right, and no fault of the
-  // field.
+  // Where nothing can be seen, disagreement and low confidence are to be expected and no fault of
+  // the field.
   if (backward && matched->clear > 0) {
     const Mask known = mask ? that_stays_inside(*mask, clear, u) : clear;
     const Result<Distances> inverse = inverse_consistency(u, *backward, fixed.grid, &known);

@@ -16,8 +16,8 @@ struct Frames {
   size_t count = 0;
   std::vector<double> times_s;                 ///< one per frame; empty if not known
   std::function<Result<Volume>(size_t)> read;  ///< in rising order, once per frame
-  bool in_memory = false;                      ///< read() gives copies, in any order and again
-  std::vector<std::string> notes;              ///< on the files, for people, a sentence each
+  bool in_memory = false;          ///< read() returns copies, in any order and repeatedly
+  std::vector<std::string> notes;  ///< notes on the files for the user, a sentence each
 };
 
 }  // namespace palpate

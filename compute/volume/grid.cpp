@@ -18,8 +18,8 @@ bool same_geometry(const Grid& a, const Grid& b) {
 }
 
 bool has_centre_inside(const Grid& a, const Grid& b) {
-  // Along a row of a, the index in b is a straight line: the part of it that lies in b's box is
-  // found axis by axis.
+  // Along a row of a, the index in b is a straight line: its part inside b's box is found axis by
+  // axis.
   const glm::dvec3 step =
       b.index_from_lps(a.lps_from_index({1, 0, 0})) - b.index_from_lps(a.lps_from_index({0, 0, 0}));
   for (int k = 0; k < a.size.z; ++k) {

@@ -7,7 +7,7 @@
 namespace palpate {
 namespace {
 
-/// 0 where the system does not say it.
+/// 0 if the system does not report it.
 double available_memory_bytes() {
   std::ifstream info("/proc/meminfo");
   std::string key;

@@ -103,7 +103,7 @@ auto material_value(const Point& material_mm, double growth, double edge_mm, uin
   using Length = std::remove_cvref_t<decltype(r)>;
   const Length away = dual::value(r) > 1e-6 ? r : Length(1e-6);
   // Lengths along the radius are `growth` times longer in the frame than in the material state; the
-  // scanner's blur is one of the frame.
+  // scanner's blur belongs to the frame.
   const Length inside = (r - inner_radius(material_mm, away, seed)) * growth;
   const Length outside = (r - kOuterMm) * growth;
   const Length blood = kBlood + 40.0 * texture::tissue(seed + 10, material_mm, 5.0, 9.0);

@@ -7,7 +7,7 @@
 
 namespace palpate {
 
-/// Why something failed that depends on the outside world (a file, a device, a driver).
+/// Why an operation failed that depends on the outside world (a file, a device, a driver).
 enum class ErrorKind {
   kBadInput,      ///< The user's data or arguments are wrong: say what to change. Exit code 2.
   kBadOutput,     ///< The result could not be written: nothing was touched. Exit code 2.
@@ -17,7 +17,7 @@ enum class ErrorKind {
   kCancelled,     ///< The caller asked to stop. Exit code 1.
 };
 
-/// One clear sentence for a person: which file, what is wrong, what to do.
+/// One clear sentence for the user: which file, what is wrong, what to do.
 struct Error {
   ErrorKind kind = ErrorKind::kBadInput;
   std::string message;

@@ -51,7 +51,7 @@ TimeWeights TimeBasis::at(int frame, double phase) const noexcept {
     add(frame, 1.0);
     return weights;
   }
-  // Hermite's polynomial between the frame and the next with, as slope at a frame, that of the
+  // Hermite's polynomial between the frame and the next one. The slope at a frame is that of the
   // parabola through it and its two neighbours; at an open end that of the only step there.
   const int next = (frame + 1) % frames, before = (frame + frames - 1) % frames;
   const double length = step_s(frame), s = phase, r = 1.0 - phase;

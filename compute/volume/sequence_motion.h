@@ -9,7 +9,8 @@
 
 namespace palpate {
 
-/// Which terms of a SequenceMotion count at one time, and how much: u = sum_n weight[n] term[n].
+/// The terms of a SequenceMotion that contribute at one time, with their weights: u = sum_n
+/// weight[n] term[n].
 struct TimeWeights {
   static constexpr int kMost = 41;  ///< c_0 and 20 harmonics
   int count = 0;
@@ -28,7 +29,7 @@ struct TimeBasis {
   static constexpr int kMostHarmonics = (TimeWeights::kMost - 1) / 2;
 
   size_t terms() const { return harmonics > 0 ? size_t(2 * harmonics + 1) : times_s.size(); }
-  /// At a time of the sequence: beyond its ends it wraps (cyclic) or stays at them.
+  /// At a time of the sequence; beyond its ends it wraps (cyclic) or is clamped.
   TimeWeights at(double time_s) const noexcept;
   /// At the share `phase` of the way from a frame to the next one.
   TimeWeights at(int frame, double phase) const noexcept;
@@ -37,10 +38,10 @@ struct TimeBasis {
   double step_s(int frame) const noexcept;  ///< from the frame to the next
 };
 
-/// One motion for a whole sequence: the material that is at X (LPS mm) in the reference frame is at
-/// X + u(X, t) at time t. All frames are described from one frame, so errors do not add up over a
-/// cycle: its drift is zero by construction, where fields from frame to frame drift. At the
-/// reference frame's time u is zero but for rounding and for the error of the harmonics.
+/// One motion for a whole sequence: the material at X (LPS mm) in the reference frame is at X +
+/// u(X, t) at time t. All frames are described from one frame, so errors do not add up over a
+/// cycle: its drift is zero by construction, while fields from frame to frame drift. At the
+/// reference frame's time u is zero up to rounding and the error of the harmonics.
 ///
 /// Cyclic data have u as harmonics of the cycle,
 ///   u(X, t) = c_0(X) + sum_h [a_h(X) cos(2 pi h t / T) + b_h(X) sin(2 pi h t / T)],
@@ -59,8 +60,8 @@ struct SequenceMotion {
   Field at_frame(size_t k) const { return at(basis.times_s[k]); }
 };
 
-/// The cycle's length that frame times leave open: the last frame leads back to the first after the
-/// median step, which a missing frame does not change. Needs two times or more.
+/// The length of a cycle for frame times that do not contain it: the last frame leads back to the
+/// first after the median step, which a missing frame does not change. Needs at least two times.
 double cycle_of(std::span<const double> times_s);
 
 /// sum_n weights[n] fields[n]; at least one field, all on one grid.

@@ -13,12 +13,12 @@ namespace {
 
 constexpr float kFarAway = std::numeric_limits<float>::infinity();
 
-// Gaussian that takes the steps of the voxels away, in edges of a (nearly isotropic) voxel.
+// SD of the Gaussian that removes the steps of the voxels, in edges of a (nearly isotropic) voxel.
 constexpr double kSmooth = 1.5;
-// A wall that is thinner than twice so many of the Gaussian's deviations has a narrower one: at
-// this ratio the Gaussian of a tent moves the tent's foot by 0.03 deviations.
+// A wall thinner than twice this many SDs of the Gaussian gets a narrower one: at this ratio the
+// Gaussian of a tent moves the tent's foot by 0.03 SDs.
 constexpr double kThin = 1.75;
-// Samples beside what counts: as far as the Gaussian reaches, and what a reader looks at.
+// Samples around the mask: the reach of the Gaussian, and what a reader samples.
 constexpr int kMargin = 7;
 // Slices more than this times as far apart as the voxels in them are interpolated.
 constexpr double kThick = 1.5;
@@ -41,8 +41,8 @@ struct GridLines {
   int count;
 };
 
-/// Calls work(values, buffer of the line's length) for all lines along an axis, with the line's
-/// samples gathered in `buffer`, and puts back what it leaves there.
+/// Calls work(values, buffer of the line's length) for all lines along an axis. The line's samples
+/// are gathered in `buffer` and written back afterwards.
 template <class Work>
 void along(std::vector<float>& values, const Grid& grid, int axis, const Work& work) {
   const GridLines lines(grid, axis);
@@ -61,14 +61,14 @@ void along(std::vector<float>& values, const Grid& grid, int axis, const Work& w
 }
 
 /// One axis of the distance transform: f(i) <- min over q of f(q) + (h max(0, |i - q| - 1/2))^2,
-/// the squared distance to boxes of one voxel. The nearest edge of another voxel's box stands
-/// midway between samples, so this is the lower envelope (Felzenszwalb and Huttenlocher 2012) of
-/// parabolas that stand there, each as high as the lower one of its two neighbours.
+/// the squared distance to boxes of one voxel. The nearest edge of another voxel's box is midway
+/// between samples, so this is the lower envelope (Felzenszwalb and Huttenlocher 2012) of parabolas
+/// at these midpoints, each as high as the lower one of its two neighbours.
 struct EnvelopeAlong {
   double h_mm;
   struct Scratch {
-    std::vector<int> site;      ///< of the parabolas of the envelope, the sample before it
-    std::vector<double> begin;  ///< from where each of them is the lowest
+    std::vector<int> site;      ///< per parabola of the envelope: the sample before it
+    std::vector<double> begin;  ///< where each of them begins to be the lowest
     std::vector<double> height;
   };
   Scratch scratch(int length) const {
@@ -107,7 +107,7 @@ struct EnvelopeAlong {
   }
 };
 
-/// A Gaussian along an axis, the border value clamped.
+/// A Gaussian along an axis, clamped to the edge.
 struct GaussianAlong {
   explicit GaussianAlong(double sigma_samples) {
     const int radius = int(std::ceil(3.5 * sigma_samples));
@@ -133,7 +133,7 @@ struct GaussianAlong {
   std::vector<double> weight;
 };
 
-/// The largest value of the samples near by along an axis.
+/// The largest value among the neighbouring samples along an axis.
 struct LargestAlong {
   int reach;
   std::vector<float> scratch(int length) const { return std::vector<float>(size_t(length)); }
@@ -151,9 +151,9 @@ void smooth(std::vector<float>& values, const Grid& grid, double sigma_mm) {
     along(values, grid, axis, GaussianAlong(sigma_mm / grid.spacing_mm[axis]));
 }
 
-/// The share of `sigma_mm` by which a distance may be smoothed, 0 to 1: all of it but where what
-/// counts, or what is between, is so thin that its sides would melt together. Near a sample it is
-/// as thick as the distance gets to either side of the border.
+/// The share of `sigma_mm` by which a distance may be smoothed, 0 to 1: 1 unless the part inside,
+/// or the gap outside, is so thin that its sides would merge. The thickness near a sample is
+/// measured by how far the distance gets on either side of the border.
 std::vector<float> smoothing_share(const Volume& distance, double sigma_mm) {
   const auto half_thickness = [&](float side) {
     std::vector<float> most = distance.values;
@@ -162,7 +162,7 @@ std::vector<float> smoothing_share(const Volume& distance, double sigma_mm) {
       const int reach = int(std::ceil(kThin * sigma_mm / distance.grid.spacing_mm[axis]));
       along(most, distance.grid, axis, LargestAlong{reach});
     }
-    // From the other side of the border it is looked at from farther away.
+    // Seen from the other side of the border it is farther away.
     for (size_t i = 0; i < most.size(); ++i) most[i] += std::max(0.0F, -side * distance.values[i]);
     return most;
   };
@@ -174,8 +174,8 @@ std::vector<float> smoothing_share(const Volume& distance, double sigma_mm) {
   return share;
 }
 
-/// The signed distance to the border of the mask, looked for along the axes asked for only: all
-/// three, or those of a slice. Infinite where there is no border.
+/// The signed distance to the border of the mask along the given axes only: all three, or those of
+/// a slice. Infinite without a border.
 std::vector<float> distance_along(const Mask& mask, std::array<bool, 3> axes) {
   const auto squared_to = [&](bool counting) {
     std::vector<float> f(mask.values.size());
@@ -192,7 +192,8 @@ std::vector<float> distance_along(const Mask& mask, std::array<bool, 3> axes) {
   return distance;
 }
 
-/// The part of a mask's grid from `low` on, which may reach beyond it; there nothing counts.
+/// The part of a mask's grid that begins at `low`; it may extend beyond the mask, where nothing
+/// counts.
 Mask part_of(const Mask& mask, glm::ivec3 low, glm::ivec3 size) {
   Mask part{mask.grid, std::vector<uint8_t>(size_t(size.x) * size_t(size.y) * size_t(size.z))};
   part.grid.size = size;
@@ -207,7 +208,7 @@ Mask part_of(const Mask& mask, glm::ivec3 low, glm::ivec3 size) {
   return part;
 }
 
-/// The first and last index of what counts.
+/// The first and last index of the voxels that count.
 std::pair<glm::ivec3, glm::ivec3> bounds_of(const Mask& mask) {
   glm::ivec3 low = mask.grid.size, high(-1);
   for (int k = 0; k < mask.grid.size.z; ++k)
@@ -220,8 +221,8 @@ std::pair<glm::ivec3, glm::ivec3> bounds_of(const Mask& mask) {
   return {low, high};
 }
 
-/// Into how many steps the distance from slice to slice is cut along the coarsest axis, so that it
-/// is like the next finer one.
+/// The number of steps into which the distance between slices is divided along the coarsest axis,
+/// so that it is like the next finer one.
 std::pair<int, int> thick_axis(const Grid& grid) {
   const glm::dvec3 h = grid.spacing_mm;
   const int axis = h.x > h.y ? (h.x > h.z ? 0 : 2) : (h.y > h.z ? 1 : 2);
@@ -229,9 +230,9 @@ std::pair<int, int> thick_axis(const Grid& grid) {
   return {axis, h[axis] > kThick * next ? int(std::lround(h[axis] / next)) : 1};
 }
 
-/// Slices in between, by shape: a voxel counts where the distances within the slices, each clipped
-/// at the distance between slices (what ends in the next slice, ends midway), are above 0 when they
-/// are interpolated (Catmull-Rom).
+/// Inserts slices by shape: a voxel counts where the interpolated distances within the slices
+/// (Catmull-Rom) are above 0. Each distance is clipped to the distance between slices, so a part
+/// that ends in the next slice ends midway.
 Mask with_slices_between(const Mask& mask, int axis, int steps) {
   const double h = mask.grid.spacing_mm[axis];
   std::array<bool, 3> in_slice{true, true, true};
@@ -272,7 +273,7 @@ Volume smoothed(const Volume& volume, double sigma_mm) {
 }
 
 Volume exact_signed_distance(const Mask& inside) {
-  // A layer around it in which nothing counts.
+  // With a layer around it in which nothing counts.
   const Mask around = part_of(inside, glm::ivec3(-1), inside.grid.size + 2);
   const std::vector<float> distance = distance_along(around, {true, true, true});
   Volume out{inside.grid, std::vector<float>(inside.grid.count())};
@@ -299,7 +300,7 @@ Volume signed_distance(const Mask& inside) {
   smooth(half, out.grid, 0.5 * sigma_mm);
   std::vector<float> full = half;
   smooth(full, out.grid, std::sqrt(0.75) * sigma_mm);
-  // A Gaussian in between is blended by variance from those on both sides of it.
+  // A Gaussian between two widths is blended by variance from those on both sides.
   for (size_t i = 0; i < full.size(); ++i) {
     const float variance = share[i] * share[i];
     out.values[i] = variance < 0.25F ? std::lerp(out.values[i], half[i], 4.0F * variance)

@@ -8,8 +8,8 @@
 
 namespace palpate::vulkan {
 
-/// A buffer of any use with its own memory. All but kDevice stay mapped. Move-only; freed with
-/// the object, which must not be in use by the device then. Creation throws Failure.
+/// A buffer of any use with its own memory. All kinds but kDevice stay mapped. Move-only. Its
+/// memory is freed with the object; the device must have finished with it. Creation throws Failure.
 class Buffer {
  public:
   using Kind = MemoryKind;
@@ -27,7 +27,7 @@ class Buffer {
   uint64_t bytes() const { return bytes_; }
   explicit operator bool() const { return buffer_ != VK_NULL_HANDLE; }
 
-  /// The mapped memory as values of T. What is kFilledByHost is slow to read.
+  /// The mapped memory as values of T. Reading kFilledByHost is slow.
   template <class T>
   std::span<T> as() {
     assert(mapped_ && "device memory is not mapped");
@@ -47,8 +47,8 @@ class Buffer {
 };
 
 /// A buffer as texels of a format (R32_UINT or R32G32B32A32_SFLOAT), for kernels that read single
-/// ones (BindingKind::kTexels). Shows as many texels as the device allows, from the first on:
-/// Vulkan promises 65536. The buffer must outlive it. Move-only. Creation throws Failure.
+/// texels (BindingKind::kTexels). Contains as many texels as the device allows, from the first on;
+/// Vulkan guarantees 65536. The buffer must outlive it. Move-only. Creation throws Failure.
 class TexelView {
  public:
   TexelView() = default;
@@ -60,8 +60,8 @@ class TexelView {
   }
   ~TexelView();
   VkBufferView handle() const { return view_; }
-  /// False where the device allows fewer texels than the buffer has: kernels then have to read the
-  /// buffer itself.
+  /// False if the device allows fewer texels than the buffer has: kernels must then read the buffer
+  /// itself.
   bool whole() const { return whole_; }
 
  private:

@@ -9,9 +9,9 @@
 
 namespace palpate {
 
-/// What `work` returns (a Status or a Result), or, where it throws, an error that says what. For
-/// the outermost function of a thread, which no exception may leave: that would end the process.
-/// Any thread.
+/// Returns what `work` returns (a Status or a Result), or an error with the message of its
+/// exception. For the outermost function of a thread, which no exception may leave (the process
+/// would end). Any thread.
 template <class Work>
 auto caught(const Work& work) -> decltype(work()) {
   try {
@@ -26,7 +26,7 @@ auto caught(const Work& work) -> decltype(work()) {
                  std::string("A function that is called here threw an exception: ") + error.what()};
   } catch (...) {
     return Error{ErrorKind::kBadInput,
-                 "A function that is called here threw an exception that says nothing"};
+                 "A function that is called here threw an exception without a message"};
   }
 }
 

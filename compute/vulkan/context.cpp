@@ -84,7 +84,7 @@ uint32_t compute_family(VkPhysicalDevice device) {
   return UINT32_MAX;
 }
 
-// What every image of image.cpp is made for.
+// The usage of every image of image.cpp.
 constexpr VkImageUsageFlags kImageUsage = VK_IMAGE_USAGE_STORAGE_BIT | VK_IMAGE_USAGE_SAMPLED_BIT |
                                           VK_IMAGE_USAGE_TRANSFER_SRC_BIT |
                                           VK_IMAGE_USAGE_TRANSFER_DST_BIT;
@@ -95,9 +95,9 @@ bool writes_without_format(VkPhysicalDevice device) {
   return features.shaderStorageImageWriteWithoutFormat == VK_TRUE;
 }
 
-/// What a device can not do with 3D images of the formats that frames, masks and fields have; empty
-/// if it can do all. Vulkan itself promises neither linear filtering of 32-bit formats nor writing
-/// to formats of one channel.
+/// What the device can not do with 3D images of the formats of frames, masks and fields; empty if
+/// it can do everything. Vulkan guarantees neither linear filtering of 32-bit formats nor writing
+/// to formats with one channel.
 std::string missing_with_images(VkPhysicalDevice device) {
   struct Needed {
     VkFormat format;
@@ -130,7 +130,7 @@ std::string missing_with_images(VkPhysicalDevice device) {
   return missing;
 }
 
-/// Everything that the engine needs and this device has not, in words; empty if it is usable.
+/// Everything that the engine needs and this device lacks, as text; empty if it is usable.
 std::string missing_from(VkPhysicalDevice device, uint32_t api_version) {
   if (api_version < VK_API_VERSION_1_2) return "Vulkan 1.2";
   if (compute_family(device) == UINT32_MAX) return "a compute queue";
@@ -181,8 +181,8 @@ GpuInfo describe(VkPhysicalDevice device, int index) {
   return info;
 }
 
-/// The user's choice by index or part of the name; without one the first usable GPU, else the first
-/// usable device.
+/// The device that the user chose by index or part of the name; otherwise the first usable GPU,
+/// else the first usable device.
 Result<int> choose(const std::vector<GpuInfo>& devices, const std::string& wanted) {
   std::string known;
   int best = -1;
@@ -211,7 +211,7 @@ Result<int> choose(const std::vector<GpuInfo>& devices, const std::string& wante
           : "No usable Vulkan device matches '" + wanted + "': found " + known + "."};
 }
 
-/// The index in `devices` of the device that `maker` insists on.
+/// The index in `devices` of the device that `maker` requires.
 Result<int> choose_through(DeviceMaker& maker, VkInstance instance,
                            const std::vector<VkPhysicalDevice>& devices,
                            const std::vector<GpuInfo>& infos) {
@@ -272,8 +272,8 @@ void Context::listen() {
       VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT};
   create.messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT |
                            VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
-  // Not the performance hints: they advise against layout GENERAL, in which our images stay
-  // because each is sampled, written and copied in turn.
+  // Without performance hints: they advise against layout GENERAL, in which our images stay because
+  // each is sampled, written and copied in turn.
   create.messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT;
   create.pfnUserCallback = &Context::on_message;
   create.pUserData = this;
@@ -307,8 +307,7 @@ Result<std::shared_ptr<Context>> Context::open(const ContextOptions& options) {
   queue.queueFamilyIndex = self->queue_family_;
   queue.queueCount = 1;
   queue.pQueuePriorities = &priority;
-  // Kernels write images without naming their format, so that one kernel serves fp16 and fp32
-  // images.
+  // Kernels write images without naming a format, so that one kernel serves fp16 and fp32 images.
   VkPhysicalDeviceFeatures features{};
   features.shaderStorageImageWriteWithoutFormat = VK_TRUE;
   VkPhysicalDeviceFeatures offered;
@@ -366,7 +365,7 @@ void Context::read_properties() {
 }
 
 Context::~Context() {
-  // What was made of a shared device has waited for its own work.
+  // Objects created on a shared device have already waited for their own work.
   if (shared_) return;
   if (device_) {
     vkDeviceWaitIdle(device_);
@@ -381,7 +380,7 @@ Context::~Context() {
 }
 
 uint64_t Context::memory_budget_bytes() const {
-  // Nine tenths: drivers and other programs live there too.
+  // Nine tenths: drivers and other programs need the rest.
   const uint64_t whole = info_.memory_bytes / 10 * 9;
   return memory_cap_ ? std::min(whole, memory_cap_) : whole;
 }
@@ -408,7 +407,7 @@ VkDeviceMemory Context::allocate(const VkMemoryRequirements& needed, MemoryKind 
       allocate.memoryTypeIndex = type;
       VkDeviceMemory memory = VK_NULL_HANDLE;
       const VkResult reserved = vkAllocateMemory(device_, &allocate, nullptr, &memory);
-      // What of the device's memory the host can write may be a small window: then the host's own.
+      // The part of the device's memory that the host can write may be small: then use host memory.
       if (reserved == VK_ERROR_OUT_OF_DEVICE_MEMORY && flags != wanted) continue;
       check(reserved, "reserving device memory");
       if (!counted) return memory;

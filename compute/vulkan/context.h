@@ -30,7 +30,7 @@ class Failure : public std::runtime_error {
 /// Throws Failure unless `result` is VK_SUCCESS; `doing` completes the sentence "while ...".
 void check(VkResult result, const char* doing);
 
-/// What a person wants to know of a device before choosing it.
+/// Description of a device for the user.
 struct GpuInfo {
   int index = 0;  ///< as `--gpu` takes it
   std::string name;
@@ -39,18 +39,17 @@ struct GpuInfo {
   uint32_t api_major = 1, api_minor = 0;
   uint64_t memory_bytes = 0;   ///< largest device-local heap
   uint64_t binding_bytes = 0;  ///< largest storage buffer binding
-  bool usable = false;         ///< false if something needed is missing
-  std::string missing;         ///< what, in words
+  bool usable = false;         ///< false if something that the engine needs is missing
+  std::string missing;         ///< what is missing, as text
 };
 
 /// Every Vulkan device that the loader finds, usable or not, in the loader's order; empty if there
 /// is no driver.
 std::vector<GpuInfo> list_devices();
 
-/// Makes the three Vulkan calls that create the context, in its place: the runtime of a headset
-/// adds the extensions that it needs and requires the device that drives the display.
-/// Called by Context::open on its thread, in this order; each returns what the Vulkan call
-/// returned.
+/// Makes the three Vulkan calls that create the context: a headset's runtime adds the extensions
+/// that it needs and chooses the device that drives the display. Called by Context::open on its
+/// thread, in this order; each function returns the result of its Vulkan call.
 class DeviceMaker {
  public:
   virtual ~DeviceMaker() = default;
@@ -63,39 +62,38 @@ class DeviceMaker {
 struct ContextOptions {
   std::string device;       ///< index or part of the name; empty: the first GPU, else the CPU
   bool validation = false;  ///< Khronos validation with synchronisation validation, if installed
-  uint64_t memory_cap_bytes = 0;  ///< pretend that the device has no more than this; 0: no cap
-  DeviceMaker* maker = nullptr;   ///< makes and chooses the device; `device` is not looked at then
+  uint64_t memory_cap_bytes = 0;  ///< upper limit on the memory that is used; 0: none
+  DeviceMaker* maker = nullptr;   ///< creates and chooses the device; `device` is then ignored
 };
 
-/// A device that somebody else has opened and goes on using; made with Vulkan 1.2 or later and the
-/// feature shaderStorageImageWriteWithoutFormat. It must outlive the context.
+/// A device that the caller has created and continues to use. It needs Vulkan 1.2 or later and the
+/// feature shaderStorageImageWriteWithoutFormat, and must outlive the context.
 struct SharedDevice {
   VkInstance instance = VK_NULL_HANDLE;
   VkPhysicalDevice physical_device = VK_NULL_HANDLE;
   VkDevice device = VK_NULL_HANDLE;
   uint32_t queue_family = 0;  ///< with compute
   VkQueue queue = VK_NULL_HANDLE;
-  /// Called before and after every use of the queue, on any thread. Both are set, or neither if
-  /// only this context uses the queue. lock_queue may throw Failure: then nothing is submitted.
+  /// Called before and after every use of the queue, on any thread. Set both, or neither if only
+  /// this context uses the queue. lock_queue may throw Failure: then nothing is submitted.
   std::function<void()> lock_queue, unlock_queue;
-  /// Whether it was made with the feature shaderStorageImageExtendedFormats, which saves memory.
+  /// Whether it was created with the feature shaderStorageImageExtendedFormats, which saves memory.
   bool has_extended_formats = false;
 };
 
-/// Where memory lies. kDevice: near the device. kHostVisible: the host's, coherent, quick to read
-/// for the host. kFilledByHost: written by the host, read by kernels: near the device where the
-/// host can write there, since kernels that read the host's memory wait for the bus.
+/// Where memory lies. kDevice: device-local. kHostVisible: host memory, coherent, fast for the host
+/// to read. kFilledByHost: written by the host, read by kernels; device-local where the host can
+/// write there, since kernels that read host memory wait for the bus.
 enum class MemoryKind { kDevice, kHostVisible, kFilledByHost };
 
-/// An opened device with one compute queue: owner of everything below it, so it must outlive
-/// buffers, images, kernels and recorders. Creating resources is allowed from any thread; submit()
-/// serialises on the one queue.
+/// An opened device with one compute queue. It must outlive its buffers, images, kernels and
+/// recorders. Resources may be created on any thread; submit() serialises on the queue.
 class Context {
  public:
   static Result<std::shared_ptr<Context>> open(const ContextOptions& options);
-  /// On a device of somebody else's, which is left as it is in the end. memory_cap_bytes: as in
-  /// ContextOptions. kBadInput if something is missing, kNoDevice if the device can not do the
-  /// work.
+  /// Uses a device of the caller, which is not destroyed. memory_cap_bytes: as in ContextOptions.
+  /// Errors: kBadInput if something is missing from `shared`, kNoDevice if the device can not do
+  /// the work.
   static Result<std::shared_ptr<Context>> share(const SharedDevice& shared,
                                                 uint64_t memory_cap_bytes = 0);
   ~Context();
@@ -109,28 +107,28 @@ class Context {
   const GpuInfo& info() const { return info_; }
   const VkPhysicalDeviceLimits& limits() const { return limits_; }
   bool is_cpu() const { return is_cpu_; }
-  /// Whether kernels may load from storage images of r8, r16f and rg32f too.
+  /// Whether kernels may also load from storage images of r8, r16f and rg32f.
   bool loads_extended_formats() const { return loads_extended_formats_; }
 
-  /// Device memory that one estimation may use, with the cap.
+  /// Device memory that one estimation may use, at most the cap.
   uint64_t memory_budget_bytes() const;
   uint64_t memory_used_bytes() const { return memory_used_; }
   uint64_t memory_peak_bytes() const { return memory_peak_; }
   void reset_memory_peak() { memory_peak_ = memory_used_.load(); }
 
-  /// Allocates. Only kDevice is counted. Throws Failure.
+  /// Allocates memory. Only kDevice is counted. Throws Failure.
   VkDeviceMemory allocate(const VkMemoryRequirements& needed, MemoryKind kind);
   void release(VkDeviceMemory memory, uint64_t bytes, MemoryKind kind);
 
   void submit(VkCommandBuffer commands, VkFence fence);
 
-  /// Keeps everybody else off the one queue while it lives: for calls of others that use the queue
-  /// (a headset's runtime, presenting to a window). submit() must not be called by its holder.
+  /// Locks the queue, for calls outside this class that use it (a headset's runtime, presenting to
+  /// a window). The holder must not call submit().
   [[nodiscard]] std::unique_lock<std::mutex> hold_queue() { return std::unique_lock(queue_mutex_); }
   /// The queue itself, index 0 of its family: only while hold_queue() is held.
   VkQueue queue() const { return queue_; }
 
-  /// Messages of the validation layers so far (tests demand none). Any thread.
+  /// Messages of the validation layers so far (tests require none). Any thread.
   std::vector<std::string> validation_messages() const;
   bool validation_active() const { return messenger_ != VK_NULL_HANDLE; }
 
@@ -148,7 +146,7 @@ class Context {
   VkDevice device_ = VK_NULL_HANDLE;
   VkQueue queue_ = VK_NULL_HANDLE;
   uint32_t queue_family_ = 0;
-  bool shared_ = false;  ///< instance and device are somebody else's
+  bool shared_ = false;  ///< instance and device belong to the caller
   std::function<void()> lock_queue_, unlock_queue_;
   VkPhysicalDeviceLimits limits_{};
   VkPhysicalDeviceMemoryProperties memory_{};

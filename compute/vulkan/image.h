@@ -7,8 +7,8 @@
 
 namespace palpate::vulkan {
 
-/// A 3D image, readable through a sampler and writable from kernels, always in layout GENERAL once
-/// its first recorder has run (Recorder::prepare). Move-only. Creation throws Failure.
+/// A 3D image that kernels sample and write. Always in layout GENERAL after its first recorder has
+/// run (Recorder::prepare). Move-only. Creation throws Failure.
 class Image {
  public:
   Image() = default;
@@ -38,7 +38,7 @@ class Image {
   VkFormat format_ = VK_FORMAT_UNDEFINED;
 };
 
-/// The sampler kernels read images through: normalised coordinates, border clamped, nearest or
+/// The sampler through which kernels read images: normalised coordinates, clamp to edge, nearest or
 /// linear.
 class Sampler {
  public:

@@ -26,8 +26,8 @@ VkDescriptorType type_of(BindingKind kind) {
   return VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
 }
 
-/// What a SPIR-V module says of its bindings (the SPIR-V specification, sections 2.3 and 3.32:
-/// five words of header, then instructions; the first word holds the length and the opcode).
+/// The declarations of a SPIR-V module (SPIR-V specification, sections 2.3 and 3.32: a header of
+/// five words, then instructions; the first word of each holds its length and opcode).
 struct Declarations {
   explicit Declarations(std::span<const uint32_t> spirv) {
     constexpr size_t kHeaderWords = 5;

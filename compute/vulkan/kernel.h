@@ -8,21 +8,20 @@
 
 namespace palpate::vulkan {
 
-/// What a kernel's binding takes; binding i of set 0 is kinds[i]. A small block that all
-/// invocations read at the same place goes faster through kUniform, and a table that each reads at
-/// a place of its own through kTexels: a CPU driver reads storage buffers value by value, lane by
-/// lane.
+/// Kind of a kernel's binding; binding i of set 0 is kinds[i]. kUniform is faster for a small block
+/// that all invocations read at the same place, kTexels for a table that each invocation reads at
+/// its own place: a CPU driver reads storage buffers one value and one lane at a time.
 enum class BindingKind { kBuffer, kUniform, kTexels, kStorageImage, kSampledImage };
 
-/// The bindings of set 0 as the shader itself declares them, so that they stand in one place: its
-/// `layout(set = 0, binding = ...)` lines. Throws Failure unless they are numbered 0, 1, 2, ...
+/// The bindings of set 0 as the shader declares them in its `layout(set = 0, binding = ...)` lines,
+/// so that they are written in one place only. Throws Failure unless they are numbered 0, 1, 2, ...
 /// without a gap and each is of a kind above.
 std::vector<BindingKind> bindings_of(std::span<const uint32_t> spirv);
 
 struct KernelOptions {
   std::span<const uint32_t> spirv;
-  std::vector<BindingKind> bindings;     ///< empty: bindings_of(spirv); else they must be the same
-  uint32_t push_bytes = 0;               ///< at most 128, the limit that every device has
+  std::vector<BindingKind> bindings;     ///< empty: bindings_of(spirv); otherwise must equal it
+  uint32_t push_bytes = 0;               ///< at most 128, which every device allows
   std::vector<uint32_t> specialisation;  ///< value of specialisation constant 0, 1, 2, ...
 };
 
@@ -38,7 +37,7 @@ class Kernel {
   }
   ~Kernel();
 
-  /// Kernels that the calling thread has compiled so far: a frame loop compiles none.
+  /// Kernels compiled by the calling thread so far; a frame loop must compile none.
   static uint64_t compiled_on_this_thread();
 
   VkPipeline pipeline() const { return pipeline_; }

@@ -244,7 +244,7 @@ void Recorder::stamp(const std::string& name) {
 
 void Recorder::finish() {
   if (!recording_) return;
-  // Host reads of host-visible buffers after the fence need the writes made available to the host.
+  // Makes device writes available to the host: it reads host-visible buffers after the fence.
   VkMemoryBarrier host{VK_STRUCTURE_TYPE_MEMORY_BARRIER};
   host.srcAccessMask = VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT;
   host.dstAccessMask = VK_ACCESS_HOST_READ_BIT;

@@ -11,7 +11,7 @@
 
 namespace palpate::vulkan {
 
-/// One argument of a dispatch: what to bind.
+/// One argument of a dispatch: the resource to bind.
 struct Binding {
   Binding(const Buffer& bound) : buffer(&bound) {}
   Binding(const TexelView& bound) : texels(&bound) {}
@@ -24,8 +24,8 @@ struct Binding {
 };
 
 /// A list of device work that is recorded once and can be run many times. Every dispatch and copy
-/// waits for the one before it, unless the two were put between begin_concurrent() and
-/// end_concurrent(). What it names must outlive it. One thread at a time. Throws Failure.
+/// waits for the one before it, unless both are between begin_concurrent() and end_concurrent().
+/// All resources in the list must outlive it. One thread at a time. Throws Failure.
 class Recorder {
  public:
   explicit Recorder(std::shared_ptr<Context> context, uint32_t max_dispatches = 64);
@@ -33,11 +33,12 @@ class Recorder {
   Recorder& operator=(const Recorder&) = delete;
   ~Recorder();
 
-  /// Forgets what was recorded, after waiting for it, and records anew.
+  /// Waits for the running list, clears it and begins a new one.
   void restart();
-  /// Brings a fresh image into the layout in which it stays; its contents are undefined.
+  /// Brings a new image into layout GENERAL, in which it stays; its contents are undefined.
   void prepare(const Image& image);
-  /// `push` must be as large as the kernel says; groups of the kernel's own workgroup size.
+  /// `push` has the size that the kernel expects; `groups` counts workgroups of the kernel's own
+  /// size.
   void dispatch(const Kernel& kernel, const std::vector<Binding>& bindings, const void* push,
                 glm::ivec3 groups);
   template <class Push>
@@ -45,27 +46,27 @@ class Recorder {
                 glm::ivec3 groups) {
     dispatch(kernel, bindings, static_cast<const void*>(&push), groups);
   }
-  /// Groups as three words of a buffer say, the first at `first_word`: for work lists that the
-  /// device made.
+  /// Reads the number of workgroups from three words of a buffer, starting at `first_word`: for
+  /// work lists that the device has made.
   void dispatch_indirect(const Kernel& kernel, const std::vector<Binding>& bindings,
                          const void* push, const Buffer& groups, uint64_t first_word);
   void copy(const Buffer& from, const Image& to);
   void copy(const Image& from, const Buffer& to);
   void copy(const Buffer& from, const Buffer& to, uint64_t bytes);
-  /// Slices [first, first + slices) of the image to the start of the buffer.
+  /// Copies slices [first, first + slices) of the image to the start of the buffer.
   void copy_slices(const Image& from, int first, int slices, const Buffer& to);
-  /// The first `bytes` of the buffer, a multiple of 4.
+  /// Fills the first `bytes` of the buffer, a multiple of 4.
   void fill(const Buffer& buffer, uint32_t word, uint64_t bytes = VK_WHOLE_SIZE);
   void clear(const Image& image, glm::vec4 value = glm::vec4(0.0F));
   void begin_concurrent();
   void end_concurrent();
-  /// Writes a device time stamp under a name; read with timestamps() after run().
+  /// Writes a device time stamp with a name; read it with timestamps() after run().
   void stamp(const std::string& name);
 
-  /// The list itself, for what is not said above; with barriers of its own.
+  /// The command buffer, for commands that this class does not offer; the caller adds barriers.
   VkCommandBuffer commands() const { return commands_; }
 
-  /// Runs all that was recorded and waits for its end. May be called again.
+  /// Runs the whole list and waits. May be called again.
   void run();
   /// Starts without waiting; wait() must follow before the next start().
   void start();

@@ -12,7 +12,7 @@
 namespace palpate::app {
 namespace {
 
-/// The number of signals that were delivered to a thread that does not block them.
+/// Signals delivered to a thread that does not block them.
 std::atomic<int> taken_by_handler{0};
 static_assert(std::atomic<int>::is_always_lock_free, "a signal handler may touch nothing else");
 
@@ -21,7 +21,7 @@ void count_signal(int) {
 }
 
 /// Called on a thread that shares no lock with threads that may hang. The emergency handler waits
-/// for the force's ramp.
+/// for the end of the force's ramp.
 [[noreturn]] void end_now(std::string_view sentence) {
   [[maybe_unused]] const ssize_t said = ::write(STDERR_FILENO, sentence.data(), sentence.size());
   std::quick_exit(kExitInternal);
@@ -58,14 +58,15 @@ CancelOnSignal::~CancelOnSignal() {
 void CancelOnSignal::watch(std::stop_token ended) {
   using Clock = std::chrono::steady_clock;
   Clock::time_point asked;
-  // A waiting signal wakes at once; the time limit is how long the end of the work, and a signal
-  // that the handler took, may wait.
+  // A waiting signal wakes this thread at once. The time limit bounds the delay after the end of
+  // the work, and after a signal that the handler took.
   const timespec tick{0, 50'000'000};
   while (!ended.stop_requested()) {
     const bool is_new =
         sigtimedwait(&signals_, nullptr, &tick) > 0 || taken_by_handler.exchange(0) > 0;
     if (is_new && at_once_) end_now("palpate: Stopped as asked, before anything began.\n");
-    if (is_new && source_.stop_requested()) end_now("palpate: Ended at once, as asked again.\n");
+    if (is_new && source_.stop_requested())
+      end_now("palpate: Ended at once, after a second signal.\n");
     if (is_new) {
       asked = Clock::now();
       source_.request_stop();

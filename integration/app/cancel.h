@@ -10,12 +10,12 @@
 
 namespace palpate::app {
 
-/// Turns Ctrl-C (SIGINT), SIGTERM, SIGHUP (the terminal was closed) and SIGQUIT into a stop request
-/// while it lives, so that nothing half written stays behind; a second one ends the program at once
-/// (after the servo thread's ramp). A signal that was ignored when the program was started (nohup)
-/// stays ignored. Threads that start later inherit the blocked signals; one that is older (a
-/// library may start threads when it is loaded, before main()) gets a handler that only counts. One
-/// at a time.
+/// While it lives, turns Ctrl-C (SIGINT), SIGTERM, SIGHUP (the terminal was closed) and SIGQUIT
+/// into a stop request, so that no half-written file stays behind. A second signal ends the program
+/// at once (after the servo thread's ramp). A signal that was ignored when the program was started
+/// (nohup) stays ignored. Threads that start later inherit the blocked signals; older ones (a
+/// library may start threads when it is loaded, before main()) get a handler that only counts. One
+/// object at a time.
 class CancelOnSignal {
  public:
   CancelOnSignal();
@@ -26,11 +26,11 @@ class CancelOnSignal {
   std::stop_token token() const { return source_.get_token(); }
 
   /// While true, a signal ends the program at once, with one sentence and exit code 1: for work
-  /// that writes nothing yet and can not be asked to stop, such as reading files. Any thread.
+  /// that has not written anything and can not be stopped, such as reading files. Any thread.
   void end_at_once(bool yes) { at_once_ = yes; }
 
-  /// The program is ended, with one sentence, if it still runs so long after a signal: a driver or
-  /// a headset's runtime may wait for ever for something that has died. Any thread.
+  /// If the program still runs this long after a signal, it is ended with one sentence: a driver or
+  /// a headset's runtime may wait for ever for something that no longer runs. Any thread.
   void give_up_after(std::chrono::seconds patience) { patience_ = patience; }
 
  private:

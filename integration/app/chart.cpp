@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// palpate-lab beside this program; empty where it is not.
+/// The path of palpate-lab beside this program; empty if it is not there.
 fs::path lab_beside() {
   std::error_code error;
   const fs::path here = fs::read_symlink("/proc/self/exe", error);
@@ -24,7 +24,7 @@ fs::path lab_beside() {
 /// Replaces this process by palpate-lab (exec): the one beside this program, or else the first on
 /// PATH. Returns only if there is none.
 int run_lab(const std::vector<std::string>& words) {
-  // Maps were once a part of the charts: the old command still works.
+  // Maps used to be a kind of chart: the old command still works.
   const bool maps = !words.empty() && words.front() == "stability";
   std::vector<std::string> arguments = {"palpate-lab", maps ? "maps" : "chart"};
   arguments.insert(arguments.end(), words.begin() + (maps ? 1 : 0), words.end());
@@ -54,7 +54,7 @@ Command add_chart(CLI::App& program) {
       "chart",
       "Chart speed against accuracy on this machine, as one HTML file, with palpate-lab where it "
       "is installed");
-  // Its options, --help among them, are palpate-lab's.
+  // The options, including --help, belong to palpate-lab.
   app->set_help_flag();
   app->prefix_command();
   return {app, [app] { return run_lab(app->remaining()); }, {}, {}, {}};

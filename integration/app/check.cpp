@@ -23,7 +23,7 @@ struct CheckCommand {
   std::vector<fs::path> inputs;  ///< a field, or the motion of a sequence
   fs::path field, fixed, moving, truth, against, mask, points;
   std::vector<fs::path> landmarks;  ///< fixed, moving
-  std::vector<fs::path> cycle;      ///< the fields that follow `field` and lead back
+  std::vector<fs::path> cycle;      ///< the fields after `field`, up to the one that leads back
   std::vector<int> frames = {0, 1};
   std::vector<fs::path> sequence;  ///< the frames of a sequence whose motion is checked
   bool cyclic = false;
@@ -31,8 +31,8 @@ struct CheckCommand {
   bool json = false;
 };
 
-/// Measures one after the other, as lines for a person and as JSON. Each step returns what went
-/// wrong; steps whose inputs were not named do nothing.
+/// Runs the checks one after the other and reports them as lines and as JSON. Each step returns its
+/// error; steps without inputs do nothing.
 class Checker {
  public:
   Checker(const CheckCommand& command, Console& console) : command_(command), console_(console) {}
@@ -134,7 +134,7 @@ class Checker {
     return Nothing{};
   }
 
-  /// The share of the field's samples that lie within the truth and, there, inside the mask.
+  /// The share of the field's samples that lie within the truth and inside the mask.
   double covered_share(const std::optional<Mask>& on_truth) const {
     const Grid& grid = truth_->grid;
     const Mask counted = on_truth ? *on_truth : Mask{grid, std::vector<uint8_t>(grid.count(), 1)};
@@ -206,10 +206,10 @@ class Checker {
     if (!against_) return Nothing{};
     const auto everywhere = inverse_consistency(field_, *against_, image_, pointer(mask_));
     if (!everywhere) return everywhere.error();
-    rows("There and back, everywhere", *everywhere);
+    rows("Inverse consistency, everywhere", *everywhere);
     json_["inverse_consistency"]["everywhere"] = json_of(*everywhere);
     if (!evidence_.inverse) return Nothing{};
-    rows("There and back, where there is structure", *evidence_.inverse);
+    rows("Inverse consistency, where there is structure", *evidence_.inverse);
     json_["inverse_consistency"]["structure"] = json_of(*evidence_.inverse);
     return Nothing{};
   }
@@ -295,19 +295,20 @@ class Checker {
   const CheckCommand& command_;
   Console& console_;
   Field field_;
-  Grid image_;  ///< where distances are measured: of fixed, else of truth, else of the field
+  /// on which distances are measured: that of fixed, else of truth, else of the field
+  Grid image_;
   std::optional<Volume> fixed_, moving_;
   std::optional<Field> truth_, against_;
   std::optional<Mask> mask_;
   Mask structure_;  ///< voxels where the frames show structure
   std::vector<glm::dvec3> points_;
-  std::vector<std::string> notes_;  ///< lines that come after the table
+  std::vector<std::string> notes_;  ///< lines to print after the table
   Evidence evidence_;
   std::optional<Verdict> verdict_;
   nlohmann::json json_;
 };
 
-/// The first given option that is not for a whole sequence, or null.
+/// The first given option that does not apply to a whole sequence, or null.
 const char* option_of_one_field(const CheckCommand& command) {
   if (!command.fixed.empty()) return "--fixed";
   if (!command.moving.empty()) return "--moving";
@@ -382,7 +383,7 @@ Command add_check(CLI::App& program) {
   app->add_option("--cycle", command->cycle, "The fields that follow and lead back: cycle drift")
       ->type_name("FILE");
   app->add_option("--mask", command->mask, "Where distances are taken")->type_name("FILE");
-  app->add_flag("--opencv", command->opencv, "Ask OpenCV's optical flow for a second opinion");
+  app->add_flag("--opencv", command->opencv, "Also compare with OpenCV's optical flow");
   app->add_flag("--json", command->json, "Print JSON on stdout, lines on stderr");
   return {app,
           [command] { return run(*command); },

@@ -29,7 +29,7 @@ bool is_folder(const fs::path& path) {
   return fs::is_directory(path, error);
 }
 
-/// Files directly in a folder whose names begin like this, "frame2" before "frame10".
+/// Files in a folder whose names begin with the prefix, "frame2" before "frame10".
 std::vector<fs::path> fields_in(const fs::path& folder, std::string_view prefix) {
   std::vector<fs::path> fields;
   for (const fs::path& image : files::images_in(folder))
@@ -37,11 +37,11 @@ std::vector<fs::path> fields_in(const fs::path& folder, std::string_view prefix)
   return fields;
 }
 
-/// What is checked, whatever form it had.
+/// The motion to check, from any of its forms.
 struct CheckedMotion {
   SequenceMotion motion;
-  std::string form;          ///< for a person
-  std::vector<Field> steps;  ///< the fields from frame to frame, where these are what was given
+  std::string form;          ///< for the user
+  std::vector<Field> steps;  ///< the fields from frame to frame, if these were given
 };
 
 Result<std::vector<Field>> read_fields(const std::vector<fs::path>& files) {
@@ -57,7 +57,7 @@ Result<std::vector<Field>> read_fields(const std::vector<fs::path>& files) {
   return fields;
 }
 
-/// motion_7_to_0 leads back to the first frame.
+/// The name motion_7_to_0 belongs to the field back to the first frame.
 bool leads_back(const fs::path& file) {
   const std::string stem = file.filename().string();
   const size_t to = stem.find("_to_");
@@ -122,7 +122,7 @@ Result<CheckedMotion> read_told(const SequenceCheck& command, const std::vector<
   return told;
 }
 
-/// Mean error of followed points in each frame, from the reference.
+/// Mean error of the tracked points in each frame, from the reference.
 Result<std::vector<Spread>> point_errors(const SequenceMotion& motion, const fs::path& file) {
   const auto from = files::read_followed_points(file, int(motion.reference));
   if (!from) return from.error();
@@ -166,14 +166,14 @@ Result<std::optional<Verdict>> checked(const SequenceCheck& command, Console& co
     if (!read) return read.error();
     mask = resampled(*read, image);
   }
-  console.say(fmt::format("{}: {} of {} frames, told from frame {}, {}",
+  console.say(fmt::format("{}: {} of {} frames, reference frame {}, {}",
                           command.inputs.front().string(), told->form, motion.frames(),
                           motion.reference, time_text(motion.basis)));
   auto evidence = examined(
       motion, frames, {}, mask ? &*mask : nullptr,
       [&](const SequenceEvidence& so_far, size_t k) { console.say(frame_text(so_far, k)); });
   if (!evidence) return evidence.error();
-  // Of fields that follow each other the drift is their own.
+  // For given frame-to-frame fields the drift is their own.
   if (!told->steps.empty() && motion.basis.cycle_s > 0.0) {
     const auto drift = cycle_drift(told->steps, image, mask ? &*mask : nullptr);
     if (!drift) return drift.error();

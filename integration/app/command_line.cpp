@@ -17,7 +17,7 @@ std::string without_value(const std::string& word) {
   return word.substr(0, word.find('='));
 }
 
-/// The innermost command that was given; the program itself if none was.
+/// The innermost command that was given, or the program itself.
 const CLI::App& chosen(const CLI::App& program) {
   const CLI::App* app = &program;
   while (!app->get_subcommands().empty()) app = app->get_subcommands().back();
@@ -67,12 +67,12 @@ std::string no_such_option(const CLI::App& program, const CLI::App& app, const s
   return fmt::format("'{}' has no option '{}': did you mean '--{}'?", full_name(app), option, near);
 }
 
-/// What an option or argument is, from --help.
+/// Name of an option or argument as in --help.
 std::string name_of(const CLI::Option& option) {
   return option.get_positional() ? option.get_name(true, false) : option.get_name();
 }
 
-/// The errors for which CLI11's own text is too short.
+/// Longer texts for errors that CLI11 explains too briefly.
 std::string explained(const CLI::App& app, const CLI::ParseError& error) {
   const std::string what = error.what();
   if (dynamic_cast<const CLI::RequiredError*>(&error))

@@ -6,7 +6,7 @@
 
 namespace palpate::app {
 
-/// The app itself, its commands, theirs, and so on, in the order in which they were added.
+/// The app itself, its commands, their commands, and so on, in the order in which they were added.
 std::vector<CLI::App*> with_nested_commands(CLI::App& app);
 std::vector<const CLI::App*> with_nested_commands(const CLI::App& app);
 
@@ -24,9 +24,9 @@ std::string full_name(const CLI::App& app);
 std::vector<const CLI::App*> commands_with_option(const CLI::App& program,
                                                   const std::string& option);
 
-/// What is wrong with a command line that could not be parsed, in one sentence, and another one
-/// that says where to look. Unknown commands and options come with the nearest that is known, or
-/// with the command that has the option. `program` as parse() left it.
+/// One sentence on the error of a command line that could not be parsed, and another one that says
+/// where to look. Unknown commands and options come with the nearest known one, or with the command
+/// that has the option. `program`: after parse().
 std::string sentence_of(const CLI::App& program, const CLI::ParseError& error);
 
 }  // namespace palpate::app

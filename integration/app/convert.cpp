@@ -17,8 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What a scene's words for place and time become in X3D: files a box around their data, frames per
-/// second the length of a cycle. Both need the data.
+/// Converts the settings of place and time to those of X3D: a box around the data of files, and the
+/// length of a cycle instead of frames per second. Both need the data.
 Status use_words_of_x3d(SceneSpec& spec, const LoadedScene& loaded) {
   for (size_t v = 0; v < spec.volumes.size(); ++v) {
     VolumeSpec& volume = spec.volumes[v];
@@ -50,7 +50,7 @@ Status convert(const fs::path& input, const fs::path& output, Console& console) 
   auto loaded = scenes::load_scene({input}, {});
   if (!loaded) return loaded.error();
   SceneSpec spec = loaded->spec;
-  // The scene as it was written, before its data were loaded. Modes that were chosen stay.
+  // The scene as written, before its data were loaded. Modes that were chosen are kept.
   if (x3d::is_x3d(input)) {
     auto read = x3d::read_x3d(input);
     if (!read) return read.error();

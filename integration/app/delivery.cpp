@@ -13,7 +13,7 @@
 namespace palpate::app {
 namespace {
 
-/// The time that a person is told.
+/// The time to print.
 double seconds_of(const SolveReport& report) {
   return report.seconds + report.prepare_seconds;
 }
@@ -104,7 +104,7 @@ void Delivery::tell(const Delivered& pair) {
                         evidence.match->correlation_after);
   }
   if (evidence.inverse)
-    line += fmt::format(", there and back {:.3f} voxel", evidence.inverse->own_voxels.mean);
+    line += fmt::format(", inverse consistency {:.3f} voxel", evidence.inverse->own_voxels.mean);
   if (options_.judge) line += fmt::format(": {}", word(judged(evidence).trust));
   console_.say(line);
 }
@@ -125,7 +125,7 @@ double Delivery::slowest_s() const {
 }
 
 Verdict Delivery::verdict() const {
-  // A single pair's verdict is shown whole, with all that was found good.
+  // The verdict on a single pair is printed with all checks passed.
   if (delivered_.size() == 1) return judged(delivered_.front().evidence);
   Verdict whole;
   for (const Delivered& pair : delivered_) {

@@ -13,7 +13,7 @@
 
 namespace palpate::app {
 
-/// File names of one pair; an empty one is not written.
+/// File names of one pair; a file with an empty name is not written.
 struct PairNames {
   std::string field;
   std::string inverse;
@@ -29,8 +29,8 @@ struct DeliveryOptions {
   const Mask* mask = nullptr;  ///< on the frames' grid
 };
 
-/// Takes each pair whose field was found: writes, judges and draws it, and prints a line about it.
-/// One thread at a time.
+/// Takes each estimated pair: writes, judges and draws it, and prints a line about it. One thread
+/// at a time.
 class Delivery {
  public:
   Delivery(DeliveryOptions options, Outputs& outputs, Console& console);
@@ -38,13 +38,13 @@ class Delivery {
   /// kBadOutput if a file can not be written.
   Status take(const EstimatedPair& pair);
 
-  /// Of all pairs so far; with a cycle also of its drift.
+  /// The verdict on all pairs so far; for a cycle also on its drift.
   Verdict verdict() const;
   const std::optional<CycleDrift>& drift() const { return drift_; }
 
-  /// What was measured of the last pair, if it was judged.
+  /// The evidence on the last pair, if it was judged.
   const Evidence& evidence() const { return delivered_.back().evidence; }
-  /// The longest time that a pair took, s.
+  /// The longest time for a pair, s.
   double slowest_s() const;
 
   /// One object per pair: frames, files, motion, cost, evidence, verdict.
@@ -67,7 +67,7 @@ class Delivery {
   Status draw(const EstimatedPair& pair, const Field& field, const std::string& name);
   void tell(const Delivered& pair);
 
-  /// Stages a file, writes it by `write`, and names the final place if that fails.
+  /// Stages a file and calls `write` for it; an error names the final path.
   template <class Write>
   Status put(const std::string& name, const Write& write);
 

@@ -25,12 +25,12 @@ struct DemoCommand {
   std::string preset = "balanced";
   int size = 128;
   std::string phantom = "heart";
-  int frames = 0;  ///< 0: as many as the phantom usually has
+  int frames = 0;  ///< 0: the phantom's default number
   DeviceOptions device;
   bool quiet = false;
 };
 
-/// What is said about a pair in the end.
+/// Results to print for a pair.
 struct Score {
   Spread motion_mm;  ///< true motion of the wall
   Distances error;   ///< endpoint error on the wall
@@ -39,7 +39,7 @@ struct Score {
   double seconds = 0.0;
 };
 
-/// The phantom that beats, and its truth; frame numbers are cyclic.
+/// The beating phantom with its true motion; frame numbers are cyclic.
 struct Beat {
   Sequence frames;
   std::function<Field(const Grid&, int fixed, int moving)> truth;
@@ -167,8 +167,8 @@ class Demo {
 
   std::string table() const {
     std::string text =
-        "  frames   the wall moves   palpate misses it by           folds   there and    time\n"
-        "            (at most)       mean     95 %      worst               back\n";
+        "  frames   the wall moves   palpate misses it by           folds   inverse      time\n"
+        "            (at most)       mean     95 %      worst               consistency\n";
     for (size_t k = 0; k < scores_.size(); ++k) {
       const Score& score = scores_[k];
       text += fmt::format(

@@ -75,7 +75,7 @@ nlohmann::json device_json(const devices::ListedDevice& device) {
           {"buttons", info.buttons}};
 }
 
-/// What it can do, in the words of a data sheet; empty if that is not known.
+/// The device's properties as in a data sheet; empty if unknown.
 std::string abilities(const DeviceInfo& info) {
   std::vector<std::string> words;
   if (info.max_force_n > 0.0)

@@ -12,15 +12,15 @@
 namespace palpate::app {
 namespace {
 
-/// Pairs that may wait to be judged and written before the estimator has to wait for them.
+/// Pairs waiting to be judged and written before the estimator is blocked.
 constexpr size_t kWaitingPairs = 2;
 
 Error stopped() {
   return {ErrorKind::kCancelled, "Stopped as asked: no output was written or changed"};
 }
 
-/// Three threads: the caller reads and pushes, the estimator's worker hands its fields to a queue,
-/// and one more takes them from there, to be judged and written.
+/// Three threads: the caller reads and pushes frames, the estimator's worker puts its fields into a
+/// queue, and a delivery thread takes them from there to judge and write them.
 class Estimation {
  public:
   Estimation(const std::shared_ptr<vulkan::Context>& context, const EstimationJob& job,
@@ -64,14 +64,16 @@ class Estimation {
                              bytes_text(double(memory.budget_bytes)),
                              memory.slabs > 1 ? fmt::format(", in {} slabs", memory.slabs) : ""));
     if (job_.options.backward && !memory.backward)
-      console_.say("Too little of it to check each field by a second one from moving to fixed.");
+      console_.say(
+          "There is too little device memory to check each field by a second one from moving to "
+          "fixed.");
     if (has_sliding_step(plan_motion(job_.grid, job_.options.motion)) && !memory.sliding)
       console_.say(
           "There is too little device memory to sharpen the borders at which material slides: the "
           "field is smooth across them.");
   }
 
-  /// Reads and pushes every frame. A failed push is not the cause: finish() knows that.
+  /// Reads and pushes every frame. If a push fails, finish() returns the cause.
   Status feed() {
     for (size_t k = 0; k < job_.frame_count && !stop_.stop_requested(); ++k) {
       auto read = job_.read_frame(k);
@@ -90,12 +92,12 @@ class Estimation {
     return Nothing{};
   }
 
-  /// One unit per field; judging and writing hide behind the estimation of the next one.
+  /// One unit of progress per field; judging and writing run in parallel to the next estimation.
   void show(double share, const std::string& doing) {
     console_.progress((double(units_done_) + share) / double(job_.pair_count()), doing);
   }
 
-  /// On the estimator's worker.
+  /// Called on the estimator's worker.
   void take(PairMotion motion) {
     ++units_done_;
     EstimatedPair pair{std::move(motion), {}, {}};
@@ -126,7 +128,7 @@ class Estimation {
     delivery_.join();
   }
 
-  /// On the delivery thread, until the queue is closed and empty.
+  /// Runs on the delivery thread until the queue is closed and empty.
   void deliver() {
     for (;;) {
       std::unique_lock lock(queue_mutex_);
@@ -146,7 +148,7 @@ class Estimation {
     return on_pair_(std::move(pair));
   }
 
-  /// The first failure counts. Empties the queue, so that no thread waits for room in it.
+  /// Keeps the first error. Empties the queue, so that no thread waits for room in it.
   void give_up(const Status& status) {
     {
       const std::lock_guard lock(queue_mutex_);

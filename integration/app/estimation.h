@@ -11,7 +11,7 @@
 
 namespace palpate::app {
 
-/// Fields to estimate, wherever the frames come from.
+/// Fields to estimate, with the source of the frames.
 struct EstimationJob {
   Grid grid;               ///< of the fields' frames; a frame on another grid is resampled onto it
   size_t frame_count = 0;  ///< two or more
@@ -21,7 +21,7 @@ struct EstimationJob {
   size_t pair_count() const { return frame_count - 1 + (options.cyclic ? 1 : 0); }
 };
 
-/// One pair, with all that is needed to judge and draw it.
+/// One estimated pair, with what is needed to judge and draw it.
 struct EstimatedPair {
   PairMotion motion;
   std::shared_ptr<const Volume> fixed;  ///< as read, before any resampling
@@ -31,9 +31,9 @@ struct EstimatedPair {
 /// Called once per pair, in order, on one thread; may take long.
 using OnPair = std::function<Status(EstimatedPair)>;
 
-/// Reads, estimates and hands over, all at the same time; says what memory it takes before it
-/// starts and how far it is. Errors: what read_frame, the estimator or on_pair returned; kCancelled
-/// after a stop request. Returns when all threads have ended.
+/// Reads, estimates and delivers in parallel. Prints the memory that it takes before it starts, and
+/// its progress. Returns when all threads have ended. Errors: from read_frame, the estimator or
+/// on_pair; kCancelled after a stop request.
 Status estimate(const std::shared_ptr<vulkan::Context>& context, const EstimationJob& job,
                 const OnPair& on_pair, Console& console, std::stop_token stop);
 

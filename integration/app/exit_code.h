@@ -8,9 +8,9 @@ namespace palpate::app {
 /// The exit codes, for scripts. Documented in README and in --help: never renumber.
 enum ExitCode : int {
   kExitOk = 0,
-  kExitInternal = 1,  ///< the device or the program itself failed, or the user stopped it
+  kExitInternal = 1,  ///< the device or the program failed, or the user stopped it
   kExitBad = 2,       ///< an input or output can not be used, or no device can do the work
-  kExitSuspect = 3,   ///< done, but a person should look at the fields before using them
+  kExitSuspect = 3,   ///< done, but a person should check the fields before using them
   kExitFailed = 4,    ///< done, but the fields must not be used
 };
 

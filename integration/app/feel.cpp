@@ -55,7 +55,7 @@ void add_tool(CLI::App& app, FeelCommand& command) {
 
 void add_loop(CLI::App& app, FeelCommand& command) {
   app.add_option("--seconds", command.seconds,
-                 "End after so long; else with the simulated hand's path, or at Ctrl-C")
+                 "End after this time; else with the simulated hand's path, or at Ctrl-C")
       ->check(number_in({0.1, 1e6}));
   app.add_option("--core", command.core, "Pin the servo thread to this core")->check(a_core());
   app.add_flag("--no-real-time", command.no_real_time,
@@ -230,7 +230,7 @@ void add_seeing(CLI::App& app, FeelCommand& command) {
       ->check(a_look())
       ->capture_default_str();
   app.add_flag("--whole-frames", command.view.whole_frames,
-               "Draw the frames as they are, not moved between them (the old way)");
+               "Draw the frames as they are, not moved between them (for comparison)");
   app.add_flag("--cut-open", command.view.cut_open,
                "Cut away what lies towards the eye, through what is touched");
   app.add_flag_callback(

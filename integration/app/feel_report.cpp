@@ -22,7 +22,7 @@ std::string cause_line(const CauseTime& cause) {
                      cause.seconds, cause.from_s, why);
 }
 
-/// Stretches of ticks under one cause other than none and the usual start.
+/// Intervals of ticks with one cause, except none and the usual start.
 std::vector<charts::Span> spans_of(const std::vector<TickRow>& rows) {
   std::vector<charts::Span> spans;
   Cause running = Cause::kNone;

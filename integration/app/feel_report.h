@@ -15,18 +15,18 @@ using sessions::CauseTime;
 using sessions::FeelNumbers;
 using sessions::TickRow;
 
-/// "1.23 N at 1000 Hz, phase 2.31, touching": what the live line says of a tick.
+/// The live line of a tick: "1.23 N at 1000 Hz, phase 2.31, touching".
 std::string live_text(const TickOutput& tick, const ServoStatistics& statistics, double seconds);
 
-/// The summary for a person, lines with a newline at each end.
+/// The summary for the user, in lines with a newline at each end.
 std::string summary_text(const FeelNumbers& numbers, const ServoStatistics& statistics,
                          const ServoReport& report, const EnergyLedger& energy);
 
-/// Force, depth and phase over time; title and subtitle say what.
+/// Force, depth and phase over time, with title and subtitle.
 charts::Timeline feel_timeline(const std::string& title, const FeelNumbers& numbers,
                                const std::vector<TickRow>& rows);
 
-/// The same as PNG. kBadInput if nothing was felt, kBadOutput.
+/// The same as PNG. Errors: kBadInput if there are no ticks, kBadOutput.
 Status write_feel_picture(const std::string& path, const std::string& title,
                           const FeelNumbers& numbers, const std::vector<TickRow>& rows);
 

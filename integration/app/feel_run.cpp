@@ -46,12 +46,14 @@ using sessions::LiveSourceOptions;
 using sessions::TickLog;
 using sessions::ToolSource;
 
-constexpr auto kSilence = std::chrono::milliseconds(500);  // reading that takes longer is reported
+// a longer silence while reading is reported
+constexpr auto kSilence = std::chrono::milliseconds(500);
 
 /// How long the end of a run may take after a signal; the force is down in a tenth of a second.
 constexpr std::chrono::seconds kPatience{10};
 
-/// Watchdog of a simulated hand: a late tick can not hurt it, and this machine may be busy.
+/// Watchdog; longer for a simulated hand, which a late tick can not hurt, since the machine may be
+/// busy.
 constexpr double kWatchdog_ms = 5.0, kSimulatedWatchdog_ms = 50.0;
 
 HapticsOptions haptics_options(const FeelCommand& command, const SceneSpec& spec, bool simulated) {
@@ -88,7 +90,7 @@ std::string segment_text(const Segment& segment, const SegmentsSpec& spec) {
                             : ": not felt as a wall");
 }
 
-/// What can be said of the scene and the device before anything is felt.
+/// Prints what is known about scene and device before the run.
 void announce(const FeelCommand& command, const LoadedScene& scene, const OpenedDevice& opened,
               bool live, Console& console) {
   for (size_t v = 0; v < scene.data.size(); ++v) {
@@ -126,7 +128,7 @@ void announce(const FeelCommand& command, const LoadedScene& scene, const Opened
   for (const std::string& note : scene.notes) console.say("Note      " + note);
 }
 
-/// "motion 3 of 20 steps, 25 s left"; nothing once it is done.
+/// "motion 3 of 20 steps, 25 s left"; empty when it is done.
 std::string motion_text(const LiveMotion& motion) {
   if (motion.is_done()) return {};
   const LiveMotion::Progress now = motion.progress();
@@ -144,13 +146,13 @@ std::string tubes_text(const ReleasedTubes& tubes) {
                      tubes.size() == 1 ? "" : "s", kept);
 }
 
-/// How evenly the servo thread ran.
+/// Regularity of the servo thread.
 struct ServoPeriods {
   double median_us = 0.0, p999_us = 0.0, most_us = 0.0;
   uint64_t ticks = 0;
 };
 
-/// One run of the loop with everything that listens to it.
+/// One run of the loop with all its listeners.
 class FeelRun {
  public:
   FeelRun(const FeelCommand& command, Console& console) : command_(command), console_(console) {}
@@ -198,7 +200,7 @@ class FeelRun {
     if (viewers_.headset) fit_to_headset(*scene);
     if (opened_.controller || opened_.tool) sessions::stand_in_true_size(*scene);
     announce(command_, *scene, opened_, live_ != nullptr, console_);
-    console_.say("Seen      " + viewers_.why);
+    console_.say("Shown     " + viewers_.why);
     if (const Status ready = start_listeners(*scene); !ready) return fail(console_, ready.error());
     const SceneSpec at_start = scene->spec;
     cancel.end_at_once(false);
@@ -209,7 +211,7 @@ class FeelRun {
     return finish();
   }
 
-  /// After run(): the servo thread's periods; nothing if it never ran.
+  /// The servo thread's periods, after run(); empty if it never ran.
   std::optional<ServoPeriods> periods() const {
     if (!session_) return std::nullopt;
     const ServoStatistics& statistics = session_->statistics();
@@ -220,8 +222,8 @@ class FeelRun {
   }
 
  private:
-  /// The slow work before anything can be felt: reading, and finding a place to touch. Runs beside
-  /// the window, which goes on answering, and reports what it does.
+  /// The slow work before the run: reading, and searching for a place to touch. Runs in parallel to
+  /// the window, which stays responsive, and reports what it does.
   Result<LoadedScene> prepared(const ForceDeviceChoice& choice) {
     std::mutex mutex;
     std::string doing = "is being read";
@@ -239,7 +241,7 @@ class FeelRun {
       }
       if (viewers_.window) viewers_.window->wait(now);
       if (viewers_.window && (viewers_.window->closed() || viewers_.window->lost())) {
-        // Nothing is written yet, and reading can not be asked to stop.
+        // Nothing has been written yet, and reading can not be stopped.
         console_.complain("palpate: The window was closed before anything was felt.");
         std::_Exit(kExitInternal);
       }
@@ -319,7 +321,8 @@ class FeelRun {
     return Nothing{};
   }
 
-  /// A volume that stands still may be taken by a hand there, and a controller feels in true size.
+  /// A volume that stands still can be grabbed in the headset, and a controller needs the scene in
+  /// true size.
   void fit_to_headset(LoadedScene& scene) {
     for (VolumeSpec& volume : scene.spec.volumes) {
       if (volume.drive.kind != DriveSpec::Kind::kStill) continue;
@@ -340,7 +343,7 @@ class FeelRun {
     if (scene.from_sequence && command_.scale != "fit")
       scene.spec.volumes[0].transform.scale = glm::dvec3(std::stod(command_.scale));
     if (command_.estimate) forget_motion(scene);
-    // A recording holds what goes into the loop; a scene that is exchanged meanwhile does not.
+    // A recording contains the inputs of the loop, but no scene that is exchanged during the run.
     if (!command_.record.empty() && !scene.missing.empty())
       scene.notes.push_back(
           "No motion is estimated while recording: find it first with 'palpate motion', and name "
@@ -361,7 +364,7 @@ class FeelRun {
     if (!command_.black_box.empty())
       if (const Status can = files::check_can_write_folder(command_.black_box); !can) return can;
     BlackBoxOptions box;
-    // Where no state can be kept, the working folder has to do.
+    // Without a folder for state the working folder is used.
     const fs::path kept = state_folder();
     box.folder = !command_.black_box.empty() ? command_.black_box : kept.empty() ? "." : kept;
     black_box_ = std::make_unique<BlackBox>(box);
@@ -382,7 +385,7 @@ class FeelRun {
   }
 
   HapticsOptions haptics_options(const LoadedScene& scene) const {
-    // A late tick can not hurt a simulated hand or one that feels no force.
+    // A late tick can not hurt a simulated hand, or one without force feedback.
     const bool harmless =
         opened_.simulated || opened_.mouse || opened_.controller || opened_.tool || !command_.hand;
     HapticsOptions haptics = app::haptics_options(command_, scene.spec, harmless);
@@ -420,13 +423,14 @@ class FeelRun {
     const double given =
         Haptics(haptics, opened_.device->info()).stiffness_on_device(*session_->scene(), wanted);
     if (given < wanted)
-      console_.say(fmt::format(
-          "Note      The spring is {:.0f} N/m instead of {:.0f}: more would make this device hum.",
-          given, wanted));
+      console_.say(
+          fmt::format("Note      The spring is {:.0f} N/m instead of {:.0f}: more would make this "
+                      "device vibrate.",
+                      given, wanted));
     return Nothing{};
   }
 
-  /// When it is over; a simulated hand presses once, or once more after the motion is known.
+  /// The end of the run; a simulated hand presses once, or once more after the motion is known.
   double end_s(double motion_known_s) const {
     if (command_.seconds > 0.0) return command_.seconds;
     if (!opened_.simulated) return 1e12;
@@ -482,7 +486,7 @@ class FeelRun {
     if (display_lost_ && black_box_) black_box_->write_last("display-lost");
   }
 
-  /// Ends the threads that use the session, then its own. Further calls do nothing.
+  /// Ends the threads that use the session, then the session. Further calls do nothing.
   void end() {
     if (viewers_.window) viewers_.window->end();
     if (viewers_.headset) viewers_.headset->end();
@@ -492,7 +496,7 @@ class FeelRun {
     session_->stop();
   }
 
-  /// A headset goes on without the window that mirrors it.
+  /// True if the run needed the window and its display is gone; with a headset the run goes on.
   bool display_was_needed_and_lost() {
     if (!viewers_.window || !viewers_.window->lost()) return false;
     if (!viewers_.headset) return true;
@@ -526,7 +530,7 @@ class FeelRun {
       console_.say("Headset   " + sentence);
   }
 
-  /// Reports when it is connected, is lost or can not be used.
+  /// Reports when the second hand is connected, is lost or can not be used.
   void tell_second_hand() {
     if (!second_hand_) return;
     const DeviceFault fault = second_hand_->read().fault;
@@ -540,7 +544,7 @@ class FeelRun {
       console_.say(fmt::format("Second    {}", sentence(fault)));
   }
 
-  /// The session's events, on a thread of its own.
+  /// Prints the session's events; called on a thread of the session.
   void tell(const SessionEvent& event) {
     switch (event.kind) {
       case SessionEvent::Kind::kNote:
@@ -639,7 +643,7 @@ class FeelRun {
     return kExitInternal;
   }
 
-  /// Page, views and summary, all or nothing.
+  /// Publishes page, views and summary, all or none.
   Status publish(const std::string& summary) {
     if (!gallery_->trouble().empty())
       console_.complain("palpate: There are no views of the volume: " + gallery_->trouble());
@@ -667,7 +671,7 @@ class FeelRun {
 
   void tell_gallery() {
     console_.say(
-        fmt::format("Seen      {} stereo pictures of 2 x {} x {}, {:.0f} ms each (median), the "
+        fmt::format("Shown     {} stereo pictures of 2 x {} x {}, {:.0f} ms each (median), the "
                     "first after {:.1f} s",
                     gallery_->frames(), command_.picture_size, command_.picture_size,
                     gallery_->median_ms(), gallery_->first_picture_s()));
@@ -681,24 +685,24 @@ class FeelRun {
   std::optional<Outputs> outputs_;
   std::optional<files::StoredCalibration> calibration_;
   OpenedDevice opened_;
-  std::unique_ptr<ToolSource> tool_;   ///< moves opened_.tool, until it ends
+  std::unique_ptr<ToolSource> tool_;   ///< moves opened_.tool until it ends
   std::unique_ptr<GatedDevice> gate_;  ///< around the device, where there is a headset
   bool wants_second_hand_ = false;
   bool display_lost_ = false;
   std::unique_ptr<TickLog> log_;
   std::unique_ptr<BlackBox> black_box_;
-  std::unique_ptr<TickRecorder>
-      recorder_;  ///< passes ticks to the two above, and writes the recording
+  /// passes ticks to the two above, and writes the recording
+  std::unique_ptr<TickRecorder> recorder_;
   Status recorded_ = Nothing{};
   std::unique_ptr<devices::SpaceMouse> second_hand_;
-  std::optional<DeviceFault> second_hand_fault_;  ///< as it was told
+  std::optional<DeviceFault> second_hand_fault_;  ///< the last one reported
   std::unique_ptr<FeltServer> server_;            ///< ends before session_ does: see end()
   std::unique_ptr<LiveSource> live_;              ///< likewise
   /// The window, once its display has gone away: the servo thread still uses its listener.
   std::unique_ptr<desktop::DesktopLoop> lost_window_;
-  std::unique_ptr<Session>
-      session_;      ///< ends its servo thread before the members above are destroyed
-  Viewers viewers_;  ///< look at session_, which has been stopped
+  /// ends its servo thread before the members above are destroyed
+  std::unique_ptr<Session> session_;
+  Viewers viewers_;                   ///< use session_, which has been stopped
   std::unique_ptr<Gallery> gallery_;  ///< likewise
 };
 
@@ -707,7 +711,7 @@ std::string text_of(const ServoPeriods& periods) {
                      periods.median_us, periods.p999_us, periods.most_us, periods.ticks);
 }
 
-/// Runs the same scene and device with no other work, for comparison.
+/// Runs the same scene and device without other work, for comparison.
 Result<ServoPeriods> periods_alone(FeelCommand command, CancelOnSignal& cancel) {
   constexpr double kAlone_s = 5.0;
   command.headset = "off";
@@ -730,7 +734,7 @@ Result<ServoPeriods> periods_alone(FeelCommand command, CancelOnSignal& cancel) 
 
 int replay_run(const FeelCommand& command, Console& console) {
   scenes::SequenceChoices choices = command.sequence;
-  choices.finds_motion = false;  // as while it was recorded
+  choices.finds_motion = false;  // as during the recording
   auto scene = scenes::load_scene(command.inputs, choices);
   if (!scene) return fail(console, scene.error());
   if (!command.tubes.empty())
@@ -753,7 +757,7 @@ int replay_run(const FeelCommand& command, Console& console) {
 }  // namespace
 
 int run_feel(const FeelCommand& command) {
-  // In this order: the emergency handlers first, so that those for Ctrl-C are put on top of them.
+  // In this order: the emergency handlers first, so that those for Ctrl-C are installed over them.
   emergency::install();
   CancelOnSignal cancel;
   Console console(command.quiet, command.json);

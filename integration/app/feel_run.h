@@ -12,7 +12,7 @@
 
 namespace palpate::app {
 
-/// The options of feeling.
+/// The options of palpate feel and of the commands that share its run.
 struct FeelCommand {
   std::vector<std::filesystem::path> inputs;
   scenes::SequenceChoices sequence;
@@ -24,15 +24,15 @@ struct FeelCommand {
   double stiffness_n_per_m = 0.0, max_force_n = 0.0;
   double watchdog_ms = 0.0;
   std::filesystem::path csv, picture, record, replay;
-  std::filesystem::path tubes;      ///< where the hand's stream tubes are written
+  std::filesystem::path tubes;      ///< output file of the user's stream tubes
   std::filesystem::path black_box;  ///< empty: the state folder
   std::filesystem::path headless;
   ViewChoices view;
   std::string headset = "auto";
-  std::string live_image, live_transform;  ///< device names of an OpenIGTLink source
-  bool keep_cycles = true;                 ///< of such a source
-  std::string tool, tool_name;  ///< a tracked tool that is the hand: igtl://..., and which
-  int serve_port = 0;           ///< sends what is felt there; 0: nowhere
+  std::string live_image, live_transform;  ///< device names in an OpenIGTLink source
+  bool keep_cycles = true;                 ///< for such a source
+  std::string tool, tool_name;  ///< a tracked tool used as the hand: igtl://..., and its name
+  int serve_port = 0;           ///< port of the OpenIGTLink server; 0: none
   std::string on_headset_loss = "ramp";
   std::filesystem::path calibration;
   int picture_size = 384;
@@ -40,33 +40,34 @@ struct FeelCommand {
   bool servo_report = false;
   bool dead_man = false, no_real_time = false, no_motion = false, estimate = false, quiet = false;
   bool mirror = true;
-  bool json = false;  ///< what is served, on stdout, for programs: see docs/openigtlink.md
-  bool sound = true;  ///< where a bare finger touches, in a headset
+  bool json = false;  ///< print what is served on stdout, for programs: see docs/openigtlink.md
+  bool sound = true;  ///< sound of contact for a bare finger in a headset
   bool pass_through = false;
-  std::optional<uint32_t> overlay;  ///< above another OpenXR program
-  bool hand = true;                 ///< false: it is only looked at, as by 'palpate view'
+  std::optional<uint32_t> overlay;  ///< draw above another OpenXR program
+  bool hand = true;                 ///< false: viewing only, as in 'palpate view'
 };
 
-/// Feels, or replays, from the first line of output to the summary; returns the exit code. Call on
-/// the main thread, before others are started: it handles Ctrl-C and the signals of a crash.
+/// Runs or replays a scene, from the first line of output to the summary; returns the exit code.
+/// Call it on the main thread, before others are started: it handles Ctrl-C and the signals of a
+/// crash.
 int run_feel(const FeelCommand& command);
 
 /// Not 18944, the usual port of OpenIGTLink, which the other program uses.
 constexpr int kServePort = 18945;
 
-/// The options of segmentations and of a scene's folder, which feeling, viewing and planning share.
+/// Adds the options of segmentations and of a scene's folder, shared by feel, view and plan.
 void add_segments(CLI::App& app, scenes::SequenceChoices& choices);
-/// Whose values a sequence has.
+/// Adds the option for the values of a sequence: one frame's, the mean, or each frame's own.
 void add_values(CLI::App& app, scenes::SequenceChoices& choices);
-/// What surface is felt of values. After add_segments().
+/// Adds the options for the surface that is felt. After add_segments().
 void add_wall(CLI::App& app, scenes::SequenceChoices& choices);
-/// --modes.
+/// Adds --modes.
 void add_modes(CLI::App& app, scenes::SequenceChoices& choices);
 
-/// The options of an OpenIGTLink source.
+/// Adds the options of an OpenIGTLink source.
 void add_live(CLI::App& app, FeelCommand& command);
 
-/// Where it is seen: options that feeling and viewing share.
+/// Adds the options of the display, shared by feel and view.
 void add_seeing(CLI::App& app, FeelCommand& command);
 
 }  // namespace palpate::app

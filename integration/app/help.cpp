@@ -9,14 +9,14 @@
 namespace palpate::app {
 namespace {
 
-/// The help of a command, as its --help prints it. (CLI::App::help() would explain the command that
-/// was given: this one.)
+/// Prints the help of a command, as its --help does. (CLI::App::help() would explain the command
+/// that was given, which is `help`.)
 void print_help(const CLI::App& app) {
   fmt::print("{}",
              app.get_formatter()->make_help(&app, full_name(app), CLI::AppFormatMode::Normal));
 }
 
-/// Which commands have an option, with what each says of it.
+/// Prints the commands that have an option, with its description in each.
 bool print_option(const CLI::App& program, const std::string& word) {
   std::string name = word.substr(0, word.find('='));
   if (!name.starts_with('-')) name = "--" + name;
@@ -58,7 +58,7 @@ Command add_help(CLI::App& program) {
   CLI::App* app =
       program.add_subcommand("help", "Explain a command, or say which commands have an option");
   app->add_option("what", *words, "A command, as in 'chart stability', or an option, as in 'csv'");
-  // The option in question is not one of this command.
+  // The option to explain is none of this command's own.
   app->allow_extras();
   return {app,
           [&program, app, words] {

@@ -1,4 +1,4 @@
-// The manual pages and shell completions, made from the same definitions of the commands as --help.
+// The manual pages and shell completions, generated from the same definitions as --help.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 using Apps = std::vector<const CLI::App*>;
 
-/// What an option's value is, for the shells.
+/// Kind of an option's value, for the shells.
 enum class OptionValue { kNone, kWords, kFile, kFolder, kPath, kOther };
 
 std::string without(std::string text, const std::string& what) {
@@ -25,7 +25,7 @@ std::string without(std::string text, const std::string& what) {
   return at == std::string::npos ? text : text.erase(at, what.size());
 }
 
-/// The words of a type such as "TEXT:{mha,nrrd}".
+/// The words in a type such as "TEXT:{mha,nrrd}".
 std::vector<std::string> words_of(const CLI::Option& option) {
   const std::string type = option.get_type_name();
   const size_t open = type.find('{'), close = type.find('}');
@@ -54,7 +54,7 @@ OptionValue value_of(const CLI::Option& option) {
   return OptionValue::kOther;
 }
 
-/// "-o", "--output": as they are typed.
+/// "-o", "--output": the forms that are typed.
 std::vector<std::string> spellings(const CLI::Option& option) {
   std::vector<std::string> names;
   for (const std::string& name : option.get_snames()) names.push_back("-" + name);
@@ -75,7 +75,7 @@ std::vector<std::string> names_of(const Apps& apps) {
   return names;
 }
 
-/// All that have a page or a completion of their own.
+/// All commands with a page or a completion of their own.
 Apps shown_apps(const CLI::App& program) {
   Apps apps;
   for (const CLI::App* app : with_nested_commands(program))
@@ -85,7 +85,7 @@ Apps shown_apps(const CLI::App& program) {
 
 // Manual pages ------------------------------------------------------------------------------------
 
-/// Text that troff prints as it is. A line of `text` stays one.
+/// Text that troff prints unchanged. A line of `text` stays one line.
 std::string troff(const std::string& text) {
   std::string out;
   for (size_t at = 0; at < text.size(); ++at) {
@@ -122,13 +122,13 @@ std::string page_name(const CLI::App& app) {
   return name;
 }
 
-/// The word that stands for a value: NAME of "--gpu NAME", else of the type without its range.
+/// The placeholder of a value: NAME in "--gpu NAME", else the type without its range.
 std::string value_word(const CLI::Option& option) {
   const std::string type = option.get_type_name();
   return type.substr(0, type.find(':'));
 }
 
-/// What a value may be, and what it is if nothing is said.
+/// Range and default of a value.
 std::string limits_text(const CLI::Option& option) {
   std::vector<std::string> parts;
   const std::string type = option.get_type_name();
@@ -186,7 +186,7 @@ std::string synopsis(const CLI::App& app) {
 
 std::string man_page(const CLI::App& app, const Apps& all) {
   const bool whole = app.get_parent() == nullptr;
-  // The first line of what the program says of itself; its exit codes have a section of their own.
+  // The first line of the program's description; its exit codes have a section of their own.
   std::string about = app.get_description();
   about = about.substr(0, about.find('\n'));
   if (whole) about = without(about, "palpate: ");
@@ -225,12 +225,12 @@ std::string man_page(const CLI::App& app, const Apps& all) {
 
 // bash --------------------------------------------------------------------------------------------
 
-/// One word per line: some have spaces.
+/// One word per line, since some contain spaces.
 std::string bash_words(const std::vector<std::string>& words) {
   return fmt::format("_palpate_words $'{}'", fmt::join(words, "\\n"));
 }
 
-/// What completes the value of an option, or a positional argument, as a command of bash.
+/// A bash command that completes the value of an option, or a positional argument.
 std::string bash_values(const CLI::Option& option, const std::vector<std::string>& more = {}) {
   std::vector<std::string> words = words_of(option);
   words.insert(words.end(), more.begin(), more.end());
@@ -288,7 +288,7 @@ std::string bash_completion(const CLI::App& program) {
   text += "    esac\n    return\n  fi\n  case $command in\n";
   for (const CLI::App* app : apps) {
     std::vector<std::string> names = names_of(shown_commands(*app));
-    // "palpate help" explains commands.
+    // "palpate help" completes commands.
     if (app->get_name() == "help") names = names_of(shown_commands(program));
     const auto positionals = shown_positionals(*app);
     std::string values = names.empty() ? ":" : bash_words(names);

@@ -31,9 +31,9 @@ constexpr const char* kSummaryName = "summary.json";
 struct MotionCommand {
   std::vector<fs::path> inputs;
   fs::path output;
-  std::string model;  ///< sequence or pairwise; empty: sequence from three frames on
+  std::string model;  ///< sequence or pairwise; empty: sequence for three frames or more
   std::string preset = "balanced";
-  std::string within, most_error;  ///< a deadline or an error to choose the setting by, instead
+  std::string within, most_error;  ///< deadline or error by which to choose the setting
   std::string format = "mha";
   fs::path mask;
   DeviceOptions device;
@@ -49,12 +49,12 @@ struct MotionCommand {
   bool quiet = false;
 
   bool chooses() const { return !within.empty() || !most_error.empty(); }
-  /// Two files and the name of an image: one field. Everything else fills a folder.
+  /// Two files and the name of an image: one field. Everything else writes into a folder.
   bool is_pair() const {
     std::error_code error;
     return inputs.size() == 2 && !fs::is_directory(output, error) && output.has_extension();
   }
-  /// One motion for all frames, or fields of consecutive frames alone.
+  /// One motion for all frames, or only fields of consecutive frames.
   bool is_whole(size_t frames) const {
     return !is_pair() && (model.empty() ? frames > 2 : model == "sequence");
   }
@@ -67,7 +67,7 @@ std::string joined_presets() {
   return names;
 }
 
-/// Refuses options that can not be parsed before any file is read.
+/// Refuses values of these options that can not be parsed, before any file is read.
 Status check_wish(const MotionCommand& command) {
   if (!command.within.empty())
     if (const auto seconds = parse_seconds(command.within); !seconds) return seconds.error();
@@ -128,7 +128,7 @@ Status check_output_name(const MotionCommand& command) {
   }
   if (command.is_pair() && command.model == "sequence") {
     return files::bad_output(command.output,
-                             "names one file, but the motion of a sequence is several: name a "
+                             "names one file, but the motion of a sequence takes several: name a "
                              "folder");
   }
   if (command.is_pair()) return files::check_can_write_image(command.output);
@@ -140,8 +140,8 @@ Status check_output_name(const MotionCommand& command) {
   return files::check_can_write_folder(command.output);
 }
 
-/// No file that will be written may be an input, nor lie among the frames that a list names: the
-/// next run over the same folder would take the fields for frames.
+/// No output file may be an input, or lie among the listed frames: the next run on the same folder
+/// would take the fields for frames.
 Status check_names(const MotionCommand& command, size_t frame_count) {
   std::vector<fs::path> inputs = command.inputs, outputs;
   inputs.push_back(command.mask);
@@ -181,11 +181,11 @@ double bytes_to_write(const MotionCommand& command, const Frames& frames) {
   const double fields = double(frames.count - (command.cyclic ? 0 : 1)) +
                         (command.is_whole(frames.count) ? 2.0 * double(frames.count) : 0.0);
   const double per_voxel = 12.0 + (command.inverse ? 12.0 : 0.0) + (command.confidence ? 4.0 : 0.0);
-  // A cell of the solved grid is two voxels wide or more.
+  // A cell of the solved grid is at least two voxels wide.
   return fields * per_voxel * double(frames.grid.count()) / (command.coarse ? 8.0 : 1.0);
 }
 
-/// What a summary says of every run.
+/// The part of the summary that every run has.
 nlohmann::json summary_of(const MotionCommand& command, const std::string& preset,
                           const Frames& frames, const vulkan::Context& context) {
   nlohmann::json summary = {{"program", "palpate " PALPATE_VERSION},
@@ -222,7 +222,8 @@ Status write_summary(Outputs& outputs, const nlohmann::json& summary) {
   return written ? written : Status(outputs.in_place(written.error()));
 }
 
-/// The last lines: where the result is, and the verdict. Not-ok verdicts are told even when quiet.
+/// Prints the last lines: where the result is, and the verdict. A verdict that is not ok is printed
+/// even if quiet.
 int conclude(const MotionCommand& command, double slowest_s, const std::optional<Verdict>& verdict,
              const nlohmann::json& summary, Console& console) {
   console.say(fmt::format("Wrote     {}", command.output.string()));
@@ -246,14 +247,14 @@ int conclude(const MotionCommand& command, double slowest_s, const std::optional
   return exit_code(verdict->trust);
 }
 
-/// What a run found, before anything of it is published.
+/// Results of a run before anything is published.
 struct MotionResults {
   nlohmann::json summary;
   std::optional<Verdict> verdict;
-  double slowest_s = 0.0;  ///< of a pair
+  double slowest_s = 0.0;  ///< of all pairs
 };
 
-/// Fields of consecutive frames, each written and judged while the next is estimated.
+/// Fields of consecutive frames; each is written and judged while the next one is estimated.
 Result<MotionResults> find_pairs(const MotionCommand& command, const std::string& preset,
                                  Frames& frames, const std::shared_ptr<vulkan::Context>& context,
                                  const EstimatorOptions& estimator, Outputs& outputs,
@@ -282,7 +283,7 @@ Result<MotionResults> find_pairs(const MotionCommand& command, const std::string
 }
 
 std::string sequence_text(const SequenceMotion& motion, double seconds) {
-  return fmt::format("Motion    one for all {} frames, told from frame {}, {}, {:.1f} s",
+  return fmt::format("Motion    one for all {} frames, reference frame {}, {}, {:.1f} s",
                      motion.frames(), motion.reference, time_text(motion.basis), seconds);
 }
 
@@ -358,7 +359,7 @@ int run(const MotionCommand& command) {
     return command.is_pair() ? files::open_pair(command.inputs[0], command.inputs[1])
                              : files::open_sequence(command.inputs);
   };
-  auto opening = begin_open_device(command.device);  // while the files are read
+  auto opening = begin_open_device(command.device);  // in parallel to reading the files
   auto frames = open_frames();
   if (!frames) return fail(console, frames.error());
   if (const Status names = check_names(command, frames->count); !names)
@@ -395,10 +396,10 @@ int run(const MotionCommand& command) {
     const auto found =
         find(command, preset, *frames, *context, estimator, *outputs, console, cancel.token());
     if (!found) return fail(console, found.error());
-    // What is not good enough is not written if a better setting is left.
+    // A result that is not good enough is not written if there is a better setting.
     if (n + 1 < choices.size() && found->verdict && found->verdict->trust != Trust::kOk) {
       console.say(verdict_text(*found->verdict));
-      frames = open_frames();  // each is read once
+      frames = open_frames();  // frames can be read only once
       if (!frames) return fail(console, frames.error());
       continue;
     }
@@ -412,19 +413,19 @@ int run(const MotionCommand& command) {
 
 void add_expert_options(CLI::App& app, MotionCommand& command) {
   add_device_options(app, command.device);
-  app.add_option("--iterations", command.iterations, "At most so many iterations on every level")
+  app.add_option("--iterations", command.iterations, "At most this many iterations on every level")
       ->check(whole_number_in(1, 10000))
       ->group("Experiments");
-  app.add_option("--levels", command.levels, "So many levels of the pyramid")
+  app.add_option("--levels", command.levels, "Number of levels of the pyramid")
       ->check(whole_number_in(1, 12))
       ->group("Experiments");
 }
 
-/// Choosing a setting by measurements; it can not be combined with other choices.
+/// Options that choose a setting by measurements; they can not be combined with other choices.
 void add_wishes(CLI::App& app, MotionCommand& command) {
   CLI::Option* within =
       app.add_option("--within", command.within,
-                     "Choose the most accurate setting that takes at most so long for a pair on "
+                     "Choose the most accurate setting that takes at most this time for a pair on "
                      "this machine (2s, 500ms), as 'palpate chart motion' measured it")
           ->type_name("TIME");
   CLI::Option* error =

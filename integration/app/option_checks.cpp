@@ -17,7 +17,7 @@ namespace {
 template <class Number>
 std::optional<Number> number_of(const std::string& text) {
   Number number{};
-  // "+3" is a number for people, if not for from_chars.
+  // People write "+3"; from_chars does not accept it.
   const char* begin = text.data() + (text.starts_with('+') ? 1 : 0);
   const char* const end = text.data() + text.size();
   const auto [rest, error] = std::from_chars(begin, end, number);

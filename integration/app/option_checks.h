@@ -9,8 +9,8 @@
 
 namespace palpate::app {
 
-/// What options take, each with a sentence that says the range. In --help they stand after the
-/// option's type.
+/// Validators of options, each with a sentence that names the valid range. --help shows them after
+/// the option's type.
 
 /// A number in the range.
 CLI::Validator number_in(const files::NumberRange& range);
@@ -18,19 +18,19 @@ CLI::Validator number_in(const files::NumberRange& range);
 /// A whole number from low to high.
 CLI::Validator whole_number_in(int64_t low, int64_t high);
 
-/// One of the words; the sentence names the nearest. `{a,b,c}` in --help.
+/// One of the words; the error names the nearest one. `{a,b,c}` in --help.
 CLI::Validator one_of(std::vector<std::string> words);
 
 /// One of the presets of palpate::motion_preset().
 CLI::Validator one_of_the_presets();
 
-/// A file, or a folder, that is there. --help says it by the option's type.
+/// An existing file, or folder. --help shows it by the option's type.
 CLI::Validator an_existing_file();
 CLI::Validator an_existing_folder();
 CLI::Validator an_existing_path();
 
-/// A core of this machine that the program may run on. --help says nothing of it: it is the same
-/// on every machine.
+/// A core of this machine that the program may use. Not shown in --help, which is the same on every
+/// machine.
 CLI::Validator a_core();
 
 }  // namespace palpate::app

@@ -54,7 +54,7 @@ Result<fs::path> Outputs::stage(const std::string& name) {
     if (error) return files::bad_output(folder_, "can not be written: {}", error.message());
     hidden_fd_ = ::open(hidden_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (hidden_fd_ >= 0) files::lock_as_alive(hidden_fd_);
-    // Another process may have taken it for an abandoned one before it was locked.
+    // Another process may have removed it as abandoned before it was locked.
     fs::create_directory(hidden_, error);
   }
   if (std::find(names_.begin(), names_.end(), name) == names_.end()) names_.push_back(name);

@@ -8,14 +8,14 @@
 
 namespace palpate::app {
 
-/// Files of one folder that appear only when all of the work has succeeded: they are written to a
-/// hidden folder on the same disk and renamed into place by publish(); a name that is a link stays
-/// one. Without publish() nothing is left and nothing that was there before has changed. What a
-/// killed process left behind is removed by the next into(). One thread at a time.
+/// Output files that appear only when all work has succeeded: they are written to a hidden folder
+/// on the same disk, and publish() renames them into place; a name that is a link stays one.
+/// Without publish() nothing is left and no old file has changed. The next into() removes what a
+/// killed process has left behind. One thread at a time.
 class Outputs {
  public:
-  /// `folder` need not exist yet. kBadOutput if it can not be made or written, or has no room for
-  /// `bytes`.
+  /// `folder` need not exist. Errors: kBadOutput if it can not be created or written, or has no
+  /// room for `bytes`.
   static Result<Outputs> into(const std::filesystem::path& folder, double bytes = 0.0);
 
   Outputs(Outputs&& other) noexcept;
@@ -24,14 +24,14 @@ class Outputs {
 
   const std::filesystem::path& folder() const { return folder_; }
 
-  /// Where to write the file that will be folder/name. kBadOutput if the hidden folder can not be
-  /// made, or name is a folder.
+  /// The path to which to write the file that will become folder/name. Errors: kBadOutput if the
+  /// hidden folder can not be created, or if name is a folder.
   Result<std::filesystem::path> stage(const std::string& name);
 
   /// Gives all staged files their names, replacing older ones.
   Status publish();
 
-  /// The same error with the file's final name, which the person knows.
+  /// The same error with the file's final name, which the user knows.
   Error in_place(Error error) const;
 
  private:
@@ -43,7 +43,7 @@ class Outputs {
   std::vector<std::string> names_;
 };
 
-/// The nearest folder above (or the path itself) that exists.
+/// The nearest existing folder above, or the path itself.
 std::filesystem::path nearest_folder(const std::filesystem::path& path);
 
 }  // namespace palpate::app

@@ -19,10 +19,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The file that a path leads to, whatever the path's spelling.
+/// The file that a path refers to, independent of the spelling.
 using FileId = std::pair<dev_t, ino_t>;
 
-/// Scenes and headers are text; no sensible one is longer.
+/// Largest size of a scene or header that is searched for names of files.
 constexpr std::streamsize kMostText = 1 << 20;
 
 bool id_of(const fs::path& path, FileId& id) {
@@ -46,7 +46,7 @@ std::string trimmed(const std::string& text) {
   return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
 }
 
-/// Everything that is read when a command reads the named files.
+/// All files that are read when a command reads the named files.
 class InputFiles {
  public:
   void add(const fs::path& path) {
@@ -58,7 +58,7 @@ class InputFiles {
     }
   }
 
-  /// The input that a path leads to; null if none.
+  /// The input that a path refers to; null if it is none.
   const fs::path* find(const fs::path& path) const {
     FileId id;
     if (!id_of(path, id)) return nullptr;
@@ -85,8 +85,8 @@ class InputFiles {
     std::error_code error;
     for (const auto& entry : fs::directory_iterator(folder, error))
       if (entry.is_regular_file(error)) add_file(entry.path());
-    // Of the folders below only DICOM is read: its slices have none of the endings that are written
-    // here.
+    // Below this folder only DICOM is read, whose slices have none of the endings of palpate's
+    // outputs.
     for (fs::recursive_directory_iterator
              entry(folder, fs::directory_options::skip_permission_denied, error),
          end;
@@ -96,13 +96,14 @@ class InputFiles {
         remember(entry->path());
   }
 
-  /// What an X3D scene reads; nothing of one that can not be read, which ends the command anyway.
+  /// Adds the files that an X3D scene reads; none if it can not be read, which ends the command
+  /// anyway.
   void add_scene_files(const fs::path& scene) {
     if (const auto read = x3d::read_x3d(scene))
       for (const fs::path& file : read->files) add(file);
   }
 
-  /// Every string of a scene that is the name of a file is taken for one that it reads.
+  /// Every string in a scene that is the name of a file counts as an input.
   void add_strings(const fs::path& scene, const nlohmann::json& value) {
     if (value.is_string() && !value.get_ref<const std::string&>().empty())
       add(scene.parent_path() / value.get_ref<const std::string&>());
@@ -110,7 +111,7 @@ class InputFiles {
       for (const auto& part : value) add_strings(scene, part);
   }
 
-  /// The same of a header's lines and of what stands behind "key:" or "key =".
+  /// The same for the lines of a header, and for the text behind "key:" or "key =".
   void add_named_in_header(const fs::path& header) {
     const std::string text = start_of(header);
     for (size_t from = 0; from < text.size();) {
@@ -124,7 +125,8 @@ class InputFiles {
     }
   }
 
-  /// A name, or a pattern as in "slice%03d.raw 1 20 1": then all files that fit it but for numbers.
+  /// A name, or a pattern such as "slice%03d.raw 1 20 1": then all files that match it except for
+  /// the numbers.
   void add_named_file(const fs::path& folder, const std::string& name) {
     if (name.empty()) return;
     const size_t number = name.find('%');

@@ -7,12 +7,12 @@
 
 namespace palpate::app {
 
-/// kBadInput, in one sentence, if an input is a pipe, a socket or a device: palpate reads headers
-/// first and data later, and could wait for ever. Names that do not exist pass. Any thread.
+/// Errors: kBadInput, with one sentence, if an input is a pipe, a socket or a device: palpate reads
+/// headers first and data later, and could wait for ever. Names that do not exist pass. Any thread.
 Status check_are_files(const std::vector<std::filesystem::path>& inputs);
 
-/// Whether outputs can be written without losing an input: kBadOutput, in one sentence, if
-/// - an output is an input, whatever the spelling of its path (compared by device and inode, links
+/// Checks that no input will be overwritten. Errors: kBadOutput, with one sentence, if
+/// - an output is an input, with any spelling of its path (compared by device and inode, links
 ///   followed). Inputs are the named files, the files of a named folder, and the files that a named
 ///   scene (.json, .x3d) or header (.mhd, .nhdr) names;
 /// - an output folder is an input folder: the next run would read what this one writes;

@@ -24,13 +24,13 @@ struct PhantomCommand {
   fs::path output;
   fs::path truth;
   int size = 128;
-  int frames = 0;  ///< 0: as many as the phantom usually has
+  int frames = 0;  ///< 0: the phantom's default number
   uint32_t seed = 1;
   double noise = 0.01;
   double shift_voxels = 20.0;
 };
 
-/// Truth fields and masks of where to score, written together.
+/// Writes true fields and the masks of the scored voxels.
 Status write_beat_truth(const PhantomCommand& command, int frames, const Grid& grid,
                         Outputs& outputs) {
   const bool heart = command.kind == "heart";
@@ -70,7 +70,7 @@ Status make(const PhantomCommand& command) {
                              "can not hold a sequence: name a file that ends in .seq.nrrd");
   }
   if (const Status can = files::check_can_write_image(command.output); !can) return can;
-  // Asked before the sequence is written; without --truth nothing is ever staged there.
+  // Opened before the sequence is written; without --truth nothing is ever staged in it.
   auto outputs =
       Outputs::into(command.truth.empty() ? command.output.parent_path() : command.truth);
   if (!outputs) return outputs.error();

@@ -7,7 +7,7 @@ namespace palpate::app {
 charts::Bitmap raster_of(const Picture& picture) {
   charts::Bitmap raster{picture.width, picture.height, {}};
   raster.pixels.reserve(picture.colours.size());
-  // R in the lowest byte becomes R above G above B, opaque.
+  // From R in the lowest byte to 0xRRGGBB order, opaque.
   for (const uint32_t c : picture.colours)
     raster.pixels.push_back(0xff000000u | (c & 0xffu) << 16 | (c & 0xff00u) | (c >> 16 & 0xffu));
   return raster;

@@ -9,10 +9,10 @@
 
 namespace palpate::app {
 
-/// A picture as charts take it, opaque.
+/// A picture in the format of charts, opaque.
 charts::Bitmap raster_of(const Picture& picture);
 
-/// Stages view_1.png, ... and page.png: what was seen and felt. kBadOutput.
+/// Stages view_1.png, ... and page.png, with what was seen and felt. Errors: kBadOutput.
 Status stage_views(Outputs& outputs, const std::vector<StereoPicture>& pictures,
                    const std::string& title, const charts::Timeline& timeline);
 

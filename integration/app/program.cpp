@@ -35,8 +35,8 @@ std::string exit_codes_text() {
   return text;
 }
 
-/// In --help, outputs are told apart from inputs: FILE becomes OUTPUT_FILE, DIR OUTPUT_DIR, and
-/// what may be either OUTPUT.
+/// In --help, outputs are told apart from inputs: FILE becomes OUTPUT_FILE, DIR OUTPUT_DIR, and an
+/// output that may be either OUTPUT.
 void mark_outputs(const std::vector<Command>& commands) {
   for (const Command& command : commands) {
     for (const std::string& name : command.writes) {
@@ -48,7 +48,7 @@ void mark_outputs(const std::vector<Command>& commands) {
   }
 }
 
-/// The command that was named, the innermost one; null if none.
+/// The innermost command that was given; null if none.
 const Command* chosen(const std::vector<Command>& commands) {
   for (const Command& command : commands) {
     if (!command.app->parsed()) continue;
@@ -89,7 +89,8 @@ int run(int argc, char** argv) {
     return kExitBad;
   }
   Console::set_verbose(*program.verbose);
-  // Turn off the loader's own messages: palpate reports the same. Before any thread starts.
+  // Switches off the loader's own messages, since palpate reports the same. Before any thread
+  // starts.
   if (!Console::verbose()) setenv("XR_LOADER_DEBUG", "none", 0);
   const Command* command = chosen(program.commands);
   return command ? run_checked(*command) : int(kExitBad);
@@ -109,7 +110,7 @@ CommandLine described_program(const std::string& about) {
 void add_commands(CommandLine& program, std::vector<Command> commands) {
   program.commands = std::move(commands);
   mark_outputs(program.commands);
-  // Before the command or behind it.
+  // The option may stand before or behind the command.
   for (CLI::App* one : with_nested_commands(*program.app))
     if (!one->get_group().empty())
       one->add_flag(
@@ -118,16 +119,16 @@ void add_commands(CommandLine& program, std::vector<Command> commands) {
 }
 
 int run_program(int argc, char** argv) {
-  // A file that reached its size limit and a closed pipe become errors of the write: they must not
-  // kill a program that may be giving a force.
+  // A file that reached its size limit and a closed pipe become write errors: they must not kill a
+  // program that may be applying a force.
   std::signal(SIGXFSZ, SIG_IGN);
   std::signal(SIGPIPE, SIG_IGN);
   try {
     return run(argc, argv);
   } catch (const std::system_error& error) {
-    // The program that read stdout has ended (as 'head' does): it wants no more.
+    // The program that read stdout has ended (as 'head' does).
     if (error.code() == std::errc::broken_pipe) return kExitInternal;
-    fmt::print(stderr, "{}: The system refused something: {}.\n", kProgramName, error.what());
+    fmt::print(stderr, "{}: A call to the system failed: {}.\n", kProgramName, error.what());
     return kExitInternal;
   } catch (const std::bad_alloc&) {
     fmt::print(stderr,

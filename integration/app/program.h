@@ -8,7 +8,7 @@
 
 namespace palpate::app {
 
-/// A command of a program: its options, and what to do once they are parsed.
+/// A command of a program: its options, and the function to run after parsing.
 struct Command {
   CLI::App* app = nullptr;
   std::function<int()> run;  ///< returns the exit code
@@ -18,28 +18,29 @@ struct Command {
   std::vector<Command> below;  ///< commands within this one
 };
 
-/// A program: what --help says of it, its options and all commands. The command line, the command
-/// `help`, the manual pages and the completions are made from it.
+/// A program: its description in --help, its options and all commands. The command line, the
+/// command `help`, the manual pages and the completions are generated from it.
 struct CommandLine {
   std::unique_ptr<CLI::App> app;
   std::vector<Command> commands;
   std::shared_ptr<bool> verbose = std::make_shared<bool>(false);
 };
 
-/// "palpate": the program's name, as messages begin. Every program defines it, and make_program().
+/// "palpate": the program's name at the start of messages. Every program defines it, and
+/// make_program().
 extern const char* const kProgramName;
 CommandLine make_program();
 
-/// A program without commands: what it is for, the exit codes, --version.
+/// A program without commands: description, exit codes, --version.
 CommandLine described_program(const std::string& about);
-/// Gives it its commands, in the order of --help, and each of them --verbose.
+/// Adds the commands, in the order of --help, each with --verbose.
 void add_commands(CommandLine& program, std::vector<Command> commands);
 
-/// What main() does: parses, checks that no output is an input, runs the command. Returns the exit
-/// code; every error ends in one sentence on stderr.
+/// The body of main(): parses, checks that no output is an input, runs the command. Returns the
+/// exit code; every error is one sentence on stderr.
 int run_program(int argc, char** argv);
 
-/// Every program has it; it knows the other commands once it runs.
+/// The command `help`, for every program; it looks up the other commands when it runs.
 Command add_help(CLI::App& program);
 
 }  // namespace palpate::app

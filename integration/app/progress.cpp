@@ -21,7 +21,7 @@ constexpr int kBarWidth = 24;
 constexpr auto kRedraw = std::chrono::milliseconds(100);
 constexpr auto kLiveLine = std::chrono::seconds(1);
 
-// Before this nothing can be said about the time left.
+// Below this share the time left can not be estimated.
 constexpr double kEarlyShare = 0.02;
 constexpr double kEarlySeconds = 0.5;
 

@@ -17,12 +17,12 @@ std::string duration_text(double seconds);
 /// "190 MB", "7.5 GB": decimal units, as disks and memory are sold.
 std::string bytes_text(double bytes);
 
-/// Where stderr is no terminal, how a person follows the work: not at all, or by a line on stderr
-/// for each step that is done, for work of many minutes.
+/// How progress is shown if stderr is no terminal: not at all, or by a line on stderr for each
+/// finished step, for work of many minutes.
 enum class Steps { kSilent, kLines };
 
-/// What a person sees while the program works: lines, and on a terminal a bar with the time left
-/// that stays below them. With JSON on stdout, lines go to stderr. Quiet: errors only. Any thread.
+/// Prints the user's view of the work: lines, and on a terminal a bar below them with the time
+/// left. With JSON on stdout, lines go to stderr. Quiet: errors only. Any thread.
 class Console {
  public:
   Console(bool quiet, bool json, Steps steps = Steps::kSilent);
@@ -32,27 +32,28 @@ class Console {
 
   bool quiet() const { return quiet_; }
 
-  /// A line for the person, unless quiet.
+  /// Prints a line, unless quiet.
   void say(std::string_view line);
 
-  /// A line on stderr, only with --verbose: what a report of an error should hold.
+  /// Prints a line on stderr, only with --verbose: details for a bug report.
   void detail(std::string_view line);
-  /// What --verbose says, for all consoles of the program. Before the first of them.
+  /// Sets --verbose for all consoles of the program. Call it before the first of them is created.
   static void set_verbose(bool verbose);
   static bool verbose();
 
-  /// The share done, 0 to 1, and of what. On a terminal redraws the bar at most ten times a second;
-  /// elsewhere a line when `doing` changes, which ends the step before, or nothing: see Steps.
+  /// The share done, 0 to 1, and the present step. On a terminal redraws the bar at most ten times
+  /// a second; elsewhere prints a line when `doing` changes, which ends the step before, or
+  /// nothing: see Steps.
   void progress(double share, std::string_view doing);
 
-  /// What happens now, for work without an end: on a terminal one line that is redrawn, elsewhere a
-  /// line each second. Calls in between are cheap.
+  /// The present state of work without an end: on a terminal one line that is redrawn, elsewhere a
+  /// line each second. Calls in between cost little.
   void live(std::string_view line);
 
   /// Removes the bar; the next progress() restarts the clock.
   void end_progress();
 
-  /// A sentence on stderr, also when quiet.
+  /// Prints a sentence on stderr, also if quiet.
   void complain(std::string_view sentence);
 
  private:
@@ -77,7 +78,7 @@ class Console {
   Clock::time_point last_draw_;
 };
 
-/// Prints the error as the program's last word and returns its exit code.
+/// Prints the error as the last line and returns its exit code.
 int fail(Console& console, const Error& error);
 
 }  // namespace palpate::app

@@ -13,7 +13,7 @@
 namespace palpate::app {
 namespace {
 
-/// Stages a file, writes it, and names the final place if that fails.
+/// Stages a file and writes it; an error names the final path.
 template <class Write>
 Status put(Outputs& outputs, const std::string& name, const Write& write) {
   if (name.empty()) return Nothing{};

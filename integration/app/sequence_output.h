@@ -15,8 +15,8 @@
 
 namespace palpate::app {
 
-/// All frames of a sequence in memory, for work that asks for each more than once. kOutOfMemory if
-/// they do not fit, with what to do instead.
+/// Reads all frames of a sequence into memory, for work that uses each more than once. Errors:
+/// kOutOfMemory if they do not fit, with what to do instead.
 Result<std::vector<Volume>> all_frames(Frames& frames, std::stop_token stop);
 
 struct SequenceOutputOptions {
@@ -26,18 +26,18 @@ struct SequenceOutputOptions {
   const Mask* mask = nullptr;  ///< on the frames' grid
 };
 
-/// Name of the field from the reference to a frame.
+/// File name of the field from the reference to a frame.
 std::string reference_field_name(const std::string& format, size_t frame, size_t count);
 
-/// What was written, for the summary, and the drift of the fields from frame to frame in a cycle.
+/// The files that were written, for the summary, and the drift of the frame-to-frame fields of a
+/// cycle.
 struct Written {
   nlohmann::json files;
   std::optional<Distances> drift;
 };
 
-/// Writes one motion: the one file, the fields from the reference to all frames, and those from
-/// each frame to the next as they follow from it (confidences: of `pairs`, where they are asked
-/// for).
+/// Writes one motion: its file, the fields from the reference to all frames, and those from each
+/// frame to the next that follow from it (with the confidences of `pairs`, if asked for).
 Result<Written> write_sequence(const SequenceMotion& motion, const std::vector<Volume>& frames,
                                const std::vector<Confidence>& step_confidence,
                                const SequenceOutputOptions& options, Outputs& outputs);

@@ -25,7 +25,7 @@ Command add_serve(CLI::App& program) {
       ->type_name("PORT")
       ->check(whole_number_in(1, 65535))
       ->capture_default_str();
-  app->add_option("--seconds", command->seconds, "End after so long; else at Ctrl-C")
+  app->add_option("--seconds", command->seconds, "End after this time; else at Ctrl-C")
       ->check(number_in({0.1, 1e6}));
   app->add_option("--fps", command->sequence.frames_per_second,
                   "Frames per second, instead of the file's times")

@@ -8,7 +8,7 @@ namespace fs = std::filesystem;
 
 fs::path state_folder() {
   const char* state = std::getenv("XDG_STATE_HOME");
-  // The XDG rules: a path that is not absolute counts as none.
+  // XDG rule: a path that is not absolute is ignored.
   if (state && fs::path(state).is_absolute()) return fs::path(state) / "palpate";
   const char* home = std::getenv("HOME");
   if (home && *home) return fs::path(home) / ".local/state/palpate";

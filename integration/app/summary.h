@@ -10,7 +10,7 @@
 
 namespace palpate::app {
 
-/// The measures as JSON, with units in the names; numbers that are not finite become null.
+/// The measurements as JSON, with units in the names; numbers that are not finite become null.
 nlohmann::json json_of(const Spread& spread);
 nlohmann::json json_of(const Distances& distances);
 nlohmann::json json_of(const Folds& folds);
@@ -20,17 +20,17 @@ nlohmann::json json_of(const Verdict& verdict);
 nlohmann::json json_of(const Grid& grid);
 nlohmann::json json_of(const SolveReport& report);
 
-/// Where points are after one cycle, from two sets of them.
+/// The distances of points from their start after one cycle, for two sets of points.
 struct CycleDrift {
   Distances everywhere;                ///< samples of the first field, inside the mask
   std::optional<Distances> structure;  ///< voxels where the first pair shows structure (examined())
 
-  /// The subject of the verdict.
+  /// The set that the verdict is based on.
   const Distances& judged() const { return structure ? *structure : everywhere; }
 };
 nlohmann::json json_of(const CycleDrift& drift);
 
-/// One object per frame and the drift; the reference's own evidence is left out.
+/// One object per frame, and the drift; without the reference's own evidence.
 nlohmann::json json_of(const SequenceEvidence& evidence);
 
 /// "Frame 3   moves 2.10 mm on average and 9.32 mm at most, no folds, none on the way to the next,
@@ -40,13 +40,13 @@ std::string frame_text(const SequenceEvidence& evidence, size_t frame);
 /// "6 harmonics of a cycle of 0.8 s", "smooth curves between the frames of a cycle of 4 s".
 std::string time_text(const TimeBasis& basis);
 
-/// The drift as a line for a person.
+/// The drift as a line for the user.
 std::string cycle_text(const CycleDrift& drift);
 
 /// "no folds" or "12 of 2000 voxels fold".
 std::string folds_text(const Folds& folds);
 
-/// The verdict in lines for a person: the word, then its reasons; if ok, what was found good.
+/// The verdict as lines for the user: the word, then its reasons; if ok, the checks passed.
 std::string verdict_text(const Verdict& verdict);
 
 }  // namespace palpate::app

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// All volumes at frame `at` of the sequence (counted from 0, phases in between).
+/// A snapshot with all volumes at frame `at` of the sequence (from 0, with phases in between).
 SceneSnapshot snapshot_at(const LoadedScene& scene, double at) {
   SceneSnapshot snapshot;
   snapshot.volume_count = std::min(int(scene.data.size()), SceneSnapshot::kMostVolumes);
@@ -28,7 +28,7 @@ SceneSnapshot snapshot_at(const LoadedScene& scene, double at) {
     VolumeSnapshot& volume = snapshot.volumes[size_t(v)];
     const VolumeSpec& spec = scene.spec.volumes[size_t(v)];
     volume.world_from_volume = driven(spec.drive, spec.transform, 0.0);
-    // A sequence that is shorter stays at its last frame.
+    // A shorter sequence stays at its last frame.
     const double last = double(times.times_s.size()) - 1.0;
     const size_t before = size_t(std::clamp(at, 0.0, last));
     const double next_s = before + 1 < times.times_s.size() ? times.times_s[before + 1]
@@ -53,7 +53,7 @@ Status write_one_eye(const fs::path& path, const Picture& picture) {
   return canvas.save(path.string());
 }
 
-/// The scene, or of a live source its first frame.
+/// Loads the scene, or for a live source its first frame.
 Result<LoadedScene> shown_scene(const FeelCommand& command, Console& console) {
   const std::string place = command.inputs.front().string();
   if (!openigtlink::is_place(place))
@@ -65,7 +65,7 @@ Result<LoadedScene> shown_scene(const FeelCommand& command, Console& console) {
   return source ? (*source)->load(command.sequence, false, {}) : source.error();
 }
 
-/// Writes what was asked for without any display: one picture, or every frame for two eyes.
+/// Writes pictures without any display: one picture, or every frame for two eyes.
 Status draw(const FeelCommand& command, double frame, Console& console, std::stop_token stop) {
   auto scene = shown_scene(command, console);
   if (!scene) return scene.error();
@@ -147,7 +147,7 @@ Command add_view(CLI::App& program) {
                   "Write every frame as a picture for two eyes into this folder; needs no display")
       ->type_name("DIR");
   add_seeing(*app, *command);
-  app->add_option("--seconds", command->seconds, "Window or headset: end after so long")
+  app->add_option("--seconds", command->seconds, "Window or headset: end after this time")
       ->check(number_in({0.1, 1e6}));
   app->add_option("--fps", command->sequence.frames_per_second,
                   "Frames per second, instead of the file's times")

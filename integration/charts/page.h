@@ -35,8 +35,8 @@ struct Column {
 struct Page {
   Heading heading;
   std::vector<Column> columns;
-  std::vector<Heading>
-      rows;  ///< one per row; printed upright beside it, or level if `wide_row_headings`
+  /// one per row; printed vertically beside it, or horizontally if `wide_row_headings`
+  std::vector<Heading> rows;
   bool wide_row_headings = false;
   std::vector<std::vector<Cell>> cells;
   std::string footnote;

@@ -36,7 +36,7 @@ Status check_rising(const std::filesystem::path& file, const std::vector<double>
         k - 1, times[k - 1], k, times[k]);
   }
   if (!is_rising(times))
-    return bad_input(file, "has a frame time that is not a number: correct its header");
+    return bad_input(file, "has a frame time that is not finite: correct its header");
   return Nothing{};
 }
 

@@ -15,8 +15,8 @@ inline constexpr const char* kSequenceMotionKey = "SequenceMotion.Version";
 
 /// The lines of a NRRD header, sorted by what they are; nothing is interpreted yet.
 struct NrrdFields {
-  std::map<std::string, std::string>
-      fields;  ///< "space directions: x", name in lower case without blanks
+  /// "space directions: x", name in lower case without blanks
+  std::map<std::string, std::string> fields;
   std::map<std::string, std::string> keys;  ///< "name:=value"
   std::vector<std::string> data_files;      ///< the lines after "data file: LIST"
 
@@ -35,8 +35,8 @@ enum class NrrdRole { kSpace, kFrames, kComponents };
 struct NrrdAxis {
   double size = 0.0;
   NrrdRole role = NrrdRole::kSpace;
-  std::vector<double>
-      direction;  ///< in the header's own space; empty for "none" or where there are no directions
+  /// in the header's own space; empty for "none" or without directions
+  std::vector<double> direction;
   double spacing = 0.0;  ///< 0 where not given
   double least = 0.0;    ///< position of the first sample, where given
   std::string unit;      ///< lower case; empty where not given

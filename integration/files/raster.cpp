@@ -103,7 +103,7 @@ Result<Grid> make_grid(const std::filesystem::path& file, const Placement& place
   if (const Status sound = check_size(file, placement.size); !sound) return sound.error();
   if (!all_finite(placement)) {
     return bad_input(file,
-                     "has a spacing, origin or direction that is not a number: correct its header");
+                     "has a spacing, origin or direction that is not finite: correct its header");
   }
   Grid grid;
   grid.size = glm::ivec3(placement.size);

@@ -8,7 +8,7 @@
 #include "compute/volume/result.h"
 #include "compute/volume/volume.h"
 
-/// A second opinion on a motion field from a method that shares nothing with it: OpenCV's dense
+/// An independent check of a motion field by a method that shares nothing with it: OpenCV's dense
 /// optical flow, which is two-dimensional, on slices of the three orientations.
 namespace palpate::opencv {
 
@@ -17,30 +17,30 @@ enum class FlowMethod { kDis, kFarneback };
 /// "DIS" or "Farneback".
 const char* name(FlowMethod method);
 
-/// Where the two models can agree at all, and when they do. "Voxel" is the finest axis of the fixed
+/// Where the two can be compared, and when they agree. "Voxel" is the finest axis of the fixed
 /// grid.
 struct CrossCheckOptions {
-  int slices = 12;  ///< at most so many per orientation, evenly spaced
+  int slices = 12;  ///< at most this many per orientation, evenly spaced
   /// A slice shows in-plane motion only while the material stays in it: |u_through| at most this.
   double through_voxels = 0.5;
-  /// Enough structure: the weaker direction of the fixed slice's gradient is at least so many times
-  /// its noise.
+  /// Enough structure: the weaker direction of the fixed slice's gradient is at least this many
+  /// times its noise.
   double structure_noises = 2.0;
-  /// The flow itself must be sure: flow there and back returns to within this.
+  /// The flow itself must be reliable: flow forward and backward returns to within this.
   double return_voxels = 0.3;
-  /// /// They agree if the median difference is at most this, for the better method of each
+  /// They agree if the median difference is at most this, for the better method of each
   /// orientation. With exactly known motion (chest CT moved by up to 15 mm, heart phantom, sliding
   /// organ, 2 % noise) it was 0.08 to 0.23 at 1 to 19 % of the slices; with a field of zeros on the
   /// same chest 0.68.
   double agree_voxels = 0.5;
-  /// And if the 95th percentile is at most this: a field may be wrong in one place only. Known
-  /// motion gave 0.2 to 0.7.
+  /// And if the 95th percentile is at most this, since a field may be wrong in one place only.
+  /// Known motion gave 0.2 to 0.7.
   double agree_p95_voxels = 2.0;
-  /// Fewer compared pixels than this in an orientation say nothing about it.
+  /// An orientation with fewer compared pixels is ignored.
   size_t least_pixels = 500;
 };
 
-/// What one method says about the slices of one orientation.
+/// The result of one method on the slices of one orientation.
 struct FlowComparison {
   int normal_axis = 0;  ///< the index axis (0 i, 1 j, 2 k) that the slices are normal to
   FlowMethod method = FlowMethod::kDis;
@@ -48,7 +48,7 @@ struct FlowComparison {
   size_t pixels = 0;     ///< of all slices, inside the mask
   size_t compared = 0;   ///< of these, where the two can agree
   Distances difference;  ///< |flow - in-plane part of u| over the compared pixels
-  /// median in-plane |u| there: what the difference is to be held against
+  /// median in-plane |u| there, for comparison with the difference
   double motion_voxels = 0.0;
 
   double share() const { return pixels ? double(compared) / double(pixels) : 0.0; }
@@ -63,8 +63,8 @@ enum class Agreement {
 struct CrossCheck {
   std::vector<FlowComparison> comparisons;  ///< up to three orientations x two methods
   Agreement agreement = Agreement::kCanNotTell;
-  double share_compared = 0.0;  ///< of all pixels of all slices, the better-informed method
-  std::string summary;          ///< one sentence for a person, with the numbers
+  double share_compared = 0.0;  ///< of all pixels of all slices, for the method with more
+  std::string summary;          ///< one sentence for the user, with the numbers
 };
 
 /// Compares u (fixed x -> x + u(x) in moving, mm, LPS) with optical flow from fixed to moving

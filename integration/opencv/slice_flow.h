@@ -12,13 +12,13 @@ namespace palpate::opencv {
 /// OpenCV's optical flow as a motion field, slice by slice, in three orientations.
 struct SliceFlow {
   Field field;           ///< on fixed's grid
-  double seconds = 0.0;  ///< flow alone, all slices of all orientations
+  double seconds = 0.0;  ///< flow only, all slices of all orientations
 };
 
-/// The flow from fixed to moving in every slice of the three orientations, windowed as
-/// cross_check() does. Each component of the motion is seen in two of the three: their mean is
-/// taken. Errors: kBadInput where slices are under 32 pixels in one direction, or the grids
-/// differ; kCancelled.
+/// The flow from fixed to moving in every slice of the three orientations, windowed as in
+/// cross_check(). Each component of the motion is visible in two of the three: their mean is taken.
+/// Errors: kBadInput if slices are under 32 pixels in one direction, or the grids differ;
+/// kCancelled.
 Result<SliceFlow> slice_flow(FlowMethod method, const Volume& fixed, const Volume& moving,
                              const std::stop_token& stop = {});
 

@@ -22,7 +22,7 @@ using FieldMatcher = ::testing::Matcher<const Field&>;
 /// Optical flow (DIS, Farneback) on slices of three orientations differs from the field's in-plane
 /// part by a median of at most `voxels` and a 95th percentile of at most four times that, by the
 /// better method of each orientation, where the two can be compared. A pair in which nothing can be
-/// compared does not match: it is no evidence.
+/// compared does not match.
 FieldMatcher AgreesWithOpticalFlow(Volume fixed, Volume moving, double voxels = 0.5);
 
 /// det(I + grad u) > 0 at the eight corners of every sample.
@@ -34,8 +34,8 @@ FieldMatcher IsWithin(Field truth, double mean_voxels);
 /// The same, only inside a mask on truth's grid.
 FieldMatcher IsWithin(Field truth, Mask mask, double mean_voxels);
 
-/// There with the field and back with the other one ends within mean_voxels of the start on
-/// average, on the field's grid.
+/// The field followed by the other one ends within mean_voxels of the start on average, on the
+/// field's grid.
 FieldMatcher IsUndoneBy(Field backward, double mean_voxels);
 
 }  // namespace palpate::testing

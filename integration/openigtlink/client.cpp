@@ -136,7 +136,7 @@ void Client::run(std::stop_token stop) {
       const bool was_connected = connected_.exchange(false);
       if (!stop.stop_requested() && (was_connected || !said_waiting_))
         say(was_connected ? fmt::format("The connection to {} has ended: connecting again", name_)
-                          : fmt::format("Nobody listens at {} yet: waiting for it", name_));
+                          : fmt::format("There is no server at {} yet: waiting for it", name_));
       said_waiting_ = true;
     } catch (...) {
       // Of no known type, or not even a sentence found memory.
@@ -302,8 +302,8 @@ void Client::take_part(const ImageMessage& part) {
     case PartedImage::Came::kPart:
       break;
     case PartedImage::Came::kAgain:
-      say("Parts of an image came again before others came at all: it is felt once all of it has "
-          "come");
+      say("Parts of an image arrived twice before others arrived at all: it is used when it is "
+          "complete");
       break;
     case PartedImage::Came::kWhole:
       whole_.reset();
@@ -320,7 +320,7 @@ void Client::forget_images() {
 void Client::forget_parts() {
   if (parts_ && !parts_->was_whole())
     refuse("unfinished image",
-           "An image that came in parts was left out: another one came before all of it had");
+           "An image sent in parts was left out: another one began before it was complete");
   parts_.reset();
 }
 

@@ -41,8 +41,8 @@ struct ClientOptions {
   /// On the client's thread; they hold up what arrives, so they must be short.
   std::function<void(ArrivedImage)> on_image;
   std::function<void(const Rigid&)> on_transform;
-  std::function<void(const std::string&)>
-      on_note;  ///< a sentence; never the same one again and again
+  /// called with a sentence; never twice in a row with the same one
+  std::function<void(const std::string&)> on_note;
 };
 
 /// What came, and what of it was not used and why.

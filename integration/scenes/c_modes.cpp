@@ -25,7 +25,7 @@ PrimitiveSink& sink_of(const PalModeSite* site) {
   return *static_cast<PrimitiveSink*>(site->sink);
 }
 
-/// Everything of a site but its numbers.
+/// A site with its functions but without numbers.
 constexpr PalModeSite functions() {
   PalModeSite site{};
   site.scalar = [](const PalModeSite* of) { return data_of(of).scalar(); };
@@ -90,14 +90,14 @@ class CMode final : public ForeignMode {
     site.data = &at.data;
     site.sink = &out;
     if (has_failed_.load(std::memory_order_relaxed)) return;
-    // Code in C++ may throw. What it has placed by then counts for this frame; in the next ones
-    // what held the hand is gone, and the force follows slowly, as at any surface that ends.
+    // Code in C++ may throw. What it has placed before counts for this frame. In later frames it
+    // places nothing, and the force follows slowly, as at any surface that ends.
     try {
       kind_.place(mode_, &site);
     } catch (const std::exception& error) {
       fail(error.what());
     } catch (...) {
-      fail("something that says nothing");
+      fail("an exception without a message");
     }
   }
   bool wants_probe() const override { return kind_.wants_hand != 0; }
@@ -108,7 +108,7 @@ class CMode final : public ForeignMode {
  private:
   static constexpr size_t kMost = 512;
 
-  /// Runs a function of the library's: what it threw, or "".
+  /// Runs a function of the library: returns the message of its exception, or "".
   template <class Call>
   static std::string attempted(const Call& call) {
     try {
@@ -117,11 +117,11 @@ class CMode final : public ForeignMode {
     } catch (const std::exception& error) {
       return error.what();
     } catch (...) {
-      return "something that says nothing";
+      return "an exception without a message";
     }
   }
 
-  /// Of several threads that place, the first one's is kept.
+  /// If several threads place, the first failure is kept.
   void fail(const char* thrown) const noexcept {
     if (has_failed_.exchange(true)) return;
     constexpr std::string_view kBegin = "A mode threw an exception, and is left out from now on: ";

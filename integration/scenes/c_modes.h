@@ -7,8 +7,8 @@
 
 namespace palpate::scenes {
 
-/// Adds a kind of mode that was written against palpate_mode.h. `kind` and what it points to must
-/// stay. kBadInput, in a sentence, if something of it is missing.
+/// Adds a kind of mode that was written against palpate_mode.h. `kind` and everything that it
+/// points to must stay valid. Errors: kBadInput, with a sentence, if something is missing in it.
 Status add_c_mode(const PalModeKind& kind, ModeKinds& kinds);
 
 }  // namespace palpate::scenes

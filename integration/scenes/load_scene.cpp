@@ -31,8 +31,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The fields that a path stands for: itself, or of a folder its motion_*, in the order of their
-/// frames (palpate motion pads the numbers), or all its images if none is called so.
+/// The fields that a path stands for: the file itself, or in a folder the files motion_* in the
+/// order of their frames (palpate motion pads the numbers), or all its images if there are none
+/// with this name.
 Result<std::vector<fs::path>> files_of(const std::vector<fs::path>& paths, const char* prefix) {
   std::vector<fs::path> files;
   std::error_code error;
@@ -56,11 +57,12 @@ Result<std::vector<fs::path>> files_of(const std::vector<fs::path>& paths, const
   return files;
 }
 
-/// What the surface to feel is found from: a copy of the first frame (lengths of vectors), and the
-/// range of the values in all of them. And the frames from which motion is to be found.
+/// What is needed to choose the surface: a copy of the first frame (for vectors their lengths), and
+/// the range of values in all frames. Also the frames from which motion will be estimated.
 struct FirstFrame {
   Volume first;
-  std::shared_ptr<const Sequence> all;  ///< null: they are given, or read again
+  /// null: the fields are given, or the frames will be read again
+  std::shared_ptr<const Sequence> all;
   float low = std::numeric_limits<float>::infinity();
   float high = -std::numeric_limits<float>::infinity();
 
@@ -73,8 +75,8 @@ struct FirstFrame {
   }
 };
 
-/// The one motion for all times that a path names: the file itself, or that of a folder which
-/// palpate motion filled. Empty if there is none.
+/// The file with one motion for all times that a path names: the file itself, or the one in a
+/// folder that palpate motion has written. Empty if there is none.
 fs::path whole_motion_of(const VolumeSpec& spec) {
   for (const MotionSpec& motion : spec.motions)
     for (const fs::path& path : motion.fields) {
@@ -105,7 +107,7 @@ Result<MotionData> read_motion(const MotionSpec& spec) {
   return motion;
 }
 
-/// What a program gave in place of these files; null: they are files.
+/// The frames that a program has given in place of these files; null: they are files.
 std::shared_ptr<const GivenVolume> given_for(const std::vector<fs::path>& files,
                                              const SequenceChoices& choices) {
   if (files.size() != 1) return nullptr;
@@ -124,8 +126,9 @@ Result<Frames> frames_in_memory(std::shared_ptr<const Sequence> sequence) {
   return frames;
 }
 
-/// Gives the frames once more. The first call gets those that were read and kept; after that they
-/// are read from the files again, so that they do not stay in memory beside their splines.
+/// Returns a function that opens the frames again. Its first call returns the frames that were read
+/// and kept; later calls read the files again, so that the frames do not stay in memory beside
+/// their splines.
 std::function<Result<Frames>()> opener(const std::vector<fs::path>& files,
                                        const SequenceChoices& choices,
                                        std::shared_ptr<const Sequence> of_files) {
@@ -144,7 +147,7 @@ std::function<Result<Frames>()> opener(const std::vector<fs::path>& files,
   };
 }
 
-/// All frames of files, a single one included.
+/// Reads all frames of files, also a single one.
 Result<Sequence> read_frames(const std::vector<fs::path>& inputs, const SequenceChoices& choices,
                              FirstFrame& samples, const OnDoing& doing,
                              std::vector<std::string>& notes) {
@@ -175,7 +178,7 @@ bool fits_once_more(const Sequence& sequence) {
   return bool(check_fits_memory("A sequence", bytes));
 }
 
-/// The volume of a file without a header.
+/// Reads the volume of a file without a header.
 Result<Sequence> raw_frames(const VolumeSpec& spec, FirstFrame& samples) {
   auto volume = files::read_raw_volume(spec.files.front(), *spec.raw);
   if (!volume) return volume.error();
@@ -192,8 +195,8 @@ Result<std::vector<VectorFrame>> raw_vectors(const VolumeSpec& spec) {
   return std::vector{std::move(*vectors)};
 }
 
-/// The reference frame, which the motion carries to all times: of the others only the mean knows.
-/// Where each frame's own values are wanted, all frames and the fields between them.
+/// Reads the reference frame, which the motion carries to all times; of the other frames only the
+/// mean is used. If each frame's own values are wanted, all frames and the fields between them.
 Status read_whole(const fs::path& file, VolumeSpec& spec, const SequenceChoices& choices,
                   VolumeData& data, FirstFrame& samples, const OnDoing& doing,
                   std::vector<std::string>& notes) {
@@ -235,7 +238,7 @@ Status read_whole(const fs::path& file, VolumeSpec& spec, const SequenceChoices&
   return Nothing{};
 }
 
-/// Whether the segments were read in one frame of many.
+/// True if the segments were read in one frame of several.
 bool has_one_segmentation(const VolumeData& data) {
   return !data.segments.empty() && data.segments.front().masks.size() == 1 &&
          data.frames.frames.size() + data.vectors.size() > 1;
@@ -248,7 +251,7 @@ Volume lengths_of(const VectorFrame& frame) {
   return lengths;
 }
 
-/// The segments of the files. Where the spec names none, it gets all that there are.
+/// Reads the segments of the files. If the spec names none, it gets all.
 Status read_segments(VolumeSpec& spec, VolumeData& data, const OnDoing& doing) {
   SegmentsSpec& segments = spec.segments;
   std::vector<files::Segmentation> read;
@@ -317,8 +320,8 @@ Result<MovingVolume> read_volume_of(VolumeSpec& spec, const SequenceChoices& cho
       auto frames = is_raw ? raw_frames(spec, samples)
                            : read_frames(spec.files, choices, samples, doing, notes);
       if (!frames) return frames.error();
-      // One motion for all of them asks for each more than once. Where only steps are found each is
-      // read again instead: a long sequence takes no more memory than its splines.
+      // One motion for all frames reads each frame more than once. If only steps are estimated the
+      // frames are read again instead: a long sequence then takes no more memory than its splines.
       if (!given && choices.holds_frames && frames->frames.size() > 1 && spec.motions.empty() &&
           spec.values != CarriedValues::kOwn && fits_once_more(*frames))
         samples.all = std::make_shared<const Sequence>(*frames);
@@ -343,8 +346,8 @@ Result<MovingVolume> read_volume_of(VolumeSpec& spec, const SequenceChoices& cho
     if (!own) return own.error();
     return carried(*own, *given->motion, spec.values.value_or(CarriedValues::kReference));
   }
-  // Consecutive fields make one motion for all frames where that is asked for, or where only it
-  // brings the segments of one frame to the others.
+  // Consecutive fields are composed to one motion for all frames if that is asked for, or if the
+  // segments are known in one frame only.
   const bool is_derived = spec.segments.from != SegmentsFrom::kFiles;
   const bool of_one = has_one_segmentation(data) || (is_derived && !data.motions.empty());
   if (is_derived && spec.values == CarriedValues::kOwn)
@@ -369,14 +372,14 @@ Result<MovingVolume> read_volume_of(VolumeSpec& spec, const SequenceChoices& cho
                : whole.error();
 }
 
-/// Whether the segments are known in one frame of many, so that only one motion for all brings them
-/// to the others.
+/// True if the segments are known in one frame of several, so that only one motion for all frames
+/// carries them to the others.
 bool waits_for_motion(const MovingVolume& volume) {
   return !volume.segments.empty() && volume.frames.size() > 1 &&
          volume.segments.front().distance_mm.size() == 1;
 }
 
-/// Adds a volume with its data at its place.
+/// Adds a volume with its data, at its place.
 Status add(LoadedScene& scene, size_t v, const SequenceChoices& choices, const FirstFrame& samples,
            MovingVolume volume) {
   VolumeSpec& spec = scene.spec.volumes[v];
@@ -398,7 +401,8 @@ Status add(LoadedScene& scene, size_t v, const SequenceChoices& choices, const F
     scene.data.push_back(std::make_shared<const MovingVolume>(std::move(*standing)));
     return Nothing{};
   }
-  // Motion is found in scalars only; a flow without a given motion changes its values in place.
+  // Motion is estimated from scalars only; a flow without a given motion changes its values in
+  // place.
   const bool vectors = volume.frames.front()->is_vector();
   if (!volume.is_still() && volume.motions.empty() && !volume.whole && spec.source.empty() &&
       !vectors)
@@ -435,7 +439,7 @@ Status add_derived_wall(VolumeSpec& spec, MovingVolume& volume, const Volume& fr
   return Nothing{};
 }
 
-/// Whether a volume can wait for one motion for all its frames, or needs none.
+/// True if the volume can wait for one motion for all its frames, or needs none.
 bool can_carry_one_wall(const VolumeSpec& spec, const MovingVolume& volume, const Volume& frame,
                         const SequenceChoices& choices) {
   if (volume.whole || volume.is_still()) return true;
@@ -444,7 +448,7 @@ bool can_carry_one_wall(const VolumeSpec& spec, const MovingVolume& volume, cons
          check_fits_memory("One motion for the whole sequence", bytes);
 }
 
-/// Of the iso-value that is asked for, or the best one.
+/// How well the iso-value that is asked for, or the best one, serves as a wall.
 WallQuality values_as_wall(const Volume& frame, const SequenceChoices& choices) {
   return choices.iso_value
              ? wall_quality(frame, {*choices.iso_value, value_between_groups(frame).width})
@@ -486,7 +490,8 @@ Result<ModeSpec> surface_of(const fs::path& file, const FirstFrame& samples,
   return surface;
 }
 
-/// Vectors guide the hand along them, the more the longer they are: full where they are longest.
+/// Vectors guide the hand along them. The strength rises with their length and is full at the
+/// longest.
 Result<ModeSpec> guide_along(const Volume& lengths, const SequenceChoices& choices,
                              std::vector<std::string>& notes) {
   const double longest = lengths.values.empty()
@@ -508,8 +513,8 @@ Result<ModeSpec> guide_along(const Volume& lengths, const SequenceChoices& choic
   return follow;
 }
 
-/// What is felt of a volume for which nobody has said it: guides along vectors, a surface of the
-/// values, or a wall derived from them. Adds a mode, or a segment.
+/// Adds a mode or segment to a volume for which none was chosen: guides along vectors, a surface of
+/// the values, or a wall derived from them.
 Status feel_usual(LoadedScene& scene, VolumeSpec& spec, MovingVolume& volume,
                   const FirstFrame& samples, const SequenceChoices& choices) {
   const bool asks_for_derived =
@@ -551,7 +556,7 @@ Status feel_usual(LoadedScene& scene, VolumeSpec& spec, MovingVolume& volume,
     const Status added = add_derived_wall(spec, volume, samples.first, notes);
     if (added) scene.notes.insert(scene.notes.end(), notes.begin(), notes.end());
     if (added || choices.wall != FeltWall::kUsual) return added;
-    spec.segments = none;  // of these data no other can be derived
+    spec.segments = none;  // no other can be derived from these data
   }
   std::vector<std::string> unsaid;
   auto surface = surface_of(spec.files.front(), samples, values, choices,
@@ -562,7 +567,7 @@ Status feel_usual(LoadedScene& scene, VolumeSpec& spec, MovingVolume& volume,
   return Nothing{};
 }
 
-/// A scene that says nothing of modes gets for each volume what a sequence without a scene gets.
+/// A scene without modes gets for each volume the same as a sequence without a scene file.
 Result<LoadedScene> of_spec(std::string name, SceneSpec spec, const SequenceChoices& choices,
                             const OnDoing& doing, std::vector<std::string> notes = {}) {
   LoadedScene scene;
@@ -618,7 +623,7 @@ Result<LoadedScene> of_sequence(const std::vector<fs::path>& inputs, const Seque
     spec.segments.parts.emplace_back();
     spec.segments.parts.back().name = name;
   }
-  // A derived wall is that of one frame, as a single segmentation is.
+  // A derived wall is known in one frame, like a single segmentation.
   if (choices.wall == FeltWall::kRegion) spec.segments.from = SegmentsFrom::kRegion;
   if (choices.wall == FeltWall::kRidges) spec.segments.from = SegmentsFrom::kRidges;
   FirstFrame samples;
@@ -628,7 +633,7 @@ Result<LoadedScene> of_sequence(const std::vector<fs::path>& inputs, const Seque
     segment.strength_n = choices.strength_n;
     segment.friction = choices.friction;
   }
-  // With segments their walls are felt, and the values only where that is asked for.
+  // With segments their walls are felt; the values only if that is asked for.
   if (volume->segments.empty() || choices.iso_value) {
     const Status felt = feel_usual(scene, spec, *volume, samples, choices);
     if (!felt) return felt.error();
@@ -639,7 +644,7 @@ Result<LoadedScene> of_sequence(const std::vector<fs::path>& inputs, const Seque
   return scene;
 }
 
-/// A scene in the words of a scene file, which `read` gives for the kinds of mode that there are.
+/// Loads a scene from text; `read` parses it with the known kinds of mode.
 template <class Read>
 Result<LoadedScene> of_words(const std::string& name, const SequenceChoices& choices,
                              const OnDoing& doing, const Read& read) {
@@ -671,7 +676,7 @@ Result<LoadedScene> load_scene(const std::vector<fs::path>& inputs, const Sequen
   if (!choices.mode_libraries.empty() && !is_scene)
     return Error{ErrorKind::kBadInput,
                  "--modes adds haptic modes that a scene file names: give a scene file (.json)"};
-  // What a program gives may have any name: that of synthetic data, too.
+  // Frames given by a program may have any name, also that of synthetic data.
   if (given_for(inputs, choices)) return of_sequence(inputs, choices, doing);
   using SyntheticScene = std::pair<const char*, SceneSpec (*)()>;
   for (const auto& [made, scene] :
@@ -722,7 +727,7 @@ Result<LoadedScene> shown_scene(const std::vector<fs::path>& inputs, const Seque
     for (size_t v = 0; v < one->data.size(); ++v) {
       VolumeSpec volume = one->spec.volumes[v];
       volume.name += fmt::format(" ({})", all.data.size() + 1);
-      // A file has its middle put at the origin: here the first one's middle is there.
+      // The middle of a file's data is placed at the origin: here that of the first file.
       if (!volume.files.empty()) volume.transform = all.spec.volumes.front().transform;
       all.spec.volumes.push_back(std::move(volume));
       all.data.push_back(one->data[v]);

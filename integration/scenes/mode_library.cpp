@@ -18,7 +18,7 @@ using StampFunction = void (*)(ModeLibraryStamp*);
 using AddFunction = void (*)(ModeKinds*);
 using KindsInC = decltype(&pal_mode_kinds);
 
-/// The kinds of a library that was written against palpate_mode.h.
+/// Adds the kinds of a library that was written against palpate_mode.h.
 Status add_all(const fs::path& file, KindsInC kinds_of, ModeKinds& kinds) {
   const PalModeKind* found = nullptr;
   const uint32_t count = kinds_of(PAL_MODE_VERSION, &found);
@@ -33,7 +33,7 @@ Status add_all(const fs::path& file, KindsInC kinds_of, ModeKinds& kinds) {
 }
 
 Status load(const fs::path& file, ModeKinds& kinds) {
-  // With its folder, so that no other library of this name is taken. Never closed: its modes live
+  // With its folder, so that no other library of this name is found. Never closed: its modes live
   // as long as scenes do.
   void* library = dlopen(fs::absolute(file).c_str(), RTLD_NOW | RTLD_LOCAL);
   if (!library) return files::bad_input(file, "can not be loaded: {}", dlerror());

@@ -9,14 +9,14 @@
 
 namespace palpate::scenes {
 
-/// The kinds of mode that scenes may name: palpate's own and those of the libraries, which were
-/// made with PALPATE_MODES and stay loaded until the program ends. They are code that runs in this
-/// process and, in the servo thread, in every tick. kBadInput, in one sentence: no library, none of
-/// modes, made for another version of palpate, or one that failed while it added its kinds. One
+/// The kinds of mode that scenes may name: palpate's own and those of the libraries, which are made
+/// with PALPATE_MODES and stay loaded until the program ends. Their code runs in this process and,
+/// on the servo thread, in every tick. Errors: kBadInput, with one sentence: not a library, not a
+/// library of modes, made for another version of palpate, or failed while it added its kinds. One
 /// thread at a time.
 Result<ModeKinds> load_modes(const std::vector<std::filesystem::path>& libraries);
 
-/// The names of those that are not palpate's own, in alphabetical order.
+/// The names of the kinds that are not palpate's own, in alphabetical order.
 std::vector<std::string> added_kinds(const ModeKinds& kinds);
 
 }  // namespace palpate::scenes

@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// The text is not one of ours.
+/// Thrown if the text is not a replay key.
 struct Foreign : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -31,7 +31,7 @@ double not_below_zero(const Json& j) {
 }
 
 uint32_t buttons(const Json& j) {
-  // A number that does not fit would be cut to another one.
+  // A number outside the range would be truncated.
   if (!j.is_number_unsigned() || j.get<uint64_t>() > std::numeric_limits<uint32_t>::max())
     throw Foreign("no buttons");
   return j.get<uint32_t>();
@@ -45,7 +45,7 @@ Json json_of(const DeviceInfo& d) {
           {"delay_s", d.delay_s}};
 }
 
-/// What the command line may change of the options.
+/// The options that the command line can change.
 Json json_of(const SafetyOptions& safety) {
   return {{"max_force_n", safety.max_force_n},
           {"late_s", safety.late_s},
@@ -72,15 +72,15 @@ SafetyOptions safety_of(const Json& j) {
   safety.late_s = not_below_zero(j.at("late_s"));
   safety.stale_s = not_below_zero(j.at("stale_s"));
   safety.dead_man = j.at("dead_man").get<bool>();
-  // Any button was the dead-man and nobody had to see it before there were headsets: recordings of
-  // that time say nothing of either, and the defaults are what held then.
+  // Older recordings, from before headsets, contain neither: any button was the dead-man, and no
+  // viewer was needed. The defaults of SafetyOptions are the values of that time.
   if (j.contains("dead_man_buttons")) safety.dead_man_buttons = buttons(j.at("dead_man_buttons"));
   if (j.contains("seen_buttons")) safety.shown_buttons = buttons(j.at("seen_buttons"));
   return safety;
 }
 
-/// Of recordings that do not say it: they are the program's, whose two highest buttons told of a
-/// headset.
+/// The tube buttons of a recording that does not name them: all but the two highest ones, which
+/// told of a headset at that time; none with a dead-man.
 uint32_t older_tube_buttons(const SafetyOptions& safety) {
   return safety.dead_man ? 0 : ~(3u << 30);
 }

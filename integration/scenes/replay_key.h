@@ -12,21 +12,21 @@
 
 namespace palpate::scenes {
 
-/// What a recording has to know of its run besides the ticks: the scene, the part of the device
-/// that the loop depends on, and what the command line may change of the guards.
+/// What a recording contains besides its ticks: the scene, the properties of the device that the
+/// loop depends on, and the guards' options that the command line can change.
 struct ReplayKey {
   SceneSpec scene;
   DeviceInfo device;
   SafetyOptions safety;
-  uint32_t tube_buttons = 0;  ///< with which the hand releases stream tubes
+  uint32_t tube_buttons = 0;  ///< that release stream tubes
 };
 
-/// As JSON text.
+/// The key as JSON text.
 std::string text_of(const ReplayKey& key);
 
-/// The key that stands in the recording `file`. Every number in it is finite; limits and times are
-/// not below zero. `more_kinds`: of mode, beside the built-in ones. Error: kBadInput, with the
-/// file's name, where it is another text.
+/// Parses the key of the recording `file`. Every number in it is finite; limits and times are not
+/// negative. `more_kinds`: kinds of mode beside the built-in ones. Errors: kBadInput, with the name
+/// of the file, for any other text.
 Result<ReplayKey> parse_replay_key(const std::filesystem::path& file, std::string_view text,
                                    const std::vector<std::string>& more_kinds = {});
 

@@ -7,11 +7,11 @@
 
 namespace palpate::scenes {
 
-/// Writes stream tubes as lines in the patient space of their volumes (LPS, mm), where they were
-/// when they were released: there they are the field lines. Of each point `length`, that of the
-/// vector (StreamTube::lengths()), and `to_first_frame`, by which the motion takes it to where it
-/// is in the first frame (mm); of each line `volume` (of the scene, from 0 on), `field`
-/// (TubeField), `frame` (when it was released, with its phase) and `kept`. See write_vtk_lines().
+/// Writes stream tubes as lines in the patient space of their volumes (LPS, mm), at the places
+/// where they were released: there they are the field lines. Per point: `length` of the vector
+/// (StreamTube::lengths()) and `to_first_frame`, the displacement by the motion to the first frame
+/// (mm). Per line: `volume` (index in the scene), `field` (TubeField), `frame` (of the release,
+/// with its phase) and `kept`. See write_vtk_lines(). Errors: kBadOutput.
 Status write_tubes(const std::filesystem::path& path, const ReleasedTubes& tubes);
 
 }  // namespace palpate::scenes

@@ -53,7 +53,7 @@ bool TickHistory::is_larger(const TickRow& a, const TickRow& b) {
 }
 
 TickHistory::TickHistory() {
-  // Written once, so that the memory is there from the start and the process does not grow later.
+  // Written once, so that all memory is allocated at the start and the process does not grow later.
   rows_.resize(kMostRows);
   rows_.clear();
 }
@@ -76,7 +76,7 @@ void TickHistory::add(const TickRow& row) {
   count_ = 0;
 }
 
-/// Four rows become two, in place: their smallest and their largest.
+/// Reduces four rows to two, in place: their smallest and their largest.
 void TickHistory::thin() {
   TickRow* to = rows_.data();
   for (size_t first = 0; first < rows_.size(); first += 4) {

@@ -8,13 +8,13 @@
 
 namespace palpate::sessions {
 
-/// What is kept of a tick for summary and pictures. Space: force of the device, places of the
+/// What is stored of a tick for summary and pictures. Space: force of the device, places of the
 /// world.
 struct TickRow {
   double time_s = 0.0;  ///< since the first tick
   double dt_s = 0.0;
-  glm::dvec3 force_n{0.0};   ///< to the device
-  glm::dvec3 wanted_n{0.0};  ///< the spring's
+  glm::dvec3 force_n{0.0};   ///< sent to the device
+  glm::dvec3 wanted_n{0.0};  ///< of the spring
   glm::dvec3 probe_m{0.0}, proxy_m{0.0};
   double pointer = 0.0;  ///< frame + phase of the first moving volume
   double residual_m = 0.0;
@@ -26,7 +26,7 @@ struct TickRow {
   bool frozen = false;
 };
 
-/// A cause that was at work, and for how long.
+/// A cause that was active, and for how long.
 struct CauseTime {
   Cause cause = Cause::kNone;
   DeviceFault fault = DeviceFault::kNone;
@@ -34,45 +34,45 @@ struct CauseTime {
   double from_s = 0.0;  ///< first
 };
 
-/// What a run was, in numbers, from its ticks.
+/// Numbers of a run, computed from its ticks.
 struct FeelNumbers {
   double seconds = 0.0, touched_s = 0.0;
-  double most_force_n = 0.0, mean_force_n = 0.0;  ///< while touched
-  double deepest_m = 0.0;          ///< the hand behind the surface, as the spring is stretched
-  double steepest_n_per_ms = 0.0;  ///< greatest change of the force that reached the hand
+  double most_force_n = 0.0, mean_force_n = 0.0;  ///< while touching
+  double deepest_m = 0.0;  ///< the hand behind the surface: how far the spring was stretched
+  double steepest_n_per_ms = 0.0;  ///< largest change of the force that reached the hand
   double worst_residual_m = 0.0;
   int most_newton_steps = 0;
   uint64_t frozen = 0;            ///< ticks whose motion could not be inverted
-  std::vector<CauseTime> causes;  ///< other than none, longest first
+  std::vector<CauseTime> causes;  ///< all but none, longest first
 };
 
-/// Sums up a run, tick by tick, in memory that does not grow with its length. One thread at a time.
+/// Computes the numbers of a run tick by tick; its memory does not grow. One thread at a time.
 class FeelCounter {
  public:
   void add(const TickRow& row);
   FeelNumbers numbers() const;
 
  private:
-  FeelNumbers sums_;  ///< mean_force_n holds the integral of the force over time, N s
+  FeelNumbers sums_;  ///< mean_force_n contains the integral of the force over time, N s
   glm::dvec3 force_before_n_{0.0};
 };
 
-/// The course of a run for pictures, in memory that does not grow with its length: every tick of
-/// the first half minute; of a longer run evenly spread groups of ticks, each by its smallest and
-/// its largest force, so that no peak is lost. A tick with a cause counts as larger than any
-/// without. One thread at a time.
+/// The course of a run for pictures, in memory that does not grow: every tick of the first half
+/// minute; of a longer run evenly spaced groups of ticks, each with its smallest and its largest
+/// force, so that no peak is lost. A tick with a cause counts as larger than any without one. One
+/// thread at a time.
 class TickHistory {
  public:
   static constexpr size_t kMostRows = 32768;  // 6 MB
 
   TickHistory();
   void add(const TickRow& row);
-  /// In rising time; without the group that is not complete yet.
+  /// In the order of time; without the group that is not yet complete.
   const std::vector<TickRow>& rows() const { return rows_; }
 
  private:
   static bool is_larger(const TickRow& a, const TickRow& b);
-  /// Writes them in the order of time; returns what follows.
+  /// Writes both in the order of time; returns the end.
   static TickRow* put(const TickRow& smallest, const TickRow& largest, TickRow* to);
   void thin();
 

@@ -36,7 +36,7 @@ Result<std::unique_ptr<FeltServer>> FeltServer::start(uint16_t port) {
 }
 
 void FeltServer::begin(Session& session) {
-  // If memory runs out, a message is left out; the next one may be sent again.
+  // If memory runs out a message is left out; the next one may succeed.
   places_ = std::make_unique<Background>(kPlaces, [this, &session] {
     (void)caught([&]() -> Status {
       send_places(session);
@@ -93,12 +93,12 @@ void FeltServer::send_images(std::stop_token stop, Session& session) {
       const std::lock_guard lock(mutex_);
       snapshot = snapshot_;
     }
-    // Not their number: one may leave and another come in between.
+    // The count of connections so far, not of present ones: one may leave while another one comes.
     const uint64_t connections = server_->connections();
     if (server_->clients() == 0 || snapshot.volume_count == 0) continue;
     const auto volume = session.scene()->volumes[0].data;
     const double time_s = snapshot.volumes[0].time_s;
-    // The same again only for those who are new.
+    // The same volume is sent again only to new clients.
     if (volume == last && std::abs(time_s - last_s) < 1e-3 && connections == last_connections)
       continue;
     last = volume;

@@ -8,18 +8,17 @@
 
 namespace palpate::sessions {
 
-/// Sends what is felt to OpenIGTLink clients while it is felt, from threads of low priority: ten
-/// times a second where the proxy is (TRANSFORM "palpate_proxy") and the force (SENSOR
-/// "palpate_force", N), once a second how it is (STATUS "palpate"), and twice a second at most the
-/// first volume as it is moved now (IMAGE "palpate_volume") and by how much (IMAGE
-/// "palpate_motion", three values, mm). Places, vectors and the force are those of the volume's own
-/// patient space.
+/// Sends the running scene to OpenIGTLink clients, on threads of low priority. Ten times a second:
+/// the proxy (TRANSFORM "palpate_proxy") and the force (SENSOR "palpate_force", N). Once a second:
+/// the state (STATUS "palpate"). At most twice a second: the first volume as it is moved now (IMAGE
+/// "palpate_volume") and its displacement (IMAGE "palpate_motion", three values, mm). Places,
+/// vectors and the force are in the volume's own patient space (LPS).
 class FeltServer {
  public:
-  /// kBadInput: the port can not be had.
+  /// Errors: kBadInput: the port can not be opened.
   static Result<std::unique_ptr<FeltServer>> start(uint16_t port);
 
-  /// `session` is borrowed, until end().
+  /// Starts to send. `session` is borrowed until end().
   void begin(Session& session);
   void end();
   uint16_t port() const { return server_->port(); }

@@ -10,10 +10,10 @@ namespace {
 
 using openigtlink::Rigid;
 
-/// A transform that is farther than this from the one before is no movement of a volume.
+/// A larger step between two transforms is no movement of a volume.
 constexpr double kJump_mm = 20.0, kJump_rad = 0.35;
 
-/// `to` as seen from `from`: what happened in between.
+/// `to` relative to `from`: the motion in between.
 Rigid between(const Rigid& from, const Rigid& to) {
   const glm::dmat3 rotation = to.rotation * glm::transpose(from.rotation);
   return {rotation, to.translation_mm - rotation * from.translation_mm};
@@ -34,7 +34,7 @@ Transform in_volume_space(const Rigid& lps) {
 Result<LoadedScene> live_scene(const std::string& name, const Volume& first,
                                const scenes::SequenceChoices& choices, bool felt, bool placed,
                                const scenes::OnDoing& doing) {
-  // It stands in place of a file's name.
+  // Used like the name of a file.
   std::string volume = name.empty() ? "live" : name;
   for (char& c : volume)
     if (c == '/' || c == '.') c = '_';
@@ -42,7 +42,7 @@ Result<LoadedScene> live_scene(const std::string& name, const Volume& first,
   given->frames = LiveSequence::standing(first);
   scenes::SequenceChoices of_live = choices;
   of_live.given[volume] = given;
-  of_live.wall = scenes::FeltWall::kValues;  // no motion is known that would carry another
+  of_live.wall = scenes::FeltWall::kValues;  // there is no motion that would carry another wall
   of_live.cyclic = true;
   of_live.values = CarriedValues::kOwn;
   of_live.frames_per_second = 0.0;
@@ -96,12 +96,12 @@ void LiveSource::take(openigtlink::ArrivedImage image) {
       return;
     }
   }
-  // end() stops this thread before it takes the sequence away.
+  // end() stops this thread before it deletes the sequence.
   sequence->push(image.volume, image.arrived_ns);
 }
 
-/// The first transform is where the volume stands; what follows moves it from there. A jump moves
-/// nothing: the volume goes on from where it is.
+/// The first transform is the place of the volume; later ones move it from there. A jump moves
+/// nothing: the volume continues from its place.
 void LiveSource::take(const Rigid& rigid) {
   const std::lock_guard lock(mutex_);
   if (!session_) return;
@@ -162,7 +162,7 @@ void LiveSource::begin(Session& session, const Volume& first) {
   options.on_note = options_.on_note;
   sequence_ = std::make_unique<LiveSequence>(session, 0, first, std::move(options));
   session_ = &session;
-  // What has come since load(); from now on the client's thread pushes.
+  // A frame that arrived since load(); from now on the client's thread pushes.
   if (newest_) sequence_->push(newest_->volume, newest_->arrived_ns);
   newest_.reset();
   start_ = placed_ = session.scene()->volumes[0].spec.transform;
@@ -174,10 +174,10 @@ void LiveSource::end() {
     const std::lock_guard lock(mutex_);
     session_ = nullptr;
   }
-  // Ends the client's thread: no frame is pushed after this.
+  // The client's thread has ended: no frame is pushed after this.
   client_numbers_ = client_->numbers();
   client_.reset();
-  // Outside the lock: the sequence waits for its threads, and numbers() must not.
+  // Outside the lock: the sequence waits for its threads, and numbers() must not wait.
   std::unique_ptr<LiveSequence> ended;
   const std::lock_guard lock(mutex_);
   if (sequence_) last_numbers_ = sequence_->numbers();

@@ -15,14 +15,14 @@
 namespace palpate::sessions {
 
 /// The scene of a live source of that name: its first frame, which stands still until a
-/// LiveSequence follows what comes. `felt` false: only looked at. `placed`: transforms, or a host,
-/// say where the volume is. kBadInput in one sentence. Any thread.
+/// LiveSequence follows the source. `felt` false: for viewing only. `placed`: transforms, or a
+/// host, place the volume. Errors: kBadInput with one sentence. Any thread.
 Result<LoadedScene> live_scene(const std::string& name, const Volume& first,
                                const scenes::SequenceChoices& choices, bool felt, bool placed,
                                const scenes::OnDoing& doing = {});
 
 struct LiveSourceOptions {
-  std::string image;      ///< device name of the images; empty: the first one's
+  std::string image;      ///< device name of the images; empty: that of the first one
   std::string transform;  ///< device name of the transforms that place the volume; empty: none
   bool keep_cycles = true;
   std::string preset = "fast";
@@ -30,36 +30,36 @@ struct LiveSourceOptions {
   std::function<void(const std::string&)> on_note;
 };
 
-/// Frames from an OpenIGTLink server, from the first one on: joins the client with the session.
+/// Frames from an OpenIGTLink server, from the first one on: connects the client with the session.
 class LiveSource {
  public:
-  /// kBadInput: no place, or no such host.
+  /// Errors: kBadInput: no valid address, or no such host.
   static Result<std::unique_ptr<LiveSource>> open(const std::string& place,
                                                   LiveSourceOptions options);
-  /// Ends the client, then what follows it.
+  /// Ends the client, then the LiveSequence.
   ~LiveSource();
   LiveSource(const LiveSource&) = delete;
   LiveSource& operator=(const LiveSource&) = delete;
 
-  /// The scene with the first frame, which is waited for; `doing` hears so meanwhile. kNoDevice if
-  /// none has come after `most_s` seconds; 0: there is no end to it.
+  /// Waits for the first frame and returns its scene; `doing` is called meanwhile. Errors:
+  /// kNoDevice if no frame has arrived after `most_s` seconds; 0: wait without limit.
   Result<LoadedScene> load(const scenes::SequenceChoices& choices, bool felt,
                            const scenes::OnDoing& doing, double most_s = 0.0);
   /// The first frame; after load().
   const Volume& first() const { return first_; }
-  /// Follows from now on. `session` is borrowed and feels what load() gave.
+  /// Follows the source from now on. `session` is borrowed and runs the scene of load().
   void begin(Session& session) { begin(session, first_); }
   /// The same for a scene that another source has loaded, with its first frame.
   void begin(Session& session, const Volume& first);
-  /// No frame goes into the session any more. Before the session ends.
+  /// After this no frame is given to the session. Call it before the session ends.
   void end();
 
-  /// For the live line: "12 frames, 0.21 s behind"; and at the end, in full.
+  /// For the live line: "12 frames, 0.21 s behind"; at the end the full text.
   std::string live_text() const;
   std::string summary() const;
-  /// What has become of what came. Any thread.
+  /// What happened to the received frames. Any thread.
   LiveNumbers numbers() const;
-  /// What came; after end().
+  /// What was received; after end().
   const openigtlink::ClientNumbers& arrived() const { return client_numbers_; }
 
  private:
@@ -73,13 +73,13 @@ class LiveSource {
   Volume first_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  std::optional<openigtlink::ArrivedImage> newest_;  ///< that came while nothing follows
+  std::optional<openigtlink::ArrivedImage> newest_;  ///< received while no LiveSequence runs
   LiveNumbers last_numbers_;                         ///< after end(), with the next
   openigtlink::ClientNumbers client_numbers_;
   Session* session_ = nullptr;
   std::unique_ptr<LiveSequence> sequence_;
   std::optional<openigtlink::Rigid> from_,
-      at_;  ///< transforms: the one that changes nothing, and the last
+      at_;  ///< transforms: the neutral one, and the last
   Transform placed_, start_;
   uint64_t jumps_ = 0;
   std::unique_ptr<openigtlink::Client> client_;

@@ -11,14 +11,14 @@
 namespace palpate::sessions {
 namespace {
 
-/// Does what the hand asked for in each tick.
+/// Executes the commands of the hand in each tick.
 class CommandTaker final : public TickListener {
  public:
   CommandTaker(SceneTicker& ticker, const Scene& scene, HandTubes& tubes)
       : ticker_(ticker), scene_(scene), tubes_(tubes) {}
   void hear(const TickInput&, const TickOutput&) noexcept override {
     HandCommand command;
-    // What could not be done was said when it was asked.
+    // Errors were reported when the run was recorded.
     while (ticker_.next_command(command)) (void)tubes_.take(command, scene_);
   }
 
@@ -43,7 +43,7 @@ Result<Replay> replay_felt(const LoadedScene& felt, const std::filesystem::path&
     same = spec.volumes[v].name == felt.spec.volumes[v].name;
   if (!same)
     return files::bad_input(file, "was made with another scene: name the scene that was felt");
-  // The recorded words, with their places and stiffness, on the data that were read now.
+  // The recorded scene, with its places and stiffness, on the data that are loaded now.
   auto assembled = plan(spec, felt.data, felt.kinds);
   if (!assembled) return assembled.error();
   HapticsOptions options;

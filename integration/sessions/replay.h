@@ -9,13 +9,13 @@
 
 namespace palpate::sessions {
 
-/// Runs a recording again with the scene as it was loaded now. kBadInput if it was made with
-/// another scene, is damaged, or lost ticks. `tubes` gets the stream tubes that the hand released,
-/// as it did then.
+/// Runs a recording again with the scene as it is loaded now. `tubes` gets the stream tubes that
+/// the user released in it. Errors: kBadInput if it was made with another scene, is damaged, or
+/// lost ticks.
 Result<Replay> replay_felt(const LoadedScene& scene, const std::filesystem::path& file,
                            HandTubes& tubes);
 
-/// "every output is the recorded one, bit by bit", or where it is not.
+/// "every output is the recorded one, bit by bit", or where it differs.
 std::string replay_text(const Replay& replay);
 
 }  // namespace palpate::sessions

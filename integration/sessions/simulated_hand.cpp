@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kTimesWhileWaiting = 100;
 
-/// Without a path. kBadInput for an unknown hand.
+/// Options without a path. Errors: kBadInput for an unknown hand.
 Result<devices::SimulatedOptions> options_of(const HandChoice& choice) {
   devices::SimulatedOptions options;
   options.real_time = true;
@@ -36,14 +36,14 @@ Result<SimulatedHand> simulated_hand(const HandChoice& choice, LoadedScene& scen
   auto options = options_of(choice);
   if (!options) return options.error();
   const DeviceInfo info = devices::info_of(*options);
-  // Before a place to touch is looked for: it is where the data are then.
+  // Before a place to touch is searched: the data must already be scaled.
   if (fit) fit_to_reach(scene, info);
   const auto touch = place_to_touch(scene, info);
   devices::PathPlace place;
   if (touch) {
     place = *touch;
   } else {
-    // Nothing to press: the hand goes round in the middle of what there is.
+    // Nothing to press: the hand circles around the middle of the data.
     place.surface_m = info.workspace_centre_m;
     place.reach_m = 0.4 * info.workspace_radius_m;
     place.depth_m = 0.0;
@@ -54,7 +54,7 @@ Result<SimulatedHand> simulated_hand(const HandChoice& choice, LoadedScene& scen
   const std::string name = circle ? "circle" : choice.path;
   const auto once = devices::path_named(name, place);
   if (!once) return once.error();
-  // While motion is awaited the hand goes on.
+  // While motion is being estimated the hand continues.
   if (!scene.missing.empty()) place.times = kTimesWhileWaiting;
   const auto path = devices::path_named(name, place);
   if (!path) return path.error();

@@ -10,7 +10,7 @@
 
 namespace palpate::sessions {
 
-/// What a simulated hand does, and how it holds its device.
+/// What a simulated hand does, and how stiffly it holds the device.
 struct HandChoice {
   std::string hand = "human";  ///< human, loose, firm, none
   std::string path = "press";  ///< press, tap, stroke, circle, sweep, or a file of t_s,x_m,y_m,z_m
@@ -19,13 +19,13 @@ struct HandChoice {
 
 struct SimulatedHand {
   std::unique_ptr<devices::SimulatedDevice> device;
-  double path_s = 0.0;   ///< how long its path takes
-  std::string sentence;  ///< which path it follows
+  double path_s = 0.0;   ///< duration of its path
+  std::string sentence;  ///< which path it follows, for the user
 };
 
-/// A simulated device whose hand follows a path that touches the scene; where there is no surface
-/// to press it goes round in circles. While motion is awaited it goes on. fit: the scene is made to
-/// fit the device's reach first, see fit_to_reach(). kBadInput in one sentence. Any thread.
+/// A simulated device whose hand follows a path that touches the scene, or circles if there is no
+/// surface to press. While motion is being estimated it continues. fit: first scale the scene to
+/// the device's reach, see fit_to_reach(). Errors: kBadInput with one sentence. Any thread.
 Result<SimulatedHand> simulated_hand(const HandChoice& choice, LoadedScene& scene, bool fit);
 
 }  // namespace palpate::sessions

@@ -12,18 +12,19 @@
 
 namespace palpate::sessions {
 
-/// A sentence about ticks that a table or a recording lacks.
+/// A sentence on ticks that are missing in a table or a recording.
 std::string lost_text(uint64_t lost);
 
-/// Sums up a run for its summary and pictures, and writes every tick as CSV if asked. Its memory
-/// does not grow with the run. Give it to a Recorder as a listener.
+/// Collects the numbers of a run for summary and pictures, and writes every tick as CSV if asked.
+/// Its memory does not grow. Register it with a Recorder as a listener.
 class TickLog final : public TickListener {
  public:
-  /// `csv` may be empty. kBadOutput if it can not be written.
+  /// `csv` may be empty. Errors: kBadOutput if it can not be written.
   static Result<std::unique_ptr<TickLog>> start(const std::filesystem::path& csv);
   void hear(const TickInput& input, const TickOutput& output) noexcept override;
 
-  /// After the Recorder has finished: closes the CSV. kBadOutput if it is not complete.
+  /// Closes the CSV; call it after the Recorder has finished. Errors: kBadOutput if the file is not
+  /// complete.
   Status finish();
   FeelNumbers numbers() const { return counter_.numbers(); }
   const std::vector<TickRow>& rows() const { return history_.rows(); }

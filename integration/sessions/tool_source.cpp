@@ -11,10 +11,9 @@ namespace palpate::sessions {
 namespace {
 
 constexpr std::chrono::milliseconds kPause{4};
-constexpr int64_t kShortest_ns = 20'000'000;  // transforms that come in one packet are no speed
-
-constexpr double kArm_m = 1.0;          // it is felt so far around the scene
-constexpr double kSpeed_m_per_s = 1.4;  // real movements are not held back; below what guards damp
+constexpr int64_t kShortest_ns = 20'000'000;  // transforms of one packet give no speed
+constexpr double kArm_m = 1.0;                // distance from the scene up to which it is followed
+constexpr double kSpeed_m_per_s = 1.4;        // above real movements, below what the guards damp
 
 Transform place_at_start(const SceneSpec& spec) {
   const VolumeSpec& first = spec.volumes.front();
@@ -81,7 +80,7 @@ void ToolSource::begin(desktop::MouseProbe& probe, const SceneSpec& spec) {
   moves_ = std::make_unique<Background>(kPause, [this, &probe] { move(probe); });
 }
 
-/// On one thread: a probe is moved by one.
+/// On one thread only, since a probe is moved by one thread.
 void ToolSource::move(desktop::MouseProbe& probe) {
   glm::dvec3 tip_mm;
   bool there = false;

@@ -13,29 +13,28 @@
 
 namespace palpate::sessions {
 
-/// What a tracked tool moves: a hand in the world, at its true size, that gives no force. Trackers
-/// send some ten places a second: it follows as slowly as a mouse.
+/// Options of a probe moved by a tracked tool: a hand in the world, at its true size, without
+/// force. Trackers send about ten positions a second, so it follows as slowly as a mouse.
 desktop::MouseProbeOptions tool_probe();
 
-/// The hand's space is the world around the middle of the first volume, for a hand that is felt at
-/// its true size.
+/// Makes the hand's space the world around the middle of the first volume, for a hand at true size.
 void stand_in_true_size(LoadedScene& scene);
 
-/// A tracked tool as the hand: the TRANSFORMs of an OpenIGTLink server say where its tip is, in the
-/// patient space of the first volume as that stands at the start. It gives no force.
+/// A tracked tool as the hand: TRANSFORMs of an OpenIGTLink server give its tip, in the patient
+/// space (LPS, mm) of the first volume as placed at the start. It gives no force.
 class ToolSource {
  public:
-  /// tool: device name of its transforms; empty: of the first that come. on_note: a sentence, any
-  /// thread. kBadInput: no place, or no such host.
+  /// tool: device name of its transforms; empty: that of the first ones received. on_note: called
+  /// with a sentence, on any thread. Errors: kBadInput: no valid address, or no such host.
   static Result<std::unique_ptr<ToolSource>> open(const std::string& place, const std::string& tool,
                                                   std::function<void(const std::string&)> on_note);
   ~ToolSource();
   ToolSource(const ToolSource&) = delete;
   ToolSource& operator=(const ToolSource&) = delete;
 
-  /// From now on it moves `probe` (borrowed until end()) in the scene as it is at its start; after
-  /// stand_in_true_size(). If no transform comes for kSilence_ns, or the tool moves faster than
-  /// kFastest_m_per_s, the hand lets go; the next transform says where it is taken again.
+  /// From now on moves `probe` (borrowed until end()) in the scene as placed at its start; call it
+  /// after stand_in_true_size(). If no transform arrives for kSilence_ns, or the tool moves faster
+  /// than kFastest_m_per_s, the hand lets go; the next transform takes it again.
   void begin(desktop::MouseProbe& probe, const SceneSpec& spec);
   void end();
   static constexpr int64_t kSilence_ns = 300'000'000;
@@ -51,8 +50,8 @@ class ToolSource {
 
   mutable std::mutex mutex_;
   glm::dvec3 tip_lps_mm_{0.0};  ///< the last one
-  int64_t heard_ns_ = 0;        ///< 0: nothing yet
-  bool jumped_ = false;         ///< since it was last looked at
+  int64_t heard_ns_ = 0;        ///< 0: none yet
+  bool jumped_ = false;         ///< since the last move()
   uint64_t jumps_ = 0;
   openigtlink::ClientNumbers numbers_;
   Transform world_from_volume_, world_from_device_;

@@ -11,19 +11,19 @@ namespace palpate::sessions {
 namespace {
 
 constexpr double kStep_m = 0.25e-3;
-constexpr double kRoom_m = 0.003;      // least way in free space before the surface
-constexpr double kFarthest_m = 0.030;  // a surface farther away than this is not looked for
-constexpr double kGrid_m = 0.004;      // of places to start from, inside
+constexpr double kRoom_m = 0.003;      // free space in front of the surface, at least
+constexpr double kFarthest_m = 0.030;  // search distance for surfaces
+constexpr double kGrid_m = 0.004;      // spacing of the start positions inside
 constexpr double kCoarse_m = 0.001;
-constexpr double kSquarely = 0.8;  // cosine between the way of a press and a wall's normal
+constexpr double kSquarely = 0.8;  // cosine between the direction of a press and a wall's normal
 
-/// A place that no data reach.
+/// A place without data.
 constexpr double kOutside = -1.0;
 
-/// What a surface mode reads of the first frame, and where that is.
+/// What a surface mode reads in the first frame, and its place.
 struct TouchedSurface {
-  const FrameData* frame;  ///< has the data's box
-  const FrameData* read;   ///< its values, or the distance to a segment
+  const FrameData* frame;  ///< whose box is that of the data
+  const FrameData* read;   ///< the values, or the distance to a segment
   const VolumeSpec* volume;
   TransferFunction strength;
 };
@@ -45,14 +45,14 @@ class Surfaces {
     }
   }
 
-  /// How much of the strongest surface's strength holds at a place of the device, 0 to 1; a
-  /// segment's surface is where it begins. kOutside if no volume with a surface has data there.
+  /// The share of the strongest surface's strength at a place of the device, 0 to 1; the surface of
+  /// a segment is its border. kOutside if no volume with a surface has data there.
   double hold_at(glm::dvec3 device_m) const {
     const glm::dvec3 world = world_from_device_.world_from_volume(device_m);
     double hold = kOutside;
     for (const TouchedSurface& surface : all_) {
       const glm::dvec3 x = surface.volume->transform.volume_from_world(world);
-      // Beyond the data the border's value is clamped: nothing to press.
+      // Outside the data the value is clamped to the edge: nothing to press there.
       if (glm::any(glm::lessThan(x, surface.frame->low_m())) ||
           glm::any(glm::greaterThan(x, surface.frame->high_m())))
         continue;
@@ -64,8 +64,8 @@ class Surfaces {
     return hold;
   }
 
-  /// The way out of the nearest segment's wall at a place of the device. None without segments:
-  /// noise tilts the gradient of values.
+  /// The outward normal of the nearest segment's wall at a place of the device. Empty without
+  /// segments: noise tilts the gradient of values.
   std::optional<glm::dvec3> way_out(glm::dvec3 device_m) const {
     const glm::dvec3 world = world_from_device_.world_from_volume(device_m);
     std::optional<glm::dvec3> out;
@@ -88,7 +88,7 @@ class Surfaces {
 };
 
 const std::vector<glm::dvec3>& directions() {
-  // From the front first, then from above and from the sides: where a person would reach in.
+  // From the front first, then from above and from the sides: as a person would reach in.
   static const std::vector<glm::dvec3> all = [] {
     std::vector<glm::dvec3> list = {{0, 0, 1}, {0, 1, 0}, {1, 0, 0}, {-1, 0, 0}};
     for (int n = 0; n < 27; ++n) {
@@ -112,7 +112,7 @@ devices::PathPlace place_at(glm::dvec3 surface_m, glm::dvec3 outward, double cle
 }
 
 /// From outside: the first surface on the way from the edge of the reach to the centre, with free
-/// data before it. A face at which the data were cut off is no surface.
+/// space before it. A face at which the data were cut off is no surface.
 std::optional<devices::PathPlace> from_outside(const Surfaces& surfaces, const DeviceInfo& device,
                                                glm::dvec3 out) {
   double free_m = 0.0;
@@ -131,7 +131,7 @@ std::optional<devices::PathPlace> from_outside(const Surfaces& surfaces, const D
   return std::nullopt;
 }
 
-/// How far it is from a free place to a surface; 0 if the data end before.
+/// The distance from a free place to a surface; 0 if the data end before.
 double way_to_surface(const Surfaces& surfaces, glm::dvec3 from, glm::dvec3 direction,
                       double step) {
   for (double way = 0.0; way < kFarthest_m; way += step) {
@@ -142,7 +142,7 @@ double way_to_surface(const Surfaces& surfaces, glm::dvec3 from, glm::dvec3 dire
   return kFarthest_m;
 }
 
-/// From inside: the widest free place within reach, and the surface next to it.
+/// From inside: the widest free space within reach, and the surface next to it.
 std::optional<devices::PathPlace> from_inside(const Surfaces& surfaces, const DeviceInfo& device) {
   const double reach = 0.7 * device.workspace_radius_m;
   const int n = int(reach / kGrid_m);
@@ -179,8 +179,8 @@ std::optional<devices::PathPlace> from_inside(const Surfaces& surfaces, const De
 std::optional<devices::PathPlace> place_to_touch(const LoadedScene& scene,
                                                  const DeviceInfo& device) {
   const Surfaces surfaces(scene);
-  // A segment's wall that is met at a slant is slid along, not pressed: those are not looked for
-  // first, and the others are pressed along their normal.
+  // A segment's wall that is met at an angle is slid along instead of pressed: walls met squarely
+  // are searched first, and pressed along their normal.
   for (const bool squarely : {true, false})
     for (const glm::dvec3 out : directions()) {
       auto place = from_outside(surfaces, device, out);

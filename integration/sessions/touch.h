@@ -8,11 +8,11 @@
 
 namespace palpate::sessions {
 
-/// Where a simulated hand can press a surface of the scene's first frame: the first place at which
-/// a surface mode comes to half its strength, or a segment begins, on the way from the edge of the
-/// device's reach to its centre, from the front, from above, from the sides, and so on; where the
-/// data are cut off inside the body on all sides, the wall of the widest free place within reach (a
-/// lung, say). None if there is no such place.
+/// A place where a simulated hand can press a surface of the scene's first frame: the first place
+/// at which a surface mode reaches half its strength, or a segment begins, on the way from the edge
+/// of the device's reach to its centre, from the front, from above, from the sides, and so on. If
+/// the data are cut off inside the body on all sides: the wall of the widest free space within
+/// reach (a lung, for example). Empty if there is no such place.
 std::optional<devices::PathPlace> place_to_touch(const LoadedScene& scene,
                                                  const DeviceInfo& device);
 

@@ -1,4 +1,4 @@
-// Contexts, errors, and the grids and samples that the host gives.
+// Contexts, errors, and conversion of the host's grids and samples.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,7 +10,7 @@
 namespace palpate::toolkit {
 namespace {
 
-// Without a destructor, so that the library can be unloaded while threads live that used it.
+// No destructor: the library can then be unloaded while threads live that have used it.
 thread_local std::array<char, 1024> last_error{};
 
 PalResult result_of(ErrorKind kind) noexcept {
@@ -115,7 +115,7 @@ Result<Volume> volume_of(const Grid& grid, PalSampleType type, const void* sampl
 
 namespace {
 
-/// `log` of the context that is being opened.
+/// Opens a device. `log`: of the context that is being opened.
 Result<std::shared_ptr<vulkan::Context>> opened(const PalContextInfo& info,
                                                 const ContextContent& log) {
   if (!info.vulkan) {
@@ -135,14 +135,14 @@ Result<std::shared_ptr<vulkan::Context>> opened(const PalContextInfo& info,
   if (host.lock_queue)
     shared.lock_queue = [host] {
       const Thrown thrown = call_host("lock_queue", [&] { host.lock_queue(host.user); });
-      // Without the lock nothing is submitted: the work fails as on a device that refuses it.
+      // If the lock failed, nothing is submitted: the work fails as on a device that refuses it.
       if (thrown)
         throw vulkan::Failure(VK_ERROR_UNKNOWN,
                               std::string("locking the host's queue (") + thrown.sentence() + ")");
     };
   if (host.unlock_queue)
     shared.unlock_queue = [host, log] {
-      // The work was submitted already, so it goes on.
+      // The work has already been submitted, so it continues.
       if (const Thrown thrown = call_host("unlock_queue", [&] { host.unlock_queue(host.user); }))
         log.say(thrown.sentence());
     };

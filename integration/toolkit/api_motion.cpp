@@ -1,4 +1,4 @@
-// Motion between frames that a program has in memory.
+// Motion between frames in the memory of a program.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -22,10 +22,10 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
 
-/// The estimator in one of whose callbacks this thread is.
+/// The estimator whose callback is running on this thread; null: none.
 thread_local const void* estimator_calling_back = nullptr;
 
-/// The worse of two, by one of their numbers.
+/// The worse of two measurements, compared by one of their numbers.
 template <class Measured, class Number>
 void keep_worse(std::optional<Measured>& worst, const std::optional<Measured>& one,
                 Number badness) {
@@ -34,7 +34,7 @@ void keep_worse(std::optional<Measured>& worst, const std::optional<Measured>& o
 
 }  // namespace
 
-/// What a PalEstimator stands for.
+/// The content of a PalEstimator.
 class EstimatorContent {
  public:
   EstimatorContent(std::shared_ptr<ContextContent> context, const Grid& grid,
@@ -46,7 +46,7 @@ class EstimatorContent {
         on_progress_(info.on_progress),
         user_(info.user) {}
 
-  /// Starts what can begin before all frames are there.
+  /// Starts the work that can begin before all frames are there.
   Status begin() {
     if (!(flags_ & PAL_ESTIMATOR_PAIRWISE)) return Nothing{};
     auto opened = open_pairwise();
@@ -80,7 +80,7 @@ class EstimatorContent {
       finished_ = true;
     }
     if (times_s_.size() < 2) {
-      // If the device failed, a missing frame is not the program's mistake.
+      // If the device failed, a missing frame is not the program's error.
       const Status ended = pairwise_ ? pairwise_->finish() : Status(Nothing{});
       if (!ended) return ended.error();
       return Error{ErrorKind::kBadInput, "Motion is between frames: push at least two"};
@@ -148,7 +148,7 @@ class EstimatorContent {
           ++steps_found_;
         },
         [this](size_t fixed, size_t moving, double share) {
-          // More frames may come: the share is of those that are there.
+          // More frames may follow: the share refers to those pushed so far.
           const double pairs = double(std::max<size_t>(pushed_, 2)) - 1.0 + options_.cyclic;
           tell(fmt::format("frame {} to {}", fixed, moving),
                std::min(1.0, (double(pairs_.size()) + share) / pairs));
@@ -267,14 +267,14 @@ class EstimatorContent {
   std::atomic<size_t> pushed_{0}, steps_found_{0};
   std::atomic<double> share_{0.0};
   std::atomic<bool> is_found_{false};
-  mutable std::mutex telling_;  ///< of what follows
-  Thrown thrown_;               ///< by on_progress, the first time
+  mutable std::mutex telling_;  ///< guards thrown_
+  Thrown thrown_;               ///< the first exception from on_progress
   std::vector<Volume> frames_;
   std::vector<double> times_s_;
   bool finished_ = false;
   Clock::time_point first_{};
-  std::vector<PairMotion> pairs_;  ///< of the estimator's thread until it is finished
-  std::mutex opening_;             ///< of the pointer below, against cancel()
+  std::vector<PairMotion> pairs_;  ///< used by the estimator's thread until it has finished
+  std::mutex opening_;             ///< guards the pointer below against cancel()
   std::unique_ptr<SequenceEstimator> pairwise_;
 };
 
@@ -367,7 +367,7 @@ static_assert(int(Trust::kOk) + 1 == PAL_TRUST_OK &&
               int(Trust::kSuspect) + 1 == PAL_TRUST_SUSPECT &&
               int(Trust::kFailed) + 1 == PAL_TRUST_FAILED);
 
-/// The grid that is asked for.
+/// The grid on which the program wants the field.
 Result<Grid> grid_for(const PalFieldInfo& info, const MotionContent& motion) {
   return info.grid ? grid_of(*info.grid) : Result<Grid>(motion.grid);
 }
@@ -394,7 +394,7 @@ Result<Field> field_for(const PalFieldInfo& info, const MotionContent& motion) {
   return resampled(field, *grid);
 }
 
-/// Runs `work` with a motion and what is asked of it.
+/// Runs `work` with a motion and the program's request.
 template <class Work>
 PalResult with(const PalMotion* motion, const PalFieldInfo* given, const Work& work) noexcept {
   return guarded([&] {

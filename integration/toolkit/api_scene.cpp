@@ -48,7 +48,7 @@ Result<std::shared_ptr<const scenes::GivenVolume>> given_of(const PalFrames& fra
   return std::shared_ptr<const scenes::GivenVolume>(std::move(given));
 }
 
-/// An array has the stride of the structure that the program knows.
+/// An array has the stride of the structure as the program knows it.
 PalResult take_frames(const PalSceneInfo& info, std::vector<PalFrames>& all) {
   if (info.frame_sets > 0 && !info.frames)
     return failed(PAL_BAD_INPUT, {"PalSceneInfo.frames is missing"});
@@ -69,7 +69,7 @@ bool has_strings(const char* const* strings, uint64_t count) {
                         }));
 }
 
-/// Of a sequence without a scene: the words and numbers that the program has as options.
+/// Reads the options of a sequence without a scene file.
 Status take_words(const PalSceneInfo& info, scenes::SequenceChoices& choices) {
   const auto refused = [](const std::string& sentence) {
     return Error{ErrorKind::kBadInput, sentence};
@@ -107,7 +107,7 @@ Status take_words(const PalSceneInfo& info, scenes::SequenceChoices& choices) {
   return Nothing{};
 }
 
-/// What the host says of the scene, checked and in our words.
+/// The host's choices, checked and converted.
 Result<scenes::SequenceChoices> choices_of(const PalSceneInfo& info,
                                            const std::vector<PalFrames>& all_frames) {
   scenes::SequenceChoices choices;
@@ -137,7 +137,7 @@ bool has_place(const PalSceneInfo& info) {
                      [](const char* path) { return openigtlink::is_place(path); });
 }
 
-/// What nothing moves may be placed by the host.
+/// Volumes without a drive may be placed by the host.
 void make_movable(LoadedScene& scene) {
   for (VolumeSpec& volume : scene.spec.volumes) {
     if (volume.drive.kind != DriveSpec::Kind::kStill) continue;
@@ -146,7 +146,7 @@ void make_movable(LoadedScene& scene) {
   }
 }
 
-/// The live scene that is wanted, and where its frames come from.
+/// Loads the live scene, with the source of its frames.
 Result<LoadedScene> load_live(const PalSceneInfo& info, const scenes::SequenceChoices& choices,
                               LiveOrigin& origin) {
   const auto refused = [](const char* sentence) { return Error{ErrorKind::kBadInput, sentence}; };

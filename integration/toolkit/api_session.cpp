@@ -1,4 +1,4 @@
-// Sessions, and force devices of the host's.
+// Sessions, and force devices of the host.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,10 +16,10 @@
 namespace palpate::toolkit {
 namespace {
 
-// The largest force that a device may be asked for; a larger number is a mistake.
+// The largest force that a device may declare; a larger number is a mistake.
 constexpr double kMostForce_n = 100.0;
 
-/// The session in one of whose callbacks this thread is.
+/// The session whose callback is running on this thread; null: none.
 thread_local const void* session_calling_back = nullptr;
 
 DeviceFault fault_of(uint32_t fault) noexcept {
@@ -41,7 +41,7 @@ DeviceFault fault_of(uint32_t fault) noexcept {
   }
 }
 
-/// A force device of the host's, as a ForceDevice of the servo loop.
+/// A force device of the host, as a ForceDevice of the servo loop.
 class HostDevice final : public ForceDevice {
  public:
   HostDevice(const PalDevice& device, DeviceInfo info)
@@ -54,7 +54,8 @@ class HostDevice final : public ForceDevice {
     const Thrown thrown = call_host("exchange", [&] { exchange_(user_, force_n, &given); });
     session_calling_back = before;
     if (thrown) {
-      // No answer can be trusted: a fault, whose ramp takes the force to zero.
+      // After an exception no reading can be trusted: report a fault, whose ramp takes the force to
+      // zero.
       given = {};
       given.fault = PAL_FAULT_GARBAGE;
       if (!has_thrown_.exchange(true)) {
@@ -73,9 +74,9 @@ class HostDevice final : public ForceDevice {
     reading.fresh = reading.fault == DeviceFault::kNone && given.is_fresh;
     return reading;
   }
-  /// Sets the servo loop that calls exchange; before it runs.
+  /// Sets the session whose servo loop calls exchange; call it before the loop runs.
   void belongs_to(const void* session) { session_ = session; }
-  /// What exchange threw the first time; nothing before. Any thread.
+  /// The first exception from exchange; empty if there was none. Any thread.
   Thrown thrown() const noexcept {
     return is_told_.load(std::memory_order_acquire) ? thrown_ : Thrown();
   }
@@ -117,18 +118,18 @@ PalResult take_info(const PalDeviceInfo* given, DeviceInfo& info) {
   return PAL_OK;
 }
 
-/// How late a tick may be for a hand that no force can hurt: it is simulated, or feels no force.
+/// Watchdog for a hand that no force can hurt: it is simulated, or has no force feedback.
 constexpr double kHarmlessWatchdog_s = 0.05;
 
-/// The session's device, and the scene as that device reaches it.
+/// The session's device, and the scene scaled to it.
 struct Felt {
   LoadedScene scene;
   DeviceInfo device;
-  desktop::MouseProbe* tool = nullptr;  ///< the device, where a tracked tool moves it
+  desktop::MouseProbe* tool = nullptr;  ///< the device, if a tracked tool moves it
   bool is_harmless = false;
 };
 
-/// Shrinks a sequence to the device's workspace, unless it has to keep its size.
+/// Scales a sequence to the device's workspace, unless it has to keep its size.
 void fit(Felt& felt, const SceneContent& of_scene) {
   if (felt.scene.from_sequence && !of_scene.keeps_size) fit_to_reach(felt.scene, felt.device);
 }
@@ -204,7 +205,7 @@ PalResult take_device(const PalSessionInfo& info, const SceneContent& of_scene, 
   return PAL_OK;
 }
 
-/// What the host wants, checked.
+/// The host's options, checked.
 Result<SessionOptions> options_of(const PalSessionInfo& info, const SceneContent& of_scene,
                                   bool is_harmless, const SessionContent* session) {
   const auto refused = [](const char* sentence) { return Error{ErrorKind::kBadInput, sentence}; };
@@ -224,7 +225,7 @@ Result<SessionOptions> options_of(const PalSessionInfo& info, const SceneContent
     options.haptics.safety.stale_s = std::max(options.haptics.safety.stale_s, 2.0 * watchdog_s);
     options.servo.loop.watchdog_ns = int64_t(1e9 * watchdog_s);
   }
-  // Locking a host's memory is up to the host.
+  // Whether memory is locked is up to the host.
   options.servo.real_time.lock_memory = false;
   if (info.flags & PAL_SESSION_NO_REAL_TIME)
     options.servo.real_time = {
@@ -255,7 +256,7 @@ static_assert(int(SessionEvent::Kind::kNote) == PAL_EVENT_NOTE &&
               int(SessionEvent::Kind::kWholeMotion) == PAL_EVENT_WHOLE_MOTION &&
               int(SessionEvent::Kind::kMotionFailed) == PAL_EVENT_MOTION_FAILED);
 
-/// What a session may not be asked for together.
+/// Checks combinations of options that are not allowed.
 PalResult check(const PalSessionInfo& info, const SceneContent& of_scene) {
   if ((info.flags & PAL_SESSION_HOST_TICKS) && (info.device || info.device_name))
     return failed(PAL_BAD_INPUT,
@@ -273,7 +274,7 @@ PalResult check(const PalSessionInfo& info, const SceneContent& of_scene) {
   return PAL_OK;
 }
 
-/// The listeners that get every tick.
+/// Starts the listeners that get every tick.
 Status start_listeners(const PalSessionInfo& info, const Felt& felt, SessionOptions& options,
                        SessionContent& content) {
   std::vector<TickListener*> listeners;
@@ -306,7 +307,7 @@ Status start_listeners(const PalSessionInfo& info, const Felt& felt, SessionOpti
   return Nothing{};
 }
 
-/// Connects to the server of a live scene; its images are followed once the session runs.
+/// Connects to the server of a live scene; its images are followed when the session runs.
 Result<std::unique_ptr<sessions::LiveSource>> open_source(const PalSessionInfo& info,
                                                           const SceneContent& of_scene,
                                                           const LiveSequenceOptions& live) {

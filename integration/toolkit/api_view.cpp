@@ -8,13 +8,13 @@
 
 namespace palpate::toolkit {
 
-/// What a PalView stands for.
+/// The content of a PalView.
 class ViewContent {
  public:
   std::shared_ptr<SessionContent> of_session;
   std::unique_ptr<Viewer> viewer;
   PictureSize size;  ///< of the last picture
-  int eyes = 0;      ///< of it; 0: there is none
+  int eyes = 0;      ///< number of eyes in it; 0: there is no picture
 };
 
 namespace {

@@ -20,32 +20,32 @@
 #include "integration/toolkit/palpate.h"
 #include "module/session/loaded_scene.h"
 
-/// What the functions of palpate.h share: handles that outlive wrong calls, structures of older
-/// programs, and errors as a number and a sentence.
+/// Shared by the functions of palpate.h: handles that are safe against wrong calls, structures of
+/// older programs, and errors as a number with a sentence.
 namespace palpate::toolkit {
 
 /// Keeps the sentence for pal_last_error() of this thread. Any thread; does not allocate.
 PalResult failed(PalResult result, std::initializer_list<std::string_view> parts) noexcept;
 PalResult failed(const Error& error) noexcept;
 
-/// A handle: its content, and a count of the calls that use it now. Never freed, so that a call
-/// with a handle that was closed finds a closed one instead of freed memory. A free handle waits in
-/// a list until at least kRest others were freed after it: so a handle that a host has kept by
-/// mistake does not soon belong to something else. (Tests use an Atomic that lets other threads run
+/// A handle: its content, and a count of the calls that use it at the moment. It is never freed, so
+/// a call with a closed handle finds a closed handle and no freed memory. A free handle waits in a
+/// list until at least kRest others were freed after it, so a handle that a host has kept by
+/// mistake does not soon refer to something else. (Tests use an Atomic that lets other threads run
 /// in between.)
 template <class Content, template <class> class Atomic = std::atomic>
 struct Handle {
   Atomic<int> users{0};
   Atomic<bool> open{false};
   std::shared_ptr<Content> content;
-  Handle* next = nullptr;  ///< of the free ones
+  Handle* next = nullptr;  ///< in the list of free handles
 
   static constexpr size_t kRest = 1024;
 
   static Handle* make(std::shared_ptr<Content> content) {
     Pool& pool = the_pool();
     const std::lock_guard lock(pool.mutex);
-    // In blocks: single ones, each between what the sessions allocate, would scatter the heap.
+    // Allocated in blocks: single ones between the sessions' allocations would fragment the heap.
     if (pool.free <= kRest) {
       pool.blocks.push_back(std::make_unique<Handle[]>(2 * kRest));
       for (size_t i = 0; i < 2 * kRest; ++i) pool.put(&pool.blocks.back()[i]);
@@ -56,7 +56,8 @@ struct Handle {
     return handle;
   }
 
-  /// Waits for the calls that use the handle and gives its content; null if it was closed already.
+  /// Waits for the calls that use the handle and returns its content; null if it was already
+  /// closed.
   std::shared_ptr<Content> close() {
     if (!open.exchange(false)) return nullptr;
     while (users.load() != 0) std::this_thread::sleep_for(std::chrono::microseconds(50));
@@ -70,7 +71,7 @@ struct Handle {
   struct Pool {
     std::mutex mutex;
     std::vector<std::unique_ptr<Handle[]>> blocks;
-    Handle *first = nullptr, *last = nullptr;  ///< of the free ones, the longest free first
+    Handle *first = nullptr, *last = nullptr;  ///< list of free handles, the longest free first
     size_t free = 0;
 
     void put(Handle* handle) {
@@ -92,7 +93,7 @@ struct Handle {
   }
 };
 
-/// A call that uses a handle, which can not be closed meanwhile. Wait-free.
+/// A call that uses a handle; it can not be closed meanwhile. Wait-free.
 template <class Content, template <class> class Atomic>
 class Use {
  public:
@@ -123,26 +124,25 @@ Named* seen_in(Named** variable) noexcept {
   return std::atomic_ref<Named*>(*variable).load();
 }
 
-/// Takes the handle out of a host's variable: of several threads one gets it, the others NULL.
+/// Takes the handle out of a host's variable: of several threads one gets it, the others get NULL.
 template <class Named>
 Named* taken_out_of(Named** variable) noexcept {
   return variable ? std::atomic_ref<Named*>(*variable).exchange(nullptr) : nullptr;
 }
 
-/// Closes the handle: waits for the calls that use it and gives its content; null if there was
+/// Closes the handle: waits for the calls that use it and returns its content; null if there was
 /// none, or if another thread was first.
 template <class Content>
 std::shared_ptr<Content> closed(Handle<Content>* handle) {
   return handle ? handle->close() : nullptr;
 }
 
-/// The result of a call with a handle that is null or closed.
+/// The result of a call with a null or closed handle.
 PalResult refused_handle(const char* what) noexcept;
 
-/// The structure that a program has given, as this library knows it: fields that an older one lacks
-/// are 0.
-/// PAL_BAD_INPUT without one; PAL_BAD_VERSION with a size below `least`, or one that is larger than
-/// this library's.
+/// The structure that a program has given, in this library's version: fields that an older program
+/// does not know are 0. Errors: PAL_BAD_INPUT for NULL; PAL_BAD_VERSION for a size below `least` or
+/// above this library's.
 template <class Info>
 PalResult taken(const Info* info, size_t least, const char* name, Info& result) noexcept {
   if (!info) return failed(PAL_BAD_INPUT, {name, " is missing"});
@@ -174,7 +174,7 @@ PalResult guarded(const Work& work) noexcept {
   }
 }
 
-/// A sentence about the exception that a function of the host's threw; empty if it returned.
+/// A sentence on an exception from a function of the host; empty if it returned.
 class Thrown {
  public:
   Thrown() = default;
@@ -190,9 +190,9 @@ class Thrown {
   std::array<char, 384> sentence_{};
 };
 
-/// The one way in which functions of the host's are called: a host in C++ may throw, which must
-/// reach neither our threads nor C code between. `name` is the function's, for the sentence. Takes
-/// no lock and allocates nothing itself.
+/// Calls a function of the host. A host in C++ may throw, and the exception must reach neither our
+/// threads nor C code in between. `name`: of the function, for the sentence. Takes no lock and
+/// allocates nothing itself.
 template <class Call>
 Thrown call_host(std::string_view name, const Call& call) noexcept {
   try {
@@ -201,15 +201,15 @@ Thrown call_host(std::string_view name, const Call& call) noexcept {
   } catch (const std::exception& error) {
     return {name, error.what()};
   } catch (...) {
-    return {name, "it says nothing"};
+    return {name, "it has no message"};
   }
 }
 
-/// kBadInput, with a sentence, for an invalid grid.
+/// Errors: kBadInput, with a sentence, for an invalid grid.
 Result<Grid> grid_of(const PalGrid& grid);
 
-/// A frame of the host's as a volume. kBadInput for an unknown type, and for samples that are not
-/// finite.
+/// Converts a frame of the host to a volume. Errors: kBadInput for an unknown type, and for samples
+/// that are not finite.
 Result<Volume> volume_of(const Grid& grid, PalSampleType type, const void* samples);
 
 struct ContextContent {
@@ -218,18 +218,17 @@ struct ContextContent {
   void (*log)(void* user, const char* sentence) = nullptr;
   void* user = nullptr;
 
-  /// Writes to the host's log. An exception of the log itself is dropped: there is nowhere to
-  /// report
-  /// it.
+  /// Writes to the host's log. An exception from the log itself is dropped: there is nowhere to
+  /// report it.
   void say(const char* sentence) const noexcept {
     if (log) call_host("log", [&] { log(user, sentence); });
   }
 };
 
-/// Where the frames of a live scene come from.
+/// The source of the frames of a live scene.
 struct LiveOrigin {
   Volume first;                  ///< the first one
-  std::string place;             ///< an OpenIGTLink server; empty: the host gives them
+  std::string place;             ///< an OpenIGTLink server; empty: the host pushes them
   std::string image, transform;  ///< device names there
 };
 
@@ -244,7 +243,7 @@ struct SceneContent {
 class SessionContent;
 class ViewContent;
 
-/// The handles that palpate.h only names.
+/// Conversions of the handles that palpate.h only declares.
 inline Handle<ContextContent>* of(PalContext* handle) noexcept {
   return reinterpret_cast<Handle<ContextContent>*>(handle);
 }

@@ -11,17 +11,17 @@
 
 namespace palpate::toolkit {
 
-/// What a PalMotion stands for. Does not change.
+/// The content of a PalMotion. Immutable.
 struct MotionContent {
   Grid grid;                    ///< of the frames
-  bool has_frames_grid = true;  ///< false: `grid` is only that on which the motion was solved
+  bool has_frames_grid = true;  ///< false: `grid` is only the grid on which the motion was solved
   size_t frames = 0;
-  std::vector<Field> steps;  ///< on the grids they were solved on; none with `whole`
+  std::vector<Field> steps;  ///< on the grids on which they were solved; empty with `whole`
   std::optional<SequenceMotion> whole;
   std::vector<Confidence> confidence;  ///< of steps, or from the reference to each frame
   TimeBasis times;                     ///< of the frames, from the first on
-  double begin_s = 0.0;                ///< when the first was taken, as the host counts
-  // What was measured.
+  double begin_s = 0.0;                ///< time of the first frame on the host's clock
+  // Measurements.
   std::optional<Verdict> verdict;
   std::string reasons;
   double seconds = 0.0;
@@ -50,7 +50,7 @@ inline Handle<MotionContent>* of(const PalMotion* handle) noexcept {
   return of(const_cast<PalMotion*>(handle));
 }
 
-/// One motion for all frames; fields from frame to frame are composed to one. kBadInput if there
+/// One motion for all frames; frame-to-frame fields are composed to one. Errors: kBadInput if there
 /// are none.
 Result<SequenceMotion> whole_of(const MotionContent& motion);
 

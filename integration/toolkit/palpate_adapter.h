@@ -1,6 +1,6 @@
 #pragma once
 
-// What the adapters for ITK and VTK have in common. Header only; not an interface for programs.
+// Shared by the adapters for ITK and VTK. Header only; not an interface for programs.
 #include <palpate.h>
 
 #include <atomic>
@@ -22,20 +22,20 @@ struct UniqueHandle {
 
 struct Finished {
   PalResult result = PAL_OK;
-  std::string sentence;  ///< of a failure
+  std::string sentence;  ///< on a failure
 };
 
-/// Finishes an estimation on a thread of its own. Meanwhile `on_progress(share)` is called on this
-/// one whenever `share`, which the estimator's on_progress sets, has changed, and the estimation is
-/// cancelled as soon as `is_stopped()`. What these throw cancels it, too, and goes on to the
-/// caller.
+/// Finishes an estimation on another thread. Meanwhile, on this thread, `on_progress(share)` is
+/// called whenever `share`, which the estimator's on_progress sets, has changed, and the estimation
+/// is cancelled as soon as `is_stopped()`. An exception from these also cancels it, and is passed
+/// on to the caller.
 template <class OnProgress, class IsStopped>
 Finished finish(PalEstimator* estimator, PalMotion*& motion, const std::atomic<double>& share,
                 const OnProgress& on_progress, const IsStopped& is_stopped) {
   Finished finished;
   auto running = std::async(std::launch::async, [&] {
     finished.result = pal_estimator_finish(estimator, &motion);
-    finished.sentence = pal_last_error();  // that of the thread
+    finished.sentence = pal_last_error();  // of that thread
   });
   double told = -1.0;
   try {

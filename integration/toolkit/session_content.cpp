@@ -11,7 +11,7 @@ Status SessionContent::push(const PalGrid* grid, PalSampleType type, const void*
   const auto refused = [](const char* sentence) { return Error{ErrorKind::kBadInput, sentence}; };
   const int64_t now_ns = monotonic_ns();
   const std::lock_guard one_at_a_time(pushing_);
-  // stop() takes it away only between two frames.
+  // stop() removes it only between two frames.
   LiveSequence* sequence = nullptr;
   {
     const std::lock_guard lock(live_mutex_);

@@ -16,15 +16,15 @@
 
 namespace palpate::toolkit {
 
-/// Sentences from any thread, which the session tells its host on a thread of its own, one after
-/// the other: so the host hears them without a lock of ours.
+/// Sentences from any thread, which the session passes to its host on one thread, one after the
+/// other and without a lock of ours.
 class SessionNotes {
  public:
   void say(const std::string& sentence) {
     const std::lock_guard lock(mutex_);
     if (sentences_.size() < kMost) sentences_.push_back(sentence);
   }
-  /// The oldest, or nothing.
+  /// The oldest sentence, or "".
   std::string next() {
     const std::lock_guard lock(mutex_);
     if (sentences_.empty()) return {};
@@ -39,7 +39,7 @@ class SessionNotes {
   std::deque<std::string> sentences_;
 };
 
-/// What a PalSession stands for.
+/// The content of a PalSession.
 class SessionContent {
  public:
   explicit SessionContent(std::shared_ptr<ContextContent> context) : context_(std::move(context)) {}
@@ -48,17 +48,17 @@ class SessionContent {
   SessionContent& operator=(const SessionContent&) = delete;
 
   std::shared_ptr<SessionNotes> notes = std::make_shared<SessionNotes>();
-  /// None where the host ticks; outlives the session, as the listeners do.
+  /// Null if the host ticks; outlives the session, as do the listeners.
   std::unique_ptr<ForceDevice> device;
-  // What hears of every tick, where it is wanted. The recorder passes ticks on to the other two.
+  // Listeners to every tick, if needed. The recorder passes ticks on to the other two.
   std::unique_ptr<sessions::TickLog> table;
   std::unique_ptr<BlackBox> black_box;
   std::unique_ptr<TickRecorder> recorder;
   bool needs_every_tick = false;  ///< it writes a recording or a table
-  /// The session, once it has been started.
+  /// The session, after it was started.
   std::unique_ptr<Session> session;
   bool host_ticks = false;
-  // Sources and servers, where they are wanted.
+  // Sources and servers, if needed.
   std::unique_ptr<sessions::ToolSource> tool;
   std::unique_ptr<sessions::FeltServer> server;
   std::unique_ptr<sessions::LiveSource> source;
@@ -71,21 +71,21 @@ class SessionContent {
     return snapshot_;
   }
 
-  /// From now on the frames of push() are followed.
+  /// From now on frames given to push() are followed.
   void follow(const Volume& first, LiveSequenceOptions options) {
     pushed_grid_ = first.grid;
     pushed_ = std::make_unique<LiveSequence>(*session, 0, first, std::move(options));
   }
-  /// A frame of the host's, one at a time. kBadInput for a session without such a source, or after
-  /// stop().
+  /// Takes a frame of the host; one call at a time. Errors: kBadInput for a session without such a
+  /// source, or after stop().
   Status push(const PalGrid* grid, PalSampleType type, const void* samples, int64_t time_ns);
-  /// What has become of live frames.
+  /// What happened to the live frames.
   LiveNumbers live_numbers();
 
-  /// From now on no frame is taken and nothing is served, and the force goes to zero. Any thread.
+  /// From now on takes no frame and serves nothing; the force ramps to zero. Any thread.
   void stop();
-  /// The same, and finishes the files. kBadOutput if one is not complete. Once, by its last
-  /// owner.
+  /// The same, and finishes the files. Errors: kBadOutput if one is not complete. Call it once, by
+  /// the last owner.
   Status finish();
 
  private:
@@ -93,7 +93,7 @@ class SessionContent {
   std::mutex mutex_;
   SceneSnapshot snapshot_;
   std::mutex pushing_, stopping_;
-  std::mutex live_mutex_;  ///< of the rest; never for long
+  std::mutex live_mutex_;  ///< guards the members below; never locked for long
   Grid pushed_grid_;
   std::unique_ptr<LiveSequence> pushed_;
   LiveNumbers last_numbers_;

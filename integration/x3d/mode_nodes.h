@@ -5,8 +5,7 @@
 
 namespace palpate::x3d {
 
-/// The node of a kind of mode. VHTK's own names are used where they are known; the others are
-/// palpate's.
+/// The node of a kind of mode. VHTK's own names where they are known; the others are palpate's.
 struct ModeNode {
   std::string_view node, kind;
 };
@@ -28,11 +27,11 @@ inline const ModeNode* mode_node(std::string_view node) {
   return nullptr;
 }
 
-/// A texture of all frames of a sequence, which a TimeSensor's fraction drives: the one node that
-/// palpate adds for the eye.
+/// A texture with all frames of a sequence, driven by the fraction of a TimeSensor: the only node
+/// for display that palpate adds.
 inline constexpr std::string_view kSequenceNode = "PalpateSequenceTexture3D";
 
-/// Metadata that give a volume or a mode a name that can not be a DEF.
+/// Metadata with the name of a volume or a mode that is not a valid DEF.
 inline constexpr std::string_view kNameMetadata = "palpate name";
 
 }  // namespace palpate::x3d

@@ -6,10 +6,10 @@
 
 namespace palpate::x3d {
 
-/// What a number of H3D's RawImageLoader is.
+/// Number type of H3D's RawImageLoader.
 struct RawType {
   const char* kind;  ///< pixelComponentType
-  int bits;          ///< of bitsPerPixel, for each number of a pixel
+  int bits;          ///< of bitsPerPixel, per number of a pixel
   SampleType type;
 };
 inline constexpr std::array<RawType, 10> kRawTypes = {{

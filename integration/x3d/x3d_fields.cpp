@@ -19,7 +19,7 @@ std::optional<std::vector<double>> numbers_of(std::string_view text) {
        at = text.find_first_not_of(kBetween, at)) {
     size_t end = text.find_first_of(kBetween, at);
     if (end == std::string_view::npos) end = text.size();
-    // from_chars knows no leading plus; VHTK's scenes write some.
+    // from_chars does not accept a leading plus; some of VHTK's scenes write one.
     const char* first = text.data() + at + (text[at] == '+' && end - at > 1 ? 1 : 0);
     double number = 0.0;
     const auto [stop, error] = std::from_chars(first, text.data() + end, number);

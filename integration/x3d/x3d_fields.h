@@ -10,18 +10,18 @@
 
 namespace palpate::x3d {
 
-/// The text of X3D's fields and what it stands for. Numbers are separated by white space or commas.
+/// Parsing and writing the text of X3D's fields. Numbers are separated by white space or commas.
 
-/// All numbers of a field; nothing if something in it can not be read, or is not finite.
+/// All numbers of a field; empty if something in it can not be parsed or is not finite.
 std::optional<std::vector<double>> numbers_of(std::string_view text);
 
-/// true and false, in any case: H3D's scenes write TRUE.
+/// true or false, in any case: H3D's scenes write TRUE.
 std::optional<bool> boolean_of(std::string_view text);
 
 /// The strings of an MFString, "a" 'b c'; a text without quotation marks is one string.
 std::vector<std::string> strings_of(std::string_view text);
 
-/// x y z angle (rad). Nothing for an axis without a length, unless the angle is 0.
+/// From x y z angle (rad). Empty for an axis of length 0, unless the angle is 0.
 std::optional<glm::dquat> rotation_of(const double* axis_and_angle);
 
 /// An SFImage: the texels row by row, the lowest first, each a number with a byte per component.
@@ -29,18 +29,18 @@ struct PixelImage {
   int width = 0, height = 0, components = 0;
   std::vector<uint32_t> texels;
 };
-/// Nothing if it has not as many texels as it says, not 1 to 4 components, no texel, or more than
-/// 65,536.
+/// Empty if the number of texels is not as stated, if there are not 1 to 4 components, or not 1 to
+/// 65,536 texels.
 std::optional<PixelImage> image_of(std::string_view text);
 
-/// Shortest texts that give the same doubles again.
+/// The shortest texts that parse to the same doubles.
 std::string text_of(double number);
 std::string text_of(const glm::dvec3& v);
 std::string text_of(const glm::dquat& rotation);
 /// "a" "b"; a quotation mark or backslash in them gets a backslash.
 std::string text_of(const std::vector<std::string>& strings);
 
-/// For an attribute between single quotation marks.
+/// Escapes a text for an attribute in single quotation marks.
 std::string escaped(std::string_view text);
 
 }  // namespace palpate::x3d

@@ -10,39 +10,38 @@
 
 namespace palpate::x3d {
 
-/// A scene that was read from X3D, with what of it is not used.
+/// A scene read from X3D, with notes on what is not used.
 struct X3dScene {
-  SceneSpec spec;  ///< its modes may be none: X3D scenes are for the eye first
-  /// A sentence each: nodes, fields and ROUTEs that have no effect here, all by name.
+  SceneSpec spec;  ///< it may have no modes: most X3D scenes are made for display
+  /// A sentence each: nodes, fields and ROUTEs without effect here, with their names.
   std::vector<std::string> notes;
   /// The scene file and those that it names: other scenes, volumes, segmentations.
   std::vector<std::filesystem::path> files;
 };
 
-/// The scene of an X3D file in its XML encoding (docs/x3d.md says every node and field). Paths in
-/// it are relative to `folder`, or to the file's own where that is empty. kBadInput, in one
-/// sentence that names the file and the line: what is no XML or goes beyond the bounds of
-/// parse_xml(), fields with wrong values, names that nothing defines, nodes and ROUTEs that lead
-/// back to themselves, transforms that shear or mirror, files that are not there, and a scene
-/// without a volume. Any thread.
+/// Reads the scene of an X3D file in XML encoding (docs/x3d.md lists every node and field). Its
+/// paths are relative to `folder`, or to the file's own folder if that is empty. Errors: kBadInput,
+/// with one sentence that names the file and the line: not XML or beyond the limits of parse_xml(),
+/// fields with wrong values, undefined names, circular nodes or ROUTEs, transforms that shear or
+/// mirror, missing files, and a scene without a volume. Any thread.
 Result<X3dScene> read_x3d(const std::filesystem::path& file,
                           const std::filesystem::path& folder = {});
 
-/// The same from text that was read; looks for no files and opens no other scene. Any thread.
+/// The same from text; looks for no files and opens no other scene. Any thread.
 Result<X3dScene> parse_x3d(const std::filesystem::path& file, std::string_view text);
 
-/// Whether a file is to be read by read_x3d(): by its ending, .x3d.
+/// Whether a file is for read_x3d(): by its ending, .x3d.
 bool is_x3d(const std::filesystem::path& file);
 
-/// A scene as text of an X3D file, with a sentence for all that X3D can not say.
+/// A scene as text of an X3D file, with a sentence for everything that X3D can not express.
 struct X3dText {
   std::string text;
   std::vector<std::string> notes;
 };
 
-/// Volumes of files need a box (see place_by_box() of module/scene/make_volume.h), synthetic data
-/// other than charges have no node: kBadInput, in one sentence. Paths are made relative to where
-/// `file` would be. Any thread.
+/// Errors: kBadInput, with one sentence: volumes of files without a box (see place_by_box() of
+/// module/scene/make_volume.h); synthetic data other than charges, for which there is no node.
+/// Paths are written relative to the folder of `file`. Any thread.
 Result<X3dText> x3d_text(const SceneSpec& scene, const std::filesystem::path& file);
 
 }  // namespace palpate::x3d

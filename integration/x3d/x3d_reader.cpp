@@ -29,7 +29,7 @@ namespace {
 namespace fs = std::filesystem;
 using files::NumberRange;
 
-constexpr uintmax_t kMostBytes = 16 << 20;  // as of scenes in JSON
+constexpr uintmax_t kMostBytes = 16 << 20;  // the same limit as for scenes in JSON
 constexpr size_t kMostVisits = 200'000;     // USE can multiply nodes without writing them
 constexpr size_t kDeepest = 256;            // with USE and Inline
 constexpr size_t kMostVolumes = 64, kMostModes = 256, kMostDocuments = 64;
@@ -51,7 +51,7 @@ struct Document {
   XmlTree tree;
   std::map<std::string, size_t> names;  ///< DEF
   std::vector<Route> routes;
-  std::set<size_t> driving;  ///< sensors and interpolators that a ROUTE made use of
+  std::set<size_t> driving;  ///< sensors and interpolators that a ROUTE uses
 };
 
 struct Node {
@@ -62,13 +62,13 @@ struct Node {
   auto operator<=>(const Node&) const = default;
 };
 
-/// Where one is: transforms that change by keys, the outermost first, and what is within them.
+/// The place of a node: keyed transforms, the outermost first, and the fixed transform within them.
 struct NodePlace {
   std::vector<KeyedPose> poses;
   glm::dmat4 still{1.0};
 };
 
-/// A field's name without what only says its direction.
+/// A field's name without the prefix or suffix for its direction.
 std::string bare(std::string field) {
   if (field.starts_with("set_")) field.erase(0, 4);
   if (field.ends_with("_changed")) field.erase(field.size() - 8);
@@ -92,17 +92,17 @@ bool is_texture(std::string_view name) {
   return name == "ImageTexture3D" || name == "Image3DTexture" || name == kSequenceNode;
 }
 
-/// Lines along vectors, for the eye.
+/// Nodes that draw lines along vectors.
 bool is_stream(std::string_view name) {
   return name == "StreamTubes" || name == "StreamRibbons";
 }
 
-/// A loader only says what the file says itself.
+/// A loader only repeats what the file itself contains.
 bool is_loader(std::string_view name) {
   return name == "NrrdImageLoader" || name == "DicomImageLoader";
 }
 
-/// No effect on what is felt, whatever it says.
+/// A field without effect on what is felt, whatever its value.
 bool is_common_field(std::string_view name) {
   for (const char* known : {"DEF", "USE", "containerField", "class", "id", "style", "bboxCenter",
                             "bboxSize", "profile", "version"})
@@ -156,7 +156,7 @@ class X3dSceneReader {
     refuse(node, what);
   }
 
-  /// A node without effect, and those in it.
+  /// Notes a node without effect, and the nodes in it.
   void leave_out(const Node& node) {
     if (!count_visit(node)) return;
     used_.insert(node);
@@ -184,7 +184,7 @@ class X3dSceneReader {
         if (is_sensor_or_interpolator(name)) {
           if (!document.driving.contains(k)) nodes_left_out_.insert(name + " (drives nothing)");
         } else if (name != "ROUTE" && !used_.contains({&document, k})) {
-          // Where nobody looks for nodes: whatever the reader forgets is named.
+          // Nodes in fields where none are expected: whatever is not read is named.
           nodes_left_out_.insert(name);
         }
       }
@@ -244,8 +244,7 @@ class X3dSceneReader {
     return found == document.names.end() ? nullptr : &document.tree[found->second];
   }
 
-  /// Values that would come back to where they started: between the nodes that ROUTEs are followed
-  /// through.
+  /// Refuses circles of ROUTEs between the nodes through which ROUTEs are followed.
   void check_routes(Document& document) {
     const auto passes = [&](const std::string& name) {
       const XmlElement* e = named(document, name);
@@ -255,7 +254,7 @@ class X3dSceneReader {
     std::vector<const Route*> left;
     for (const Route& route : document.routes)
       if (passes(route.from) && passes(route.to)) left.push_back(&route);
-    // What nothing leads to, or what leads to nothing, is in no circle.
+    // A node without incoming or outgoing ROUTEs is part of no circle.
     for (bool removed = true; removed;) {
       std::set<std::string> from, to;
       for (const Route* route : left) from.insert(route->from), to.insert(route->to);
@@ -273,13 +272,13 @@ class X3dSceneReader {
 
   // Fields ------------------------------------------------------------------------------------
 
-  /// The text of a field; remembers that it has an effect.
+  /// The text of a field; marks the field as used.
   const std::string* field(const Node& node, const char* name) {
     fields_used_.insert({node, name});
     return node.element().find(name);
   }
 
-  /// Numbers of a field: as many as `out` takes.
+  /// Reads the numbers of a field: as many as `out` takes.
   template <size_t N>
   bool numbers(const Node& node, const char* name, double (&out)[N],
                const NumberRange& range = files::kAnyNumber) {
@@ -345,17 +344,17 @@ class X3dSceneReader {
         fields_left_out_.insert(node.name() + "." + name);
   }
 
-  /// The files of a field of urls: the first that is there, or all of them.
+  /// The files of a field of URLs: the first one that exists, or all of them.
   std::vector<fs::path> urls(const Node& node, bool all) {
     const std::string* text = field(node, "url");
     std::vector<fs::path> found;
     if (!good()) return found;
-    // A scene within another one has its files beside it.
+    // The files of a scene within another one are beside it.
     const bool given = !folder_.empty() && node.document == &documents_.front();
     const fs::path folder = given ? folder_ : node.document->file.parent_path();
     std::string missing;
     for (const std::string& url : text ? strings_of(*text) : std::vector<std::string>{}) {
-      // palpate fetches nothing.
+      // palpate does not download.
       if (url.empty() || url.find("://") != std::string::npos || url.starts_with("urn:")) {
         if (missing.empty()) missing = url;
         continue;
@@ -385,7 +384,7 @@ class X3dSceneReader {
 
   // The tree ----------------------------------------------------------------------------------
 
-  /// The node itself, or the one that it USEs. Nothing after a refusal.
+  /// The node itself, or the one that it USEs. Empty after an error.
   std::optional<Node> resolve(const Node& node) {
     const std::string* name = node.element().find("USE");
     if (!name) return node;
@@ -458,7 +457,7 @@ class X3dSceneReader {
     const std::string* text = field(node, "url");
     const bool remote =
         text && (text->find("urn:") != std::string::npos || text->find("://") != std::string::npos);
-    // H3D's scenes name its own devices so.
+    // H3D's scenes name its own devices in this way.
     if (!load || !opens_files_ || remote) return leave_out(node);
     const std::vector<fs::path> found = urls(node, false);
     finish(node);
@@ -550,7 +549,8 @@ class X3dSceneReader {
     if (scales && orientation != glm::dquat(1.0, 0.0, 0.0, 0.0))
       refuse(node, "scaleOrientation",
              "a scale that a ROUTE changes can not be turned: leave it out");
-    // X3D: x' = T C R SR S -SR -C x. T and C are one translation; what is right of R S stays.
+    // X3D: x' = T C R SR S -SR -C x. T and C are one translation; the part to the right of R S
+    // stays.
     keyed.pose.translation_m += centre;
     for (glm::dvec3& value : keyed.translation_m.values) value += centre;
     glm::dmat4 within = back;
@@ -571,7 +571,7 @@ class X3dSceneReader {
     return place;
   }
 
-  /// The values that ROUTEs bring to a Transform, from a TimeSensor through an interpolator.
+  /// The values that ROUTEs bring from a TimeSensor through an interpolator to a Transform.
   void animate(const Node& node, KeyedPose& pose) {
     const std::string* name = node.element().find("DEF");
     if (!name) return;
@@ -587,7 +587,7 @@ class X3dSceneReader {
     }
   }
 
-  /// The TimeSensor whose fraction goes to the named node.
+  /// The TimeSensor whose fraction is routed to the named node.
   Route* fraction_route(Document& document, const std::string& to, Node& sensor) {
     for (Route& route : document.routes) {
       if (route.to != to || bare(route.to_field) != "fraction") continue;
@@ -599,7 +599,7 @@ class X3dSceneReader {
     return nullptr;
   }
 
-  /// What a sensor says of time. False if it is off.
+  /// Reads the times of a sensor. False if it is off.
   bool sense(const Node& sensor, double& cycle_s, bool& loop) {
     cycle_s = 1.0;
     loop = false;
@@ -624,7 +624,7 @@ class X3dSceneReader {
     Route* fraction = (interpolator.name() == kind || interpolator.name() == spline)
                           ? fraction_route(document, route.from, sensor)
                           : nullptr;
-    if (!fraction || !track.keys.empty()) return;  // the ROUTE is named in the end
+    if (!fraction || !track.keys.empty()) return;  // the ROUTE is noted as unused at the end
     KeyTrack<T> read;
     if (!sense(sensor, read.cycle_s, read.loop)) return;
     const std::string* keys = field(interpolator, "key");
@@ -659,8 +659,8 @@ class X3dSceneReader {
     document.driving.insert(interpolator.index);
   }
 
-  /// Puts a spline through the values, in straight pieces: X3D's cubic Hermite curve, with tangents
-  /// in values per way from key to key.
+  /// Replaces the values by a spline through them, in straight segments: X3D's cubic Hermite curve,
+  /// with tangents in values per interval between keys.
   bool bend(const Node& node, const NumberRange& range, KeyTrack<glm::dvec3>& track) {
     constexpr size_t kMostKeys = 1000;
     constexpr int kPieces = 32;
@@ -696,8 +696,8 @@ class X3dSceneReader {
         tangent[k] = 0.5 * (value[1] - value[n - 2]);
       }
     }
-    // Keys at uneven distances: the share of the way before a key goes to the tangent with which it
-    // is left, that behind it to the one with which it is reached.
+    // Keys at uneven distances: the share of the interval before a key applies to the tangent at
+    // which the key is left, the share after it to the tangent at which it is reached.
     const auto share = [&](size_t k, bool before) {
       const bool end = k == 0 || k + 1 == n;
       if (end && !closed) return 1.0;
@@ -736,7 +736,7 @@ class X3dSceneReader {
       return T(v[0], v[1], v[2]);
   }
 
-  /// Where a volume is: its transform, and what moves it.
+  /// Sets the transform of a volume, and its motion.
   bool put(const Node& node, const NodePlace& place, VolumeSpec& volume) {
     const auto still = as_transform(place.still);
     if (!still) return refuse(node, still.error()), false;
@@ -751,7 +751,7 @@ class X3dSceneReader {
     return true;
   }
 
-  /// A rotation at one speed all the way round, over and over, is the drive that turns.
+  /// A rotation at constant speed, all the way round and repeated, becomes a drive that rotates.
   static bool turns(const NodePlace& place, VolumeSpec& volume) {
     size_t moving = 0, which = 0;
     for (size_t k = 0; k < place.poses.size(); ++k) {
@@ -795,7 +795,7 @@ class X3dSceneReader {
     drive.axis = before->rotation * axis;
     drive.rate_hz = 1.0 / track.cycle_s;
     drive.centre_m = before->world_from_volume(turning.pose.translation_m);
-    // One of the two ways to say it: with an axis that points to the positive side.
+    // Of two equivalent descriptions take the one whose axis points to the positive side.
     const glm::dvec3 size = glm::abs(drive.axis);
     const int longest = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
     if (drive.axis[longest] < 0.0) {
@@ -807,7 +807,7 @@ class X3dSceneReader {
 
   // Volumes -----------------------------------------------------------------------------------
 
-  /// The name that metadata, DEF or the kind give, made unique among `taken`.
+  /// The name from metadata, DEF or the kind, made unique among `taken`.
   template <class Specs>
   std::string name_of(const Node& node, std::string usual, const Specs& taken) {
     if (const std::string* def = node.element().find("DEF")) usual = *def;
@@ -828,7 +828,7 @@ class X3dSceneReader {
     return name;
   }
 
-  /// Whether it is the metadata that name_of() reads.
+  /// Whether this is the metadata that name_of() reads.
   bool is_name(const Node& node) {
     const std::string* name = node.element().find("name");
     const bool is = node.name() == "MetadataString" && name && *name == kNameMetadata;
@@ -836,7 +836,7 @@ class X3dSceneReader {
     return is;
   }
 
-  /// The volume of a data node at a place, made when it is first met there. -1 after a refusal.
+  /// Returns the volume of a data node at a place; creates it at the first call. -1 after an error.
   int volume_of(const Node& node, const NodePlace& place) {
     if (!good()) return -1;
     if (node.name() == "SampledScalarVolume") return sampled(node, place);
@@ -869,7 +869,7 @@ class X3dSceneReader {
     return int(scene_.spec.volumes.size()) - 1;
   }
 
-  /// A volume that another one is sampled from: its formula is felt as it is.
+  /// A volume that is sampled from another one: the formula of the other one is used directly.
   int sampled(const Node& node, const NodePlace& place) {
     int found = -1;
     finish(node);
@@ -945,7 +945,7 @@ class X3dSceneReader {
       refuse(node, "it has no voxels: put an ImageTexture3D into it");
   }
 
-  /// The files of a texture, and for the sequence that is palpate's own what drives it.
+  /// Reads the files of a texture; for palpate's own sequence node also what drives it.
   void texture(const Node& node, VolumeSpec& volume) {
     const bool sequence = node.name() == kSequenceNode;
     volume.files = urls(node, sequence);
@@ -972,7 +972,7 @@ class X3dSceneReader {
     finish(node);
   }
 
-  /// The loader of a volume's texture, or of the volume itself.
+  /// Reads the loader of a volume's texture, or of the volume itself.
   void raw_loader(const Node& node, VolumeSpec& volume, bool of_sequence) {
     if (of_sequence)
       return refuse(node,
@@ -981,7 +981,7 @@ class X3dSceneReader {
     volume.raw = raw_samples(node, !volume.box_m);
   }
 
-  /// What H3D's loader says of a file without a header. Nothing after a refusal.
+  /// Reads the description of a file without a header from H3D's loader. Empty after an error.
   std::optional<RawSamples> raw_samples(const Node& node, bool needs_spacing) {
     RawSamples raw;
     const char* const edges[] = {"width", "height", "depth"};
@@ -991,7 +991,7 @@ class X3dSceneReader {
       if (samples != std::floor(samples)) refuse(node, edges[k], "a whole number is expected");
       if (good()) raw.size[k] = int(samples);
     }
-    // What H3D takes where nothing is said: colours of 24 bits, which are no data.
+    // H3D's default if nothing is said is colours of 24 bits, which are no data.
     raw.components = 3;
     word(node, "pixelType", raw.components, {{"LUMINANCE", 1}, {"VEC3", 3}, {"RGB", 3}});
     std::string kind = "UNSIGNED";
@@ -1026,7 +1026,7 @@ class X3dSceneReader {
   }
 
   void vectors(const Node& node, VolumeSpec& volume) {
-    // A loader may stand before or after the sequence that it does not fit to.
+    // A loader can stand before or after the sequence that it conflicts with.
     bool has_sequence = false;
     for (const Node& child : children(node)) {
       const auto one = resolve(child);
@@ -1051,8 +1051,8 @@ class X3dSceneReader {
 
   // What is seen ------------------------------------------------------------------------------
 
-  /// Takes what a style of volume rendering says of colours and opacities. False: nothing that has
-  /// an effect here.
+  /// Reads colours and opacities from a style of volume rendering. False if nothing in it has an
+  /// effect here.
   bool style(const Node& node, AppearanceSpec& appearance) {
     bool enabled = true;
     boolean(node, "enabled", enabled);
@@ -1064,7 +1064,7 @@ class X3dSceneReader {
     for (const Node& child : children(node)) {
       const auto one = resolve(child);
       if (!one) return false;
-      // Nothing nests deeper: what is composed are styles that are not.
+      // No deeper nesting: a composed style contains only styles that are not composed.
       const bool takes = composed
                              ? one->name() == "OpacityMapVolumeStyle" && style(*one, appearance)
                              : one->name() == "PixelTexture" && transfer_texture(*one, appearance);
@@ -1079,7 +1079,7 @@ class X3dSceneReader {
     return good();
   }
 
-  /// One row of texels: what values from the lowest to the highest look like.
+  /// Reads one row of texels: the appearance of the values from the lowest to the highest.
   bool transfer_texture(const Node& node, AppearanceSpec& appearance) {
     if (!appearance.points.empty()) return false;
     const std::string* text = field(node, "image");
@@ -1089,7 +1089,7 @@ class X3dSceneReader {
              "width, height, 1 to 4 components and as many texels are expected: correct them");
       return false;
     }
-    // Two dimensions are of values and something else.
+    // A second dimension would stand for something other than values.
     if (image->height != 1) return false;
     for (int k = 0; k < image->width; ++k) {
       const auto byte = [&](int from_last) {
@@ -1110,7 +1110,7 @@ class X3dSceneReader {
     return good();
   }
 
-  /// Of shapes those along vectors are drawn.
+  /// Of shapes only those along vectors are drawn.
   void shape(const Node& node, const NodePlace& place) {
     const std::vector<Node> parts = children(node);
     const auto streams = [](const Node& part) { return is_stream(part.name()); };
@@ -1125,7 +1125,7 @@ class X3dSceneReader {
     }
   }
 
-  /// Tubes through their data, where palpate seeds them.
+  /// Tubes through the data, at places that palpate chooses.
   void stream(const Node& node, const NodePlace& place) {
     int found = -1;
     for (const Node& child : children(node)) {
@@ -1175,7 +1175,7 @@ class X3dSceneReader {
         const int v = volume_of(*one, place);
         if (v < 0) return;
         m.volume = scene_.spec.volumes[size_t(v)].name;
-        // VHTK's vector volume of a potential is its gradient.
+        // In VHTK the vector volume of a potential is its gradient.
         if (scene_.spec.volumes[size_t(v)].source == "charges")
           m.vector = VectorProperty::kGradient;
       } else if (!is_name(child)) {
@@ -1229,7 +1229,7 @@ class X3dSceneReader {
           return refuse(node, "segments",
                         fmt::format("{} is expected as each output", files::text_of(range)));
       }
-      // One value is the same everywhere, as in other scenes.
+      // A single value is constant, as in other scenes.
       made = continuous ? TransferFunction::linear(std::move(in), std::move(outs))
                         : TransferFunction::stepped(std::move(in), std::move(outs));
     }
@@ -1245,9 +1245,9 @@ class X3dSceneReader {
   std::optional<Error> error_;
   X3dScene scene_;
   std::vector<Node> sources_, modes_;  ///< of the scene's volumes and modes
-  std::vector<Node> open_;             ///< the node that is visited, and those around it
+  std::vector<Node> open_;             ///< the node that is being visited, and its ancestors
   size_t visits_ = 0;
-  std::set<Node> used_;  ///< read, or named as left out
+  std::set<Node> used_;  ///< read, or noted as left out
   std::set<std::pair<Node, std::string>> fields_used_;
   std::set<std::string> nodes_left_out_, fields_left_out_;
 };

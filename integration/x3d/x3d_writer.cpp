@@ -86,7 +86,7 @@ class X3dSceneWriter {
     return fmt::format(" {}='{}'", name, escaped(value));
   }
 
-  /// A DEF that nothing else has, made of a name for people.
+  /// A unique DEF, made from a name.
   std::string def(const std::string& name) {
     std::string base;
     for (const char c : name) {
@@ -153,13 +153,13 @@ class X3dSceneWriter {
     route(way, "value_changed", transform, fmt::format("set_{}", field).c_str());
   }
 
-  /// Opens the Transforms in which a volume is; returns how many.
+  /// Opens the Transforms that contain a volume; returns their number.
   int place(const VolumeSpec& v) {
     const DriveSpec& drive = v.drive;
     std::vector<KeyedPose> poses;
     glm::dvec3 centre(0.0);
     if (drive.kind == DriveSpec::Kind::kKeys) poses = drive.poses;
-    std::string turn_values;  // as angles about one axis: rotations know no whole turn
+    std::string turn_values;  // as angles about one axis: a rotation can not express a full turn
     if (drive.kind == DriveSpec::Kind::kTurn && drive.rate_hz != 0.0) {
       KeyedPose turn;
       const glm::dvec3 axis = glm::normalize(drive.axis);
@@ -273,7 +273,7 @@ class X3dSceneWriter {
     return nullptr;
   }
 
-  /// What a volume says that X3D can not.
+  /// Notes the properties of a volume that X3D can not express.
   void note_losses(const VolumeSpec& v) {
     const VolumeSpec usual;
     std::vector<const char*> lost;

@@ -14,11 +14,11 @@ namespace {
 constexpr size_t kMostElements = 100'000;
 constexpr size_t kDeepestElement = 64;
 
-/// What the handlers of one parse share.
+/// State shared by the handlers of one parse.
 struct Parse {
   XML_Parser parser = nullptr;
   XmlTree tree;
-  std::vector<size_t> open;  ///< the element that is being read, and those around it
+  std::vector<size_t> open;  ///< the element that is being read, and its ancestors
   std::string refusal;       ///< why the parser was stopped
 
   void stop(std::string why) {
@@ -29,7 +29,7 @@ struct Parse {
 
 void XMLCALL on_start(void* user, const char* name, const char** attributes) {
   Parse& parse = *static_cast<Parse*>(user);
-  // A stopped parser may still have a handler to call.
+  // A stopped parser may still call a handler.
   if (!parse.refusal.empty()) return;
   if (parse.open.size() >= kDeepestElement)
     return parse.stop(fmt::format("nests elements more than {} deep: flatten it", kDeepestElement));

@@ -10,10 +10,10 @@
 
 namespace palpate::x3d {
 
-/// One element of an XML file. Text between elements is not kept: X3D has none that matters here.
+/// One element of an XML file. Text between elements is dropped: in X3D it does not matter.
 struct XmlElement {
   std::string name;
-  std::vector<std::pair<std::string, std::string>> attributes;  ///< as they stand, UTF-8
+  std::vector<std::pair<std::string, std::string>> attributes;  ///< unchanged, UTF-8
   std::vector<size_t> children;                                 ///< indices into the tree
   int line = 0;
 
@@ -24,9 +24,9 @@ struct XmlElement {
 /// All elements in the order in which they begin; the root is the first.
 using XmlTree = std::vector<XmlElement>;
 
-/// kBadInput, in one sentence that names the line: what is no XML, entities that the file declares
-/// (they can grow without bound), elements more than 64 deep and more than 100,000 of them. Fetches
-/// nothing: a DOCTYPE is only passed over. `file` is for sentences. Any thread.
+/// Parses XML. Errors: kBadInput, with one sentence that names the line: not XML, entities declared
+/// in the file (they can grow without bound), elements more than 64 deep, more than 100,000
+/// elements. Downloads nothing: a DOCTYPE is skipped. `file` is used in messages. Any thread.
 Result<XmlTree> parse_xml(const std::filesystem::path& file, std::string_view text);
 
 }  // namespace palpate::x3d

@@ -8,11 +8,11 @@
 
 namespace palpate {
 
-/// Where the force device stands in the room: stage_from_device, so that what is seen is where it
-/// is felt. Values; any thread; allocates. Everything in metres and seconds; "stage" is any frame
-/// of the headset's runtime that stays in the room.
+/// Registration of the force device to the room: finds stage_from_device, so that objects are seen
+/// where they are felt. Values; any thread; allocates. All in metres and seconds; "stage" is any
+/// frame of the headset's runtime that is fixed in the room.
 
-/// One place, touched by the device's tip and by a controller's tip (or a marker held to it).
+/// A place touched with the device's tip and with a controller's tip (or a marker attached to it).
 struct TouchedPoint {
   glm::dvec3 device_m{0.0};
   glm::dvec3 stage_m{0.0};
@@ -20,77 +20,79 @@ struct TouchedPoint {
 
 struct Calibration {
   Pose stage_from_device;
-  double rms_m = 0.0;     ///< of the samples that were used, three-dimensional
-  int used = 0, all = 0;  ///< samples that agree, and samples there were
-  /// Only from movement: how much later the headset's poses are than the device's for the same
-  /// moment on their clocks, and the device's tip in the controller's frame.
+  double rms_m = 0.0;     ///< over the samples used, three-dimensional
+  int used = 0, all = 0;  ///< number of samples that agree, and of all
+  /// Only from movement: by how much the headset's poses are later than the device's at the same
+  /// instant, on their clocks; and the device's tip in the controller's frame, m.
   double delay_s = 0.0;
   glm::dvec3 controller_from_tip_m{0.0};
 };
 
 struct CalibrationOptions {
-  /// A sample further off than this is taken for a slip or a tracking error while looking for the
-  /// rest; three to four times the tracker's noise.
+  /// A sample further off is taken for a slip or a tracking error while the consensus is searched;
+  /// three to four times the tracker's noise.
   double agree_m = 0.004;
   uint32_t seed = 1;  ///< of the random subsets
 };
 
-/// From touched points. The rigid motion of least squares is Horn's closed form (JOSA A 4, 1987:
-/// the unit quaternion is the eigenvector of a 4 x 4 matrix); slips are found by fitting triples
-/// (RANSAC) and in the end weighed down by Tukey's function of their distance. Works up to about a
-/// third of slips. kBadInput, in a sentence: fewer than 5 points, points on a line, no majority
-/// that agrees.
+/// Calibration from touched points. The rigid motion of least squares is Horn's closed form (JOSA A
+/// 4, 1987: the unit quaternion is the eigenvector of a 4 x 4 matrix); outliers are found by
+/// fitting triples (RANSAC) and at the end weighted by Tukey's function of their distance. Works
+/// with up to about a third of outliers. Errors, with a sentence: kBadInput: fewer than 5 points,
+/// points on a line, no majority that agrees.
 Result<Calibration> calibrate_by_points(std::span<const TouchedPoint> points,
                                         const CalibrationOptions& options = {});
 
-/// Horn's closed form alone, all points with their weights (none: 1 each); needs three points that
-/// are not on a line, else what it returns is one of many.
+/// Only Horn's closed form over all points with their weights (empty: 1 each). Needs three points
+/// that are not on a line; otherwise the result is one of many solutions.
 Pose fit_rigid(std::span<const TouchedPoint> points, std::span<const double> weights = {});
 
-/// The device's tip, as its own clock says.
+/// A position of the device's tip, at a time of the device's clock.
 struct TipSample {
   double time_s = 0.0;
   glm::dvec3 device_m{0.0};
 };
-/// The controller that is clipped to the stylus, as the headset's clock says.
+/// A pose of the controller that is clipped to the stylus, at a time of the headset's clock.
 struct ControllerSample {
   double time_s = 0.0;
   Pose stage_from_controller;
 };
 
-/// From free movement with a controller clipped to the stylus. The tip stays in one place x of the
-/// controller: stage_from_controller(t) x = stage_from_device tip(t - delay), the translational
-/// half of the robot-world and hand-eye equation A X = Z B, with the delay as one more unknown. The
-/// start is linear (rotation as nine unknowns) on random subsets for delays 10 ms apart; the end is
-/// Gauss-Newton in all ten unknowns with Tukey's weights. kBadInput: too few samples, a controller
-/// that was hardly turned (below about 15 degrees: then x and the translation can not be told
-/// apart: a device that does not turn needs touched points), too little movement, no majority that
-/// agrees. tip: rising times, dense (1 kHz); delays from -20 to 100 ms are looked for.
+/// Calibration from free movement with a controller clipped to the stylus. The tip has a fixed
+/// place x in the controller's frame: stage_from_controller(t) x = stage_from_device tip(t -
+/// delay), the translational part of the robot-world and hand-eye equation A X = Z B, with the
+/// delay as an additional unknown. First a linear fit (rotation as nine unknowns) to random subsets
+/// for delays 10 ms apart; then Gauss-Newton in all ten unknowns with Tukey's weights. Errors:
+/// kBadInput: too few samples; a controller that was hardly rotated (below about 15 degrees x and
+/// the translation can not be separated: a device that does not rotate needs touched points); too
+/// little movement; no majority that agrees. tip: rising times, dense (1 kHz); delays from -20 to
+/// 100 ms are searched.
 Result<Calibration> calibrate_by_movement(std::span<const TipSample> tip,
                                           std::span<const ControllerSample> controller,
                                           const CalibrationOptions& options = {});
 
-/// The touching tip of a controller, found by turning the controller about the tip's fixed place.
+/// The touching tip of a controller, found by rotating the controller about the fixed place of the
+/// tip.
 struct Pivot {
   glm::dvec3 controller_from_tip_m{0.0};
-  glm::dvec3 stage_m{0.0};  ///< where the tip rested
-  double rms_m = 0.0;       ///< of the poses that were used, three-dimensional
-  int used = 0, all = 0;    ///< poses that agree, and poses there were
+  glm::dvec3 stage_m{0.0};  ///< the place of the tip
+  double rms_m = 0.0;       ///< over the poses used, three-dimensional
+  int used = 0, all = 0;    ///< number of poses that agree, and of all
 };
 
-/// Pivot calibration: the tip x of the controller and its place p stay, R_i x + t_i = p for every
-/// pose, linear in both; wild poses are found by random subsets and weighed down by Tukey's
-/// function of their distance. kBadInput, in a sentence: too few poses, a controller that was
-/// hardly turned about two axes (then x along the one axis can not be told), a tip that did not
+/// Pivot calibration: the tip x in the controller's frame and its place p are constant, R_i x + t_i
+/// = p for every pose, linear in both; outliers are found by random subsets and weighted by Tukey's
+/// function of their distance. Errors, with a sentence: kBadInput: too few poses; a controller that
+/// was hardly rotated about two axes (then x along one axis is undetermined); a tip that did not
 /// rest.
 Result<Pivot> find_pivot(std::span<const ControllerSample> controller,
                          const CalibrationOptions& options = {});
 
-/// How far a touched point is off, m: to be asked of a point that was not used.
+/// Error at a touched point, m; for points that were not used in the calibration.
 double off_m(const Calibration& calibration, const TouchedPoint& point);
 
-/// Expected error at a place of the device's frame, m, RMS: Fitzpatrick, West and Maurer 1998,
-/// TRE^2 = FLE^2 / N (1 + 1/3 sum d_k^2 / f_k^2) with FLE from the points' own residuals.
+/// Expected error at a place in the device's frame, m, RMS: Fitzpatrick, West and Maurer 1998,
+/// TRE^2 = FLE^2 / N (1 + 1/3 sum d_k^2 / f_k^2) with FLE from the residuals of the points.
 double expected_error_m(std::span<const TouchedPoint> points, const Calibration& calibration,
                         glm::dvec3 device_m);
 

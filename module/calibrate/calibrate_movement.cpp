@@ -19,8 +19,8 @@ constexpr double kDelayLow = -0.02, kDelayHigh = 0.1, kDelayStep = 0.01;  // s
 constexpr int kSubsets = 150, kSubset = 10;
 constexpr size_t kScored = 200;
 constexpr double kLeastTurn = 0.087;   // rad, RMS, about the second axis: 5 degrees
-constexpr double kLeastReach = 0.005;  // m, RMS, along the shortest direction
-constexpr double kSlope = 2e-3;        // s: half the span over which the tip's velocity is taken
+constexpr double kLeastReach = 0.005;  // m, RMS, along the direction of least movement
+constexpr double kSlope = 2e-3;  // s: half the interval over which the tip's velocity is computed
 
 /// The ten unknowns.
 struct MovementModel {
@@ -63,7 +63,8 @@ glm::dvec3 residual(const MovementModel& model, const Pair& pair) {
   return pair.controller(model.tip) - model.stage_from_device(pair.tip);
 }
 
-/// The rotation nearest to a matrix, by Horn's form on the images of the axes and their opposites.
+/// The rotation nearest to a matrix, by Horn's closed form on the images of the axes and their
+/// opposites.
 glm::dquat nearest_rotation(const glm::dmat3& m) {
   std::array<TouchedPoint, 6> axes;
   for (int i = 0; i < 3; ++i) {
@@ -75,7 +76,7 @@ glm::dquat nearest_rotation(const glm::dmat3& m) {
   return fit_rigid(axes).rotation;
 }
 
-/// Least squares with the rotation's nine elements as unknowns: R_B x - M p - t = -p_B.
+/// Linear least squares with the nine elements of the rotation as unknowns: R_B x - M p - t = -p_B.
 std::optional<MovementModel> linear_model(const std::vector<Pair>& pairs,
                                           const std::vector<size_t>& which) {
   LeastSquares fit(15);
@@ -111,7 +112,7 @@ double median_off(const MovementModel& model, const std::vector<Pair>& pairs,
   return tukey::scale(std::move(off));
 }
 
-/// The best start of random subsets over all delays.
+/// The best fit to random subsets over all delays.
 std::optional<MovementModel> start(std::span<const TipSample> tip,
                                    std::span<const ControllerSample> controller, uint32_t seed) {
   std::mt19937 random(seed);
@@ -138,7 +139,7 @@ std::optional<MovementModel> start(std::span<const TipSample> tip,
   return best;
 }
 
-/// One step of Gauss-Newton with weights; false if the data do not tell all unknowns.
+/// One weighted step of Gauss-Newton; false if the data do not determine all unknowns.
 bool improve(MovementModel& model, const std::vector<Pair>& pairs,
              const std::vector<double>& weights) {
   LeastSquares fit(10);
@@ -148,7 +149,7 @@ bool improve(MovementModel& model, const std::vector<Pair>& pairs,
     const glm::dvec3 off = residual(model, pairs[i]);
     const glm::dmat3 b = glm::mat3_cast(pairs[i].controller.rotation);
     const glm::dvec3 p = r * pairs[i].tip, v = r * pairs[i].velocity;
-    // A turn w after the rotation moves the residual by -w x p; a later tip by -R v.
+    // A rotation w after the present one changes the residual by -w x p; a later tip by -R v.
     const glm::dvec3 by_turn[3] = {{0.0, -p.z, p.y}, {p.z, 0.0, -p.x}, {-p.y, p.x, 0.0}};
     for (int c = 0; c < 3; ++c) {
       std::array<double, 10> row{};
@@ -212,7 +213,7 @@ Result<Calibration> calibrate_by_movement(std::span<const TipSample> tip,
   for (int round = 0; round < 40; ++round) {
     const std::vector<Pair> pairs = pairs_at(tip, controller, model->delay_s);
     for (size_t i = 0; i < pairs.size(); ++i) off[i] = glm::length(residual(*model, pairs[i]));
-    // The start is coarse: at first everything within the promised agreement counts.
+    // The first fit is coarse: at first everything within options.agree_m counts.
     const double scale =
         round < 3 ? std::max(tukey::scale(off), options.agree_m) : tukey::scale(off);
     for (size_t i = 0; i < pairs.size(); ++i)

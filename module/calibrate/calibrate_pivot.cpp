@@ -49,7 +49,7 @@ std::vector<double> offs(const PivotModel& model, std::span<const ControllerSamp
   return off;
 }
 
-/// The subset whose model most poses are close to.
+/// The model of the subset that most poses agree with.
 std::optional<PivotModel> start(std::span<const ControllerSample> controller, uint32_t seed) {
   std::mt19937 random(seed);
   std::optional<PivotModel> best;
@@ -87,7 +87,7 @@ Result<Pivot> find_pivot(std::span<const ControllerSample> controller,
   std::vector<double> weights(controller.size());
   for (int round = 0; round < 30; ++round) {
     const std::vector<double> off = offs(*model, controller);
-    // The start is coarse: at first everything within the promised agreement counts.
+    // The first fit is coarse: at first everything within the allowed agreement counts.
     const double scale =
         round < 3 ? std::max(tukey::scale(off), options.agree_m) : tukey::scale(off);
     for (size_t i = 0; i < off.size(); ++i)

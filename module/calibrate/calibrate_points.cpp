@@ -25,13 +25,13 @@ PrincipalAxes axes_of(std::span<const TouchedPoint> points) {
   return principal_axes(places);
 }
 
-/// Points of a triple that span less than this can not be turned about reliably, m.
+/// Whether a triple spans more than `least`, m; a smaller one determines no reliable rotation.
 bool spans(const TouchedPoint& a, const TouchedPoint& b, const TouchedPoint& c, double least) {
   const glm::dvec3 across = glm::cross(b.device_m - a.device_m, c.device_m - a.device_m);
   return glm::length(across) > least * least;
 }
 
-/// The motion of the triple that most points agree with.
+/// The rigid motion of the triple that most points agree with.
 Pose by_triples(std::span<const TouchedPoint> points, const CalibrationOptions& options,
                 size_t& agreeing) {
   std::mt19937 random(options.seed);
@@ -46,7 +46,7 @@ Pose by_triples(std::span<const TouchedPoint> points, const CalibrationOptions& 
     const Pose pose = fit_rigid(triple);
     size_t count = 0;
     double sum = 0.0;
-    // A triple is noisier than the rest will be: twice the room.
+    // A triple is noisier than the final fit: twice the distance is allowed.
     for (const TouchedPoint& point : points) {
       const double off = distance(pose, point);
       if (off > 2.0 * options.agree_m) continue;
@@ -109,7 +109,7 @@ Result<Calibration> calibrate_by_points(std::span<const TouchedPoint> points,
   for (const TouchedPoint& point : points)
     if (!std::isfinite(glm::dot(point.device_m, glm::dvec3(1)) +
                        glm::dot(point.stage_m, glm::dvec3(1))))
-      return Error{ErrorKind::kBadInput, "A touched point is not a number: touch it again."};
+      return Error{ErrorKind::kBadInput, "A touched point is not finite: touch it again."};
   if (std::sqrt(axes_of(points).variance[1]) < 3.0 * options.agree_m)
     return Error{ErrorKind::kBadInput,
                  "The touched points lie on a line or too close together: spread them over the "
@@ -162,7 +162,7 @@ double expected_error_m(std::span<const TouchedPoint> points, const Calibration&
   double sum = 0.0;
   for (int k = 0; k < 3; ++k) {
     const double along = glm::dot(d, axes.axes[k]);
-    // Squared distances from axis k: of the place, and of the points on average.
+    // Squared distances from axis k: of the place, and the mean over the points.
     const double d_2 = glm::dot(d, d) - along * along;
     const double f_2 = axes.variance.x + axes.variance.y + axes.variance.z - axes.variance[k];
     sum += d_2 / std::max(f_2, 1e-12);

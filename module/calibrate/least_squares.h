@@ -14,7 +14,8 @@ class LeastSquares {
   /// One equation. row: a factor for each unknown.
   void add(std::span<const double> row, double value, double weight = 1.0);
 
-  /// None if the matrix is not positive definite to rounding: the data do not tell all unknowns.
+  /// Empty if the matrix is not positive definite up to rounding: the data do not determine all
+  /// unknowns.
   std::optional<std::vector<double>> solve() const;
 
  private:

@@ -15,14 +15,14 @@ struct SymmetricEigen {
 /// matrix: n x n elements; the lower half is read.
 SymmetricEigen symmetric_eigen(std::span<const double> matrix, size_t n);
 
-/// Where points lie, and how far they spread along each of their principal axes.
+/// Centre of a set of points, and their spread along each of their principal axes.
 struct PrincipalAxes {
   glm::dvec3 centre{0.0};
   glm::dvec3 variance{0.0};  ///< mean square distance from the centre along each axis, rising
   glm::dmat3 axes{1.0};      ///< unit vectors, one per column
 };
 
-/// Of one point at least.
+/// Needs at least one point.
 PrincipalAxes principal_axes(std::span<const glm::dvec3> points);
 
 }  // namespace palpate

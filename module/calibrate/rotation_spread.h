@@ -9,8 +9,8 @@
 
 namespace palpate {
 
-/// RMS rotation about the second of the three principal axes of rotation; robust against single
-/// wild poses, because it is used to refuse.
+/// RMS rotation, rad, about the second of the three principal axes of rotation. Robust against
+/// single outliers, because calibrations are refused by it.
 inline double rotation_spread_rad(std::span<const ControllerSample> controller) {
   const glm::dquat middle = controller[controller.size() / 2].stage_from_controller.rotation;
   std::vector<glm::dvec3> rotations;

@@ -59,7 +59,7 @@ const char* sentence(Cause cause) noexcept {
     case Cause::kDevice:
       return "The device has a fault.";
     case Cause::kNotFinite:
-      return "A position or a force was not a number.";
+      return "A position or a force was not finite.";
     case Cause::kLate:
       return "The loop was late: this machine is too busy for haptics.";
     case Cause::kClock:
@@ -69,18 +69,18 @@ const char* sentence(Cause cause) noexcept {
     case Cause::kWorkspaceEdge:
       return "The hand is at the edge of the device's reach.";
     case Cause::kFirstContact:
-      return "The first touch is let in slowly.";
+      return "The force of the first touch rises slowly.";
     case Cause::kOscillation:
       return "The force buzzes: lower the stiffness, or hold the grip more firmly.";
     case Cause::kHot:
-      return "The motors are hot: the force is lowered to what they can hold.";
+      return "The motors are hot: the force is reduced to what they can sustain.";
     case Cause::kEnergy:
-      return "The scene would give more energy to the hand than it may.";
+      return "The scene would give more energy to the hand than is allowed.";
     case Cause::kField:
-      return "The motion field can not be inverted here: the point is held and the force "
+      return "The motion field can not be inverted here: the point is frozen and the force "
              "fades.";
     case Cause::kConfidence:
-      return "The motion field is not to be trusted here: the force fades.";
+      return "The motion field is not reliable here: the force fades.";
     case Cause::kSceneEmpty:
       return "There is nothing to feel in this scene.";
     case Cause::kStopped:
@@ -88,7 +88,7 @@ const char* sentence(Cause cause) noexcept {
     case Cause::kUnseen:
       return "There is no picture in the headset: the force comes back with it.";
     case Cause::kSudden:
-      return "What held the hand ended or changed at once: the force follows slowly.";
+      return "The surface under the hand ended or changed suddenly: the force follows slowly.";
   }
   return "An unknown cause.";
 }
@@ -117,7 +117,7 @@ const char* sentence(DeviceFault fault) noexcept {
     case DeviceFault::kTransfer:
       return "The USB bus refused a transfer.";
     case DeviceFault::kGarbage:
-      return "The device's answers make no sense.";
+      return "The device's answers are invalid.";
     case DeviceFault::kOutOfReach:
       return "The device reports a place that its arms can not reach.";
     case DeviceFault::kJumped:

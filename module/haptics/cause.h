@@ -15,18 +15,18 @@ enum class Cause : uint8_t {
   kLate,           ///< watchdog: the loop was late
   kClock,          ///< time stood still, went backwards or jumped
   kTooFast,        ///< the hand moves faster than the velocity limit
-  kWorkspaceEdge,  ///< near the end of the device's reach: faded, not tripped
-  kFirstContact,   ///< a large force at the first touch is let in slowly
-  kOscillation,    ///< the force buzzes
-  kHot,            ///< the motors' thermal model: faded to what they can hold
-  kEnergy,         ///< more energy would leave than may
-  kField,  ///< the motion could not be inverted at the proxy: its point is frozen and the force
-           // /< faded
-  kConfidence,  ///< the motion field is not trusted here: faded
+  kWorkspaceEdge,  ///< near the end of the device's reach: the force fades, the loop does not stop
+  kFirstContact,   ///< the force of a hard first touch rises slowly
+  kOscillation,    ///< the force oscillates
+  kHot,            ///< the motors' thermal model: reduced to what they can sustain
+  kEnergy,         ///< the hand would get more energy than allowed
+  /// the motion could not be inverted at the proxy: its point is frozen and the force fades
+  kField,
+  kConfidence,  ///< the motion field is not reliable here: the force fades
   kSceneEmpty,  ///< nothing to feel
   kStopped,     ///< a stop was asked for: by a command, a signal, or a crash of another thread
-  kUnseen,      ///< nobody sees the scene: the picture in the headset is gone
-  kSudden,      ///< a constraint on the hand ended or changed at once: the force follows slowly
+  kUnseen,      ///< no viewer shows the scene: the picture in the headset is gone
+  kSudden,      ///< a constraint on the hand ended or changed suddenly: the force follows slowly
 };
 
 /// One word for logs ("too-fast"), and one sentence for people. Static storage.

@@ -48,8 +48,8 @@ struct HapticRun {
   std::vector<VolumeRun> volumes;
   std::vector<CarrierRun> carriers;
   std::vector<ModeRun> modes;
-  std::vector<int>
-      posed;  ///< volumes whose transform may change: the only ones whose pose is asked for
+  /// volumes whose transform may change; only their poses are computed
+  std::vector<int> posed;
   std::vector<int> playing;  ///< volumes with more than one frame: the only ones whose time goes on
   double time_s = 0.0;       ///< since the start; drives the scripted transforms
   double stiffness_n_per_m = 0.0;

@@ -20,8 +20,8 @@ struct ServoReport {
     bool obtained = false;
     std::string sentence;
   };
-  std::string
-      kernel;  ///< "PREEMPT_RT", "PREEMPT_DYNAMIC", "PREEMPT" or "voluntary", and its release
+  /// "PREEMPT_RT", "PREEMPT_DYNAMIC", "PREEMPT" or "voluntary", and its release
+  std::string kernel;
   std::vector<Item> items;
 };
 

@@ -35,7 +35,7 @@ std::string text(const KnownMotion& known, const char* of) {
                               100.0 * known.moving_share, 1e3 * known.largest_u_m, of);
   line += "; " + known.steepness;
   if (known.folded > 0)
-    line += formatted(": %zu cells fold or may fold, there the point is held and the force fades",
+    line += formatted(": %zu cells fold or may fold, there the point is frozen and the force fades",
                       known.folded);
   else
     line += known.inverted ? ": inverted everywhere"

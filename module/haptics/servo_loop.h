@@ -17,11 +17,12 @@ namespace palpate {
 /// the same. With R > T/4 half the period and one exchange would be better still, at the same use
 /// of the bus: that is the caller's choice of period.
 enum class Exchanges : uint8_t {
-  kAuto,   ///< twice if nine of ten round trips take less than 0.4 T; measured again after every
-           ///< fault
-  kOnce,   ///< for a device that needs the whole period for one
-  kTwice,  ///< first with the old force, to get a position; then with the force that the tick
-           ///< computed from it
+  /// twice if nine of ten round trips take less than 0.4 T; measured again after every fault
+  kAuto,
+  kOnce,  ///< for a device that needs the whole period for one
+  /// first with the old force, to get a position; then with the force that the tick computed from
+  /// it
+  kTwice,
 };
 
 struct LoopOptions {

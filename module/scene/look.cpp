@@ -130,7 +130,7 @@ Status check(const Look& look) {
   for (const double s : {look.shine.ambient, look.shine.diffuse, look.shine.specular})
     if (!share(s, 4.0)) return refused(look, "a share of its shine is outside 0 to 4");
   if (!(look.surface_slope >= 0.0) || !std::isfinite(look.surface_slope))
-    return refused(look, "its surface slope is negative or not a number");
+    return refused(look, "its surface slope is negative or not finite");
   if (!(look.thickness_mm > 0.0) || !std::isfinite(look.thickness_mm))
     return refused(look, "the thickness of its opacities is not above 0 or not finite");
   return Nothing{};

@@ -295,7 +295,7 @@ MovingVolume made(const VolumeSpec& spec, const Phantom& phantom, bool exact) {
 Result<MovingVolume> carried_of(const VolumeSpec& spec, VolumeData data) {
   SequenceMotion& motion = *data.whole;
   if (!std::isfinite(spec.frames_per_second))
-    return refused(spec, "its frames per second are not a number.");
+    return refused(spec, "its frames per second are not finite.");
   auto frames = frames_of(spec, data);
   if (!frames) return frames.error();
   const bool all = spec.values == CarriedValues::kMean;
@@ -363,7 +363,7 @@ Result<MovingVolume> build(const VolumeSpec& spec, VolumeData data) {
     return refused(spec, "it names " + std::to_string(spec.motions.size()) + " motions but " +
                              std::to_string(data.motions.size()) + " were read.");
   if (!std::isfinite(spec.frames_per_second))
-    return refused(spec, "its frames per second are not a number.");
+    return refused(spec, "its frames per second are not finite.");
   auto frames = frames_of(spec, data);
   if (!frames) return frames.error();
   MovingVolume volume;
@@ -381,7 +381,7 @@ Result<MovingVolume> build(const VolumeSpec& spec, VolumeData data) {
 
 Result<MovingVolume> build(const VolumeSpec& spec) {
   if (!std::isfinite(spec.frames_per_second))
-    return refused(spec, "its frames per second are not a number.");
+    return refused(spec, "its frames per second are not finite.");
   if (spec.source == "heart" || spec.source == "heart-exact")
     return checked(made(spec, kHeart, spec.source == "heart-exact"));
   if (spec.source == "shell" || spec.source == "shell-exact")
@@ -404,7 +404,7 @@ Result<MovingVolume> carried(const MovingVolume& own, const SequenceMotion& moti
   if (motion.frames() != own.frames.size() || motion.reference >= own.frames.size())
     return Error{ErrorKind::kBadInput,
                  "The volume \"" + own.name + "\" can not be used: its motion is that of " +
-                     std::to_string(motion.frames()) + " frames, told from frame " +
+                     std::to_string(motion.frames()) + " frames with reference frame " +
                      std::to_string(motion.reference) + ", but it has " +
                      std::to_string(own.frames.size()) + " frames."};
   MovingVolume volume;

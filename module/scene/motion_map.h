@@ -68,8 +68,8 @@ class MotionMap {
   MotionMap() = default;
   GridPlace place_;
   std::vector<glm::vec4> samples_;
-  std::vector<CellCertificate>
-      cells_;  ///< (size + 1) along each axis: the first and last are the clamped border
+  /// (size + 1) along each axis: the first and the last are the clamped border
+  std::vector<CellCertificate> cells_;
   float worst_contraction_ = 0, worst_determinant_ = 1;
   size_t folded_cells_ = 0;
   double largest_u_m_ = 0, cell_m_ = 0, moving_share_ = 0;

@@ -16,8 +16,8 @@ namespace palpate {
 /// of one data set may move differently (a vortex, a pressure front): then it has several, by name.
 struct Motion {
   std::string name;
-  std::vector<std::shared_ptr<const MotionMap>>
-      steps;  ///< times.steps() of them; null where not known (yet): still
+  /// times.steps() of them; null while not known: then the volume stands still
+  std::vector<std::shared_ptr<const MotionMap>> steps;
 };
 
 /// A part of a volume that a person marked (a ventricle, a wall): its surface is closed and smooth

@@ -112,8 +112,8 @@ enum class BackTracking : uint8_t { kNewton, kPicard };
 
 struct MotionSpec {
   std::string name = "data";
-  std::vector<std::filesystem::path>
-      fields;  ///< one per step, in order; a folder stands for its files
+  /// one per step, in order; a folder stands for its files
+  std::vector<std::filesystem::path> fields;
   std::vector<std::filesystem::path> confidences;  ///< none or one per field
 };
 

@@ -6,10 +6,11 @@ namespace palpate {
 namespace {
 
 constexpr std::chrono::milliseconds kGalleryFrame{33};
-constexpr std::chrono::milliseconds kStillFrame{500};  // while motion is estimated: let it
-constexpr std::chrono::milliseconds kNothingNew{1};    // where nothing is new
+constexpr std::chrono::milliseconds kStillFrame{500};  // time for the estimation of motion
+constexpr std::chrono::milliseconds kNothingNew{1};    // no new snapshot
 
-constexpr double kStronger = 1.2;  // force, of one picture to another that is as good
+// ratio of forces above which a picture replaces an equally good one
+constexpr double kStronger = 1.2;
 
 bool moves(const SceneSnapshot& snapshot) {
   return std::any_of(snapshot.volumes.begin(), snapshot.volumes.end(),
@@ -61,8 +62,9 @@ Result<std::chrono::milliseconds> Gallery::draw(Viewer& viewer, const SceneSnaps
   return moves(snapshot) ? kGalleryFrame : kStillFrame;
 }
 
-/// One picture per stretch of the cycle: one while touching and moving is better than one of the
-/// still frame, and that better than one in free space; of two alike, one where far more is felt.
+/// Keeps one picture per part of the cycle. A picture with contact in motion is better than one of
+/// the still frame, and that is better than one in free space; of two equally good ones the one
+/// with a much larger force is kept.
 void Gallery::keep(const SceneSnapshot& snapshot, const ViewScene& scene,
                    std::vector<Picture> pictures) {
   size_t bin = 0;

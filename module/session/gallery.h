@@ -15,29 +15,29 @@ struct GalleryOptions {
   int pictures = 4;  ///< phases, evenly spread
 };
 
-/// A picture for two eyes, and what was felt then.
+/// A stereo picture, and the state of the scene at its time.
 struct StereoPicture {
   std::array<Picture, 2> eyes;  ///< left, right
   double frame = 0.0;           ///< of the first moving volume, with its phase
   double force_n = 0.0;
 };
 
-/// Draws a scene while it is felt, without any display: draws both eyes again and again on a thread
-/// of its own, as a headset would ask for it, and keeps one stereo picture per phase, in contact if
-/// there was any.
+/// Draws a scene off screen while it runs: both eyes again and again on a thread of its own, at the
+/// rate of a headset. Keeps one stereo picture per phase, with contact if there was any.
 class Gallery {
  public:
-  /// Starts to look once the device is opened and the volumes are on it. `session` is borrowed.
+  /// Starts to draw once the device is open and the volumes are uploaded. `session` is borrowed.
   Gallery(Session& session, const GalleryOptions& options);
 
   void stop() { thread_.stop(); }
-  /// Why there are no pictures: a sentence, or nothing. After stop(), as all that follows.
+  /// Why there are no pictures, as a sentence; empty without an error. Call this and the functions
+  /// below only after stop().
   std::string trouble() const { return thread_.trouble(); }
-  /// Frames drawn, and what they took, ms.
+  /// Frames drawn, and the time for each, ms.
   size_t frames() const { return frame_ms_.size(); }
   double median_ms() const;
   double first_picture_s() const { return first_picture_s_; }
-  /// In the order of their phases; phases that were not seen are left out.
+  /// In the order of their phases; phases without a picture are left out.
   std::vector<StereoPicture> pictures() const;
 
  private:

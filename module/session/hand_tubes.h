@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-/// A stream tube that a hand has released.
+/// A stream tube that the user has released.
 struct ReleasedTube {
   size_t volume = 0;  ///< of the scene
   bool kept = false;
@@ -17,17 +17,18 @@ struct ReleasedTube {
 };
 using ReleasedTubes = std::vector<ReleasedTube>;
 
-/// The stream tubes of a hand: released, kept and cleared by its commands, and taken along when the
-/// scene gets other data. One thread; what tubes() gives goes to any.
+/// The stream tubes of a hand: released, kept and cleared by its commands, and transferred when the
+/// scene gets other data. One thread; the result of tubes() may be used on any.
 class HandTubes {
  public:
-  static constexpr size_t kMost = 64;  ///< beyond it the oldest that is not kept goes
+  /// above this number the oldest one that is not kept is removed
+  static constexpr size_t kMost = 64;
 
-  /// Does what was asked. A tube follows tube_field() of the first volume with one around the hand.
-  /// A sentence for the person where that can not be; else empty.
+  /// Executes a command. A new tube follows tube_field() of the first volume with such a field
+  /// around the hand. Returns a sentence for the user if that is not possible; else empty.
   std::string take(const HandCommand& command, const Scene& scene);
-  /// Takes the tubes over to the scene's data, which agree with those before at `now`. Those that
-  /// can not be taken are gone, and that is said.
+  /// Transfers the tubes to the scene's new data, which agree with the former ones at `now`. Tubes
+  /// that can not be transferred are removed; the returned sentence says so.
   std::string follow(const Scene& scene, const SceneSnapshot& now);
 
   /// Never null.

@@ -16,7 +16,7 @@ LiveMotion::LiveMotion(const LoadedScene& scene, const LiveMotionOptions& option
     : options_(options), listener_(std::move(listener)) {
   for (const MissingMotion& missing : scene.missing) {
     const VolumeSpec& spec = scene.spec.volumes[missing.volume];
-    // What is computed changes by itself, and its own values are right.
+    // Computed data change in value, so their own values are right.
     const bool whole = spec.source.empty() && spec.values != CarriedValues::kOwn;
     const auto& volume = missing.own ? missing.own : scene.data[missing.volume];
     needs_whole_ |= missing.own != nullptr;
@@ -51,7 +51,7 @@ bool LiveMotion::finds_whole() const {
 LiveMotion::Progress LiveMotion::progress() const {
   Progress now{steps_, known_, moves_after_s_, seconds_, -1.0};
   const double share = share_, elapsed_s = 1e-9 * double(monotonic_ns() - start_ns_);
-  // Before this nothing can be said about the time left.
+  // Earlier than this the time left can not be estimated.
   if (!done_ && start_ns_ > 0 && share > 0.02 && elapsed_s > 0.5)
     now.left_s = elapsed_s * (1.0 - share) / share;
   return now;
@@ -68,7 +68,7 @@ void LiveMotion::run(std::stop_token stop) {
   const Status status = caught([&]() -> Status {
     for (Job& job : jobs_) {
       if (const Status done = estimate(job, stop); !done) return done.error();
-      // What is felt now may be one frame alone: the others are not to stay in memory.
+      // The scene may contain one frame only: release the others.
       job.missing = {};
       job.volume.reset();
     }
@@ -86,7 +86,7 @@ void LiveMotion::run(std::stop_token stop) {
   }));
 }
 
-/// The first is kept.
+/// Keeps the first error.
 void LiveMotion::note_trouble(const Status& status) {
   const std::lock_guard lock(mutex_);
   if (!status && trouble_.empty()) trouble_ = status.error().message;
@@ -103,7 +103,7 @@ Status LiveMotion::estimate(const Job& job, std::stop_token stop) {
   options.motion = *preset;
   options.cyclic = job.cyclic;
   start_ns_ = monotonic_ns();
-  // Each frame is asked for more than once: all are in memory then.
+  // Each frame is read more than once, so all must fit in memory.
   const double bytes = double(frames->count) * double(frames->grid.count()) * sizeof(float);
   const Status fits =
       frames->in_memory ? Nothing{} : check_fits_memory("One motion for the whole sequence", bytes);
@@ -124,7 +124,7 @@ Status LiveMotion::take_pair(const Job& job, const PairMotion& pair) {
   return taken;
 }
 
-/// Fields of consecutive frames only.
+/// Estimates the fields of consecutive frames only.
 Status LiveMotion::step_by_step(const Job& job, Frames& frames,
                                 const std::shared_ptr<vulkan::Context>& context,
                                 const EstimatorOptions& options, std::stop_token stop) {
@@ -152,7 +152,7 @@ Status LiveMotion::step_by_step(const Job& job, Frames& frames,
   return taken ? finished : taken;
 }
 
-/// The same at first, then one motion for the whole sequence.
+/// Estimates them first, and then one motion for the whole sequence.
 Status LiveMotion::whole(const Job& job, Frames& frames,
                          const std::shared_ptr<vulkan::Context>& context,
                          const EstimatorOptions& options, std::stop_token stop) {

@@ -18,65 +18,65 @@ class LiveMotion;
 
 struct LiveMotionOptions {
   std::string preset = "balanced";
-  /// Opens the device that computes, on a thread of low priority; empty: nothing is estimated.
+  /// Opens the compute device, called on a thread of low priority; empty: no motion is estimated.
   std::function<Result<std::shared_ptr<vulkan::Context>>()> open_context;
 };
 
-/// Takes what is found, on the estimation's thread. What these throw ends the estimation, as an
-/// error does: see LiveMotion::trouble().
+/// Receives the results on the estimation's thread. An exception from these functions ends the
+/// estimation, as an error does: see LiveMotion::trouble().
 struct LiveMotionListener {
   /// One step of a volume's motion.
   std::function<Status(size_t volume, size_t step, std::shared_ptr<const MotionMap> map)> on_step;
-  /// The volume with all its steps from one motion, and one frame's values carried by it.
+  /// The volume with all its steps from one motion, and the values of one frame carried by it.
   std::function<Status(size_t volume, std::shared_ptr<const MovingVolume> carried)> on_whole;
-  std::function<void(const std::string&)> on_note;   ///< a sentence on the data
+  std::function<void(const std::string&)> on_note;   ///< a sentence on the data for the user
   std::function<void(const LiveMotion&)> on_change;  ///< after each step, and at the end
 };
 
-/// Estimates the motion that no file gives, while the data are already felt: on threads of low
-/// priority, so that the hand comes first. Each step is handed over as soon as it is known.
+/// Estimates motion that no file contains while the data are already felt, on threads of low
+/// priority so that the servo loop keeps its time. Each step is handed over as soon as it is known.
 class LiveMotion {
  public:
-  /// Starts at once if anything is missing. Steps are handed over one by one as pairs of frames are
-  /// done; then, unless its own values are wanted, the whole sequence with one motion. Both come
-  /// from a thread of its own.
+  /// Starts at once if any motion is missing. Hands over single steps as pairs of frames are done
+  /// and then, unless the frames' own values are wanted, one motion for the whole sequence. All
+  /// results come from a thread of this object.
   LiveMotion(const LoadedScene& scene, const LiveMotionOptions& options,
              LiveMotionListener listener);
-  /// Cancels what is still running and waits for it.
+  /// Cancels running work and waits for it.
   ~LiveMotion();
   LiveMotion(const LiveMotion&) = delete;
   LiveMotion& operator=(const LiveMotion&) = delete;
 
   bool is_done() const { return done_; }
-  /// Every step is known, so that it can move; the whole may still be refined. What waits for one
-  /// motion for all frames moves with that.
+  /// True if every step is known, so that the volume can move; a motion for the whole sequence may
+  /// still follow. Volumes that need one motion for all frames wait for that.
   bool can_move() const { return done_ || (!needs_whole_ && known_ == steps_); }
-  /// Something stands still until one motion for all frames is known: its segments are known in one
-  /// frame only.
+  /// True if a volume stands still until one motion for all frames is known, because its segments
+  /// are known in one frame only.
   bool needs_whole() const { return needs_whole_; }
-  /// One motion for the whole sequence is found, or looked for, after the steps.
+  /// True if one motion for the whole sequence is estimated after the steps.
   bool finds_whole() const;
   struct Progress {
-    size_t steps = 0;            ///< that were missing
-    size_t steps_known = 0;      ///< of them, so far
-    double moves_after_s = 0.0;  ///< when all steps were known; 0 before
-    double seconds = 0.0;        ///< that it took; 0 until all is done
-    double left_s = -1.0;        ///< about as long from now; below 0: nothing can be said yet
+    size_t steps = 0;            ///< number of steps that were missing
+    size_t steps_known = 0;      ///< how many of them are known now
+    double moves_after_s = 0.0;  ///< time after which all steps were known; 0 before
+    double seconds = 0.0;        ///< duration of the whole work; 0 until it is done
+    double left_s = -1.0;        ///< estimate of the time left; below 0: unknown
   };
   Progress progress() const;
-  /// Why it ended early: a sentence, or nothing.
+  /// Why it ended early, as a sentence; empty without an error.
   std::string trouble() const;
-  /// Waits until it is done.
+  /// Waits until the estimation has ended.
   void wait();
-  /// Ends it early and waits for that. Not from a listener's thread.
+  /// Cancels the estimation and waits. Must not be called from a listener.
   void cancel();
 
  private:
   struct Job {
     MissingMotion missing;
     bool cyclic = true;
-    bool whole = false;  ///< one motion for all frames, beyond consecutive fields
-    CarriedValues values = CarriedValues::kReference;  ///< with one motion
+    bool whole = false;  ///< estimate one motion for all frames after the consecutive fields
+    CarriedValues values = CarriedValues::kReference;  ///< for one motion
     std::shared_ptr<const MovingVolume> volume;        ///< with all its frames
   };
   void run(std::stop_token stop);
@@ -97,7 +97,7 @@ class LiveMotion {
   std::atomic<size_t> steps_{0}, known_{0};
   std::atomic<double> seconds_{0.0}, moves_after_s_{0.0};
   std::atomic<double> share_{0.0};    ///< of all steps
-  std::atomic<int64_t> start_ns_{0};  ///< of the first step, steady clock; 0 before
+  std::atomic<int64_t> start_ns_{0};  ///< start of the first step, steady clock; 0 before
   mutable std::mutex mutex_;
   std::string trouble_;
   std::jthread worker_;

@@ -10,7 +10,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr PictureSize kMost{2560, 1600};
 constexpr ResolutionOptions kResolution{.budget_s = 1.0 / 25.0, .least = 0.35};
-constexpr double kAtFirst = 0.4;  // of the size: a slow device shows something soon
+constexpr double kAtFirst = 0.4;  // scale of the first picture, which comes soon
 constexpr std::chrono::milliseconds kLiveFrame{16};
 constexpr std::chrono::milliseconds kNoWindow{2};
 
@@ -54,7 +54,7 @@ Result<std::chrono::milliseconds> LivePicture::draw(Viewer& viewer, const SceneS
   viewer.choose(wanted.choices);
   if (const Status set = viewer.update(session_); !set) return set.error();
   const PictureSize size = scaled(within(wanted.size, kMost), resolution_.scale);
-  // It is seen when it is done, as long from now as the last one took.
+  // The picture appears when it is done, in about the time that the last one took.
   const int64_t seen_ns =
       snapshot.now_ns + int64_t(1e9 * resolution_.full_s * resolution_.scale * resolution_.scale);
   const auto drawing = Clock::now();

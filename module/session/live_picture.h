@@ -9,33 +9,34 @@
 
 namespace palpate {
 
-/// What is to be seen next.
+/// The next picture to draw.
 struct WantedPicture {
   Eye eye;
-  PictureSize size;  ///< of the place where it is shown; drawn smaller where it would take too long
+  PictureSize size;  ///< of the window; drawn smaller if drawing would take too long
   ViewChoices choices;
 };
 
-/// A picture with what it shows.
+/// A picture, and what it shows.
 struct LiveFrame {
   Picture picture;
   Eye eye;
   SceneSnapshot snapshot;
-  double picture_s = 0.0;  ///< that drawing and reading it back took
+  double picture_s = 0.0;  ///< time for drawing and reading back
 };
 
-/// What is felt for a window: it goes on taking the mouse while a slow device draws.
+/// Pictures of a running scene for a window, drawn on another thread so that the window handles the
+/// mouse while a slow device draws.
 class LivePicture {
  public:
-  /// Starts at once, and opens a device of its own; draws from the first want() on. `session` is
-  /// borrowed, and its newest snapshot is read here alone.
+  /// Starts at once and opens its own device; draws from the first want() on. `session` is
+  /// borrowed; no other object may read its snapshots as SnapshotReader::kWindow.
   LivePicture(Session& session, const vulkan::ContextOptions& gpu);
 
-  /// From the next picture on. Any thread.
+  /// Takes effect with the next picture. Any thread.
   void want(const WantedPicture& wanted);
-  /// The last that was drawn; null before the first. Any thread.
+  /// The last picture drawn; null before the first. Any thread.
   std::shared_ptr<const LiveFrame> newest() const;
-  /// Why there are no pictures any more: a sentence, or nothing. Any thread.
+  /// Why there are no more pictures, as a sentence; empty without an error. Any thread.
   std::string trouble() const { return thread_.trouble(); }
 
  private:

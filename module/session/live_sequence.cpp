@@ -16,13 +16,16 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kTooLong = 60s;                // for the motion of a pair
-constexpr double kThere = 0.02;               // of the way between two frames
-constexpr double kMostHistory_bytes = 512e6;  // of frames that may turn out to be a cycle
-constexpr auto kSilence = 2s;                 // without a frame: it is said
-constexpr double kUnlike = 0.5;               // of the cycle's contrast: no frame of it
-constexpr double kAsLike = 0.15;              // of the cycle's contrast: as like as the most like
-constexpr double kOutOfStep = 0.2;            // of the cycle
+constexpr auto kTooLong = 60s;  // longest estimation of a pair
+// share of the way between two frames within which the target counts as reached
+constexpr double kThere = 0.02;
+constexpr double kMostHistory_bytes = 512e6;  // for frames that may turn out to be a cycle
+constexpr auto kSilence = 2s;                 // without a frame this long a note is sent
+// share of the cycle's contrast: a larger difference is no frame of the cycle
+constexpr double kUnlike = 0.5;
+// share of the cycle's contrast within which two matches count as equal
+constexpr double kAsLike = 0.15;
+constexpr double kOutOfStep = 0.2;  // share of the cycle
 constexpr double kPace = 2.0, kMostPace = 0.5;
 
 }  // namespace
@@ -119,7 +122,7 @@ void LiveSequence::take(const Volume& frame, int64_t arrived_ns) {
   changed_.notify_all();
 }
 
-/// On push()'s thread: what came lately is kept, and becomes a cycle where it repeats.
+/// On push()'s thread: the latest frames are kept, and become a cycle if they repeat.
 void LiveSequence::look_for_cycle(const Volume& frame, int64_t arrived_ns) {
   history_.push_back({frame, arrived_ns});
   const double bytes = double(frame.values.size()) * sizeof(float);
@@ -128,7 +131,7 @@ void LiveSequence::look_for_cycle(const Volume& frame, int64_t arrived_ns) {
   while (history_.size() > most) history_.pop_front();
   const std::optional<int> period = repetition_.add(frame);
   if (!period || size_t(*period) + 1 > history_.size()) return;
-  // A frame more: where the cycle closes.
+  // One frame more, at which the cycle closes.
   const std::vector<RingFrame> frames(history_.end() - *period - 1, history_.end());
   searching_ = false;
   const std::lock_guard lock(mutex_);
@@ -155,7 +158,7 @@ Result<LiveSequence::Cycle> LiveSequence::find_cycle(std::vector<RingFrame> fram
   sequence.name = "live cycle";
   sequence.times_known = true;
   const double step_s = cycle.cycle_s / double(frames.size());
-  // Evenly: the network's jitter is not the source's.
+  // Evenly spaced: the jitter of the network is not that of the source.
   for (size_t k = 0; k < frames.size(); ++k) {
     sequence.times_s.push_back(double(k) * step_s);
     sequence.frames.push_back(std::move(frames[k].volume));
@@ -192,14 +195,15 @@ Result<SequenceMotion> LiveSequence::motion_of(const std::vector<double>& times_
       {}, stop);
 }
 
-/// A frame of a further cycle. Once there is one of each, the motion is found again from the means
-/// of all cycles, on another thread. It carries the values that are felt: only the motion changes.
+/// Takes a frame of a further cycle. When there is one of each, the motion is estimated again from
+/// the means of all cycles, on another thread. The values that are felt stay the same: only the
+/// motion changes.
 void LiveSequence::take_further(Cycle& cycle, Further& further, size_t frame, Volume volume,
                                 std::stop_token stop) {
   if (further.motion.valid()) {
     if (further.motion.wait_for(0s) != std::future_status::ready) return;
     const Result<SequenceMotion> motion = further.motion.get();
-    if (!motion || motion->basis.cycle_s == 0.0) return;  // what is felt stays
+    if (!motion || motion->basis.cycle_s == 0.0) return;  // the present motion stays
     MovingVolume better = *cycle.volume;
     better.whole = SequenceMap::of(*motion);
     if (better.whole->may_fold() && !cycle.volume->whole->may_fold()) return;
@@ -224,7 +228,7 @@ void LiveSequence::take_further(Cycle& cycle, Further& further, size_t frame, Vo
   options.reference = cycle.reference;
   further.motion =
       std::async(std::launch::async, [this, options, &cycle, end = further.stop.get_token()] {
-        // No other thread uses its times and frames until this is over.
+        // No other thread uses its times and frames until this has ended.
         give_way(BackgroundWork::kEstimation);
         return caught([&] { return motion_of(cycle.times_s, cycle.frames, options, end); });
       });
@@ -263,7 +267,8 @@ void LiveSequence::run(std::stop_token stop) {
   }
 }
 
-/// The newest frame, or false: stop, or a cycle was found. Without frames nothing moves.
+/// Waits for the newest frame; false if stopped, or (or_cycle) if a cycle was found. Without frames
+/// nothing moves.
 bool LiveSequence::wait_for_frame(RingFrame& frame, std::stop_token stop, bool or_cycle) {
   const auto since = std::chrono::steady_clock::now();
   bool silent = false;
@@ -289,7 +294,8 @@ bool LiveSequence::wait_for_frame(RingFrame& frame, std::stop_token stop, bool o
   return false;
 }
 
-/// Frame after frame, until a cycle is kept; then that, until it no longer is.
+/// Follows frame after frame until a cycle is found; then plays the cycle until the frames no
+/// longer repeat.
 Status LiveSequence::follow(const std::shared_ptr<vulkan::Context>& context, std::stop_token stop) {
   const auto preset = motion_preset(options_.preset);
   if (!preset) return Error{ErrorKind::kBadInput, "There is no preset '" + options_.preset + "'"};
@@ -303,7 +309,7 @@ Status LiveSequence::follow(const std::shared_ptr<vulkan::Context>& context, std
   if (!estimator) return estimator.error();
   size_t pushed = 0;
   RingFrame frame;
-  // What is felt now is where the first motion begins.
+  // The first motion begins at the present frame.
   if (const Status begun = (*estimator)->push(pushed++, felt_); !begun) return begun;
   while (wait_for_frame(frame, stop, true)) {
     if (const Status taken = (*estimator)->push(pushed++, frame.volume); !taken) return taken;
@@ -334,14 +340,14 @@ Status LiveSequence::follow(const std::shared_ptr<vulkan::Context>& context, std
   if (!cycle) {
     say("The frames repeat, but one motion for them could not be found, so each is followed: " +
         cycle.error().message);
-    return Nothing{};  // searching_ stays off: it would fail again
+    return Nothing{};  // searching_ stays false: it would fail again
   }
   const Status kept = caught([&]() -> Status {
     keep(*cycle, stop);
     return Nothing{};
   });
   if (!kept) {
-    // What follows begins from the ring, so that must be what is felt.
+    // The next motion begins from the ring, so the present frame must be in it.
     stand_at(cycle->frames[size_t(cycle->reference)], stop);
     const std::lock_guard lock(mutex_);
     numbers_.cycle_s = 0.0;
@@ -352,7 +358,7 @@ Status LiveSequence::follow(const std::shared_ptr<vulkan::Context>& context, std
   return Nothing{};
 }
 
-/// Offers a volume to the loop and waits until what is sent next acts on it.
+/// Hands a volume to the loop and waits until what is sent next acts on it.
 void LiveSequence::hand_over(std::shared_ptr<const MovingVolume> volume, std::stop_token stop) {
   if (const Status taken = session_.take_volume(index_, std::move(volume)); !taken)
     return say("A live frame could not be felt: " + taken.error().message);
@@ -364,7 +370,7 @@ void LiveSequence::move_to(Volume frame, int64_t arrived_ns, const PairMotion& p
   auto map = MotionMap::of(pair.field, &pair.confidence);
   auto data = sampled_scalar(frame);
   {
-    // The hand is still on its way to the frame before.
+    // The volume is still moving towards the frame before.
     std::unique_lock lock(mutex_);
     changed_.wait(lock, stop, [&] { return target_arrived_ns_ == 0; });
   }
@@ -384,7 +390,7 @@ void LiveSequence::move_to(Volume frame, int64_t arrived_ns, const PairMotion& p
   session_.send({ControlEvent::Kind::kScrub, int(index_), double(next) * kSlot_s});
 }
 
-/// The ring with one frame in all its slots: what it was is no more.
+/// Fills all slots of the ring with one frame, replacing their contents.
 void LiveSequence::stand_at(const Volume& frame, std::stop_token stop) {
   const auto data = sampled_scalar(frame);
   for (auto& of : ring_.frames) of = data;
@@ -396,10 +402,10 @@ void LiveSequence::stand_at(const Volume& frame, std::stop_token stop) {
   session_.send({ControlEvent::Kind::kScrub, int(index_), 0.0});
 }
 
-/// The cycle plays by itself, at the pace of the frames that still come.
+/// Plays the cycle at the pace of the frames that still arrive.
 void LiveSequence::keep(Cycle& cycle, std::stop_token stop) {
   {
-    // A thread that waits for the last frame would wait for ever.
+    // A caller that waits for the last frame would otherwise wait for ever.
     std::unique_lock lock(mutex_);
     changed_.wait(lock, stop, [&] { return target_arrived_ns_ == 0; });
     numbers_.cycle_s = cycle.cycle_s;
@@ -424,7 +430,7 @@ void LiveSequence::keep(Cycle& cycle, std::stop_token stop) {
       ++numbers_.kept;
       now_s = time_s_;
     }
-    // What goes to and fro looks the same twice in a cycle: where it was says which it is.
+    // A motion to and fro shows the same twice in a cycle: the last match decides which it is.
     const double since_s = 1e-9 * double(frame.arrived_ns - last_ns);
     const Repetition::NearestFrame match =
         begun ? Repetition::nearest(frame.volume, cycle.means, last_frame + since_s / step_s,
@@ -440,7 +446,7 @@ void LiveSequence::keep(Cycle& cycle, std::stop_token stop) {
       continue;
     }
     const double cycles = (wanted_s - now_s) / cycle.cycle_s;
-    const double behind = cycles - std::round(cycles);  // of the cycle
+    const double behind = cycles - std::round(cycles);  // in cycles
     const double rate = 1.0 + std::clamp(kPace * behind, -kMostPace, kMostPace);
     session_.send({ControlEvent::Kind::kRate, int(index_), rate});
     const bool strange = match.distance > kUnlike * cycle.contrast || std::abs(behind) > kOutOfStep;

@@ -18,57 +18,60 @@ namespace palpate {
 
 struct LiveSequenceOptions {
   std::string preset = "fast";
-  /// Opens the device that computes, on a thread of low priority.
+  /// Opens the compute device, called on a thread of low priority.
   std::function<Result<std::shared_ptr<vulkan::Context>>()> open_context;
-  bool keep_cycles = true;  ///< false: every frame is followed, even where they repeat
-  /// A sentence; any thread. What it throws is dropped.
+  bool keep_cycles = true;  ///< false: every frame is followed, even if the frames repeat
+  /// Called with a sentence for the user, on any thread. Its exceptions are dropped.
   std::function<void(const std::string&)> on_note;
 };
 
-/// What became of the frames that came.
+/// What happened to the received frames.
 struct LiveNumbers {
   uint64_t received = 0;
-  uint64_t felt = 0;        ///< the hand was carried to them
-  uint64_t newer_came = 0;  ///< left out: a newer one came while motion was estimated
-  uint64_t elsewhere = 0;   ///< left out: nothing of them lies where the first one does
-  uint64_t kept = 0;        ///< came while the cycle was kept: they only held its pace
+  uint64_t felt = 0;        ///< the hand was moved along with them
+  uint64_t newer_came = 0;  ///< left out: a newer one arrived while motion was estimated
+  uint64_t elsewhere = 0;   ///< left out: they do not overlap the first one in space
+  uint64_t kept = 0;        ///< arrived while a cycle was played: they only control its pace
   double delay_median_s = 0.0, delay_p95_s = 0.0, delay_most_s = 0.0;  ///< arrival to felt
-  double cycle_s = 0.0;  ///< of the cycle that is kept; 0: frames are followed
-  int cycles = 0;        ///< from whose means its motion was found
+  double cycle_s = 0.0;  ///< of the cycle that is played; 0: frames are followed
+  int cycles = 0;        ///< number of cycles in the means from which its motion was estimated
 };
 
-/// Follows a source of frames that has no end while it is felt. The first frame is felt standing
-/// still. Then, again and again, the motion from the frame that is felt to the newest one is
-/// estimated, and the volume moves along it, values fading from the one to the other on the way;
-/// the newest frame wins, and those between are left out. When no frame comes it rests at the last
-/// one. Frames that repeat (Repetition) become a sequence with one motion for all of them, whose
-/// pace follows theirs; when they no longer repeat, each is followed again. Further cycles make
-/// that motion better: it is found again from the means of up to kMostCycles of them.
+/// Follows an endless source of frames while it is felt. The first frame stands still. Then, again
+/// and again, the motion from the present frame to the newest one is estimated, and the volume
+/// moves along it while its values are blended from one to the other; frames in between are left
+/// out. When no frame arrives the volume rests at the last one. Frames that repeat (Repetition)
+/// become a cyclic sequence with one motion for all of them, which plays at the pace of the
+/// arriving frames; when these no longer repeat, each is followed again. Further cycles improve
+/// that motion: it is estimated again from the means of up to kMostCycles of them.
 ///
-/// The scene has `kSlots` frames in a ring: what moves is between two of them, and what is new is
-/// put into the next. So each frame reaches the hand as those of a file do, within the same limits.
+/// The scene has a ring of `kSlots` frames: the volume moves between two of them, and the next
+/// frame is written into the next slot. So live frames reach the servo loop in the same way, and
+/// within the same limits, as those of a file.
 class LiveSequence {
  public:
   static constexpr size_t kSlots = 4;
   static constexpr int kMostCycles = 8;
-  /// of the ring's own time; gone through four times as fast, so that a wall goes 10 mm in 0.1 s
+  /// Length of a slot in the ring's own time. It is played four times as fast, so that a wall moves
+  /// 10 mm in 0.1 s.
   static constexpr double kSlot_s = 0.4;
 
-  /// The scene's frames before any has moved: the first one in each slot.
+  /// The scene's frames before any motion: the first frame in each slot.
   static Sequence standing(const Volume& first);
-  /// Makes the volume of a scene that was loaded with standing() ready to be followed.
+  /// Prepares the volume of a scene that was loaded with standing() for following frames.
   static void prepare(LoadedScene& scene, size_t volume);
 
-  /// Starts at once. `session` is borrowed and has a scene that was prepared; `first` is the frame
-  /// that it lets feel.
+  /// Starts at once. `session` is borrowed and has a scene that prepare() was applied to; `first`
+  /// is the frame in that scene.
   LiveSequence(Session& session, size_t volume, const Volume& first, LiveSequenceOptions options);
-  /// Ends what is estimated and waits for it.
+  /// Cancels the estimation and waits for it.
   ~LiveSequence();
   LiveSequence(const LiveSequence&) = delete;
   LiveSequence& operator=(const LiveSequence&) = delete;
 
-  /// The newest frame. One of another grid is resampled onto that of the first. One that can not be
-  /// taken is left out, and that is said. One thread; does not throw.
+  /// Takes the newest frame. A frame on another grid is resampled onto that of the first one. A
+  /// frame that can not be used is left out and reported through on_note. One thread; does not
+  /// throw.
   void push(const Volume& frame, int64_t arrived_ns);
   LiveNumbers numbers() const;
 
@@ -80,16 +83,16 @@ class LiveSequence {
   struct Cycle {
     std::shared_ptr<const MovingVolume> volume;
     std::vector<double> times_s;
-    std::vector<Volume> frames;  ///< the means of the cycles that came
+    std::vector<Volume> frames;  ///< the means over the cycles received
     size_t reference = 0;
     std::vector<std::vector<float>> means;
     double cycle_s = 0.0, contrast = 0.0;
   };
-  /// The cycles after the one that is kept: each while its frames come, then, taken into the means,
-  /// while their motion is found.
+  /// The cycles after the first one: first their frames are collected; then, added to the means,
+  /// their motion is estimated.
   struct Further {
-    std::vector<Volume> frames;  ///< without values: has not come yet
-    int cycles = 1;              ///< in the means
+    std::vector<Volume> frames;  ///< without values: not yet received
+    int cycles = 1;              ///< number of cycles in the means
     std::stop_source stop;
     std::future<Result<SequenceMotion>> motion;
     ~Further() { stop.request_stop(); }
@@ -117,22 +120,22 @@ class LiveSequence {
   size_t index_;
   Grid grid_;
   LiveSequenceOptions options_;
-  MovingVolume ring_;  ///< the worker's alone, with slot_ and felt_
+  MovingVolume ring_;  ///< used by the worker only, as are slot_ and felt_
   size_t slot_ = 0;
-  Volume felt_;            ///< samples of the frame at slot_, which its spline does not give back
-  Repetition repetition_;  ///< push()'s alone, with history_ and its bytes
+  Volume felt_;  ///< samples of the frame at slot_, which can not be recovered from its spline
+  Repetition repetition_;  ///< used by push() only, as are history_ and its size
   std::deque<RingFrame> history_;
   std::atomic<bool> searching_{true};
 
-  mutable std::mutex mutex_;  ///< of what follows but the threads
+  mutable std::mutex mutex_;  ///< guards the members below except the threads
   std::condition_variable_any changed_;
   std::optional<RingFrame> newest_;
   std::optional<PairMotion> pair_;
   std::future<Result<Cycle>> cycle_;
   LiveNumbers numbers_;
   Histogram delays_;                      ///< from arrival to felt
-  double target_s_ = 0.0, time_s_ = 0.0;  ///< of the ring: to where it goes, and where it is
-  int64_t target_arrived_ns_ = 0;         ///< of the frame there; 0: it is felt already
+  double target_s_ = 0.0, time_s_ = 0.0;  ///< of the ring: the time to go to, and the present time
+  int64_t target_arrived_ns_ = 0;         ///< of the frame at target_s_; 0: the hand has reached it
   std::stop_source stop_cycle_;
   std::unique_ptr<Background> watch_;
   std::jthread worker_;

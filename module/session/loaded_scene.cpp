@@ -38,7 +38,8 @@ double fit_to_reach(LoadedScene& scene, const DeviceInfo& device) {
   const FrameData& frame = *scene.data.front()->frames.front();
   const glm::dvec3 size = frame.high_m() - frame.low_m();
   const double longest = std::max({size.x, size.y, size.z});
-  // Seven tenths of the reach on either side: corners stick out, and the hand has to come free.
+  // Seven tenths of the reach on either side: corners extend further, and the hand needs free
+  // space.
   const double room = 2.0 * 0.7 * device.workspace_radius_m;
   if (!(room > 0.0) || longest <= room) return 1.0;
   const double scale = room / longest;

@@ -13,33 +13,33 @@
 
 namespace palpate {
 
-/// A motion that nothing gives: to be estimated while the data are felt.
+/// A motion that no file contains, to be estimated while the data are felt.
 struct MissingMotion {
   size_t volume = 0;
-  /// The volume's frames once more, as they were read: their splines do not give them back. Any
-  /// thread.
+  /// Reads the volume's frames again: they can not be recovered from the splines. Any thread.
   std::function<Result<Frames>()> open;
-  /// The volume with all its frames, where the scene has it standing still until one motion for all
-  /// of them is known; else null.
+  /// The volume with all its frames, if it stands still in the scene until one motion for all of
+  /// them is known; else null.
   std::shared_ptr<const MovingVolume> own;
 };
 
 /// A scene with its data, ready for a Session. Transforms are those at the start.
 struct LoadedScene {
-  std::string name;  ///< "heart", ..., or the file
+  std::string name;  ///< "heart", ..., or the file name
   SceneSpec spec;
   std::vector<std::shared_ptr<const MovingVolume>> data;  ///< one per volume, in order
   std::vector<MissingMotion> missing;
-  std::vector<std::string> notes;  ///< what was chosen for the person, a sentence each
-  bool from_sequence = false;      ///< no scene file said where it is: it may be fitted to a device
-  ModeKinds kinds;                 ///< of mode, that the spec may name
+  std::vector<std::string> notes;  ///< choices made for the user, a sentence each
+  /// there is no scene file that places it: it may be scaled to a device
+  bool from_sequence = false;
+  ModeKinds kinds;  ///< kinds of modes that the spec may name
 };
 
-/// Forgets the known motion of synthetic data, so that it has to be found as a patient's would.
+/// Removes the known motion of synthetic data, so that it is estimated as for measured data.
 void forget_motion(LoadedScene& scene);
 
-/// Shrinks a sequence's volume so that its longest edge fits the device's reach; a smaller one
-/// stays as it is. Returns the scale.
+/// Scales a sequence's volume down so that its longest edge fits the device's workspace; a smaller
+/// one is not changed. Returns the scale.
 double fit_to_reach(LoadedScene& scene, const DeviceInfo& device);
 
 }  // namespace palpate

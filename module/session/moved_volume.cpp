@@ -47,7 +47,7 @@ MovedVolume moved_volume(const MovingVolume& volume, double time_s, size_t most_
   for (int k = 0; k < grid.size.z && !stop.stop_requested(); ++k)
     for (int j = 0; j < grid.size.y; ++j)
       for (int i = 0; i < grid.size.x; ++i) {
-        // What is at y now was at x in its frame.
+        // The material that is at y now was at x in its frame.
         const glm::dvec3 y = volume_from_lps(grid.lps_from_index({i, j, k}));
         glm::dvec3 x = y;
         if (whole)

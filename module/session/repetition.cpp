@@ -6,8 +6,8 @@
 namespace palpate {
 namespace {
 
-constexpr int kBlocks = 12;       // along an axis
-constexpr int kFewestFrames = 4;  // of a cycle
+constexpr int kBlocks = 12;       // along each axis
+constexpr int kFewestFrames = 4;  // in a cycle
 constexpr double kAlike = 0.3;    // of the largest difference within a cycle
 
 std::vector<float> means_of(const Volume& frame) {
@@ -52,7 +52,7 @@ std::optional<int> Repetition::add(const Volume& frame) {
     means_.pop_front();
     distances_.pop_front();
   }
-  // m(k), for the k for which there are 2 k frames; infinite beyond.
+  // m(k) for the k for which there are 2 k frames; infinite beyond.
   const int count = int(means_.size());
   const auto m = [&](int k) {
     if (2 * k > count) return INFINITY;

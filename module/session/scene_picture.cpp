@@ -8,18 +8,18 @@
 namespace palpate {
 namespace {
 
-constexpr size_t kMostDrawn = 4;  // as the renderer takes
+constexpr size_t kMostDrawn = 4;  // limit of the renderer
 constexpr glm::dvec3 kPen{0.80, 0.83, 0.88}, kProxy{0.30, 0.78, 0.98}, kArrow{1.0, 0.62, 0.18};
-// Colours of a fingertip that touches: unlike flesh and bone, also for colour-blind people.
+// Colours of a fingertip in contact: different from flesh and bone, also for colour-blind people.
 constexpr glm::dvec3 kTouch{0.25, 0.95, 1.0}, kPressed{0.10, 0.25, 1.0};
 constexpr glm::dvec3 kBoxColour{0.42, 0.46, 0.54};
-constexpr double kHeightAngle = 0.55;  // of a picture
+constexpr double kHeightAngle = 0.55;  // vertical angle of view, rad
 constexpr double kArrow_m_per_n = 0.008;
-constexpr double kTube = 0.0006;              // radius beside a volume of 10 cm
-constexpr double kKeptTube = 1.6;             // of that, where it is to stay
+constexpr double kTube = 0.0006;              // radius in a volume of 10 cm
+constexpr double kKeptTube = 1.6;             // factor on that for tubes that are kept
 constexpr double kLongestPrediction_s = 0.1;  // an older tick is not extrapolated further
 
-/// The least and greatest value of a frame on a coarse lattice: enough to choose a look.
+/// The least and greatest value of a frame on a coarse grid: sufficient to choose a look.
 std::pair<double, double> range_of(const FrameData& frame) {
   constexpr int kAlong = 40;
   double low = 1e300, high = -1e300;
@@ -34,14 +34,14 @@ std::pair<double, double> range_of(const FrameData& frame) {
   return {low, high};
 }
 
-/// The same of all samples, where there are samples.
+/// The same over all samples, if there are samples.
 std::pair<double, double> exact_range_of(const FrameData& frame) {
   const ScalarSamples samples = frame.samples();
   if (samples.lowest > samples.highest) return range_of(frame);
   return {samples.lowest, samples.highest};
 }
 
-/// Whether a surface between air and tissue is felt in this CT: then lung and skin are to be seen.
+/// Whether a mode reads a surface between air and tissue in this CT: then lung and skin are shown.
 bool feels_air(const Scene& scene, const SceneVolume& volume) {
   constexpr double kAir_hu = -900.0, kTissue_hu = -150.0;
   for (const SceneMode& mode : scene.modes) {
@@ -67,7 +67,7 @@ Look fitting(const Scene& scene, const SceneVolume& volume) {
   return look;
 }
 
-/// What the command line asks for, else what the scene says, else what suits the data.
+/// The look named on the command line, else the scene's, else one that suits the data.
 Look look_for(const std::string& name, const Scene& scene, const SceneVolume& volume) {
   if (name != "auto")
     if (auto preset = preset_look(name)) return *preset;
@@ -129,7 +129,7 @@ bool ScenePicture::update(std::shared_ptr<const Scene> felt) {
 
 void ScenePicture::box(const SceneSnapshot& snapshot, glm::dvec3& low, glm::dvec3& high) const {
   low = glm::dvec3(1e300), high = glm::dvec3(-1e300);
-  // All that is felt: hidden volumes too, so that the hand stays in view.
+  // All volumes that are felt, also hidden ones, so that the hand stays in view.
   for (size_t v = 0; v < felt_->volumes.size(); ++v) {
     const FrameData& frame = *felt_->volumes[v].data->frames.front();
     const Transform& place = snapshot.volumes[v].world_from_volume;
@@ -152,7 +152,8 @@ void ScenePicture::bounds(const SceneSnapshot& snapshot, glm::dvec3& centre,
 
 void ScenePicture::add_things(const SceneSnapshot& snapshot, const Eye& eye, double radius_m,
                               ViewScene& scene) {
-  const double size = radius_m / 0.1;  // of things, beside a volume of 10 cm radius
+  // of pen and other bodies, relative to a volume of 10 cm radius
+  const double size = radius_m / 0.1;
   if (choices_.hand) add_hand(snapshot, eye, size, scene);
   for (size_t v = 0; v < volumes_.size(); ++v)
     add_tubes(scene.volumes[v], v, kTube * size, scene.things);
@@ -172,8 +173,8 @@ void ScenePicture::add_things(const SceneSnapshot& snapshot, const Eye& eye, dou
   }
 }
 
-/// What the hand has released in volume v, where it is at the volume's pointer; colours over all
-/// tubes of the volume. Kept ones are thicker.
+/// Adds the released tubes of volume v at the volume's pointer; the colours cover the range of all
+/// tubes of the volume. Kept tubes are thicker.
 void ScenePicture::add_tubes(const ViewVolume& of, size_t v, double radius_m,
                              Things& things) const {
   if (!tubes_) return;
@@ -185,7 +186,7 @@ void ScenePicture::add_tubes(const ViewVolume& of, size_t v, double radius_m,
   for (const ReleasedTube& one : *tubes_) {
     if (one.volume != shown_[v]) continue;
     const MovingVolume& data = *one.tube->data();
-    // Where frames are drawn as they are, tubes are too.
+    // If frames are drawn as they are, so are tubes.
     FramePointer at = of.pointer;
     if (choices_.whole_frames) at = {data.whole ? int(data.whole->reference()) : at.frame, 0.0};
     std::vector<glm::dvec3> places = one.tube->places(at);
@@ -202,13 +203,13 @@ void ScenePicture::add_hand(const SceneSnapshot& snapshot, const Eye& eye, doubl
   if (choices_.fingertip) {
     const double share =
         std::clamp(glm::length(snapshot.force_n) / std::max(choices_.full_force_n, 1e-9), 0.0, 1.0);
-    // At a contact where the surface holds it: the finger itself is hidden inside.
+    // In contact at the proxy, on the surface: the finger itself is hidden inside.
     const bool touches = snapshot.in_contact;
     add_sphere(scene.things, touches ? snapshot.proxy_m : snapshot.probe_m, 0.007 * size,
                touches ? glm::mix(kTouch, kPressed, share) : kPen);
     return;
   }
-  // The pen comes from the side of the eye, so that its tip is in view.
+  // The pen points to the side of the eye, so that its tip is visible.
   const glm::dvec3 away = glm::normalize(eye.orientation * glm::dvec3(0.45, 0.55, 0.70));
   add_pen(scene.things, snapshot.probe_m, away, 0.0022 * size, 0.07 * size, kPen);
   if (snapshot.in_contact) add_sphere(scene.things, snapshot.proxy_m, 0.0026 * size, kProxy);
@@ -244,9 +245,9 @@ ViewScene ScenePicture::at(const SceneSnapshot& snapshot, int64_t display_ns, co
 }
 
 ClipPlane cut_before(const Eye& eye, glm::dvec3 touched_m, glm::dvec3 centre_m, double radius_m) {
-  // Aside from straight: so that the cut's edge shows how deep it is.
+  // Rotation away from the view, so that the cut's edge shows its depth
   constexpr double kAside = 0.6;   // radians
-  constexpr double kFront = 0.45;  // of the radius: a hand before everything still cuts
+  constexpr double kFront = 0.45;  // share of the radius: a hand in front of everything still cuts
   const glm::dvec3 away = eye.orientation * glm::dvec3(-std::sin(kAside), 0.0, -std::cos(kAside));
   const double towards_eye = glm::dot(centre_m - touched_m, away);
   const double before_m = std::clamp(towards_eye, 0.0, kFront * radius_m);
@@ -254,11 +255,11 @@ ClipPlane cut_before(const Eye& eye, glm::dvec3 touched_m, glm::dvec3 centre_m, 
 }
 
 Eye eye_before(glm::dvec3 low_m, glm::dvec3 high_m, PictureSize size) {
-  constexpr double kFilled = 0.93;  // of the picture: letters stand around the box
+  constexpr double kFilled = 0.93;  // share of the picture: letters stand around the box
   const glm::dvec3 centre = 0.5 * (low_m + high_m), half = 0.5 * (high_m - low_m);
   const glm::dvec3 direction = glm::normalize(glm::dvec3(0.42, 0.30, 1.0));
   const Eye unit = eye_at(centre + direction, centre, kHeightAngle, size);
-  // So far away that every corner is within both angles of view.
+  // Far enough for every corner to be within both angles of view.
   double distance = 1e-6;
   for (int c = 0; c < 8; ++c) {
     const glm::dvec3 sign(c & 1 ? 1 : -1, c & 2 ? 1 : -1, c & 4 ? 1 : -1);
@@ -274,10 +275,11 @@ std::array<Eye, 2> eyes_before(glm::dvec3 low_m, glm::dvec3 high_m, PictureSize 
   const Eye middle = eye_before(low_m, high_m, size);
   const double distance = glm::distance(middle.position_m, 0.5 * (low_m + high_m));
   std::array<Eye, 2> eyes;
-  // As far apart as a person's eyes would be that sees half a metre where this head sees its way.
+  // The distance of the eyes is in proportion to the distance of the scene, as for a person who
+  // sees something at half a metre.
   split_eyes(middle, 0.063 * distance / 0.5, eyes[0], eyes[1]);
-  // Parallel eyes that far apart would each lose a side of the picture: their angles are shifted so
-  // that both frame what is at the centre's depth.
+  // With parallel eyes that far apart each would lose one side of the picture: their angles are
+  // shifted so that both frame the same at the depth of the centre.
   const double shift = 0.5 * 0.063 / 0.5;
   eyes[0].tan_left += shift, eyes[0].tan_right += shift;
   eyes[1].tan_left -= shift, eyes[1].tan_right -= shift;

@@ -14,42 +14,42 @@
 
 namespace palpate {
 
-/// What a person who looks may change.
+/// What a viewer can change.
 struct ViewChoices {
   std::string look = "auto";  ///< a preset's name, or auto: what suits the data
-  bool whole_frames = false;  ///< the old way: frames as they are, not moved
-  bool box = true;            ///< edges of the data and letters of the patient's sides
-  bool cut_open = false;      ///< what lies towards the eye is cut away, through what is touched
-  bool hand = true;           ///< pen, proxy and force are drawn; off: it is only looked at
-  /// The probe is a bare fingertip, which feels nothing: instead of a pen a ball, whose colour says
-  /// whether it touches and, up to full_force_n, how hard. Then it stays where the surface holds
-  /// it.
+  bool whole_frames = false;  ///< for comparison: frames as they are, not moved between them
+  bool box = true;            ///< edges of the data, and letters for the patient's sides
+  bool cut_open = false;      ///< cut away what lies between the eye and the place that is touched
+  bool hand = true;           ///< draw pen, proxy and force; false: viewing only
+  /// The probe is a bare fingertip without force feedback: instead of a pen a ball is drawn. Its
+  /// colour shows whether it touches and, up to full_force_n, how hard; in contact it stays at the
+  /// surface.
   bool fingertip = false;
   double full_force_n = 4.0;
 };
 
-/// The volumes that are felt, as they are to be seen: built anew when the scene changes (motion
-/// arrived), then asked for a picture's scene at a time. Values; one thread.
+/// Makes pictures' scenes from the volumes that are felt. It is rebuilt when the scene changes
+/// (motion arrived). Values; one thread.
 class ScenePicture {
  public:
   explicit ScenePicture(const ViewChoices& choices) : choices_(choices) {}
 
-  /// From the next update() on; another look comes with it.
+  /// Takes effect with the next update(); another look does, too.
   void choose(const ViewChoices& choices);
-  /// Takes what is felt now. True if the renderer has to be given volumes() again.
+  /// Takes the present scene. True if the renderer must be given volumes() again.
   bool update(std::shared_ptr<const Scene> felt);
-  /// The stream tubes that the hand has released, from the next at() on; may be null.
+  /// The stream tubes that the user has released, from the next at() on; may be null.
   void show(std::shared_ptr<const ReleasedTubes> tubes) { tubes_ = std::move(tubes); }
-  /// At most four: the first ones that the scene shows.
+  /// At most four: the first visible volumes of the scene.
   const std::vector<std::shared_ptr<const MovingVolume>>& volumes() const { return volumes_; }
 
-  /// What is to be seen at display_ns (monotonic), from a tick not long before: volumes at the
-  /// phase that the hand will feel then, where they are, with pen, proxy and force.
+  /// The scene to draw for display_ns (monotonic), from a tick shortly before: volumes at the phase
+  /// that the hand will feel at that time and at their places, with pen, proxy and force.
   ViewScene at(const SceneSnapshot& snapshot, int64_t display_ns, const Eye& eye);
 
-  /// A box around all volumes at their places in `snapshot`, along the world's axes, m.
+  /// A box around all volumes at their places in `snapshot`, along the axes of the world, m.
   void box(const SceneSnapshot& snapshot, glm::dvec3& low, glm::dvec3& high) const;
-  /// A ball around the same, world, m.
+  /// A sphere around the same box, world, m.
   void bounds(const SceneSnapshot& snapshot, glm::dvec3& centre, double& radius_m) const;
 
  private:
@@ -60,24 +60,26 @@ class ScenePicture {
 
   ViewChoices choices_;
   std::shared_ptr<const Scene> felt_;
-  std::vector<size_t> shown_;  ///< which of the felt volumes volumes_ are
+  std::vector<size_t> shown_;  ///< indices of volumes_ in the scene
   std::vector<std::shared_ptr<const MovingVolume>> volumes_;
-  std::vector<Look> looks_;  ///< empty: to be found anew
+  std::vector<Look> looks_;  ///< empty: to be chosen again
   std::shared_ptr<const ReleasedTubes> tubes_;
-  std::vector<StreamLines> stream_;  ///< one per volume, whether or not it has tubes
+  std::vector<StreamLines> stream_;  ///< one per volume, with or without tubes
 };
 
-/// kBadInput, naming the presets, if there is no look of that name.
+/// Errors: kBadInput, with the names of the presets, if there is no look of that name.
 Status check_look(const std::string& name);
 
-/// The cut through what is touched (world, m) that this eye sees the face of: a plane across its
-/// view, turned a little aside. What lies before it is cut away. It stays within the front half of
-/// the ball around all volumes, so that it never takes all away, nor nothing.
+/// The plane that cuts the scene open for this eye at the place that is touched (world, m): across
+/// the view, rotated a little to the side. Everything in front of it is cut away. It stays within
+/// the front half of the sphere around all volumes, so that it removes neither everything nor
+/// nothing.
 ClipPlane cut_before(const Eye& eye, glm::dvec3 touched_m, glm::dvec3 centre_m, double radius_m);
 
-/// An eye before a box (world, m), a little to the right and above, that just sees all of it.
+/// An eye in front of a box (world, m), a little to the right and above, from which all of it is
+/// just visible.
 Eye eye_before(glm::dvec3 low_m, glm::dvec3 high_m, PictureSize size);
-/// The two eyes of a head there.
+/// The two eyes of a head at that place.
 std::array<Eye, 2> eyes_before(glm::dvec3 low_m, glm::dvec3 high_m, PictureSize size);
 
 }  // namespace palpate

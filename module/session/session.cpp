@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::chrono::milliseconds kPosePause{16};  // as often as a display asks
+constexpr std::chrono::milliseconds kPosePause{16};  // as often as a display needs poses
 
 }  // namespace
 
@@ -44,7 +44,7 @@ Result<std::unique_ptr<Session>> Session::start_in_host(const LoadedScene& scene
   return session;
 }
 
-/// The scene for the first tick.
+/// Assembles the scene for the first tick.
 Status Session::begin(const LoadedScene& at_start) {
   SceneSpec spec = at_start.spec;
   std::vector<std::shared_ptr<const MovingVolume>> data = at_start.data;
@@ -52,11 +52,11 @@ Status Session::begin(const LoadedScene& at_start) {
     rates_.push_back(volume.rate);
     moved_.push_back(driven(volume.drive, volume.transform, 0.0));
   }
-  // A motion that is to come has its steps from the start, all still.
+  // Steps of a motion that is still missing exist from the start, with zero motion.
   for (const MissingMotion& missing : at_start.missing) {
     missing_.push_back(missing.volume);
     spec.volumes[missing.volume].rate = 0.0;
-    // What waits for one motion has no steps.
+    // A volume that waits for one motion for all frames has no steps.
     if (missing.own) continue;
     MovingVolume volume = *data[missing.volume];
     const size_t steps = size_t(volume.times.steps());
@@ -68,9 +68,9 @@ Status Session::begin(const LoadedScene& at_start) {
   return hand_over(plan(spec, std::move(data), at_start.kinds));
 }
 
-/// With the loop in place: poses that are sent, and motion that nothing gives.
+/// Starts what needs the loop: the threads that send poses, and the estimation of missing motion.
 void Session::begin_motion(const LoadedScene& at_start) {
-  // What stands still as one of its frames stands at the time of that.
+  // A volume that stands still as one of its frames stands at the time of that frame.
   for (const MissingMotion& missing : at_start.missing)
     if (missing.own)
       send({ControlEvent::Kind::kScrub, int(missing.volume),
@@ -86,7 +86,7 @@ void Session::begin_motion(const LoadedScene& at_start) {
       ticker_.collect();
     });
   });
-  // Apart: following a line may take longer than poses can wait.
+  // On another thread: following a line may take longer than poses can wait.
   commands_ =
       std::make_unique<Background>(kPosePause, [this] { attempt([this] { take_commands(); }); });
   can_play_ = at_start.missing.empty();
@@ -112,7 +112,7 @@ void Session::stop() {
   poses_.reset();
   if (servo_) servo_->stop();
   if (host_) host_->stop();
-  commands_.reset();  // with what was asked until now
+  commands_.reset();  // takes the commands up to now
 }
 
 bool Session::at_rest() const noexcept {
@@ -127,7 +127,8 @@ void Session::tell(SessionEvent::Kind kind, const std::string& sentence) const {
   });
 }
 
-/// A thread's work, which goes on after an exception: the next time may succeed. Said once.
+/// Runs a thread's work. After an exception the thread goes on, since the next call may succeed;
+/// the first one is reported.
 void Session::attempt(const std::function<void()>& work) {
   const Status done = caught([&]() -> Status {
     work();
@@ -138,8 +139,8 @@ void Session::attempt(const std::function<void()>& work) {
          "Poses and stream tubes of the session may be late: " + done.error().message);
 }
 
-/// Reports failures that the haptic loop can not report itself: a mode that threw, a device of the
-/// host's.
+/// Reports failures that the haptic loop can not report itself: a mode that threw, or the host's
+/// device.
 void Session::say_what_failed(const Scene& felt) {
   for (const SceneMode& mode : felt.modes) {
     const auto* const foreign = dynamic_cast<const ForeignMode*>(mode.mode.get());
@@ -154,7 +155,7 @@ void Session::say_what_failed(const Scene& felt) {
     tell(SessionEvent::Kind::kNote, note);
 }
 
-/// On the estimation's thread, after each step and at its end.
+/// Called on the estimation's thread, after each step and at its end.
 void Session::on_motion(const LiveMotion& motion) {
   using Kind = SessionEvent::Kind;
   const LiveMotion::Progress now = motion.progress();
@@ -184,7 +185,7 @@ void Session::on_motion(const LiveMotion& motion) {
                      now.seconds));
 }
 
-/// With mutex_ held.
+/// Call with mutex_ locked.
 Status Session::hand_over(Result<std::shared_ptr<const Scene>> scene) {
   if (!scene) return scene.error();
   scene_ = std::move(*scene);
@@ -221,7 +222,7 @@ bool Session::send(const ControlEvent& first, const ControlEvent& second) {
   return servo_ ? servo_->send(first, second) : host_ && host_->send(first, second);
 }
 
-/// With mutex_ held.
+/// Call with mutex_ locked.
 bool Session::push(const PoseUpdate& pose) {
   return servo_ ? servo_->send(pose) : host_ && host_->send(pose);
 }
@@ -325,7 +326,7 @@ std::shared_ptr<const ReleasedTubes> Session::tubes() const {
   return hand_tubes_.tubes();
 }
 
-/// Stream tubes: what the hand asked for since the last time, in the scene as it is now.
+/// Executes the stream tube commands since the last call, in the present scene.
 void Session::take_commands() {
   const auto felt = scene();
   SceneSnapshot now;
@@ -333,7 +334,7 @@ void Session::take_commands() {
   const auto say = [this](const std::string& sentence) {
     if (!sentence.empty()) tell(SessionEvent::Kind::kNote, sentence);
   };
-  // Laid aside, so that pictures need not wait for a tube that is being followed.
+  // On a copy, so that pictures need not wait while a tube is computed.
   HandTubes tubes;
   {
     const std::lock_guard lock(tubes_mutex_);
@@ -361,7 +362,7 @@ void Session::send_poses() {
     if (spec.drive.kind != DriveSpec::Kind::kSecondHand) {
       moved_[v] = driven(spec.drive, spec.transform, double(now_ns - start_ns_) * 1e-9);
     } else if (!options_.second_hand) {
-      continue;  // only dragged
+      continue;  // moved by a second hand only
     } else {
       const FrameData& frame = *volume.data->frames.front();
       const glm::dvec3 middle = 0.5 * (frame.low_m() + frame.high_m());

@@ -18,13 +18,13 @@
 
 namespace palpate {
 
-/// What has happened in a session: a kind for programs and a sentence for people.
+/// An event in a session: a kind for programs and a sentence for people.
 struct SessionEvent {
   enum class Kind {
-    kNote,          ///< something that a person may want to know
+    kNote,          ///< information for the user
     kMoves,         ///< every step of the motion is known: the volumes begin to move
-    kWholeMotion,   ///< one motion for a whole sequence is felt from now on
-    kMotionFailed,  ///< what is known stays felt; the sentence says why there is no more
+    kWholeMotion,   ///< one motion for a whole sequence is in use from now on
+    kMotionFailed,  ///< known motion stays in use; the sentence says why there is no more
   } kind = Kind::kNote;
   std::string sentence;
 };
@@ -32,38 +32,38 @@ struct SessionEvent {
 struct SessionOptions {
   HapticsOptions haptics;
   ServoOptions servo;
-  /// Moves the volumes whose drive says so; may be null: they stand still. Borrowed.
+  /// Moves the volumes whose drive is a second hand; null: they stand still. Borrowed.
   const SecondHand* second_hand = nullptr;
-  /// How motion that nothing gives is estimated while the data are felt; without open_context the
-  /// data stand still.
+  /// How motion that no file contains is estimated while the data are felt; without open_context
+  /// the data stand still.
   LiveMotionOptions motion;
-  /// Buttons of the device with which the hand releases stream tubes; see CommandButton. 0: none.
+  /// Buttons of the device that release stream tubes; see CommandButton. 0: none.
   uint32_t tube_buttons = 0;
-  /// Hears what happens, on a thread of the session's; may be empty. Must not end the session. What
-  /// it throws is dropped: it is the one who would be told.
+  /// Called with each event, on a thread of the session; may be empty. Must not end the session.
+  /// Its exceptions are dropped, since it is the place to report them.
   std::function<void(const SessionEvent&)> on_event;
-  /// Asked every some hundredths of a second, on a thread of the session's: a sentence becomes an
-  /// event of kind kNote. For what goes wrong where nothing may be said, in the haptic loop. May be
-  /// empty.
+  /// Called every few hundredths of a second, on a thread of the session; a sentence that it
+  /// returns becomes an event of kind kNote. For errors in the haptic loop, which must not report
+  /// them itself. May be empty.
   std::function<std::string()> next_note;
 };
 
-/// The readers of the newest snapshot, each on a thread of its own.
+/// Readers of the newest snapshot, each on a thread of its own.
 enum class SnapshotReader { kHeadset, kWindow, kPictures, kLive, kServer, kTubes };
 static_assert(int(SnapshotReader::kTubes) < SceneTicker::kReaders);
 
 /// A scene that is being felt: joins scene, haptic step and servo loop, sends the poses of volumes
-/// that move by themselves, estimates motion that nothing gives and takes it up while the loop
-/// runs. A volume whose motion is still missing stands still: frames that fade into each other
-/// where they are would let surfaces jump, or vanish under the hand.
+/// that move by themselves, estimates missing motion and puts it to use while the loop runs. A
+/// volume whose motion is still missing stands still: with frames blended in place, surfaces would
+/// jump or vanish under the hand.
 class Session {
  public:
-  /// Starts the servo thread. `device` is borrowed, and so are the listeners. kBadInput if the
-  /// scene can not be put together.
+  /// Starts the servo thread. `device` and the listeners are borrowed. Errors: kBadInput if the
+  /// scene can not be assembled.
   static Result<std::unique_ptr<Session>> start(const LoadedScene& scene, ForceDevice& device,
                                                 SessionOptions options);
-  /// The same without a servo thread: the host calls tick() in its own haptic loop. `device` says
-  /// what the host's device can do.
+  /// The same without a servo thread: the host calls tick() in its own haptic loop. `device`
+  /// describes the host's device.
   static Result<std::unique_ptr<Session>> start_in_host(const LoadedScene& scene,
                                                         const DeviceInfo& device,
                                                         SessionOptions options);
@@ -72,79 +72,80 @@ class Session {
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
-  /// One haptic frame of a session that was started in its host: the force for the hand, device
-  /// space, N, behind every guard. About 1,000 times a second, 250 to 4,000 are allowed. Real-time
-  /// safe; one thread at a time. Zero if the session has a servo thread.
+  /// One haptic frame of a session started with start_in_host(): returns the force on the hand,
+  /// device space, N, after all guards. Call it about 1,000 times a second; 250 to 4,000 are
+  /// allowed. Real-time safe; one thread at a time. Zero if the session has a servo thread.
   glm::dvec3 tick(const HostTick& tick) noexcept {
     return host_ ? host_->tick(tick) : glm::dvec3(0.0);
   }
 
-  /// One step of a volume's motion is known now: it is felt from the next ticks on, without a step
-  /// of the force. Any thread.
+  /// Takes a newly known step of a volume's motion: it is used from the next ticks on, without a
+  /// jump of the force. Any thread.
   Status take_motion(size_t volume, size_t step, std::shared_ptr<const MotionMap> map);
 
-  /// Another form of a volume's data, with as many frames and the same times: felt from the next
-  /// ticks on, without a step of the force. Any thread.
+  /// Takes another form of a volume's data, with as many frames and the same times: it is used from
+  /// the next ticks on, without a jump of the force. Any thread.
   Status take_volume(size_t volume, std::shared_ptr<const MovingVolume> data);
 
-  /// Whether the loop has been offered all that was taken; else it is soon, by itself. What is sent
-  /// after that acts on the newest data. Any thread.
+  /// Whether everything that was taken has been handed to the loop; if not, it will be soon. What
+  /// is sent after that acts on the newest data. Any thread.
   bool has_handed_over() const;
 
-  /// Into the loop; false if too much waits there already. Any thread.
+  /// Sends an event to the loop; false if its queue is full. Any thread.
   bool send(const ControlEvent& event);
-  /// Both, one after the other, or neither. Any thread.
+  /// Sends both, one after the other, or neither. Any thread.
   bool send(const ControlEvent& first, const ControlEvent& second);
 
-  /// What a key asks of the stream tubes, at the proxy of the next tick. Any thread.
+  /// Releases a stream tube at the proxy of the next tick, as a key does. Any thread.
   bool release_tube() { return send({ControlEvent::Kind::kReleaseTube}); }
   bool keep_tubes() { return send({ControlEvent::Kind::kKeepTubes}); }
   bool clear_tubes() { return send({ControlEvent::Kind::kClearTubes}); }
-  /// The stream tubes that the hand has released, as of some hundredths of a second ago, and after
+  /// The stream tubes that the user has released, up to a few hundredths of a second ago; after
   /// stop() all of them. Never null. Any thread.
   std::shared_ptr<const ReleasedTubes> tubes() const;
 
-  /// Whether there is motion to play: false while it is awaited. Any thread.
+  /// Whether there is motion to play: false while it is being estimated. Any thread.
   bool can_play() const { return can_play_; }
-  /// Plays what was paused, pauses what was played; nothing while motion is awaited. Any thread.
+  /// Pauses or continues; does nothing while motion is being estimated. Any thread.
   void toggle_play();
   void play(bool on);
-  /// By a share of each sequence from where it is in `snapshot`, or from where the scrub before
-  /// took it, which no picture may have shown yet; pauses. Any thread.
+  /// Moves the time of each sequence by a share of its length, from its time in `snapshot`, or from
+  /// where the last scrub moved it, which no picture may have shown yet; pauses. Any thread.
   void scrub(const SceneSnapshot& snapshot, double share);
-  /// To a share of every moving sequence's length, 0 to 1; pauses. Any thread.
+  /// Moves the time of every moving sequence to a share of its length, 0 to 1; pauses. Any thread.
   void scrub_to(double share);
 
-  /// The scene as it is felt now. Any thread.
+  /// The present scene. Any thread.
   std::shared_ptr<const Scene> scene() const;
-  /// What is estimated meanwhile.
+  /// The estimation of missing motion.
   const LiveMotion& motion() const { return *motion_; }
 
-  /// The newest tick as an eye sees it; true if it is another than last time. One thread each.
+  /// The newest tick for a viewer; true if it is another one than in the last call. One thread per
+  /// reader.
   bool newest(SnapshotReader who, SceneSnapshot& snapshot) {
     return ticker_.newest(int(who), snapshot);
   }
   /// The newest tick for reader 0 or 1; see Servo::newest().
   bool newest(int reader, TickOutput& output) noexcept;
   const ServoStatistics& statistics() const noexcept;
-  /// Which real-time settings the system gave the servo thread; none where the host ticks.
+  /// The real-time settings that the system granted the servo thread; empty if the host ticks.
   const ServoReport& report() const;
 
-  /// Moves all volumes that a second hand may move: x becomes moved(x), world, a similarity
-  /// (equal scales). They follow on a smooth path. Any thread; to be called once per frame as long
-  /// as they are held, also if they rest.
+  /// Moves all volumes that a second hand may move: x becomes moved(x), world, a similarity (equal
+  /// scales). They follow on a smooth path. Any thread; call it once per frame while they are held,
+  /// even if they do not move.
   void drag(const Transform& moved);
-  /// Where a volume is from now on: world_from_volume. It follows on a smooth path. Any thread.
-  /// False if there is no such volume, or too much waits already.
+  /// Sets the place of a volume: world_from_volume. It follows on a smooth path. Any thread. False
+  /// if there is no such volume, or if the queue is full.
   bool place(size_t volume, const Transform& world_from_volume);
 
-  /// Ramps to zero and ends the servo thread and the estimation. In a host the ramp takes place
-  /// while it goes on to tick, and this does not wait for it. Further calls do nothing. Any thread
-  /// but those of the session.
+  /// Ramps the force to zero and ends the servo thread and the estimation. In a host the ramp takes
+  /// place in further calls of tick(); this function does not wait for them. Further calls do
+  /// nothing. Any thread but those of the session.
   void stop();
   /// Whether the loop has been stopped and the device's force has reached zero.
   bool at_rest() const noexcept;
-  /// The step's books; after stop() only.
+  /// The haptic step with its statistics; only after stop().
   const Haptics& haptics() const { return ticker_.haptics(); }
 
  private:
@@ -161,24 +162,26 @@ class Session {
   void say_what_failed(const Scene& felt);
 
   SessionOptions options_;
-  mutable std::mutex mutex_;   ///< of all that follows but poses_; never the servo thread's
-  std::vector<double> rates_;  ///< per volume, as the scene wants them
+  /// guards the members below except poses_; the servo thread never locks it
+  mutable std::mutex mutex_;
+  std::vector<double> rates_;           ///< per volume, as in the scene
   std::shared_ptr<const Scene> scene_;  ///< the newest
-  bool waiting_ = false;                ///< a scene that could not be offered yet
+  bool waiting_ = false;                ///< a new scene could not be offered to the loop yet
   SceneTicker ticker_;
   std::unique_ptr<Servo> servo_;  ///< one of these two runs the ticker
   std::unique_ptr<HostLoop> host_;
-  std::vector<Transform> moved_;  ///< per volume: where second hands have taken it
+  std::vector<Transform> moved_;  ///< per volume: its transform by second hands
   int64_t start_ns_ = 0, last_ns_ = 0;
   std::mutex stopping_;  ///< stop() may be called by several threads
   std::atomic<bool> can_play_{false}, playing_{true};
-  std::vector<double> scrubbed_s_;  ///< per volume; empty: not since it played
-  mutable std::mutex tubes_mutex_;  ///< of hand_tubes_
+  std::vector<double> scrubbed_s_;  ///< per volume; empty: none since it last played
+  mutable std::mutex tubes_mutex_;  ///< guards hand_tubes_
   HandTubes hand_tubes_;
   std::unique_ptr<Background> poses_, commands_;
-  std::vector<size_t> missing_;  ///< volumes whose motion is awaited
+  std::vector<size_t> missing_;  ///< volumes whose motion is being estimated
   std::atomic<bool> told_failure_{false};
-  std::vector<std::shared_ptr<const Mode>> failed_modes_;  ///< that were told of; commands_' alone
+  /// already reported; used by commands_ only
+  std::vector<std::shared_ptr<const Mode>> failed_modes_;
   std::unique_ptr<LiveMotion> motion_;
 };
 

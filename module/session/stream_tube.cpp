@@ -11,9 +11,9 @@
 namespace palpate {
 namespace {
 
-constexpr int kMostSteps = 600;  // to either side of the seed
-// Of a step: half a detail keeps the error far below a thousandth of it; and where formulas know no
-// detail, a line must not look like a chain of straight pieces.
+constexpr int kMostSteps = 600;  // on each side of the seed
+// Step length: half a detail keeps the error far below a thousandth of it; for formulas, which have
+// no detail, the line must not look like a chain of straight pieces.
 constexpr double kStepDetails = 0.5, kStepsAcross = 200.0;
 constexpr double kLeastMove = 0.02;    // of a detail in one frame: slower material has no direction
 constexpr double kDifference = 0.005;  // of a frame, for the velocity of one motion for all times
@@ -24,7 +24,7 @@ const MotionMap* step_of(const MovingVolume& data, int frame) {
   return data.motions[0].steps[size_t(frame)].get();
 }
 
-/// What the last step of a cycle lacks to come back, for the material at x in the last frame.
+/// The closing error of a cycle for the material at x in the last frame.
 glm::dvec3 closing_of(const MovingVolume& data, int frame, glm::dvec3 x) {
   const bool closes = data.times.cyclic() && !data.motions.empty() && frame > 0 &&
                       frame + 1 == int(data.motions[0].steps.size());
@@ -39,8 +39,8 @@ double step_s(const FrameTimes& times, int frame) {
   return times.times_s.size() > 1 ? times.times_s[k] - times.times_s[k - 1] : 1.0;
 }
 
-/// Where the material is that stands at `target` at the pointer: in its data frame, or in the
-/// reference frame of one motion for all times. None if the motion can not be inverted there.
+/// Finds the material that is at `target` at the pointer: its place in the data frame, or in the
+/// reference frame of one motion for all times. Empty if the motion can not be inverted there.
 std::optional<glm::dvec3> material_at(const MovingVolume& data, FramePointer pointer,
                                       glm::dvec3 target) {
   if (data.whole) {
@@ -53,7 +53,7 @@ std::optional<glm::dvec3> material_at(const MovingVolume& data, FramePointer poi
   if (!map || pointer.phase == 0.0) return target;
   BackTrack found = back_track(*map, pointer.phase, target, target);
   if (!found.ok) return std::nullopt;
-  // The closing belongs to the material, which is only known now: once more with it.
+  // The closing error depends on the material, which is only known now: solve once more with it.
   const glm::dvec3 closing = closing_of(data, pointer.frame, found.x_m);
   if (closing != glm::dvec3(0.0))
     found = back_track(*map, pointer.phase, target, found.x_m, closing);
@@ -61,7 +61,7 @@ std::optional<glm::dvec3> material_at(const MovingVolume& data, FramePointer poi
   return found.x_m;
 }
 
-/// Where the material of a data frame is at the pointer, which is in that frame.
+/// The present place of the material of a data frame; the pointer is in that frame.
 glm::dvec3 place_at(const MovingVolume& data, FramePointer pointer, glm::dvec3 x) {
   if (data.whole)
     return x + data.whole->displacement(x, data.whole->basis().at(pointer.frame, pointer.phase));
@@ -70,13 +70,13 @@ glm::dvec3 place_at(const MovingVolume& data, FramePointer pointer, glm::dvec3 x
   return x + pointer.phase * (map->displacement(x) + closing_of(data, pointer.frame, x));
 }
 
-/// A vector where the material is now, taken back to where it is in the data frame: zero in a fold.
+/// Transforms a vector from the material's present place back to the data frame: zero in a fold.
 glm::dvec3 taken_back(glm::dvec3 v, const glm::dmat3& stretch) {
   return glm::determinant(stretch) > 0.0 ? glm::inverse(stretch) * v : glm::dvec3(0.0);
 }
 
-/// A field in the space of the data frame at one instant, so that its lines there become the lines
-/// of what is felt where the motion brings them.
+/// A field in the data frame at one instant; the motion maps its lines to the lines of the field
+/// that is felt.
 class FrozenField {
  public:
   FrozenField(const MovingVolume& data, bool blend_values, TubeField field, FramePointer pointer)
@@ -91,8 +91,8 @@ class FrozenField {
                                                    : VectorProperty::kVector;
     if (data.whole && field == TubeField::kVelocity) {
       const TimeBasis& basis = data.whole->basis();
-      // The terms' weights half a difference before and after; at the ends of data that do not
-      // repeat only to the inside.
+      // The weights of the terms half a difference before and after; at the ends of data that do
+      // not repeat only on the inner side.
       const double frame_s = step_s(data.times, pointer.frame), h_s = kDifference * frame_s;
       const double now_s = data.times.times_s[size_t(pointer.frame)] + pointer.phase * frame_s;
       double from_s = now_s - h_s, to_s = now_s + h_s;
@@ -108,14 +108,14 @@ class FrozenField {
   }
 
   const FrameData& frame() const { return *frame_; }
-  /// Below it there is no direction.
+  /// Below this length there is no direction.
   double least_length() const {
     return field_ == TubeField::kVelocity
                ? kLeastMove * frame_->detail_m() / step_s(data_.times, pointer_.frame)
                : 0.0;
   }
 
-  /// What the tube runs along: its direction in the data frame.
+  /// The direction that the tube follows, in the data frame.
   glm::dvec3 in_frame(glm::dvec3 x) {
     if (field_ != TubeField::kVelocity) return read(x);
     if (data_.whole) return taken_back(velocity(x), glm::dmat3(1.0) + now_->sample(x).jacobian);
@@ -126,7 +126,7 @@ class FrozenField {
                       glm::dmat3(1.0) + pointer_.phase * sample.jacobian);
   }
 
-  /// How long the vector is where the material is now.
+  /// Length of the vector at the material's present place.
   double length(glm::dvec3 x) {
     if (field_ != TubeField::kVelocity) return glm::length(read(x));
     if (data_.whole) return glm::length(velocity(x));
@@ -153,7 +153,7 @@ class FrozenField {
   TubeField field_;
   FramePointer pointer_;
   const FrameData* frame_ = nullptr;
-  const FrameData* next_ = nullptr;  ///< blended with, if any
+  const FrameData* next_ = nullptr;  ///< for blending, or null
   ModeSpec mode_;
   LastRead read_, read_next_;
   std::optional<SequenceSnapshot> before_, now_, after_;
@@ -255,9 +255,9 @@ Result<StreamTube> StreamTube::release(std::shared_ptr<const MovingVolume> data,
   return tube;
 }
 
-/// Fills material_m_ from where the material is in the pointer's frame: on to the last frame and,
-/// in a cycle, round; back to the first one where it does not repeat. Where a way back is not found
-/// the tube ends.
+/// Fills material_m_ from the material's places in the pointer's frame: on to the last frame and,
+/// in a cycle, round; back to the first one if it does not repeat. Where no way back is found the
+/// tube ends.
 bool StreamTube::carry(FramePointer pointer, const std::vector<glm::dvec3>& places_m) {
   const MovingVolume& data = *data_;
   const bool moves = !data.is_still() && !data.whole && !data.motions.empty();
@@ -330,7 +330,7 @@ std::optional<StreamTube> StreamTube::moved_to(std::shared_ptr<const MovingVolum
     else
       end = k;
   }
-  // What was found is cut before it is carried, so that all that it has is of one length.
+  // Cut before the material is carried, so that all lists have the same length.
   tube.material_m_.assign(1, material);
   tube.keep(begin, end);
   material = tube.material_m_.front();
@@ -350,7 +350,8 @@ std::vector<glm::dvec3> StreamTube::places(FramePointer pointer) const {
   std::vector<glm::dvec3> places = material_m_[frame];
   const size_t next = (frame + 1) % material_m_.size();
   if (pointer.phase == 0.0 || (next == 0 && !data_->times.cyclic())) return places;
-  // x + g u(x), and x + u(x), with a cycle's closing, is where it is in the next frame.
+  // x + g u(x) is the present place; x + u(x), with a cycle's closing error, the place in the next
+  // frame.
   for (size_t k = 0; k < places.size(); ++k)
     places[k] = glm::mix(places[k], material_m_[next][k], pointer.phase);
   return places;

@@ -10,7 +10,7 @@
 
 namespace palpate {
 
-/// What a stream tube runs along.
+/// The field that a stream tube follows.
 enum class TubeField : uint8_t {
   kVectors,   ///< vector data
   kGradient,  ///< of scalar data
@@ -18,47 +18,47 @@ enum class TubeField : uint8_t {
   kVelocity,  ///< of the moving material
 };
 
-/// A word, and the unit of lengths: "data", "data per m" or "m/s". Static storage.
+/// Its name, and its unit: "data", "data per m" or "m/s". Static storage.
 const char* word(TubeField field) noexcept;
 const char* unit(TubeField field) noexcept;
 
-/// The field that a tube in this volume of the scene follows, in this order: what a mode that is
-/// guided or pushed along vectors (follow, front, vector-force) reads, as in the paper, where tubes
-/// show the field that is felt; the vectors of vector data; the gradient, where the scene wants
-/// stream tubes of scalar data drawn; the velocity of data that move. None: still scalar data.
+/// The field that a tube in this volume follows, the first of: the vectors that a mode is guided or
+/// pushed along (follow, front, vector-force), as in the paper, where tubes show the field that is
+/// felt; the vectors of vector data; the gradient, if the scene wants stream tubes of scalar data;
+/// the velocity of moving data. Empty for scalar data that stand still.
 std::optional<TubeField> tube_field(const Scene& scene, size_t volume);
 
-/// A stream tube as a line of material: the field line through a place at one instant, which moves
-/// with the data from then on. Immutable; any thread.
+/// A stream tube as a line of material: the field line through a place at one instant, which from
+/// then on moves with the data. Immutable; any thread.
 class StreamTube {
  public:
-  /// The line of `field` through `seed_m` (volume space, m, where the hand is at `pointer`), in
-  /// steps of half a detail_m() of the data, or shorter ones, to either side. The field is that of
-  /// equations (23) to (25) in the data frame, as modes read it; the line goes to where the motion
-  /// brings it, as their primitives do. The error is that of field_line(), and what interpolation
-  /// of the data adds. kBadInput, in a sentence for a person: the seed lies outside the data, the
-  /// motion can not be inverted there, or there is no direction to follow. Takes milliseconds.
+  /// The line of `field` through `seed_m` (volume space, m, where the hand is at `pointer`), to
+  /// both sides, in steps of at most half a detail_m() of the data. The field is that of equations
+  /// (23) to (25) in the data frame, as modes read it; the motion then moves the line as it moves
+  /// the primitives of modes. The error is that of field_line() plus that of interpolating the
+  /// data. Errors, with a sentence for the user: kBadInput: the seed lies outside the data, the
+  /// motion can not be inverted there, or the field has no direction there. Takes milliseconds.
   static Result<StreamTube> release(std::shared_ptr<const MovingVolume> data, bool blend_values,
                                     TubeField field, FramePointer pointer, glm::dvec3 seed_m);
 
-  /// The same material in another form of the volume, which agrees with this one at `pointer`: data
-  /// that got their motion, say. Ends where the other's motion can not be inverted; none if that is
-  /// at the seed.
+  /// The same material in another form of the volume that agrees with this one at `pointer`, for
+  /// example data that got their motion. The line ends where the other's motion can not be
+  /// inverted; empty if that is at the seed.
   std::optional<StreamTube> moved_to(std::shared_ptr<const MovingVolume> data,
                                      FramePointer pointer) const;
 
-  /// Where its places are, volume space, m. Exact as the data's motion is: fields lead from frame
-  /// to frame along straight ways, one motion for all times gives every time.
+  /// Its present places, volume space, m. Exact with respect to the data's motion: fields lead from
+  /// frame to frame along straight lines, one motion for all times gives every time.
   std::vector<glm::dvec3> places(FramePointer pointer) const;
 
   const std::shared_ptr<const MovingVolume>& data() const { return data_; }
   TubeField field() const { return field_; }
-  /// When it was released, and where it was then: the field line itself.
+  /// The time at which it was released and the places at that time: the field line itself.
   FramePointer released() const { return released_; }
   const std::vector<glm::dvec3>& released_m() const { return released_m_; }
-  /// Of the vector at each place when it was released; see unit().
+  /// Length of the vector at each place when it was released; see unit().
   const std::vector<double>& lengths() const { return lengths_; }
-  size_t seed() const { return seed_; }  ///< which of the places the hand was at
+  size_t seed() const { return seed_; }  ///< index of the place where the hand was
   bool closed() const { return closed_; }
 
  private:
@@ -73,8 +73,8 @@ class StreamTube {
   std::vector<double> lengths_;
   size_t seed_ = 0;
   bool closed_ = false;
-  /// By frame: where the material is in it. One alone where the data stand still, or one motion
-  /// tells all times: then in its reference frame.
+  /// Per frame: the places of the material in it. A single entry, in the reference frame, if the
+  /// data stand still or have one motion for all times.
   std::vector<std::vector<glm::dvec3>> material_m_;
 };
 

@@ -6,7 +6,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::chrono::milliseconds kNoSnapshot{2};  // before there is a snapshot
+constexpr std::chrono::milliseconds kNoSnapshot{2};  // before the first snapshot
 
 }  // namespace
 

@@ -15,15 +15,15 @@
 
 namespace palpate {
 
-/// Pictures of a scene that is felt, on one device: the renderer, and what of the scene it has. One
-/// thread at a time.
+/// Draws pictures of a running scene on one device: the renderer, with the volumes that it has
+/// uploaded. One thread at a time.
 class Viewer {
  public:
-  /// kDeviceFailed, kOutOfMemory.
+  /// Errors: kDeviceFailed, kOutOfMemory.
   static Result<std::unique_ptr<Viewer>> open(std::shared_ptr<vulkan::Context> context,
                                               const ViewChoices& choices,
                                               const RendererOptions& options);
-  /// On a device that it opens. kNoDevice, too.
+  /// The same on a device that it opens. Errors: also kNoDevice.
   static Result<std::unique_ptr<Viewer>> open(const vulkan::ContextOptions& gpu,
                                               const ViewChoices& choices,
                                               const RendererOptions& options);
@@ -32,26 +32,26 @@ class Viewer {
   Viewer(const Viewer&) = delete;
   Viewer& operator=(const Viewer&) = delete;
 
-  /// From the next picture on.
+  /// Takes effect with the next picture.
   void choose(const ViewChoices& choices) { picture_.choose(choices); }
-  /// Takes the scene as it is felt now; uploads what is new of it. Before bounds and pictures.
+  /// Takes the present scene and uploads what has changed. Call it before bounds and pictures.
   Status update(std::shared_ptr<const Scene> scene);
-  /// The stream tubes that the hand has released; from the next picture on.
+  /// The stream tubes that the user has released; from the next picture on.
   void show(std::shared_ptr<const ReleasedTubes> tubes) { picture_.show(std::move(tubes)); }
-  /// Both, as they are in a session now.
+  /// Takes the scene and the stream tubes of a session.
   Status update(const Session& session);
-  /// Draws `snapshot` as it will be at display_ns (monotonic) for one eye or two; submits, and does
-  /// not wait. See VolumeRenderer::start(). images: of a host's, into which it goes; null: none.
+  /// Draws `snapshot` extrapolated to display_ns (monotonic) for one or two eyes; submits without
+  /// waiting. See VolumeRenderer::start(). images: a host's images to draw into; null: none.
   Status start(const SceneSnapshot& snapshot, int64_t display_ns, std::span<const Eye> eyes,
                PictureSize size, const HostImages* images = nullptr);
-  /// Draws the same and waits: a picture per eye.
+  /// Draws the same and waits; returns a picture per eye.
   Result<std::vector<Picture>> take(const SceneSnapshot& snapshot, int64_t display_ns,
                                     std::span<const Eye> eyes, PictureSize size);
-  /// A picture for a file: at the time of its tick, from a place that sees all of the scene. eyes:
-  /// 1 or 2, of a head there.
+  /// A picture for a file: at the time of its tick, from a place where the whole scene is visible.
+  /// eyes: 1, or 2 of a head at that place.
   Result<std::vector<Picture>> take_all(const SceneSnapshot& snapshot, PictureSize size, int eyes);
 
-  /// What the last picture shows.
+  /// The scene of the last picture.
   const ViewScene& shown() const { return shown_; }
   const ScenePicture& picture() const { return picture_; }
   VolumeRenderer& renderer() { return *renderer_; }
@@ -63,7 +63,7 @@ class Viewer {
   ViewScene shown_;
 };
 
-/// What a ViewerThread opens.
+/// Options of a ViewerThread.
 struct ViewerThreadOptions {
   vulkan::ContextOptions gpu;
   ViewChoices choices;
@@ -71,13 +71,13 @@ struct ViewerThreadOptions {
   SnapshotReader reader = SnapshotReader::kPictures;  ///< no other thread may use the same reader
 };
 
-/// Draws what is felt again and again, on a thread of low priority and a device of its own, for
-/// those who show it or keep it.
+/// Draws the running scene again and again, on a thread of low priority and with its own device,
+/// for windows and files.
 class ViewerThread {
  public:
-  /// Draws one picture of the newest snapshot (is_new: another than last time) or none, and says
-  /// when it wants to be asked again, counted from when it was asked. On the thread. An error ends
-  /// it.
+  /// Draws at most one picture of the newest snapshot (is_new: another one than last time) and
+  /// returns the time from the start of this call to the next one. Called on the thread. An error
+  /// ends the thread.
   using Draw = std::function<Result<std::chrono::milliseconds>(
       Viewer& viewer, const SceneSnapshot& snapshot, bool is_new)>;
 
@@ -88,7 +88,7 @@ class ViewerThread {
 
   /// Ends the thread, as the destructor does, and waits for it.
   void stop();
-  /// Why there are no pictures any more: a sentence, or nothing. Any thread.
+  /// Why there are no more pictures, as a sentence; empty without an error. Any thread.
   std::string trouble() const;
 
  private:

@@ -19,7 +19,7 @@ struct ViewVolume {
   Look look;
   int motion = 0;             ///< which of the volume's motions moves the picture
   bool blend_values = true;   ///< equation (24); off: the frame's own values are carried
-  bool whole_frames = false;  ///< the old way: the frame that the pointer is in, not moved
+  bool whole_frames = false;  ///< for comparison: the frame that the pointer is in, not moved
   /// Share of the light that the surface of each of the data's segments takes where it is met at a
   /// right angle, 0 (not drawn) to 0.99. Surfaces stand in their segments' colours, are carried as
   /// the values are, and are cut as they are. At most 8 volumes and segments are drawn at once.

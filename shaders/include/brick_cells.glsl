@@ -1,16 +1,16 @@
-// Which cells of a brick can show anything, in the words of the skip structure (interface/view.h).
-// Whoever includes this has, with these names: the push constants (BrickPush), next_entry, most and
-// skip, shared values[] with kWide along each axis, kBefore of them before the brick's first voxel.
+// Which cells of a brick can show anything, stored in the words of the skip structure (interface/view.h). The including
+// shader defines, under these names: the push constants (BrickPush); next_entry, most and skip; the shared array
+// values[], kWide values along each axis, kBefore of them before the brick's first voxel.
 shared uint cells[2 * kBrick];
-shared uint blocks[4];   // any cell of it, two words; every cell of it, two words
-shared uint entries[2];  // least and greatest of the brick
+shared uint blocks[4];  // bit per block: any cell shows, two words; every cell shows, two words
+shared uint entries[2];  // least and greatest entry in the brick
 
 ivec3 brick_of(uint place) {
   const uvec3 bricks = uvec3(push.bricks.xyz);
   return ivec3(place % bricks.x, place / bricks.x % bricks.y, place / (bricks.x * bricks.y));
 }
 
-// A barrier has to follow.
+// A barrier must follow.
 void start_cells() {
   const uint lane = gl_LocalInvocationIndex;
   if (lane < uint(2 * kBrick)) cells[lane] = 0u;
@@ -22,8 +22,8 @@ uint entry(float value, float aside) {
   return uint(clamp(push.table.x * value + push.table.y + aside, 0.0, push.table.w));
 }
 
-// A row of cells per invocation, those between the voxels low and high of the brick. over: how far a
-// reading may lie beyond the corners of its cell.
+// Each invocation marks a row of cells, between the voxels low and high of the brick. over: how far an interpolated
+// value may lie beyond the values at the corners of its cell.
 void mark_cells(ivec3 origin, ivec3 low_voxel, ivec3 high_voxel, float over) {
   const ivec2 yz = ivec2(gl_LocalInvocationIndex % kBrick, gl_LocalInvocationIndex / kBrick);
   const int here = kBefore + kWide * (yz.x + kBefore + kWide * (yz.y + kBefore));
@@ -37,7 +37,7 @@ void mark_cells(ivec3 origin, ivec3 low_voxel, ivec3 high_voxel, float over) {
                            values[at + kWide + kWide * kWide]);
     const float low = min(min(face.x, face.y), min(face.z, face.w));
     const float high = max(max(face.x, face.y), max(face.z, face.w));
-    // One entry more to either side: rounding of the reading may pass its bounds.
+    // One more entry to each side: rounding may exceed the bounds of the interpolated value.
     const uint from = entry(min(low, range.x) - over, -1.0), to = entry(max(high, range.y) + over, 1.0);
     const bool is_cell = x > low_voxel.x && x <= high_voxel.x && inside && origin.x + x - 1 < push.size.x;
     const bool shows = is_cell && next_entry[uint(push.table.z) + from] <= to;
@@ -53,7 +53,7 @@ void mark_cells(ivec3 origin, ivec3 low_voxel, ivec3 high_voxel, float over) {
   }
 }
 
-// Cells beyond the volume's last one are never looked at: they may keep a block from being full.
+// Cells beyond the volume's last one are never read, so they may leave a block not full.
 void mark_blocks() {
   const int lane = int(gl_LocalInvocationIndex);
   const ivec3 block = ivec3(lane & 3, lane >> 2 & 3, lane >> 4);
@@ -66,14 +66,14 @@ void mark_blocks() {
   if (near_cells == rows && far_cells == rows) atomicOr(blocks[2 + (lane >> 5)], bit);
 }
 
-// whole: all of the brick was made.
+// whole: every cell of the brick was computed.
 void write_cells(uint place, bool whole) {
   const uint lane = gl_LocalInvocationIndex;
   const uint word = uint(push.bricks.w) + uint(kSkipWords) * place;
   if (lane < uint(2 * kBrick)) skip[word + uint(kCellWord) + lane] = cells[lane];
   if (lane < 4u) skip[word + uint(kBlockWord) + lane] = blocks[lane];
   if (lane == 0u) {
-    const uint least = min(entries[0], entries[1]);  // of a brick without cells, any
+    const uint least = min(entries[0], entries[1]);  // any cell, for a brick without cells
     const uint span = entries[1] - least + 1u;
     const uint level = uint(findMSB(span));
     const uint table = uint(push.table.z) * uint(kMostLevels) + level * uint(kTable);

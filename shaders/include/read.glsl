@@ -1,7 +1,8 @@
-// Single texels of images within their size: TEXELS(binding, name, format) and READ(name, at). Compiled twice
-// (MotionKernels takes one): with LOADS they are loaded from storage images of the named format, those of the engine;
-// without it fetched through samplers from images of any. A CPU driver (llvmpipe) works out a level of detail for every lane
-// of every fetch, 180 instructions where a load takes 60. A GPU has units and caches for fetches.
+// Reads single texels inside an image: TEXELS(binding, name, format) and READ(name, at). Every kernel is compiled
+// twice, and MotionKernels takes one: with LOADS texels are loaded from storage images of the named format, the
+// engine's own; without it they are fetched through samplers, from images of any format. A CPU driver (llvmpipe)
+// computes a level of detail for every lane of a fetch, 180 instructions instead of the 60 of a load. A GPU has units
+// and caches for fetches.
 #ifdef LOADS
 #define TEXELS(place, name, format) layout(set = 0, binding = place, format) uniform readonly image3D name
 #define READ(name, at) imageLoad(name, at)

@@ -1,5 +1,5 @@
-// Candidates of the step for sliding borders: the motion of cells 1 to kSlidingSteps steps away along each axis, to both sides. Four in
-// turn lie on the same side along the same axis.
+// Candidates of the step for sliding borders: the motion of the cells 1 to kSlidingSteps steps away along each axis, on
+// both sides. Four consecutive candidates lie on the same side of the same axis.
 ivec3 candidate_offset(int candidate, ivec3 step) {
   ivec3 offset = ivec3(0);
   const int axis = candidate / kSlidingSteps % 3;
@@ -8,8 +8,8 @@ ivec3 candidate_offset(int candidate, ivec3 step) {
   return offset;
 }
 
-// Whether two motions `offset` cells apart differ as they do across a sliding border, and not as in a smooth motion.
-// different: x: least difference in mm, y: least difference over distance.
+// Whether two motions `offset` cells apart differ as across a sliding border, more than a smooth motion does.
+// different.x: least difference in mm; different.y: least difference divided by distance.
 bool across_border(vec3 here, vec3 there, ivec3 offset, vec3 cell_mm, vec2 different) {
   return distance(here, there) >= max(different.x, different.y * length(vec3(offset) * cell_mm));
 }

@@ -1,7 +1,7 @@
 // A symmetric 3 x 3 matrix.
 struct Symmetric { float xx, yy, zz, xy, xz, yz; };
 
-// (a + damping I)^-1 b by cofactors: positive definite thanks to the damping.
+// (a + damping I)^-1 b by cofactors; the damping makes the matrix positive definite.
 vec3 solved(Symmetric a, float damping, vec3 b) {
   const float xx = a.xx + damping, yy = a.yy + damping, zz = a.zz + damping;
   const float cxx = yy * zz - a.yz * a.yz;

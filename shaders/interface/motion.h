@@ -1,5 +1,5 @@
-// Push constants of the motion kernels, read by GLSL and by C++ alike. Only 16-byte members, so
-// that both languages lay them out the same way; C++ asserts the sizes.
+// Push constants of the motion kernels, shared by GLSL and C++. Only 16-byte members, so that both
+// lay them out the same way; C++ asserts the sizes.
 #ifndef PALPATE_SHADERS_INTERFACE_MOTION_H
 #define PALPATE_SHADERS_INTERFACE_MOTION_H
 
@@ -9,29 +9,29 @@ namespace palpate::shaders {
 using glm::ivec4;
 using glm::vec4;
 #define PALPATE_SIZE(type, bytes) static_assert(sizeof(type) == (bytes))
-// Cells along each edge of a brick, the unit in which work is left out. A work group is one slice
-// of a brick.
+// Cells along each edge of a brick, the unit of leaving work out. A workgroup is one slice of a
+// brick.
 constexpr int kBrick = 8;
-// Taps of a smoothing kernel on one side of its centre, at most.
+// Largest number of taps of a smoothing kernel on one side of its centre.
 constexpr int kMaxRadius = 11;
-// Gradients are clamped to this, in 1/mm, so that they are finite in fp16: an infinite one marks a
-// voxel that lies outside the mask.
+// Gradients are clamped to this, in 1/mm, so that they are finite in fp16; an infinite gradient
+// marks a voxel outside the mask.
 constexpr float kLargestGradient = 60000.0F;
-// A level yields wholly where the determinant of its field is above the second, and not at all
-// below the first.
+// A level may yield fully where the determinant of its field is above kGentle, and not at all below
+// kSteepest.
 constexpr float kSteepest = 0.5F;
 constexpr float kGentle = 0.8F;
-// Confidence, see confidence.comp. kRightOdds is fitted on 22 pairs of 9 anatomies with known
+// Confidence, see confidence.comp. kRightOdds was fitted on 22 pairs of 9 anatomies with known
 // motion; with any one anatomy left out it is 0.0091 to 0.0166 (docs/decisions/motion-engine.md).
-// White noise of two frames that share nothing makes gradients of r^2 / 8 per voxel and axis; a
-// quarter more, so that chance leaves nothing of it.
+// kNoiseOfGradient: white noise of two frames that share nothing gives gradients of r^2 / 8 per
+// voxel and axis; a quarter more removes chance variations, too.
 constexpr float kRightOdds = 0.012F;
 constexpr float kRest = 0.03F;
 constexpr float kSteep = 0.3F;
 constexpr float kLeft = 0.01F;
 constexpr float kNoiseOfGradient = 0.15625F;
 constexpr float kLeastResidual = 1e-6F;
-// Candidates of the step for sliding borders along each axis to each side.
+// Candidates of the step for sliding borders per axis and side.
 constexpr int kSlidingSteps = 4;
 #else
 #define PALPATE_SIZE(type, bytes)
@@ -88,12 +88,12 @@ struct PackPush {
 PALPATE_SIZE(PackPush, 48);
 
 struct NormalEquationsPush {
-  ivec4
-      cells;  // of the field; w: colour of the checkerboard that is read, 0 or 1; -1 = every voxel
+  // of the field; w: colour of the checkerboard that is read, 0 or 1; -1 = every voxel
+  ivec4 cells;
   ivec4 fixed_size;   // of the fixed image; w: z of the first slice that the bound slab holds
   ivec4 moving_size;  // of the moving image; w: z of the first slice that the bound slab holds
-  // x: slices in the bound slab; y, z: first and last + 1 sample floor(z) this slab answers for; w:
-  // 1 = add to what is there, 0 = write
+  // x: slices in the bound slab; y, z: first and last + 1 sample floor(z) that this slab computes;
+  // w: 1 = add to the output, 0 = write
   ivec4 moving_slab;
   ivec4 fixed_slab;  // x: slices in the bound slab; y, z: first and last + 1 slice of it that count
   vec4 spacing_mm;   // of the images
@@ -110,12 +110,12 @@ PALPATE_SIZE(UpdatePush, 48);
 struct UpdateTwoPush {
   ivec4 cells;
   vec4 cell_mm;
-  vec4 step;  // x, y: alpha^2 / h^2 in 1/mm^2 where the share s is 0 and 1; z: largest |d| in mm
-  // x, y: rho at which s leaves 0 and reaches 1; z: W, r^2 that noise leaves where it is flat; w:
+  vec4 step;  // x, y: alpha^2 / h^2 in 1/mm^2 for s = 0 and s = 1; z: largest |d| in mm
+  // x, y: rho at which s leaves 0 and reaches 1; z: W, r^2 that noise leaves without structure; w:
   // flat
   vec4 share;
-  // x: of the total variation where s is 1, as a multiple; y: T at which it is halved; z: voxels
-  // that the narrow window averages
+  // x: factor on the total variation for s = 1; y: T at which it is halved; z: voxels that the
+  // narrow window averages
   vec4 filter_weight;
 };
 PALPATE_SIZE(UpdateTwoPush, 80);
@@ -123,7 +123,7 @@ PALPATE_SIZE(UpdateTwoPush, 80);
 struct TotalVariationPush {
   ivec4 cells;
   vec4 slope;  // per axis: weight of the difference of neighbours
-  // x: lambda h in mm where the field's .w is 0; y: dual step; z: Huber threshold in mm; w:
+  // x: lambda h in mm where .w of the field is 0; y: dual step; z: Huber threshold in mm; w:
   // momentum
   vec4 weight;
 };
@@ -139,7 +139,7 @@ PALPATE_SIZE(UpsamplePush, 64);
 
 struct MeasurePush {
   ivec4 cells;
-  vec4 unit;  // x: 1 / (length in mm that counts as one unit)
+  vec4 unit;  // x: 1 / (length in mm of one unit)
 };
 PALPATE_SIZE(MeasurePush, 32);
 
@@ -148,8 +148,8 @@ struct ConfidencePush {
   vec4 cell_mm;  // w: 1 / h in 1/mm
   // xyz: kNoiseOfGradient / (voxel edge in mm)^2; w: 1 / (voxels averaged by the window, times h^2)
   vec4 noise;
-  // x: W, r^2 that noise leaves on the coarser level where it is flat; y: flat; z: alpha^2 / h^2 in
-  // 1/mm^2; w: 1 = there is a coarser level, 0 = rho is 0
+  // x: W, r^2 that noise leaves without structure on the coarser level; y: flat; z: alpha^2 / h^2
+  // in 1/mm^2; w: 1 = there is a coarser level, 0 = rho is 0
   vec4 left;
 };
 PALPATE_SIZE(ConfidencePush, 64);
@@ -159,7 +159,7 @@ struct MatchingPush {
   ivec4 nodes;      // w: listed nodes
   ivec4 cell;       // voxels per node
   ivec4 reach;      // labels go from -reach to +reach voxels along each axis
-  vec4 spacing_mm;  // of the images; w: differences above this count as this
+  vec4 spacing_mm;  // of the images; w: larger differences are cut to this
 };
 PALPATE_SIZE(MatchingPush, 80);
 
@@ -172,14 +172,14 @@ PALPATE_SIZE(SmoothCostPush, 32);
 struct CoupledChoicePush {
   ivec4 nodes;  // w: listed nodes
   ivec4 reach;  // labels go from -reach to +reach voxels along each axis
-  vec4
-      spacing_mm;  // of the images; w: price of one squared voxel of distance from the smooth field
+  // of the images; w: price of one squared voxel of distance from the smooth field
+  vec4 spacing_mm;
 };
 PALPATE_SIZE(CoupledChoicePush, 48);
 
 struct ChoosePush {
   ivec4 cells;
-  vec4 gain;  // x, y: gain from which on, and at which wholly, the other field is taken; z: flat
+  vec4 gain;  // x, y: gain at which the other field begins to be taken, and is taken fully; z: flat
 };
 PALPATE_SIZE(ChoosePush, 32);
 
@@ -208,7 +208,7 @@ struct SlidingFindPush {
   ivec4 bricks;  // of the finer cells
   ivec4 step;    // cells from candidate to candidate along each axis
   vec4 cell_mm;
-  vec4 different;  // across a border: x: by mm at least, y: over distance
+  vec4 different;  // across a border: x: least difference in mm; y: least difference / distance
 };
 PALPATE_SIZE(SlidingFindPush, 96);
 
@@ -225,20 +225,20 @@ struct SlidingCostPush {
   ivec4 cell;       // voxels per cell
   ivec4 size;       // of the images
   vec4 spacing_mm;  // of the images; w: 1 / limit^2 of a difference of intensities
-  ivec4 coarse;  // voxels that the cells of the moments cover, the last ones' beyond the image too
-  ivec4 step;    // cells from candidate to candidate along each axis; w: the first candidate
-  vec4 noise;    // x: f^2, the noise variance
+  ivec4 coarse;     // voxels that the cells of the moments cover, also beyond the image
+  ivec4 step;       // cells from candidate to candidate along each axis; w: the first candidate
+  vec4 noise;       // x: f^2, the noise variance
 };
 PALPATE_SIZE(SlidingCostPush, 112);
 
 struct SlidingWorkPush {
   ivec4 cells;
   ivec4 step;  // cells from candidate to candidate along each axis
-  // x: share of the own cost, and y: cost, by which a candidate has to be better; z: cost that
-  // noise explains
+  // x: share of the own cost, and y: cost, by which a candidate must be better; z: cost that noise
+  // explains
   vec4 cost;
   vec4 cell_mm;
-  vec4 different;  // across a border: x: by mm at least, y: over distance
+  vec4 different;  // across a border: x: least difference in mm; y: least difference / distance
 };
 PALPATE_SIZE(SlidingWorkPush, 80);
 
@@ -246,18 +246,18 @@ struct SlidingChoosePush {
   ivec4 cells;  // w: the first candidate
   ivec4 step;   // cells from candidate to candidate along each axis
   vec4 cell_mm;
-  vec4 different;  // across a border: x: by mm at least, y: over distance
+  vec4 different;  // across a border: x: least difference in mm; y: least difference / distance
 };
 PALPATE_SIZE(SlidingChoosePush, 64);
 
 struct SlidingTakePush {
   ivec4 cells;
-  ivec4 step;  // cells from candidate to candidate along each axis
+  ivec4 step;  // cells between candidates along each axis
 };
 PALPATE_SIZE(SlidingTakePush, 32);
 
 struct BlendAlongPush {
-  ivec4 cells;  // w: cells that d is long
+  ivec4 cells;  // w: length of d in cells
   vec4 cell_mm;
 };
 PALPATE_SIZE(BlendAlongPush, 32);

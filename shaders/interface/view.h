@@ -1,5 +1,5 @@
-// What the view's kernels and C++ share: push constants, the frame's parameters, and the words of
-// the skip structure. Only 16-byte members, so that both languages lay them out the same way.
+// What the view's kernels and C++ share: push constants, the parameters of a frame, and the words
+// of the skip structure. Only 16-byte members, so that both lay them out the same way.
 #ifndef PALPATE_SHADERS_INTERFACE_VIEW_H
 #define PALPATE_SHADERS_INTERFACE_VIEW_H
 
@@ -17,37 +17,37 @@ using glm::vec4;
 #endif
 
 PALPATE_CONSTANT int kBrick = 8;        // voxels along the edge of a brick: the unit of skipping
-PALPATE_CONSTANT int kNode = 4;         // voxels from one back-tracked node to the next
-PALPATE_CONSTANT int kMostVolumes = 8;  // drawn into one picture, surfaces of segments among them
+PALPATE_CONSTANT int kNode = 4;         // voxels between back-tracked nodes
+PALPATE_CONSTANT int kMostVolumes = 8;  // in one picture, including surfaces of segments
 PALPATE_CONSTANT int kMostPlanes = 8;   // that clip
 PALPATE_CONSTANT int kMostEyes = 2;
-PALPATE_CONSTANT int kTable = 2048;  // entries of a transfer table, each colour and extinction
-// Per brick: its first word (see kSolid), two words with a bit for each of its 64 blocks of 2 x 2 x
-// 2 cells that shows anything, two with a bit for each block of which every cell does, 16 with a
-// bit for each cell. Bit x + 4 y + 16 z of blocks, x + 8 y + 64 z of cells, from the lowest on.
+PALPATE_CONSTANT int kTable = 2048;  // entries of a transfer table: colour and extinction each
+// Words per brick: the first one (see kSolid); two with a bit for each of its 64 blocks of 2 x 2 x
+// 2 cells that shows anything; two with a bit for each block of which every cell does; 16 with a
+// bit for each cell. Bit x + 4 y + 16 z of blocks, x + 8 y + 64 z of cells, from the lowest bit on.
 PALPATE_CONSTANT int kSkipWords = 21;
 PALPATE_CONSTANT int kBlockWord = 1;
 PALPATE_CONSTANT int kFullBlockWord = 3;
 PALPATE_CONSTANT int kCellWord = 5;
-PALPATE_CONSTANT int kFarthest = 63;     // bricks that can be skipped at once
-PALPATE_CONSTANT int kPart = 4;          // cells along the edge of a part whose bounds are kept
-PALPATE_CONSTANT int kMostLevels = 12;   // powers of two of entries of which the most is kept
-PALPATE_CONSTANT int kPrefilterRun = 8;  // voxels that an invocation smooths
-PALPATE_CONSTANT int kStride = 4;        // steps at once where a volume is thin
+PALPATE_CONSTANT int kFarthest = 63;  // bricks that can be skipped at once
+PALPATE_CONSTANT int kPart = 4;       // cells along the edge of a part for which bounds are stored
+PALPATE_CONSTANT int kMostLevels = 12;   // levels of the table of maxima over 2^l entries
+PALPATE_CONSTANT int kPrefilterRun = 8;  // voxels along x that an invocation computes
+PALPATE_CONSTANT int kStride = 4;        // steps per segment where a volume is thin
 PALPATE_CONSTANT int kMostTerms = 41;    // of a motion for a whole sequence: TimeWeights::kMost
-// The first skip word of a brick holds how many bricks away the nearest one is that is occupied
-// (bits 0 to 7), not solid (8 to 15) and not thin (16 to 23), 0 if it is so itself; while it is
-// made, flags.
+// Distances, in the first skip word of a brick: bricks to the nearest one that is occupied (bits 0
+// to 7), not solid (8 to 15), not thin (16 to 23); 0 if the brick itself is so. While the word is
+// being made it holds the flags below.
 #ifdef __cplusplus
 constexpr unsigned kSolid = 0x100U;  // every block is occupied, and it is not thin
-constexpr unsigned kThin = 0x200U;   // little light is lost across it, so longer steps will do
+constexpr unsigned kThin = 0x200U;   // it absorbs little light, so longer steps suffice
 #else
 const uint kSolid = 0x100u;
 const uint kThin = 0x200u;
 #endif
 
-// A ray of an eye: the point at depth t (m along the eye's axis) is
-// origin + t (first + x right + y down), x and y in pixels from the first pixel's centre.
+// A ray of an eye: the point at depth t (m along the eye's viewing direction) is origin + t (first
+// + x right + y down), x and y in pixels from the centre of the first pixel.
 struct ViewRays {
   vec4 origin;
   vec4 first;
@@ -63,27 +63,27 @@ struct ViewVolumeParameters {
   vec4 table;  // x, y: entry = x * value + y; z: first entry; w: slope (1/mm) of a full surface
   vec4 shine;  // ambient, diffuse, specular, exponent
   vec4 light;  // towards the light, along the volume's axes (of voxels)
-  vec4 head;   // towards the eyes, the same
-  // normal = stretch * slope, for volumes scaled more along one axis; w: 1/2 if the volume is read
-  // as curve.comp says, else 0
+  vec4 head;   // towards the eyes, in the same axes
+  // normal = stretch * slope, for volumes scaled differently along the axes; w: 1/2 if the volume
+  // is read as in curve.comp, else 0
   vec4 stretch;
 };
 
 struct ViewParameters {
   ViewRays rays[2];     // in the world, m
-  vec4 planes[8];       // kept is where dot(xyz, point) >= w, world, m
+  vec4 planes[8];       // a point is kept where dot(xyz, point) >= w; world, m
   vec4 background;      // linear colour; w: nearest depth t, m
   vec4 background_low;  // at the bottom of the picture
   vec4 light;           // towards the light, world
   ivec4 counts;         // eyes, planes, width, height
-  vec4 backdrop;        // of a host's images: 1 / t = x + y d, 1/m, of their depth d
+  vec4 backdrop;        // of a host's picture: 1 / t = x + y d, 1/m, for its depth d
   ViewVolumeParameters volumes[8];
 };
 PALPATE_SIZE(ViewRays, 64);
 PALPATE_SIZE(ViewVolumeParameters, 256);
 PALPATE_SIZE(ViewParameters, 2384);
 
-// A round cone: all spheres between two.
+// A round cone: the union of all spheres between two, with centre and radius blended.
 struct ViewThing {
   vec4 from;  // world, m; w: radius
   vec4 to;
@@ -91,7 +91,7 @@ struct ViewThing {
 };
 PALPATE_SIZE(ViewThing, 48);
 
-// along the edge of the part of a picture that a group draws
+// edge length of the part of a picture that a workgroup draws
 PALPATE_CONSTANT int kItemPixels = 64;
 
 struct ThingsPush {
@@ -101,12 +101,13 @@ PALPATE_SIZE(ThingsPush, 16);
 
 struct PrefilterPush {
   ivec4 size;
-  vec4 weights;  // x, y: of the middle sample and of each neighbour; z, w: value = z * sum + w
+  // x, y: weight of the middle sample and of each neighbour; z, w: value = z * sum + w
+  vec4 weights;
 };
 PALPATE_SIZE(PrefilterPush, 32);
 
 struct MotionAtPush {
-  ivec4 size;  // samples of the field; w: how many terms count
+  ivec4 size;  // samples of the field; w: number of terms
 };
 PALPATE_SIZE(MotionAtPush, 16);
 
@@ -114,15 +115,15 @@ struct TrackPush {
   ivec4 nodes;         // along each axis; w: 1 = start from the nodes of the last phase
   ivec4 field_size;    // samples of the field
   vec4 field_from[3];  // rows: index of the field = row . (voxel, 1)
-  // x: g; y: how close is close enough, voxels; z: 1 = of a motion for all times (track.comp); w: 1
-  // = nodes before a brick's first one are looked at
+  // x: g; y: largest accepted error, voxels; z: 1 = of a motion for all times (track.comp); w: 1 =
+  // nodes before a brick's first one are read
   vec4 phase;
   ivec4 bricks;
 };
 PALPATE_SIZE(TrackPush, 112);
 
 struct PartRange {
-  vec4 values;   // least and greatest of the frame, least and greatest of the next one
+  vec4 values;   // least and greatest value of the frame, least and greatest of the next one
   vec4 least_u;  // voxels
   vec4 most_u;
 };
@@ -140,8 +141,8 @@ struct MarkPush {
   ivec4 parts;
   ivec4 bricks;
   vec4 table;          // x, y: entry = x * value + y; z: first entry of the table; w: last one
-  vec4 phase;          // x: of the motion; y: weight of the next frame; z: 1 = nodes are looked at
-  ivec4 field_size;    // samples of the field, if it is looked at
+  vec4 phase;          // x: of the motion; y: weight of the next frame; z: 1 = nodes are read
+  ivec4 field_size;    // samples of the field, if it is read
   vec4 field_from[3];  // rows: index of the field = row . (voxel, 1)
 };
 PALPATE_SIZE(MarkPush, 128);

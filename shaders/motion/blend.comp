@@ -2,9 +2,9 @@
 #extension GL_GOOGLE_include_directive : require
 #include "interface/motion.h"
 #include "include/bricks.glsl"
-// Repair of folds: cells that touch a folded one are replaced by a smoothed field, all others are kept.
+// Repair of folds: replaces cells that touch a folded one by a smoothed field and keeps all others.
 //   u(i) <- G u(i) where any cell within 1 of i is flagged;  G = (1 2 1)/4 along each axis
-// Smoothing takes energy out of the gradient only where it must, and repeated it always ends: a constant does not fold.
+// Only gradients near folds are reduced. Repetition always ends, since a constant field does not fold.
 //
 // binding  direction  format               shape            unit
 // 0        in         uint                 bricks listed    packed brick coordinates

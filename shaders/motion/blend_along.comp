@@ -3,10 +3,10 @@
 #include "include/read.glsl"
 #include "interface/motion.h"
 #include "include/bricks.glsl"
-// Repair of folds beside a border that slides: cells that touch a folded one are smoothed along the field's jump only,
-// since a jump folds along its own direction and not across it.
+// Repair of folds at sliding borders: smooths cells that touch a folded one along the jump of the field only, since a
+// jump folds along its own direction.
 //   u(i) <- u(i) / 2 + (u(i - d) + u(i + d)) / 4 where any cell within 1 of i is flagged
-//   d: as many cells long along its longest axis as asked for, along the largest difference of u to one of the six neighbours
+//   d: along the largest difference of u to one of the six neighbours; its longest component is push.cells.w cells
 //
 // binding  direction  format                      shape            unit
 // 0        in         uint                        bricks listed    packed brick coordinates

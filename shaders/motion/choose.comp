@@ -2,14 +2,14 @@
 #extension GL_GOOGLE_include_directive : require
 #include "interface/motion.h"
 #include "include/bricks.glsl"
-// Of two fields the one that brings the frames nearer together, cell by cell.
-//   e = (r^2 + 2 max(0, w_now - w)) / w_now,  q as the field that is there has it   (what finds no partner is unlike it)
+// Takes, cell by cell, of two fields the one with which the frames match better.
+//   e = (r^2 + 2 max(0, w_now - w)) / w_now,  q of the present field   (a voxel without a partner counts as a mismatch)
 //   s = smoothstep(least, all, (e_now - e_new) / (2 q + flat))
 //   u <- u + s (other - u)
 //
 // binding  direction  format               shape            unit
 // 0        in         uint                 bricks listed    packed brick coordinates
-// 1        in         rgba: . r^2 w q      cells (z, y, x)  of the field that is there, smoothed
+// 1        in         rgba: . r^2 w q      cells (z, y, x)  of the present field, smoothed
 // 2        in         rgba: . r^2 w q      cells            of the other, smoothed
 // 3        in         rgba32f: u           cells            mm
 // 4        in         rgba32f: other       cells            mm

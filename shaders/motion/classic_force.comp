@@ -3,9 +3,9 @@
 #include "include/read.glsl"
 #include "interface/motion.h"
 #include "include/bricks.glsl"
-// The paper's iteration (34), as it stands there, in units of the voxel; the Gaussian that follows is gauss.comp.
+// Iteration (34) of the paper, in units of the voxel; the Gaussian that follows is gauss.comp.
 //   d = L1(x + M) - L0(x),   M <- M - d grad L0 / (|grad L0|^2 + d^2)          (Thirion 1998, eq. 4)
-// Where both gradient and difference vanish the quotient is 0 / 0: nothing is known there and M stays.
+// Where gradient and difference are both 0 the quotient is undefined, and M is not changed.
 //
 // binding  direction  format                       shape            unit
 // 0        in         uint                         bricks listed    packed brick coordinates, a cell is a voxel

@@ -4,17 +4,18 @@
 #include "include/bricks.glsl"
 #include "include/left_over.glsl"
 #include "include/symmetric.glsl"
-// How far the field may be trusted at a cell: of cells with confidence c a share of about c is within half a voxel.
-//   A' = A - kNoiseOfGradient r^2 diag(1 / spacing^2)       (what noise of r^2 makes of gradients is no structure)
+// How far the field can be trusted at a cell: of all cells with confidence c about the share c is right within half a
+// voxel.
+//   A' = A - kNoiseOfGradient r^2 diag(1 / spacing^2)       (removes the gradients that noise of r^2 causes)
 //   SD^2 = r^2 / (N l h^2),  l the smallest eigenvalue of A', N the voxels that the narrow window averages
 //                                      (Cramer-Rao bound of the least certain direction, in voxels; an axis of one cell
-//                                      is no direction, since nothing moves across a single slice)
-//   rest = |(A + damping I)^-1 b| / h                                (the motion that the narrow window still asks for)
+//                                      does not count, since nothing moves across a single slice)
+//   rest = |(A + damping I)^-1 b| / h                                (the step that the narrow window still asks for)
 //   g = max |u(next) - u| / distance over the six neighbours                                   (an edge of the field)
 //   rho: what the coarser level left unexplained, see left_over.glsl
 //   odds = kRightOdds / ((rest + kRest)^2 (g + kSteep) (rho + kLeft))
 //   confidence = (1 + 1 / (1 + 4 SD^2)) / 2 odds / (1 + odds) min(1, w),  w the share of the voxels that counted
-// Where the data determine nothing it is a half at most, however smooth the field is.
+// Where the data determine nothing it is at most 1/2, however smooth the field is.
 //
 // binding  direction  format                        shape            unit
 // 0        in         uint                          bricks listed    packed brick coordinates
@@ -23,7 +24,7 @@
 // 5        in         rgba: . r^2 w q               cells            of the coarser level when it ended
 // 6        out        rgba32f: u, confidence        cells            mm, 0 to 1
 //
-// One invocation: one cell. Border: no neighbour there. Precision: fp32. Race: each output written once.
+// One invocation: one cell. Border: a missing neighbour is left out. Precision: fp32. Race: each output written once.
 // CPU oracle: oracle::confidence.
 layout(set = 0, binding = 1) uniform sampler3D equations0;
 layout(set = 0, binding = 2) uniform sampler3D equations1;
@@ -45,10 +46,10 @@ float smallest_eigenvalue(vec3 diagonal, vec3 mixed) {  // xx yy zz, xy xz yz
   return mean + 2.0 * spread * cos(angle + 2.0943951);  // 2 pi / 3
 }
 
-// Voxels^2.
+// In voxels^2.
 float variance_of(vec4 e0, vec4 e1, vec4 e2) {
   vec3 diagonal = vec3(e0.w, e1.z, e2.x) - e2.y * push.noise.xyz;
-  // As certain as all others together, so that it is never the least.
+  // The value of an axis of one cell: at least as certain as all others, so that it is never the smallest.
   const float others = dot(max(diagonal, vec3(0.0)), vec3(1.0));
   for (int axis = 0; axis < 3; ++axis)
     if (push.cells[axis] == 1) diagonal[axis] = others;
@@ -56,7 +57,7 @@ float variance_of(vec4 e0, vec4 e1, vec4 e2) {
   return (e2.y + kLeastResidual * e2.z) * push.noise.w / least;
 }
 
-// The field's steepest difference to a neighbour, squared.
+// Largest squared difference of the field to a neighbour, per distance.
 float steepness2(ivec3 cell, vec3 here) {
   float most = 0.0;
   for (int axis = 0; axis < 3; ++axis) {

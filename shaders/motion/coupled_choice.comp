@@ -2,21 +2,21 @@
 #extension GL_GOOGLE_include_directive : require
 #include "interface/motion.h"
 // One round of the coupled convex search (Heinrich, Papiez, Schnabel, Handels 2014): each listed node takes the label
-// that is cheapest when its distance from the smooth field of the round before has a price; the smoothing between rounds
-// is gauss.comp, and the price rises. Nodes that are not listed keep the field that there is.
+// with the least cost plus a penalty on its distance from the smooth field of the round before. gauss.comp smooths
+// between rounds, and the penalty (price) rises. Nodes that are not listed keep the present field.
 //   label(node) = argmin over labels of cost(label, node) + price |round(b(node)) + label - u(node)|^2     (in voxels)
 //   choice(node) = round(b(node)) + label + part, part the vertex of a parabola through the costs of the label and its
-//   neighbours along each axis; b(node) itself if label is 0.
+//   neighbours along each axis; b(node) itself for label 0.
 //
 // binding  direction  format               shape                                unit
-// 0        in         int                  nodes (z, y, x)                      place in the list; -1: not listed
+// 0        in         int                  nodes (z, y, x)                      index in the list; -1: not listed
 // 1        in         float                labels (z, y, x), nodes listed       1
 // 2        in         rgba32f: u           nodes                                mm
-// 3        in         rgba32f: b           nodes                                mm, the field that there is
+// 3        in         rgba32f: b           nodes                                mm, the present field
 // 4        out        rgba32f: choice      nodes                                mm
 //
-// One invocation: one node, all labels. Of labels of equal cost the first in the order of the scan (x fastest, from
-// -reach) is taken. Precision: fp32. Race: each output written once. CPU oracle: oracle::coupled_cost.
+// One invocation: one node, all labels. Of labels of equal cost the first in scan order (x fastest, from -reach) is
+// taken. Precision: fp32. Race: each output written once. CPU oracle: oracle::coupled_cost.
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) readonly buffer Places { int places[]; };
 layout(set = 0, binding = 1) readonly buffer Cost { float cost[]; };

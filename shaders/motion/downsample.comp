@@ -1,18 +1,18 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "interface/motion.h"
-// One step of the image pyramid: low-pass and keep every second sample along the axes that are still finer than the
-// level asks for.
+// One step of the image pyramid: low-pass, then every second sample, along the axes that are still finer than the
+// level's voxels.
 //   coarse(i) = sum_k w_k fine(2 i + k), w = (1 3 3 1) / 8 for k = -1 .. 2 (Burt 1983, even kernel)
 // An even kernel keeps the centre of a coarse voxel at the centre of the two voxels that it covers. The pair (1 3) is
-// one linear sample at a quarter of the way, so 8 samples do the work of 64 taps.
+// one linear sample at a quarter of the way, so 8 samples replace 64 taps.
 //
 // binding  direction  format             shape            unit
 // 0        in         any, one channel   fine (z, y, x)   scaled intensity
 // 1        out        any, one channel   coarse           scaled intensity
 //
-// One invocation: one coarse voxel. An image cut into slabs is shrunk slab by slab. Border: clamped. Precision: fp32 sums. Race: each output written once.
-// CPU oracle: oracle::downsample.
+// One invocation: one coarse voxel. An image cut into slabs is processed slab by slab. Border: clamped. Precision: fp32
+// sums. Race: each output written once. CPU oracle: oracle::downsample.
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) uniform sampler3D fine;
 layout(set = 0, binding = 1) uniform writeonly image3D coarse;

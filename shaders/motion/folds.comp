@@ -3,11 +3,11 @@
 #include "include/read.glsl"
 #include "interface/motion.h"
 #include "include/bricks.glsl"
-// Finds the cells in which the field, read at the voxels of the image, folds: det(I + grad u) <= limit at any of the 8
-// corners of a unit cube of voxels, with the cube's own three edges at that corner as differences; or likewise at
-// any corner of a cube of cells: slopes jump at a cell's middle, and a fold that is smaller than a voxel can lie there.
-// Most cells are cleared by a bound first: with slopes a, b, c along the three axes, |a|^2 + |b|^2 + |c|^2 < 1 means
-// that no unit vector is mapped to zero, so the determinant stays positive; slopes inside a trilinear cell are convex
+// Finds the cells in which the field, sampled at the voxels of the image, folds: det(I + grad u) <= limit at any of the
+// 8 corners of a unit cube of voxels, with the cube's three edges at that corner as differences; or likewise at any
+// corner of a cube of cells, since slopes jump at a cell's middle and a fold smaller than a voxel can lie there. A
+// bound excludes most cells first: with slopes a, b, c along the three axes, |a|^2 + |b|^2 + |c|^2 < 1 means that no
+// unit vector is mapped to zero, so the determinant stays positive; slopes inside a trilinear cell are convex
 // combinations of those along its edges.
 //
 // binding  direction  format               shape            unit
@@ -60,7 +60,7 @@ float smallest_determinant(ivec3 voxel) {
   return smallest;
 }
 
-// At the cell's middle, in the 8 cubes of cells that meet there.
+// The same at the cell's middle, in the 8 cubes of cells that meet there.
 float smallest_determinant_at_middle(ivec3 cell, vec3 cell_mm) {
   const vec3 u = at_cell(cell);
   float smallest = 1e30;
@@ -68,7 +68,7 @@ float smallest_determinant_at_middle(ivec3 cell, vec3 cell_mm) {
     const ivec3 side = 2 * ivec3(c & 1, c >> 1 & 1, c >> 2) - 1;
     const ivec3 next = cell + side;
     const vec3 outside = vec3(notEqual(next, clamp(next, ivec3(0), push.cells.xyz - 1)));
-    // Along an axis of one cell nothing changes, and no cube ends there.
+    // An axis of one cell has no differences and no cubes on its other side.
     if (dot(outside, vec3(greaterThan(push.cells.xyz, ivec3(1)))) > 0.0) continue;
     const vec3 x = vec3(1, 0, 0) + (at_cell(ivec3(next.x, cell.yz)) - u) / (cell_mm.x * side.x);
     const vec3 y = vec3(0, 1, 0) + (at_cell(ivec3(cell.x, next.y, cell.z)) - u) / (cell_mm.y * side.y);
@@ -89,7 +89,7 @@ void main() {
     const ivec3 begin = cell * push.cell.xyz;
     for (int k = 0; k < push.cell.x * push.cell.y * push.cell.z && !folds; ++k) {
       const ivec3 voxel = begin + ivec3(k % push.cell.x, k / push.cell.x % push.cell.y, k / (push.cell.x * push.cell.y));
-      // The last voxel of an axis begins no cube, but a single one does: a slice can fold within itself.
+      // The last voxel of an axis begins no cube, except on an axis of one voxel: a slice can fold within itself.
       if (any(greaterThanEqual(voxel, max(push.image_size.xyz - 1, 1)))) continue;
       folds = smallest_determinant(voxel) <= push.spacing_mm.w;
     }

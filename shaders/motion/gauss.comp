@@ -4,7 +4,7 @@
 #include "include/read.glsl"
 #include "interface/motion.h"
 #include "include/bricks.glsl"
-// One axis of a separable Gaussian over four channels at once, on the bricks in which work is needed.
+// One axis of a separable Gaussian over four channels at once, on the listed bricks.
 //   out(i) = sum_k w_|k| in(i + k), |k| <= radius, weights normalised to 1 on the host
 //
 // binding  direction  format        shape           unit
@@ -13,14 +13,14 @@
 // 2        out        any rgba      cells           the same
 //
 // One invocation: 8 outputs in a row along the axis, so that each input is fetched (8 + 2 radius) / 8 times instead of
-// 2 radius + 1; the 64 invocations of a group are the face of one brick. Border: clamped. Precision: fp32 sums.
-// Race: each output written once, never in place. CPU oracle: oracle::gauss.
+// 2 radius + 1; the 64 invocations of a group are the face of one brick. Border: clamped. Precision: fp32 sums. Race:
+// each output written once, never in place. CPU oracle: oracle::gauss.
 TEXELS(1, source, rgba16f);
 layout(set = 0, binding = 2) uniform writeonly image3D target;
 layout(push_constant) uniform Push { GaussPush push; };
 
-// Known when the kernel is compiled, so that every tap's weight is a number in a register: a CPU driver reads a weight
-// whose place it does not know lane by lane, which took longer than the taps themselves.
+// A constant at compile time, so that all loops are unrolled and weights are in registers: a CPU driver reads a weight
+// at a variable index lane by lane, which took longer than the taps themselves.
 layout(constant_id = 0) const int kRadius = 1;
 
 void main() {

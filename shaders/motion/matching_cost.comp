@@ -3,20 +3,20 @@
 #include "include/read.glsl"
 #include "interface/motion.h"
 #include "include/push.glsl"
-// The discrete start: what each whole-voxel displacement from the field that there is would cost at the listed nodes,
-// whatever lies between. Finds motions larger than the spacing of structures, where a gradient points to the wrong one.
+// The discrete start: the cost of every whole-voxel displacement from the present field at the listed nodes. Finds
+// motions larger than the spacing of structures, where a gradient points to the wrong structure.
 //   cost(label, node) = mean over the node's voxels of min(|F(x) - M(x + round(u(node)) + label)|, cut)    (in voxels)
 //
 // binding  direction  format                shape                        unit
-// 0        in         uint                  nodes listed                 number of the node, x fastest
+// 0        in         uint                  nodes listed                 index of the node, x fastest
 // 1        in         rgba: gx . . F        image (z, y, x)              gx: infinite outside the mask; 1
 // 2        in         rgba: . . . M         image                        1
 // 3        in         rgba32f: u            nodes (z, y, x)              mm along the image axes
 // 4        out        float                 labels (z, y, x), nodes listed   1
 //
-// One invocation: one node and one label; y of the group is the label. Border: a partner outside the image costs the
-// cut; a voxel outside the mask does not count, a partner does. Precision: fp32. Race: each output written once.
-// CPU oracle: oracle::matching_cost.
+// One invocation: one node and one label; the y index of the workgroup is the label. Border: a partner outside the
+// image costs the cut. Voxels outside the mask do not count; partners outside it do. Precision: fp32. Race: each output
+// written once. CPU oracle: oracle::matching_cost.
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) readonly buffer List { uint listed[]; };
 TEXELS(1, fixed_image, rgba16f);

@@ -3,7 +3,7 @@
 #include "include/read.glsl"
 #include "interface/motion.h"
 #include "include/bricks.glsl"
-// What happened in each brick since the last look: the grounds for leaving it out of the next iterations.
+// Measures each brick since its last measurement, to decide whether it can be left out of the next iterations.
 //   moved = max |u - seen|,  structure = max (q / w),  reach = max |u|,  seen <- u
 // q / w is the mean squared normalised intensity, near 1 where the images have structure and near
 // noise^2 / (noise^2 + f^2) where they have none.
@@ -16,9 +16,9 @@
 // 4        in         rgba: Azz r^2 w q       cells            smoothed normal equations
 // 5        in/out     uint triples            bricks listed    bits of the floats moved (units), structure, reach (units)
 //
-// One invocation: a column of 8 cells, so that atomics stay rare. Border: none. Precision: fp32. Race: atomic maxima
-// of the bits, which order like the numbers since none is negative; seen only at the own cell. `seen` may be one image.
-// CPU oracle: oracle::measure.
+// One invocation: a column of 8 cells, so that there are few atomics. Border: none. Precision: fp32. Race: atomic
+// maxima of the bits, whose order is that of the values since none is negative; `seen` is read and written only at the
+// own cell, so 2 and 3 may be the same image. CPU oracle: oracle::measure.
 TEXELS(1, field, rgba32f);
 TEXELS(2, seen, rgba16f);
 layout(set = 0, binding = 3) uniform writeonly image3D now_seen;

@@ -2,16 +2,16 @@
 #extension GL_GOOGLE_include_directive : require
 #include "include/read.glsl"
 #include "interface/motion.h"
-// First and second moment of the intensity in cells of a few voxels, the raw material of local normalisation
-// (normalise.comp): m1 = mean(I), m2 = mean(I^2). On a coarser grid than the image because what follows is a wide
-// low-pass: the same result for an eighth of the work.
+// First and second moments of the intensity in cells of a few voxels, for local normalisation (normalise.comp): m1 =
+// mean(I), m2 = mean(I^2). On a coarser grid than the image because a wide low-pass follows: the same result for an
+// eighth of the work.
 //
 // binding  direction  format                shape             unit
 // 0        in         any, one channel      image (z, y, x)   scaled intensity
 // 1        out        rg32f: m1 m2          cells             scaled intensity, its square
 //
-// One invocation: one cell, from `begin` on. Border: a cell that reaches beyond the image averages what is inside.
-// Precision: fp32 and stored so: m2 - m1^2 cancels. Race: each output written once. CPU oracle: oracle::moments.
+// One invocation: one cell, from `begin` on. Border: a cell that extends beyond the image averages its inner part.
+// Precision: fp32, also stored, since m2 - m1^2 cancels. Race: each output written once. CPU oracle: oracle::moments.
 layout(local_size_x = 64) in;
 TEXELS(0, image, r16f);
 layout(set = 0, binding = 1) uniform writeonly image3D moments;

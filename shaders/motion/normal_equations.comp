@@ -7,7 +7,8 @@
 // The data term: per cell of the field the mean, over the cell's voxels, of the normal equations of optical flow at
 // the current field (Lucas & Kanade 1981, with the symmetric gradient of Benhimane & Malis 2004).
 //   r = F(x) - M(x + u),  g = (grad F(x) + grad M(x + u)) / 2,  b = r g,  A = g g^T
-// and g = grad F(x) alone where the partner x + u lies outside the mask, which takes away grad M but not M (pack.comp).
+// and g = grad F(x) alone where the partner x + u lies outside the mask: grad M is infinite there, M is not
+// (pack.comp).
 //
 // binding  direction  format                       shape              unit
 // 0        in         uint                         bricks listed      packed brick coordinates
@@ -17,16 +18,16 @@
 // 4        out        rgba: bx by bz Axx           cells              1/mm, 1/mm^2
 // 5        out        rgba: Axy Axz Ayy Ayz        cells              1/mm^2
 // 6        out        rgba: Azz r^2 w q            cells              1/mm^2, 1, 1 (share of voxels that counted),
-//                                                                    1: q = (F^2 + M^2) / 2, the structure there is
-// 7-9      in         the images of 4-6, for adding
+//                                                                     1: q = (F^2 + M^2) / 2, the structure
+// 7-9      in         the images of 4-6, to add to
 //
-// One invocation: one cell. It keeps the 27 (9 where a cell is one voxel deep) field values around it in registers and
-// interpolates them axis by axis, because reading the field trilinearly at each voxel would cost more than the image.
-// Half the voxels: with a colour, 0 or 1, only those of one colour of the 3-D checkerboard are read, for twice the
-// weight. Taking turns from iteration to iteration costs half and, under the window, loses next to nothing.
-// Images cut into slabs: one dispatch per pair of slabs, each adding the voxels that are its own to what is there.
-// Border: a voxel whose partner lies more than half a voxel outside the moving image, or that lies outside the mask
-// itself, does not count. Precision: fp32 sums. Race: each output written once. CPU oracle: oracle::normal_equations.
+// One invocation: one cell. It keeps the 27 field values around it (9 for a cell one voxel deep) in registers and
+// interpolates them axis by axis: reading the field trilinearly at each voxel would cost more than reading the image.
+// Half of the voxels: with a colour, 0 or 1, only those of one colour of the 3-D checkerboard are read, with twice the
+// weight. Alternating from iteration to iteration halves the cost and, under the window, loses almost nothing. Images
+// cut into slabs: one dispatch per pair of slabs adds the voxels that this pair computes to the output. Border: a voxel
+// does not count if its partner lies more than half a voxel outside the moving image, or if it lies outside the mask.
+// Precision: fp32 sums. Race: each output written once. CPU oracle: oracle::normal_equations.
 layout(constant_id = 0) const int kCellX = 2;
 layout(constant_id = 1) const int kCellY = 2;
 layout(constant_id = 2) const int kCellZ = 2;
@@ -41,7 +42,7 @@ TEXELS(8, so_far1, rgba16f);
 TEXELS(9, so_far2, rgba16f);
 PUSH_CONSTANTS(NormalEquationsPush);
 
-// Weights of the cell before, the cell itself and the cell after for voxel `o` of a cell of `n`.
+// Weights of the cell before, the cell itself and the cell after, for voxel `o` of a cell of `n` voxels.
 vec3 weights(int o, int n) {
   const float t = (float(o) + 0.5) / float(n) - 0.5;
   return vec3(max(-t, 0.0), 1.0 - abs(t), max(t, 0.0));
@@ -57,7 +58,7 @@ void main() {
 
   vec3 u[27];
   for (int k = 0; k < 27; ++k) {
-    // A cell of one voxel needs no neighbours along that axis: their weight is 0.
+    // Along an axis with one voxel per cell the weights of the neighbours are 0, and they are not read.
     ivec3 step = ivec3(k % 3, k / 3 % 3, k / 9) - 1;
     if (size.x == 1) step.x = 0;
     if (size.y == 1) step.y = 0;

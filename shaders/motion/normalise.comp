@@ -3,9 +3,9 @@
 #include "include/read.glsl"
 #include "interface/motion.h"
 #include "include/push.glsl"
-// Local normalisation: what is left of an image when gain, offset and slow bias are taken out.
+// Local normalisation: removes gain, offset and slow bias from an image.
 //   N = (I - m) / sqrt(v + f^2), m and v = m2 - m^2 local mean and variance, f the noise SD
-// m1 and m2 come smoothed on a coarser grid and are read trilinearly.
+// m1 and m2 are smoothed on a coarser grid and interpolated trilinearly.
 //
 // binding  direction  format                shape             unit
 // 0        in         any, one channel      image (z, y, x)   scaled intensity

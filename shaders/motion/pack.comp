@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "include/read.glsl"
 #include "interface/motion.h"
-// Puts an image and its gradient into one texel, so that the data term reads one texel instead of seven.
+// Packs an image and its gradient into one texel, so that the data term reads one texel instead of seven.
 //   (gx gy gz I), g = central difference in 1/mm, one-sided at the border; infinite outside the mask
 //
 // binding  direction  format             shape             unit
@@ -10,11 +10,10 @@
 // 1        in         any, one channel   image             mask: 0 = outside
 // 2        out        any rgba           image             1/mm 1/mm 1/mm 1
 //
-// The mask is the fixed frame's, and each frame is fixed once and moving once: the mark must not take away what the
-// frame shows when it is the moving one. So the intensity stays, and the gradient carries the mark, without which a
-// partner can still count. Infinite, because a trilinear sample that touches such a voxel with any weight, however
-// small, is then infinite or NaN, and no comparison lets it pass. A large number was tried: at weights below a
-// hundredth it looked like an image.
+// The mask belongs to the fixed frame, but each frame is fixed once and moving once, and as the moving one its
+// intensities outside the mask are needed. So the intensity stays, and the gradient carries the mark; a partner there
+// still counts. Infinite, because a trilinear sample that touches such a voxel with any weight is then infinite or NaN
+// and fails every comparison. A large finite number was tried: at weights below a hundredth it looked like an image.
 //
 // One invocation: one voxel, from `begin` on. Border: clamped, so the difference is halved there. Precision: fp32.
 // Race: each output written once. CPU oracle: oracle::pack.

@@ -4,8 +4,8 @@
 #include "interface/motion.h"
 #include "include/bricks.glsl"
 #include "include/sliding.glsl"
-// Of four candidates of the step for sliding borders that lie across a border (sliding.glsl), and what was best so far, the one that
-// costs least.
+// Of four candidates of the step for sliding borders that lie across a border (sliding.glsl), and the best one so far,
+// takes the one with the least cost.
 //
 // binding  direction  format                    shape            unit
 // 0        in         uint                      bricks listed    packed brick coordinates
@@ -14,8 +14,9 @@
 // 3        out        the same                  cells
 // 4        in         rgba32f: u                cells            mm
 //
-// One invocation: one cell. Border: a candidate outside the field is none. Precision: fp32, which candidate as a small whole number in fp16.
-// Race: 2 is read only at the own cell, so 2 and 3 may be the same image. CPU oracle: oracle::sliding_choose.
+// One invocation: one cell. Border: a candidate outside the field is ignored. Precision: fp32; the candidate's number
+// is a small integer in fp16. Race: 2 is read only at the own cell, so 2 and 3 may be the same image. CPU oracle:
+// oracle::sliding_choose.
 TEXELS(1, costs, rgba16f);
 TEXELS(2, so_far, rgba16f);
 layout(set = 0, binding = 3) uniform writeonly image3D chosen;

@@ -4,11 +4,11 @@
 #include "interface/motion.h"
 #include "include/bricks.glsl"
 #include "include/sliding.glsl"
-// How badly the frames' intensities fit where a cell moves as it does, or as one of the cells around it does:
+// How badly the intensities of the frames match if a cell has its own motion, or that of one of the candidates:
 //   cost = mean over the cell's voxels of min(1, (a F(x) + b - M(x + v))^2 / limit^2)
-//   a = (E[F M] - E[F] E[M] + f^2) / (E[F^2] - E[F]^2 + f^2),  b = E[M] - a E[F]             (the gain nearby)
-// v is the motion of the candidate's cell; intensities are not locally normalised, since a window of normalisation that
-// holds both sides of a sliding border makes each side fit better if it is dragged along with the other.
+//   a = (E[F M] - E[F] E[M] + f^2) / (E[F^2] - E[F]^2 + f^2),  b = E[M] - a E[F]             (the local gain)
+// v is the motion of the candidate's cell. Intensities are not locally normalised: with a normalisation window that
+// covers both sides of a sliding border, each side matches better if it is moved along with the other.
 //
 // binding  direction  format                          shape            unit
 // 0        in         uint                            bricks listed    packed brick coordinates
@@ -20,9 +20,10 @@
 // 6        out        rgba: cost                      cells            1; of candidates first .. first + 3, or of the
 //                                                                      cell's own motion in all four where first < 0
 //
-// One invocation: one cell, which moves as a whole. Border: a voxel outside the mask or whose own partner lies more than
-// half a voxel outside costs nothing, whatever the candidate; a candidate's partner outside costs 1.
-// Cells outside the field: clamped to the border. Precision: fp32. Race: each output written once. CPU oracle: oracle::sliding_cost.
+// One invocation: one cell, which moves as a whole. Border: a voxel outside the mask, or whose own partner lies more
+// than half a voxel outside the image, costs 0 for every candidate; a candidate's partner outside costs 1. Cells
+// outside the field: clamped to the edge. Precision: fp32. Race: each output written once. CPU oracle:
+// oracle::sliding_cost.
 TEXELS(1, fixed_image, r16f);
 layout(set = 0, binding = 2) uniform sampler3D moving_image;
 TEXELS(3, field, rgba32f);

@@ -4,8 +4,8 @@
 #include "interface/motion.h"
 #include "include/bricks.glsl"
 #include "include/sliding.glsl"
-// Where the step for sliding borders may have work to do, from the solved field alone: for each brick of the result's finer cells the
-// candidates that lie across a border (sliding.glsl), and the steepest slope.
+// Where the step for sliding borders may have work, from the solved field alone: for each brick of the result's finer
+// cells the candidates that lie across a border (sliding.glsl), and the largest slope.
 //
 // binding  direction  format        shape                      unit
 // 0        in         uint          bricks listed              packed brick coordinates, of the solved cells
@@ -13,8 +13,8 @@
 // 2        in/out     uint pairs    bricks of the finer cells  bit n: candidate n; bits of the largest
 //                                   (z, y, x)                  |u(next) - u|^2 / distance^2 along an axis
 //
-// One invocation: one solved cell. Border: a candidate outside the field is none. Precision: fp32. Race: atomic or and
-// maximum; the bits of floats that are not negative order like these. CPU oracle: oracle::sliding_find.
+// One invocation: one solved cell. Border: a candidate outside the field is ignored. Precision: fp32. Race: atomic or
+// and maximum; bits of floats that are not negative have the order of the values. CPU oracle: oracle::sliding_find.
 TEXELS(1, field, rgba32f);
 layout(set = 0, binding = 2) buffer Found { uint found[]; };
 layout(push_constant) uniform Push { SlidingFindPush push; };

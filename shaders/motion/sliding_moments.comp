@@ -3,9 +3,9 @@
 #include "include/read.glsl"
 #include "interface/motion.h"
 #include "include/bricks.glsl"
-// What two frames that a field brings together have in common, for the gain between them: per cell the means of
+// Moments of two frames that a field aligns, from which the gain between them follows: per cell the means of
 //   F, M(x + u), F^2, F M(x + u)
-// over every second voxel along each axis. A voxel without a partner, or outside the mask, counts as M = F: gain 1.
+// over every second voxel along each axis. For a voxel without a partner, or outside the mask, M is set to F (gain 1).
 //
 // binding  direction  format                   shape            unit
 // 0        in         uint                     bricks listed    packed brick coordinates
@@ -32,7 +32,7 @@ void main() {
   const vec3 size = vec3(push.size.xyz);
   vec4 sum = vec4(0.0);
   float count = 0.0;
-  // The middle of each pair of voxels' second one; along an axis of one voxel that one.
+  // From the second voxel of each pair on; along an axis of one voxel from that one.
   const ivec3 first = min(begin + 1, end - 1);
   for (int z = first.z; z < end.z; z += 2) {
     for (int y = first.y; y < end.y; y += 2) {

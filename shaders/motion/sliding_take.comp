@@ -4,7 +4,7 @@
 #include "interface/motion.h"
 #include "include/bricks.glsl"
 #include "include/sliding.glsl"
-// The field after the step for sliding borders: each cell moves as the candidate that was chosen for it, or as before.
+// The field after the step for sliding borders: each cell takes the motion of its chosen candidate, or keeps its own.
 //
 // binding  direction  format                      shape            unit
 // 0        in         uint                        bricks listed    packed brick coordinates

@@ -4,20 +4,20 @@
 #include "interface/motion.h"
 #include "include/bricks.glsl"
 #include "include/sliding.glsl"
-// Where the step for sliding borders has work to do: cells whose intensities fit worse than noise explains, and around which
-// something moves otherwise.
-//   to beat = cost - max(share cost, noise)                                  (what a candidate has to stay below)
-//   work for the candidates that lie across a border (sliding.glsl), where to beat > noise_cost
+// Where the step for sliding borders has work: cells whose intensities match worse than noise explains and around which
+// the motion differs.
+//   to beat = cost - max(share cost, noise)                                  (a candidate must cost less)
+//   there is work for the candidates that lie across a border (sliding.glsl), where to beat > noise_cost
 //
 // binding  direction  format                  shape            unit
 // 0        in         uint                    bricks listed    packed brick coordinates
 // 1        in         rgba: cost . . .        cells (z, y, x)  of the cell's own motion, smoothed
 // 2        in         rgba32f: u              cells            mm
-// 3        out        rgba: to beat, -1, 0, 0 cells            1; candidate that is taken so far: none
+// 3        out        rgba: to beat, -1, 0, 0 cells            1; -1: no candidate chosen yet
 // 4        in/out     uint                    bricks listed    bit n: there is work for candidate n
 //
-// One invocation: one cell. Border: a candidate outside the field is none. Precision: fp32. Race: atomic or.
-// CPU oracle: oracle::sliding_work.
+// One invocation: one cell. Border: a candidate outside the field is ignored. Precision: fp32. Race: atomic or. CPU
+// oracle: oracle::sliding_work.
 TEXELS(1, costs, rgba16f);
 TEXELS(2, field, rgba32f);
 layout(set = 0, binding = 3) uniform writeonly image3D chosen;

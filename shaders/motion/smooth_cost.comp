@@ -1,16 +1,16 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "interface/motion.h"
-// One axis of (1 2 1)/4 over the nodes of each label's cost: the patch that is compared becomes wider than a node.
+// One axis of (1 2 1)/4 over the nodes of each label's cost, so that the compared patch is larger than a node.
 //
 // binding  direction  format   shape                                   unit
-// 0        in         uint     nodes listed                            number of the node, x fastest
-// 1        in         int      nodes (z, y, x)                         place in the list; -1: not listed
+// 0        in         uint     nodes listed                            index of the node, x fastest
+// 1        in         int      nodes (z, y, x)                         index in the list; -1: not listed
 // 2        in         float    labels (z, y, x), nodes listed          1
 // 3        out        float    the same                                1
 //
-// One invocation: one node and one label. Border: clamped, as is a node beside one that is not listed. Precision: fp32.
-// Race: each output written once, not in place. CPU oracle: oracle::smooth_cost.
+// One invocation: one node and one label. Border: clamped; a neighbour that is not listed is replaced by the node
+// itself. Precision: fp32. Race: each output written once, not in place. CPU oracle: oracle::smooth_cost.
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) readonly buffer List { uint listed[]; };
 layout(set = 0, binding = 1) readonly buffer Places { int places[]; };

@@ -4,14 +4,14 @@
 #include "interface/motion.h"
 #include "include/bricks.glsl"
 // Dual step of the vectorial Huber total variation filter: gradient ascent, then projection onto the ball. All nine
-// differences share one ball, so that an edge of one component is an edge of all.
+// differences share one ball, so that the components have common edges.
 //   p <- P( (p + t D u) / (1 + t e / c) ),  P(p) = p / max(1, |p| / c),  (D u)_a(i) = s_a (u(i + e_a) - u(i))
-// c = lambda h (1 + more) in mm, more the mean of what a cell and its three neighbours ahead add to the weight, e the
+// c = lambda h (1 + more) in mm, more the mean addition to the weight of a cell and its three next neighbours, e the
 // Huber threshold in mm, t the step, s_a the slope weight                             (Chambolle & Pock 2011, sec. 6.2)
 //
 // binding  direction  format               shape            unit
 // 0        in         uint                 bricks listed    packed brick coordinates
-// 1        in         rgba32f: u, more     cells (z, y, x)  mm along the image axes; -1 and more
+// 1        in         rgba32f: u, more     cells (z, y, x)  mm along the image axes; more >= -1
 // 2-4      in         rgba: p of x, y, z   cells            mm
 // 5-7      out        the same, new        cells            mm
 //
@@ -26,7 +26,7 @@ layout(set = 0, binding = 6) uniform writeonly image3D new_y;
 layout(set = 0, binding = 7) uniform writeonly image3D new_z;
 layout(push_constant) uniform Push { TotalVariationPush push; };
 
-// The weight is never 0: the ball must have a radius.
+// Lower limit of 1 + more: the ball must have a radius.
 const float kLeastWeight = 1e-3;
 
 void main() {

@@ -3,8 +3,8 @@
 #include "include/read.glsl"
 #include "interface/motion.h"
 #include "include/bricks.glsl"
-// Primal step of the vectorial Huber total variation filter: the field that belongs to the dual p, and, in the last
-// step of an iteration, the momentum ahead of it.
+// Primal step of the vectorial Huber total variation filter: the field that belongs to the dual p and, in the last step
+// of an iteration, its extrapolation by the momentum.
 //   u = w + div p,  (div p)(i) = sum_a s_a (p_a(i) - p_a(i - e_a))        (Chambolle 2004, sec. 3)
 //   v = u + m (u - u_before)                                               (Polyak's momentum)
 //
@@ -40,7 +40,7 @@ void main() {
   if (i.y > 0) u -= push.slope.y * READ(dual_y, i - ivec3(0, 1, 0)).xyz;
   if (i.z > 0) u -= push.slope.z * READ(dual_z, i - ivec3(0, 0, 1)).xyz;
   if (kLast != 0) {
-    // Read before the write below: in the last step both are the same image.
+    // Read before the write below: in the last step `before` and the output may be the same image.
     const vec3 u_before = READ(before, i).xyz;
     imageStore(ahead, i, vec4(u + push.weight.w * (u - u_before), 0.0));
   }

@@ -5,17 +5,17 @@
 #include "include/bricks.glsl"
 #include "include/left_over.glsl"
 #include "include/symmetric.glsl"
-// The Gauss-Newton step of two windows: that of the wide one, and in the share s of what the narrow one adds to it that
-// the coarser level's remaining differences call for; composed with the field.
-//   rho = max(0, r^2 - W (w - q)) / (2 q + flat w)                        (what is left there, beyond noise)
+// The Gauss-Newton step of two windows: the step of the wide window, plus the share s of what the narrow window adds to
+// it. s follows from the difference that the coarser level left. The step is composed with the field.
+//   rho = max(0, r^2 - W (w - q)) / (2 q + flat w)                        (the difference left there, beyond noise)
 //   s = smoothstep(low, high, rho) smoothstep(kSteepest, kGentle, det),  l = mix(l_0, l_1, s)                 (damping)
 //   d_w = (A_w + l I)^-1 b_w,  d = d_w + s (A_n + l I)^-1 (b_n - A_n d_w),  |d_w|, |d| <= limit
 //   w(x) = v(x + d) + d                                                   (compositive update, Vercauteren 2009)
-// det is that of I + dv/dx, the smaller one of differences forwards and backwards: where the field is about to fold,
-// nothing yields.
-// The weight of the total variation, as a share to add: where s is 0, none; where it is 1, that of `strong`, which gives
-// way to what the narrow window says for certain.
-//   T = N g / (r_n^2 - g),  g = b_n . (A_n + l I)^-1 b_n                  (explained by a step, in units of its noise)
+// det is the smaller one of det(I + dv/dx) with forward and with backward differences: where the field is about to
+// fold, s is 0.
+// The weight of the total variation changes by the share `more`: 0 where s is 0; where s is 1 it becomes `strong`,
+// reduced where the narrow window's step is well determined.
+//   T = N g / (r_n^2 - g),  g = b_n . (A_n + l I)^-1 b_n                  (what a step explains, in units of its noise)
 //   more = s (strong / (1 + T / T_half) - 1)
 //
 // binding  direction  format               shape            unit
@@ -41,7 +41,7 @@ layout(set = 0, binding = 9) uniform writeonly image3D composed;
 TEXELS(10, field_texels, rgba32f);
 layout(push_constant) uniform Push { UpdateTwoPush push; };
 
-// Differences of neighbours `step` cells on along each axis, on the border 0.
+// det(I + du/dx) from the differences to the neighbours `step` cells away along each axis; 0 beyond the border.
 float determinant_of(ivec3 cell, int step) {
   const vec3 here = READ(field_texels, cell).xyz;
   mat3 m = mat3(1.0);

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "interface/motion.h"
-// A field of one level on the grid of the next.
+// Interpolates the field of one level to the cells of the next.
 //   to(i) = from(scale i + offset), trilinear
 //
 // binding  direction  format         shape                  unit

@@ -2,9 +2,9 @@
 #extension GL_GOOGLE_include_directive : require
 #include "include/read.glsl"
 #include "interface/motion.h"
-// A field on finer cells, read as a smooth curve between the coarser ones: read trilinearly on coarse cells it is flat
-// where it bends, and would be flattened again by reading it trilinearly on the finer ones.
-//   to(i) = from(scale i + offset): Catmull and Rom's cubic, in the share `push.scale.w`, and else linear
+// Interpolates a field to finer cells with a smooth curve: trilinear interpolation of the coarse cells, followed by
+// that of the finer ones, would flatten its bends twice.
+//   to(i) = from(scale i + offset): Catmull-Rom cubic with the share `push.scale.w`, linear with the rest
 //
 // binding  direction  format                  shape                  unit
 // 0        in         rgba32f: u, confidence  from cells (z, y, x)   mm along the image axes, 1
@@ -18,7 +18,7 @@ layout(set = 0, binding = 1) uniform writeonly image3D to;
 layout(set = 0, binding = 2) uniform writeonly image3D to_as_well;
 layout(push_constant) uniform Push { UpsamplePush push; };
 
-// Of the samples before, at, after and two after floor, at t beyond it.
+// Weights of the samples before, at, after and two after floor, for the fraction t.
 vec4 weights(float t) {
   const vec4 cubic = 0.5 * vec4(((2.0 - t) * t - 1.0) * t, (3.0 * t - 5.0) * t * t + 2.0,
                                 ((4.0 - 3.0 * t) * t + 1.0) * t, (t - 1.0) * t * t);

@@ -1,13 +1,11 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "interface/view.h"
-// A brick of the volume as it is at the phase g: equations (23) to (25) of Lundin Palmerius et al.
-// 2008 at every voxel,
+// Computes a brick of the volume at the phase g: equations (23) to (25) of Lundin Palmerius et al. 2008 at every voxel,
 //   v(x) = (1 - w) f0(y) + w f1(y + u(y)),   y + g u(y) = x,   w = g, or 0 if values are not blended,
-// with the slope that rays shade by, and which of its cells can show anything.
-// y - x is trilinear between back-tracked nodes, and u(y) = (x - y) / g needs no second look at the
-// field. An error e of y cancels to first order: it enters as (1 - g) e f0' - (1 - g) e f1', and both
-// frames show the same material.
+// with the slope for shading, and the cells of the brick that can show anything.
+// y - x is trilinear between back-tracked nodes, and u(y) = (x - y) / g needs no second read of the field. An error e
+// of y cancels to first order: it enters as (1 - g) e f0' - (1 - g) e f1', and both frames show the same material.
 //   slope = central difference, per mm along the axes of the voxels
 //   cell: shows something if some value between its least and greatest corner has extinction. A
 //   trilinear value lies between those of its cell's corners, so nothing is missed.
@@ -16,17 +14,17 @@
 // 0        in         rgba32f            nodes (z, y, x)    y - x, voxels
 // 1        in         any, one channel   frame (z, y, x)    share of the range
 // 2        in         any, one channel   next frame         share of the range
-// 3        in         uint               see list.comp      bricks to make
-// 4        in         uint               kTable per look    the next entry from here on with extinction
-// 5        in         float              kMostLevels x kTable per look; level l: the most extinction
-//                                        (1/mm) of 2^l entries from here on
+// 3        in         uint               see list.comp      bricks to compute
+// 4        in         uint               kTable per transfer function   the next entry from here on with extinction
+// 5        in         float              kMostLevels x kTable per transfer function; level l: the largest
+//                                        extinction (1/mm) of 2^l entries from here on
 // 6        out        any rgba           volume (z, y, x)   slope in shares per mm, share
 // 7        out        uint               kSkipWords per brick; flags in the first, see kThin
 //
-// A group is a brick. It makes values one voxel around its 9 x 9 x 9 nodes, so that no other brick
-// has to be there; nodes on a common face are written by both bricks, with the same value.
-// Border: clamped to the edge. Precision: fp32, stored as the image has it. Race: bits are joined in shared memory
-// by atomics. CPU oracle: felt_value of tests/view/shown_value.h, the hand's own reading.
+// A workgroup is a brick. It computes values up to one voxel around its 9 x 9 x 9 nodes, so it does not depend on other
+// bricks; nodes on a common face are written by both bricks, with the same value. Border: clamped to the edge.
+// Precision: fp32, stored in the image's format. Race: bits are set in shared memory by atomics. CPU oracle: felt_value
+// of tests/view/shown_value.h, which reads values as the hand does.
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) uniform sampler3D nodes;
 layout(set = 0, binding = 1) uniform sampler3D frame;
@@ -37,8 +35,8 @@ layout(set = 0, binding = 5) readonly buffer Most { float most[]; };
 layout(set = 0, binding = 6) uniform writeonly image3D surface;
 layout(set = 0, binding = 7) writeonly buffer Skip { uint skip[]; };
 layout(push_constant) uniform Push { BrickPush push; };
-layout(constant_id = 0) const int kMoves = 1;   // nodes are looked at
-layout(constant_id = 1) const int kBlends = 1;  // the next frame is looked at
+layout(constant_id = 0) const int kMoves = 1;  // nodes are read
+layout(constant_id = 1) const int kBlends = 1;  // the next frame is read
 
 const int kBefore = 1;
 const int kWide = kBrick + 3;  // values from one before the first node to one after the last
@@ -55,7 +53,7 @@ float value_at(vec3 voxel, vec3 back) {
   return value;
 }
 
-// Row by row: y - x is linear along x between nodes, so it is looked up at nodes only.
+// Row by row: y - x is linear along x between nodes, so only nodes are read.
 void make_values(ivec3 origin) {
   const vec3 per_node = 1.0 / push.nodes.xyz;
   for (int row = int(gl_LocalInvocationIndex); row < kWide * kWide; row += 64) {
@@ -73,7 +71,7 @@ void make_values(ivec3 origin) {
     for (int x = 0; x < kWide; ++x) {
       values[x + kWide * row] = value_at(voxel + vec3(x, 0.0, 0.0), back);
       back += step;
-      // x = 1 is the node at the brick's origin; a new one comes every kNode.
+      // x = 1 is the node at the brick's origin; the next node follows after kNode voxels.
       for (bool is_node = kMoves != 0 && x % kNode == 0; is_node; is_node = false) {
         at.x += per_node.x;
         low = high;

@@ -1,32 +1,31 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "interface/view.h"
-// A brick of a volume that one motion carries at all times, as it is now: at every voxel y
+// Computes a brick of a volume whose frame is carried by one motion for all times: at every voxel y
 //   v(y) = f(X),  X = y + b(y),  dv/dy_a = df/dX_a + sum_c db_c/dy_a df/dX_c,
-// b trilinear between back-tracked nodes, f and df/dX from the one frame that is resident (see
-// curve.comp); stored so that rays read it the same way. And which of its cells can show anything.
-//   cell: shows something if some value that its reading can give has extinction. Such a value lies
-//   between those of the cell's corners, or beyond by at most 1/8 of what slopes differ by along
-//   each axis: bounded by 0.3 of the greatest sum of slopes in its rows.
+// b trilinear between back-tracked nodes, f and df/dX from the reference frame, the only resident one (see curve.comp);
+// stored in the format in which rays read it. Also the cells that can show anything.
+//   cell: shows something if some value that its interpolation can give has extinction. Such a value lies
+//   between those of the cell's corners, or beyond by at most 1/8 of the differences of slopes along
+//   each axis: bounded by 0.3 of the largest sum of slopes in its rows.
 //
 // binding  direction  format    shape             unit
 // 0        in         rgba32f   nodes (z, y, x)   X - y, voxels
 // 1        in         rgba32f   frame (z, y, x)   see curve.comp
-// 2        in         uint      see list.comp     bricks to make
-// 3        in         uint      kTable per look   the next entry from here on with extinction
-// 4        in         float     kMostLevels x kTable per look; level l: the most extinction (1/mm)
-//                                                 of 2^l entries from here on
+// 2        in         uint      see list.comp     bricks to compute
+// 3        in         uint      kTable per transfer function   the next entry from here on with extinction
+// 4        in         float     kMostLevels x kTable per transfer function; level l: the largest
+//                                                 extinction (1/mm) of 2^l entries from here on
 // 5        out        rgba32f   volume (z, y, x)  slope in shares per mm; W in shares
 // 6        out        uint      kSkipWords per brick; flags in the first, see kThin
-// 7        in         uint      bricks (z, y, x)  bits of the eighths to make, see need.comp
+// 7        in         uint      bricks (z, y, x)  bits of the eighths to compute, see need.comp
 //
-// Of a brick only the box around the eighths that are needed is made; it is thin or solid only as a
-// whole.
-// A group is a brick, a row of its 9 x 9 x 9 nodes an invocation; nodes on a common face are written by
-// both bricks, with the same value: slopes of b are those of the cell of nodes that begins there.
-// The frame's own slopes are carried, so nothing around the brick is looked at.
-// Border: clamped to the edge. Precision: fp32. Race: bits are joined in shared memory by atomics.
-// CPU oracle: felt_value of tests/view/shown_value.h, the hand's own reading.
+// Of a brick only the box around the eighths that are needed is computed; a brick is thin or solid only if it was
+// computed whole. A workgroup is a brick, an invocation computes a row of its 9 x 9 x 9 nodes; nodes on a common face
+// are written by both bricks, with the same value: slopes of b are those of the cell of nodes that begins there. The
+// frame's own slopes are carried, so nothing around the brick is read. Border: clamped to the edge. Precision: fp32.
+// Race: bits are set in shared memory by atomics. CPU oracle: felt_value of tests/view/shown_value.h, which reads
+// values as the hand does.
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) uniform sampler3D nodes;
 layout(set = 0, binding = 1) uniform sampler3D frame;
@@ -38,14 +37,14 @@ layout(set = 0, binding = 6) writeonly buffer Skip { uint skip[]; };
 layout(set = 0, binding = 7) readonly buffer Needed { uint needed[]; };
 layout(push_constant) uniform Push { BrickPush push; };
 
-const int kBefore = 0;             // voxels that are made before the brick's first one
+const int kBefore = 0;  // voxels computed before the brick's first one
 const int kWide = kBrick + 1;
 shared float values[kWide * kWide * kWide];
-shared float steepest[kWide * kWide];  // of a row, the greatest sum of its slopes, shares per voxel
+shared float steepest[kWide * kWide];  // of a row, its largest sum of slopes, shares per voxel
 
 #include "include/brick_cells.glsl"
 
-// b and its slopes along y and z, where a row crosses a plane of nodes.
+// b and its slopes along y and z where a row crosses a plane of nodes.
 struct Column {
   vec3 b, along_y, along_z;
 };
@@ -63,7 +62,7 @@ Column column(ivec3 at, vec2 within) {
   return c;
 }
 
-// The voxels of the box around these eighths of a brick, both ends among them.
+// First and last voxel (both included) of the box around these eighths of a brick.
 void box_of(uint eighths, out ivec3 low, out ivec3 high) {
   const bvec3 has_low = notEqual(eighths & uvec3(0x55u, 0x33u, 0x0fu), uvec3(0u));
   const bvec3 has_high = notEqual(eighths & uvec3(0xaau, 0xccu, 0xf0u), uvec3(0u));

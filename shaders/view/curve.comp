@@ -1,14 +1,14 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "interface/view.h"
-// A frame as it is read where one motion carries it: at each voxel i the slope g_i of what the hand
-// reads there, per voxel, and
+// Prepares a frame that one motion carries for trilinear reading: at each voxel i the slope g_i of the value that the
+// hand reads, per voxel, and
 //   W_i = f_i - 1/2 g_i . i.
-// Read trilinearly at x, with W and g as the reading gives them,
+// Interpolated trilinearly at x, W and g give
 //   f(x) = W + 1/2 g . x = sum_i w_i (f_i + 1/2 g_i . (x - i))
-// is exact for quadratic f, where a trilinear f is up to h^2/8 f'' off on each axis: thin bone is
-// drawn where it is felt, for one dot product and no more reads. x counts from the middle of the
-// volume, so that little is lost by rounding.
+// which is exact for quadratic f, where a trilinear f has an error of up to h^2/8 f'' on each axis: thin bone is drawn
+// where it is felt, for one dot product and no more reads. x counts from the middle of the volume, to keep rounding
+// small.
 //
 // binding  direction  format   shape             unit
 // 0        in         r32f     samples (z, y, x) data
@@ -23,7 +23,7 @@ layout(set = 0, binding = 0) uniform sampler3D samples;
 layout(set = 0, binding = 1) uniform writeonly image3D curved;
 layout(push_constant) uniform Push { PrefilterPush push; };
 
-// Of a row along y: the value, smoothed, and the slope.
+// The smoothed value and the slope of a row along y.
 vec2 row(int x, ivec3 y, int z) {
   const float before = texelFetch(samples, ivec3(x, y.x, z), 0).x;
   const float here = texelFetch(samples, ivec3(x, y.y, z), 0).x;
@@ -31,7 +31,7 @@ vec2 row(int x, ivec3 y, int z) {
   return vec2(push.weights.x * here + push.weights.y * (before + after), 0.5 * (after - before));
 }
 
-// The values of a plane of constant x, smoothed over y and z; its slopes in y and in z.
+// The value of a plane of constant x, smoothed over y and z, and its slopes along y and z.
 vec3 plane(int x, ivec3 y, ivec3 z) {
   const int clamped = clamp(x, 0, push.size.x - 1);
   const vec2 a = row(clamped, y, z.x), b = row(clamped, y, z.y), c = row(clamped, y, z.z);

@@ -1,21 +1,21 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "interface/view.h"
-// How many bricks away the nearest occupied one is, in the greatest of the three axes (Chebyshev),
-// one axis per pass:  d'(i) = min over k of max(|k|, d(i + k));  and the same to the nearest brick
-// that is not solid, and to the nearest one that is not thin.
-// Deakin & Knackstedt 2019 (doi 10.1007/s41095-019-0155-y) skip by such a map.
+// Distance in bricks, as the largest of the three axes (Chebyshev), to the nearest occupied brick, one axis per pass:
+// d'(i) = min over k of max(|k|, d(i + k));  likewise to the nearest brick that is not solid, and to the nearest one
+// that is not thin.
+// For skipping empty space as in Deakin & Knackstedt 2019 (doi 10.1007/s41095-019-0155-y).
 //
 // binding  direction  format  shape                     unit
 // 0        in out     uint    kSkipWords per brick      word 0, see kSolid in interface/view.h
-// 1        in         uint    bricks (z, y, x)          the distances after the axis before, where word
-//                                                       0 will have them
+// 1        in         uint    bricks (z, y, x)          the distances after the axis before, packed as in
+//                                                       word 0
 // 2        out        uint    bricks                    the same after this axis
 //
 // kAxis 0 reads what brick.comp wrote instead of binding 1, kAxis 2 writes word 0 instead of
 // binding 2. One invocation: one brick. Distances stop at kFarthest. Race: each output written once;
 // in pass 2 every invocation reads and writes only its own brick's words.
-// CPU oracle: none; skipping is tested whole.
+// CPU oracle: none; skipping is tested as a whole.
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) buffer Skip { uint skip[]; };
 layout(set = 0, binding = 1) readonly buffer From { uint from[]; };
@@ -32,7 +32,7 @@ uint word_of(ivec3 brick) { return uint(push.bricks.w) + uint(kSkipWords) * plac
 uvec3 unpacked(uint packed) { return uvec3(packed, packed >> 8, packed >> 16) & 0xffu; }
 uint packed(uvec3 distances) { return distances.x | distances.y << 8 | distances.z << 16; }
 
-// To the nearest brick that is occupied, that is not solid, that is not thin.
+// Distances to the nearest brick that is occupied, not solid, not thin.
 uvec3 distances_before(ivec3 brick) {
   if (any(lessThan(brick, ivec3(0))) || any(greaterThanEqual(brick, push.bricks.xyz)))
     return uvec3(kFarthest);

@@ -1,18 +1,17 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "interface/view.h"
-// The list of marked bricks and of those beside one, where segments of rays that begin in a marked one
-// may end: as much work as there is to do. All others become empty in the skip structure. Nodes are
-// needed one brick further out.
+// Lists the marked bricks and their neighbours, where segments of rays that begin in a marked brick may end. Only
+// listed bricks are computed; all others become empty in the skip structure. Nodes are needed one brick further out.
 //
 // binding  direction  format  shape              unit
 // 0        in         uint    bricks (z, y, x)   1 = marked
-// 1        out        uint    the same           1 = a listed brick is here or beside
-// 2        out        uint    3 + bricks         groups to dispatch (x; y and z are 1), then places
+// 1        out        uint    the same           1 = this brick or a neighbour is listed
+// 2        out        uint    3 + bricks         workgroups to dispatch (x; y and z are 1), then bricks
 // 3        out        uint    skip words
 //
-// One invocation: one brick. Race: places in the list by an atomic; their order does not matter.
-// CPU oracle: none; skipping is tested whole.
+// One invocation: one brick. Race: places in the list by an atomic; their order does not matter. CPU oracle: none;
+// skipping is tested as a whole.
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) readonly buffer Marks { uint marks[]; };
 layout(set = 0, binding = 1) writeonly buffer Near { uint near[]; };
@@ -39,7 +38,7 @@ void main() {
   if (listed != 0u) {
     list[3u + atomicAdd(list[0], 1u)] = place;
   } else {
-    // Not thin: there is nothing to be sampled.
+    // Not thin: nothing is sampled here.
     skip[word] = 0u;
     for (uint k = 1u; k < uint(kSkipWords); ++k) skip[word + k] = 0u;
   }

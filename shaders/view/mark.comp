@@ -1,23 +1,22 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "interface/view.h"
-// Marks the bricks into which, at the phase g, something moves that the look shows: every part of
-// the frame whose values between least and greatest have extinction marks the bricks that its box,
-// moved by g times the bounds of u, touches.
+// Marks the bricks into which, at the phase g, something visible moves: every part of the frame with extinction for
+// some value between its least and greatest marks the bricks that its box, moved by g times the bounds of u, touches.
 //
-// The bounds of u are those of the part's way to the next frame, or, of a volume that one motion
-// carries at all times (kCarried), of the field at this time: as tight as they can be, and cheap, as
-// only parts that show are looked at. What lies beyond the border moves as the border does.
+// The bounds of u are those of the part's motion to the next frame or, for a volume that one motion carries (kCarried),
+// those of the field at this time: tight bounds, and cheap, since only visible parts are computed. Beyond the border u
+// is clamped to the edge.
 //
 // binding  direction  format      shape            unit
 // 0        in         PartRange   parts (z, y, x)  see ranges.comp
-// 1        in         uint        kTable per look  the next entry from here on with extinction
+// 1        in         uint        kTable per transfer function   the next entry from here on with extinction
 // 2        out        uint        bricks (z, y, x) 1 = marked; kCarried: a bit for each eighth that is,
 //                                                  x + 2 y + 4 z; cleared before
 // 3        in         rgba32f     field (z, y, x)  u in voxels of the volume (if kCarried)
 //
-// One invocation: one part. Precision: fp32; boxes and values are widened by more than it rounds.
-// Race: bricks are only ever set. CPU oracle: none; skipping is tested whole.
+// One invocation: one part. Precision: fp32; boxes and values are widened by more than the rounding errors. Race: bits
+// are only ever set. CPU oracle: none; skipping is tested as a whole.
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) readonly buffer Parts { PartRange parts[]; };
 layout(set = 0, binding = 1) readonly buffer Next { uint next_entry[]; };
@@ -26,13 +25,12 @@ layout(set = 0, binding = 3) uniform sampler3D field;
 layout(push_constant) uniform Push { MarkPush push; };
 layout(constant_id = 0) const int kCarried = 0;
 
-// Nodes between which y - x is linear are this far from the truth at most, voxels, and values by
-// as much of their range: the picture shows what it computes, not the bound.
+// Largest error of y - x between nodes, where it is taken as linear, in voxels, and of values, as a share of their
+// range: the bound must hold for the picture as it is computed.
 const float kAside = 0.1;
 const float kOver = 0.02;
 
-// A trilinear u lies between those of its cell's corners: the corners of all cells that the part
-// touches bound it.
+// A trilinear u lies between the values at its cell's corners: the corners of all cells that the part touches bound it.
 void bound_u(vec3 start, out vec3 least_u, out vec3 most_u) {
   vec3 middle, half_size;
   for (int row = 0; row < 3; ++row) {
@@ -74,7 +72,7 @@ void main() {
       box_low = mix(box_low, vec3(0.0), equal(part, ivec3(0)));
       box_high = mix(box_high, vec3(kBrick * push.bricks.xyz), equal(part, push.parts.xyz - 1));
     }
-    // Of carried volumes the eighths of bricks are marked, a bit each.
+    // For carried volumes a bit is set for each eighth of a brick.
     const int along = kCarried != 0 ? 2 : 1;
     const float edge = float(kBrick / along);
     const ivec3 top = along * push.bricks.xyz - 1;

@@ -1,19 +1,18 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "interface/view.h"
-// Puts what the hand reads at the voxels into an image that is then read trilinearly.
+// Writes the values that the hand reads at the voxels into an image that is then interpolated trilinearly.
 //   f(i) = sum over the 27 neighbours of w(dx) w(dy) w(dz) s,  w(0) = x, w(-1) = w(1) = y
-// The hand reads the cubic B-spline with the samples as coefficients, w = (1/6, 2/3, 1/6) at a
-// voxel (module/scene/spline.h). A trilinear reading of f in between is up to h^2/8 f'' too high;
-// the weights take part of it off in advance (see weights_of in volume_upload.cpp).
+// The hand reads the cubic B-spline with the samples as coefficients, w = (1/6, 2/3, 1/6) at a voxel
+// (module/scene/spline.h). Trilinear interpolation of f between voxels is up to h^2/8 f'' too high; the weights correct
+// part of this in advance (see weights_of in volume_upload.cpp).
 //
 // binding  direction  format             shape             unit
 // 0        in         r32f               samples (z, y, x) data
 // 1        out        any, one channel   image (z, y, x)   share of the data's range
 //
-// One invocation: kPrefilterRun voxels along x, so that the sum over y and z is made once for three of them.
-// Border: the outermost sample is repeated, as the spline has it.
-// Precision: fp32, stored as the image has it. Race: each output written once.
+// One invocation: kPrefilterRun voxels along x, so that each sum over y and z is computed once and used three times.
+// Border: the outermost sample is repeated, as for the spline. Precision: fp32, stored in the image's format.
 // CPU oracle: FrameData::scalar of sampled_scalar.
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(set = 0, binding = 0) uniform sampler3D samples;

@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "interface/view.h"
-// Bounds of what a part of 4 x 4 x 4 cells of a frame shows on its way to the next frame: of its own
-// values, of its values in the next frame, and of how far it moves. Made once per frame and field.
+// Bounds of what a part of 4 x 4 x 4 cells of a frame shows on its way to the next frame: of its values, of its values
+// in the next frame, and of its displacement. Computed once per frame and field.
 //
 // binding  direction  format             shape             unit
 // 0        in         any, one channel   frame (z, y, x)   share of the range
@@ -10,14 +10,13 @@
 // 2        in         rgba32f            field (z, y, x)   u in voxels of the volume
 // 3        out        PartRange          parts (z, y, x)
 //
-// kCurved: of the one frame that one motion carries at all times, read as curve.comp says. Its
-// readings lie beyond the values at voxels by at most 1/8 of what slopes differ by along each axis,
-// and what a brick makes of them by as much again: a quarter is added. There is no next frame, and u
-// is looked up for the time (mark.comp).
+// kCurved: for the reference frame of a motion for all times, read as in curve.comp. Interpolated values exceed those
+// at voxels by at most 1/8 of the differences of slopes along each axis, and those of a computed brick by as much
+// again: a quarter is added. There is no next frame, and u is read for the present time (mark.comp).
 //
-// A trilinear value lies between those of its cell's corners, so the corners of all cells that the
-// part touches bound it; the same holds for u. One invocation: one part. Border: clamped to the edge.
-// Precision: fp32. Race: each output written once. CPU oracle: none; skipping is tested whole.
+// A trilinear value lies between the values at its cell's corners, so the corners of all cells that the part touches
+// bound it; the same holds for u. One invocation: one part. Border: clamped to the edge. Precision: fp32. Race: each
+// output written once. CPU oracle: none; skipping is tested as a whole.
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) uniform sampler3D frame;
 layout(set = 0, binding = 1) uniform sampler3D next_frame;
@@ -26,7 +25,7 @@ layout(set = 0, binding = 3) writeonly buffer Parts { PartRange parts[]; };
 layout(push_constant) uniform Push { RangesPush push; };
 layout(constant_id = 0) const int kCurved = 0;
 
-// The samples that cells of the box low to high have as corners.
+// First and last sample at the corners of the cells that the box from low to high touches.
 void corners(vec3 low, vec3 high, ivec3 size, out ivec3 first, out ivec3 last) {
   first = clamp(ivec3(floor(low)), ivec3(0), size - 1);
   last = clamp(ivec3(ceil(high)), ivec3(0), size - 1);

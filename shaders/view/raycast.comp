@@ -7,10 +7,10 @@
 // extinction (1/mm) and lit colour over all values between those of the two samples (pre-integrated
 // classification, Engel et al. 2001, without the absorption inside the segment):
 //   sigma = (S(v1) - S(v0)) / (v1 - v0),  S the integral of the extinction over the values.
-// So a thin or steep look is not missed between samples, and surfaces do not show the lattice.
-// Samples lie on depths t = (k + jitter) dt that do not know what is skipped, so skipping changes no
-// segment that shows anything, and both eyes have the same jitter at the same pixel. The first and
-// the last segment are cut at the ends.
+// So thin structures and steep transfer functions are not missed between samples, and surfaces do not show the pattern
+// of samples. Samples lie at depths t = (k + jitter) dt that do not depend on skipping, so skipping changes no segment
+// that shows anything, and both eyes have the same jitter at the same pixel. The first and the last segment are cut at
+// the ends of the ray.
 //
 // binding  direction  format            shape                   unit
 // 0        in         ViewParameters    1
@@ -21,22 +21,22 @@
 // 3        in         uint              eyes x height x width   bits of the depth t of things, m; ~0 none
 // 4        in         uint              the same                their colour, sRGB, and coverage, RGBA8
 // 5        out        uint              the same                colour, sRGB, RGBA8
-// 6        out        uint              the same                bits of near / depth, 0 where nothing is; with a
-//                                                               backdrop a depth as that has it
+// 6        out        uint              the same                bits of near / depth, 0 without surface; with a
+//                                                               backdrop a depth in its encoding
 // 7        out        uint              2 per pixel             samples taken and needed (if kCount)
 // 8..15    in         any rgba          volumes (z, y, x)       see brick.comp, carry.comp
-// 16       in         uvec2             tiles of 8 x 8 pixels   bit x + 8 y: the pixel is seen (if kMasked)
+// 16       in         uvec2             tiles of 8 x 8 pixels   bit x + 8 y: the pixel is visible (if kMasked)
 // 17       in         uint              as 2                    the same buffer, read where kTexels is 0: the
 //                                                               device has too few texels for it
 // 18       in         uint              2 eyes x h x w          a host's picture: colours, encoded, RGBA8, then
 //                                                               depths (if kBackdrop); rays end there
 //
-// kVolumes of the images are used. One invocation: one pixel of one eye. Border: a volume ends half
-// a voxel beyond its outermost samples, its value clamped to the edge. Precision: fp32. Race: each output written
-// once. Checked against closed forms: tests/view/light_test.cpp (transmittance), surface_test.cpp (places).
+// kVolumes of the images are used. One invocation: one pixel of one eye. Border: a volume ends half a voxel beyond its
+// outermost samples, values clamped to the edge. Precision: fp32. Race: each output written once. Tested against closed
+// forms: tests/view/light_test.cpp (transmittance), surface_test.cpp (places).
 //
-// A CPU driver runs eight neighbouring pixels in step and works through both sides of every "if";
-// loops it leaves when no pixel needs them. So what is rarely needed stands in loops.
+// A CPU driver runs eight neighbouring pixels in step and executes both sides of every "if", but leaves a loop when no
+// pixel needs it. So code that is rarely needed is written as a loop that runs at most once.
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) uniform Parameters { ViewParameters view; };
 layout(set = 0, binding = 1) uniform samplerBuffer tables;
@@ -63,8 +63,8 @@ layout(constant_id = 2) const int kSkip = 1;
 layout(constant_id = 3) const int kCount = 0;
 layout(constant_id = 4) const int kMasked = 0;
 layout(constant_id = 5) const int kTexels = 1;
-// Bits. 1: there is one; 2: red and blue are swapped in it, and are to be; 4: its depths are integers of
-// 24 bits, not floats; 8: it has depths.
+// Bits. 1: there is one; 2: red and blue are swapped in it, and in the output; 4: its depths are 24-bit integers, not
+// floats; 8: it has depths.
 layout(constant_id = 6) const int kBackdrop = 0;
 
 vec4 table(uint i) { return texelFetch(tables, int(i)); }
@@ -74,7 +74,7 @@ const float kStop = 1.0 / 256.0;
 const float kNeeded = 0.01;
 const float kFar = 1e30;
 
-// The ray in each volume's voxels, and where it is inside.
+// The ray in each volume's voxels, and the depths between which it is inside.
 vec3 start[kVolumes];
 vec3 way[kVolumes];
 vec3 per_way[kVolumes];
@@ -95,7 +95,7 @@ vec4 texel(int v, vec3 at) {
   return textureLod(volume7, at, 0.0);
 }
 
-// Whether the volume can show anything at t, whether it is thin, and up to which t this holds.
+// Whether the volume can show anything at t, whether it is thin there, and up to which depth both hold.
 bool occupied(int v, float t, out float end, out bool thin) {
   const ivec3 voxel = clamp(ivec3(start[v] + t * way[v]), ivec3(0), ivec3(view.volumes[v].size.xyz) - 1);
   const ivec3 bricks = view.volumes[v].bricks.xyz;
@@ -109,11 +109,10 @@ bool occupied(int v, float t, out float end, out bool thin) {
   const bool every_cell = (skip(block_word + uint(kFullBlockWord)) >> block_bit & 1u) != 0u;
   const uint row = skip(word + uint(kCellWord + 2 * cell.z + (cell.y >> 2)));
   const bool shows = (row >> uint(cell.x + 8 * (cell.y & 3)) & 1u) != 0u;
-  // The box in which the answer is the same: bricks around an empty, solid or thin one, a block, or a
-  // cell.
+  // The box in which this holds: the bricks around an empty, solid or thin one, a block, or a cell.
   const int apart = int(head & 0xffu), solid = int(head >> 8 & 0xffu), not_thin = int(head >> 16);
   const bool whole = (apart | solid | not_thin) > 0;
-  // Of thin bricks one less: a segment that ends beyond them has to end in one that was made.
+  // For thin bricks one less: a segment that ends beyond them must end in a brick that was computed.
   const int reach = max(apart > 0 ? apart : max(solid, not_thin - 1), 1);
   const int edge = any_cell && !every_cell ? 1 : 2;
   const ivec3 part = voxel & ~(edge - 1);
@@ -134,7 +133,7 @@ void set_out(int v, int eye, vec2 pixel) {
   const ViewRays rays = view.volumes[v].rays[eye];
   start[v] = rays.origin.xyz;
   way[v] = rays.first.xyz + pixel.x * rays.right.xyz + pixel.y * rays.down.xyz;
-  // Never 0, so that no border is at 0 / 0.
+  // Never 0, which would give 0 / 0 at a border.
   way[v] = mix(way[v], vec3(1e-12), lessThan(abs(way[v]), vec3(1e-12)));
   per_way[v] = 1.0 / way[v];
   const vec3 a = (-0.5 - start[v]) * per_way[v];
@@ -148,24 +147,24 @@ void set_out(int v, int eye, vec2 pixel) {
   halfway[v] = normalize(towards_eye[v] + view.volumes[v].light.xyz);
 }
 
-// A sample: its slope and its place among the entries of the table.
+// A sample: its slope, and its value as an entry of the table.
 vec4 sampled(int v, float t) {
   const vec3 voxel = start[v] + t * way[v], size = view.volumes[v].size.xyz;
   const vec4 read = texel(v, (voxel + 0.5) / size);
-  // Values that are carried by one motion are read with their slopes, see curve.comp.
+  // Values of a carried volume are read with their slopes, see curve.comp.
   const vec3 place = view.volumes[v].stretch.w * (clamp(voxel, vec3(0.0), size - 1.0) - 0.5 * (size - 1.0));
   const float value = read.w + dot(read.xyz, place * view.volumes[v].spacing_mm.xyz);
   const vec4 scale = view.volumes[v].table;
   return vec4(read.xyz, clamp(scale.x * value + scale.y, 0.5, float(kTable) - 0.5));
 }
 
-// Extinction times colour, and extinction, integrated up to an entry.
+// The integrals of extinction times colour, and of extinction, up to an entry.
 vec4 integral(int v, float entry) {
   const uint first = uint(view.volumes[v].table.z) * 2u + uint(kTable);
   return mix(table(first + uint(entry - 0.5)), table(first + min(uint(entry + 0.5), uint(kTable - 1))), fract(entry - 0.5));
 }
 
-// Colour times extinction, lit, and extinction of one volume between two samples.
+// Lit colour times extinction, and extinction, of one volume between two samples.
 vec4 lit(int v, vec4 one, vec4 other) {
   const float between = other.w - one.w;
   const uint middle = uint(0.5 * (one.w + other.w));
@@ -198,7 +197,7 @@ vec3 decoded(vec3 c) {
   return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), greaterThan(c, vec3(0.04045)));
 }
 
-// Jimenez 2014, interleaved gradient noise: neighbours differ, and it does not flicker.
+// Interleaved gradient noise (Jimenez 2014): differs between neighbours, constant in time.
 float jitter_of(vec2 pixel) {
   return fract(52.9829189 * fract(dot(pixel, vec2(0.06711056, 0.00583715))));
 }
@@ -219,7 +218,7 @@ void find_kept(ivec2 pixel, int eye, out float first, out float last) {
   }
 }
 
-// The ray in all volumes: where the first begins and the last ends, and dt, the finest of their steps.
+// Sets the ray up in all volumes: where the first begins and the last ends, and dt, the smallest of their steps.
 void set_out_in_all(ivec2 pixel, int eye, float first, float last, out float dt, out float begin, out float finish) {
   dt = kFar;
   begin = kFar;
@@ -239,7 +238,7 @@ void set_out_in_all(ivec2 pixel, int eye, float first, float last, out float dt,
   }
 }
 
-// The depth t of the backdrop; back_word: the same as the host has it.
+// The depth t of the backdrop; back_word: the same in the host's encoding.
 float backdrop_depth(ivec2 size, uint out_index, out uint back_word) {
   back_word = 0u;
   float back_at = kFar;
@@ -252,7 +251,7 @@ float backdrop_depth(ivec2 size, uint out_index, out uint back_word) {
   return back_at;
 }
 
-// The depth t of the thing in this pixel, kFar without one or behind the backdrop.
+// The depth t of the thing in this pixel; kFar without one, or if it lies behind the backdrop.
 float thing_depth_at(uint out_index, float back_at, out vec4 thing) {
   thing = vec4(0.0);
   float thing_at = kFar;
@@ -266,21 +265,21 @@ float thing_depth_at(uint out_index, float back_at, out vec4 thing) {
   return thing_at;
 }
 
-// What reaches the eye.
+// The light that reaches the eye.
 struct Light {
   vec3 colour;
-  float through;  // the share of the light from beyond that still gets here
-  float depth;    // near / t, t where half of it is gone; 0 if it is not
+  float through;  // transmittance so far
+  float depth;  // near / t, t where the transmittance is 1/2; 0 if it stays above
   uint taken, needed;  // samples
 };
 
-// Goes on from t to where any volume may show something, `to` at most; k is the sample at or before t. Then: whether
-// there is anything, the depth up to which this and all_thin hold.
+// Moves t forward to where any volume may show something, at most to `to`; k is the sample at or before t. Returns
+// whether there is anything; `end`: the depth up to which this and all_thin hold.
 bool find_shown(float to, float dt, float jitter, inout float t, inout float k, out float end, out bool all_thin) {
   end = to;
   bool any_shows = kSkip == 0;
   all_thin = kSkip != 0;
-  // Neighbouring pixels wait for each other here, to take their samples together.
+  // Neighbouring pixels wait for each other here, so that they take their samples together.
   while (!any_shows && t < to) {
     end = to;
     all_thin = true;
@@ -291,8 +290,8 @@ bool find_shown(float to, float dt, float jitter, inout float t, inout float k, 
       all_thin = all_thin && thin;
       end = min(end, until);
     }
-    // A little beyond the border, so that rounding does not find the same box again; far away a little is less than
-    // the distance of two floats.
+    // A little beyond the border, so that rounding does not find the same box again; far away this is less than the
+    // distance of two floats.
     if (!any_shows) {
       const float at = max(end, t);
       t = max(at + 1e-3 * dt, uintBitsToFloat(floatBitsToUint(at) + 1u));
@@ -302,8 +301,8 @@ bool find_shown(float to, float dt, float jitter, inout float t, inout float k, 
   return any_shows;
 }
 
-// Extinction and colour times extinction, per t, of all volumes between two depths; before: the samples at the lower
-// one, afterwards those at the upper one.
+// Extinction, and colour times extinction, per t of all volumes between two depths. before: in, the samples at the
+// lower depth; out, those at the upper one.
 float segment(float lower, float upper, inout vec4 before[kVolumes], out vec3 glow) {
   float sigma = 0.0;
   glow = vec3(0.0);
@@ -322,7 +321,7 @@ float segment(float lower, float upper, inout vec4 before[kVolumes], out vec3 gl
   return sigma;
 }
 
-// The equation at the top, for one segment.
+// The equation at the top of this file, for one segment.
 void pass(float lower, float upper, float sigma, vec3 glow, inout Light light) {
   const float passes = exp(-sigma * (upper - lower));
   if (kCount != 0) {
@@ -332,7 +331,7 @@ void pass(float lower, float upper, float sigma, vec3 glow, inout Light light) {
   const float left = light.through;
   light.colour += light.through * (1.0 - passes) / max(sigma, 1e-20) * glow;
   light.through *= passes;
-  // Where in the segment half of the light is gone.
+  // The depth in the segment at which the transmittance is 1/2.
   if (left > 0.5 && light.through <= 0.5)
     light.depth = view.background.w / (lower + log(2.0 * left) / max(sigma, 1e-20));
 }
@@ -341,7 +340,7 @@ void pass(float lower, float upper, float sigma, vec3 glow, inout Light light) {
 void march(float from, float to, float dt, float jitter, inout Light light) {
   float done = -kFar;
   vec4 last_sample[kVolumes];
-  // What is searched for next lies at t or beyond it; k is the sample at or before t.
+  // The next search begins at t; k is the sample at or before t.
   float t = from, k = floor(from / dt - jitter);
   while (t < to && light.through > kStop) {
     float end;
@@ -350,15 +349,15 @@ void march(float from, float to, float dt, float jitter, inout Light light) {
     float lower = max(max((k + jitter) * dt, from), done);
     bool goes_on = any_shows && t < to;
     vec4 before[kVolumes];
-    // A run starts with a sample more: its first segment has two ends. It is at hand if the last
-    // run ended here.
+    // The first segment of a run has two ends and needs one more sample. It is already there if the last run ended
+    // here.
     for (bool fresh = goes_on && lower != done; fresh; fresh = false) {
       for (int v = 0; v < kVolumes; ++v) last_sample[v] = sampled(v, lower);
       light.taken += kCount != 0 ? uint(kVolumes) : 0u;
     }
     for (int v = 0; v < kVolumes; ++v) before[v] = last_sample[v];
     while (goes_on) {
-      // Where all is thin, one segment is kStride steps long.
+      // Where all volumes are thin, one segment is kStride steps long.
       const bool strides = all_thin && (k + float(kStride) + jitter) * dt < end;
       k += strides ? float(kStride) : 1.0;
       const float upper = min((k + jitter) * dt, to);
@@ -374,9 +373,9 @@ void march(float from, float to, float dt, float jitter, inout Light light) {
   }
 }
 
-// The light over what lies behind it: the background, or the host's picture.
+// Blends the light over what lies behind it: the background, or the host's picture.
 void write(ivec2 pixel, ivec2 size, uint out_index, Light light, uint back_word) {
-  // What is left of a ray that was stopped early is as if it had met more of the same.
+  // The rest of a ray that was stopped early is taken to be like the part before.
   if (light.through <= kStop) {
     light.colour /= 1.0 - light.through;
     light.through = 0.0;
@@ -387,13 +386,13 @@ void write(ivec2 pixel, ivec2 size, uint out_index, Light light, uint back_word)
     colour_out[out_index] = packUnorm4x8(vec4(encoded(light.colour), 1.0 - light.through));
     depth_out[out_index] = floatBitsToUint(light.depth);
   } else {
-    // Where no light is lost the host's bytes stay as they are.
+    // Where no light is absorbed the host's bytes stay unchanged.
     const vec4 back = unpackUnorm4x8(backdrop[out_index]);
     const bool swapped = (kBackdrop & 2) != 0;
     const vec3 over = encoded(light.colour + light.through * decoded(swapped ? back.bgr : back.rgb));
     const vec4 mixed = vec4(swapped ? over.bgr : over, mix(1.0, back.a, light.through));
     colour_out[out_index] = light.through == 1.0 ? backdrop[out_index] : packUnorm4x8(mixed);
-    // In the backdrop's own words; its own where no volume takes half of the light.
+    // In the backdrop's encoding; its own depth where no volume takes half of the light.
     const float d = clamp((light.depth / view.background.w - view.backdrop.x) / view.backdrop.y, 0.0, 1.0);
     const uint word = (kBackdrop & 4) != 0 ? uint(d * 16777215.0 + 0.5) : floatBitsToUint(d);
     depth_out[out_index] = light.depth > 0.0 ? word : back_word;
@@ -416,7 +415,7 @@ void draw(ivec2 pixel, int eye, ivec2 size, uint out_index) {
 
   const float jitter = jitter_of(vec2(pixel));
   Light light = Light(vec3(0.0), 1.0, 0.0, 0u, 0u);
-  // In front of the thing, then, where its edge covers only part of the pixel, behind it.
+  // First in front of the thing; then, where its edge covers only part of the pixel, behind it.
   float from = begin;
   const int parts = kThings != 0 && thing_at < kFar ? 2 : 1;
   for (int part = 0; part < parts && light.through > kStop; ++part) {
@@ -432,7 +431,7 @@ void draw(ivec2 pixel, int eye, ivec2 size, uint out_index) {
   write(pixel, size, out_index, light, back_word);
 }
 
-// Whether the optics let the pixel through.
+// Whether the pixel is visible through the optics.
 bool is_visible(ivec2 pixel, int eye, ivec2 size) {
   const ivec2 tiles = (size + 7) / 8, tile = pixel / 8;
   const uvec2 bits = visible[tile.x + tiles.x * (tile.y + tiles.y * eye)];
@@ -461,6 +460,6 @@ void main() {
       samples_out[2u * out_index + 1u] = 0u;
     }
   }
-  // A loop, so that a CPU driver leaves it where nothing is seen.
+  // A loop, so that a CPU driver leaves it where no pixel is visible.
   for (bool draws = is_here; draws; draws = false) draw(pixel, eye, size, out_index);
 }

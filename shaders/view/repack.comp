@@ -1,8 +1,8 @@
 #version 460
-// The picture in the bytes of another image format: red and blue swapped, or the encoding taken
-// away, for images whose values are taken as linear (IEC 61966-2-1):
+// Converts the picture to another image format: red and blue swapped, or the encoding removed for images whose values
+// are taken as linear (IEC 61966-2-1):
 //   linear = e / 12.92 for e <= 0.04045, else ((e + 0.055) / 1.055)^2.4.
-// What is covered is linear in every format and stays.
+// Coverage is linear in every format and is not converted.
 //
 // binding  direction  format  shape            unit
 // 0        in         uint    pixels           R in the lowest byte, G, B encoded as sRGB; coverage

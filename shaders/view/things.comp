@@ -1,13 +1,13 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "interface/view.h"
-// Opaque things, each all spheres between two whose centres and radii are blended (a round cone),
-// into the depth and colour that the ray caster meets. The body is convex, so a ray is inside it
-// between the first and the last of its meetings with the two end spheres and the cone between them:
+// Draws opaque bodies into the depth and colour that the ray caster reads. Each body is the union of all spheres
+// between two, with centre and radius blended (a round cone). It is convex, so a ray is inside between its first and
+// last intersection with the two end spheres and the cone between them:
 //   a2 (|p - a|^2 l2 - y^2) = (ra l2 - y rr)^2,   l2 = |b - a|^2, y = (p - a).(b - a),
 //   rr = ra - rb, a2 = l2 - rr^2,   where 0 < y - ra rr < a2.
-// Bodies are met half a pixel too thick, and how much of the pixel the true one covers follows from
-// how deep inside it the middle of the ray's way through is.
+// Bodies are drawn half a pixel too thick; the coverage of the pixel by the true body follows from how deep the middle
+// of the ray's part inside lies.
 //
 // binding  direction  format             shape                unit
 // 0        in         ViewParameters     1
@@ -16,10 +16,10 @@
 // 3        in out     uint               eyes x h x w         bits of the depth t, m; ~0 none
 // 4        out        uint               the same             colour, sRGB, and coverage, RGBA8
 //
-// A group is an item: a rectangle of at most 64 x 64 pixels of one eye; its invocations share its
-// pixels. pass 0: the nearest depth, by an atomic minimum on the bits, which order as positive
-// floats do. 1: the colour, where the depth is the nearest one. Precision: fp32. Race: two things
-// within 1e-6 of the same depth may both write a colour; one of them stays.
+// A workgroup is an item: a rectangle of at most 64 x 64 pixels of one eye; its invocations share the pixels. pass 0:
+// the nearest depth, by an atomic minimum on the bits, which have the order of positive floats. 1: the colour, where
+// the depth is the nearest one. Precision: fp32. Race: two bodies within 1e-6 of the same depth may both write a
+// colour; either may remain.
 // Checked against the formula of a round cone: tests/view/scene_test.cpp.
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) uniform Parameters { ViewParameters view; };
@@ -40,7 +40,7 @@ void meet_sphere(vec3 way, vec3 centre, float radius, inout float enters, inout 
   leaves = max(leaves, (b + root) / a);
 }
 
-/// Where a ray from the origin is inside the body whose ends are at a and b.
+/// Depths between which a ray from the origin is inside the body with the ends a and b.
 void meet(vec3 way, vec3 a, float ra, vec3 b, float rb, out float enters, out float leaves) {
   enters = kNone;
   leaves = -kNone;
@@ -67,7 +67,7 @@ void meet(vec3 way, vec3 a, float ra, vec3 b, float rb, out float enters, out fl
   }
 }
 
-/// The centre (xyz) and radius (w) of the sphere of the body that reaches nearest to p.
+/// Centre (xyz) and radius (w) of the sphere of the body that comes nearest to p.
 vec4 nearest_sphere(vec3 p, vec3 a, float ra, vec3 b, float rb) {
   const vec3 axis = b - a;
   const float l = length(axis);
@@ -112,7 +112,7 @@ void main() {
   for (int i = int(gl_LocalInvocationIndex); i < size.x * size.y; i += 64) {
     const ivec2 pixel = corner + ivec2(i % size.x, i / size.x);
     const vec3 way = rays.first.xyz + float(pixel.x) * rays.right.xyz + float(pixel.y) * rays.down.xyz;
-    // Half a pixel at the depth of the middle: near enough for how thick an edge is.
+    // Half a pixel at the depth of the middle, a sufficient approximation for the width of an edge.
     const float apart = 0.5 * pixel_per_t * max(dot(0.5 * (a + b), way) / dot(way, way), near);
     float enters, leaves;
     meet(way, a, thing.from.w + apart, b, thing.to.w + apart, enters, leaves);

@@ -1,29 +1,29 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "interface/view.h"
-// Back-tracks nodes of a grid, one every kNode voxels, through the motion field: equation (26) of
-// Lundin Palmerius et al. 2008,  y + g u(y) = x,  by Newton's method with the trilinear Jacobian,
-// warm started from the last phase, a step that does not lower the miss halved.
+// Back-tracks a grid of nodes, one every kNode voxels, through the motion field: solves equation (26) of Lundin
+// Palmerius et al. 2008,  y + g u(y) = x,  by Newton's method with the trilinear Jacobian. Starts from the last phase;
+// a step that does not reduce the residual is halved.
 //
 // binding  direction  format    shape            unit
 // 0        in         rgba32f   field (z, y, x)  u in voxels of the volume; w: 1, or 0 = unusable
 // 1        in         rgba32f   nodes (z, y, x)  y - x of the last phase, voxels
 // 2        out        rgba32f   the same image   y - x; w: 1 = found, 0 = frozen
 // 3        in out     uint      1                number of frozen nodes
-// 4        in         uint      bricks (z, y, x) 0 = nobody looks at the nodes of this brick; push.phase.z = 1:
-//                                                the brick is not made (need.comp)
+// 4        in         uint      bricks (z, y, x) 0 = no one reads the nodes of this brick; push.phase.z = 1:
+//                                                the brick is not computed (need.comp)
 //
-// The motion of a whole sequence is tracked with g = 1: its field is made for the time. There a node
-// may come to be needed long after it was last tracked, so where nothing is found, it is looked for
-// once more from x - g u(x); and a step shorter than kShort is the last one, for what it misses is
-// its square times the field's curvature, or the change of slope at a cell's face times it: unseen.
+// A motion for all times is tracked with g = 1, since its field is computed for the time. A node may be needed long
+// after it was last tracked, so if no solution is found, the search starts once more from x - g u(x). A step shorter
+// than kShort is the last one: the remaining residual is about its square times the field's curvature, or its length
+// times the change of slope at a cell's face, too small to be visible.
 //
-// Where no solution is found within kSteps, or the map is folded there (det(I + g du/dx) <= 0), the
-// node keeps what it had: it is frozen there, as the hand's point is.
+// If no solution is found within kSteps, or the map is folded there (det(I + g du/dx) <= 0), the node keeps its former
+// value: it is frozen, like the hand's point.
 //
-// One invocation: one node. Border: the field's samples are clamped to the edge. Precision: fp32; the
-// miss is below 1e-3 voxels where w = 1. Race: an invocation reads and writes its own node
-// only; frozen nodes are counted by an atomic.
+// One invocation: one node. Border: the field's samples are clamped to the edge. Precision: fp32; the residual is below
+// 1e-3 voxels where w = 1. Race: an invocation reads and writes only its own node; frozen nodes are counted by an
+// atomic.
 // CPU oracle: back_track of module/haptics.
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) uniform sampler3D field;
@@ -71,7 +71,7 @@ vec3 field_index(vec3 voxel) {
   return vec3(dot(push.field_from[0], v), dot(push.field_from[1], v), dot(push.field_from[2], v));
 }
 
-// True if y + g u(y) = x was solved from y on, without a fold there; y is the best that was seen.
+// Solves y + g u(y) = x, starting from y. True if it was solved without a fold there; y is the best value found.
 bool solve(vec3 x, inout vec3 y) {
   const float g = push.phase.x;
   const mat3 turn = transpose(mat3(push.field_from[0].xyz, push.field_from[1].xyz, push.field_from[2].xyz));
@@ -79,7 +79,7 @@ bool solve(vec3 x, inout vec3 y) {
   vec3 best = y, step = vec3(0.0), at = y;
   float best_miss = 3.0e38;
   bool unfolded = false;
-  // One look per round; a look that is no better than the best one halves the step that led there.
+  // One evaluation per round; if it is no better than the best one, the step that led there is halved.
   for (int round = 0; round < kSteps && best_miss > push.phase.y; ++round) {
     const Reading r = read(field_index(at));
     const vec3 off = at + g * r.u - x;
@@ -125,8 +125,8 @@ void main() {
   const ivec3 top = push.bricks.xyz - 1;
   const ivec3 brick = min(node * kNode / kBrick, top);
   bool needed = near[uint(brick.x + push.bricks.x * (brick.y + push.bricks.y * brick.z))] != 0u;
-  // A brick that is made looks at its nodes and at those of the bricks after it; push.phase.w = 1: and
-  // at the last ones of the bricks before it.
+  // A computed brick reads its own nodes and those of the bricks after it; push.phase.w = 1: also the last nodes of the
+  // bricks before it.
   if (push.phase.z != 0.0) {
     const ivec3 here = node * kNode / kBrick;
     const int beyond = push.phase.w != 0.0 ? 1 : 0;
@@ -137,7 +137,7 @@ void main() {
           needed = needed || near[uint(other.x + push.bricks.x * (other.y + push.bricks.y * other.z))] != 0u;
         }
   }
-  // A loop and not an "if": see raycast.comp.
+  // A loop instead of an "if": see raycast.comp.
   while (needed) {
     track(node);
     needed = false;

@@ -177,7 +177,7 @@ TEST(Desktop, AKeyAndTheMouseLayStreamTubesAndKeysKeepAndClearThem) {
   const files::TemporaryFolder folder;
   const std::string file = folder / "tubes.vtk";
   Program program({"feel", "molecule", "--headset", "none", "--device", "mouse", "--tubes", file});
-  ASSERT_TRUE(program.wait_for("Seen      in a window"));
+  ASSERT_TRUE(program.wait_for("Shown     in a window"));
   ASSERT_TRUE(display->act("mousemove 560 380 sleep 3"));
   // Into the molecule with the wheel.
   ASSERT_TRUE(display->act("click --repeat 40 --delay 50 4 sleep 1"));
@@ -233,7 +233,7 @@ TEST(Desktop, ViewsAVolumeWithoutHandAndPlot) {
   ASSERT_TRUE(display->act("key Escape"));
   const Outcome outcome = program.wait();
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_THAT(outcome.out, HasSubstr("Seen      in a window, as asked."));
+  EXPECT_THAT(outcome.out, HasSubstr("Shown     in a window, as asked."));
   EXPECT_THAT(outcome.out, ::testing::Not(HasSubstr("Felt")));
 }
 

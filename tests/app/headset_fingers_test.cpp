@@ -43,7 +43,7 @@ class FingersInAHeadset : public InAHeadset {
     more.insert(more.end(), {"--csv", folder / "ticks.csv", "--no-box"});
     program.emplace(feel(scene, more));
     unsetenv("ALSA_CONFIG_PATH");
-    ASSERT_TRUE(says(*program, "Without a controller a pinch is the hand")) << program->said();
+    ASSERT_TRUE(says(*program, "Without a controller, pinch to touch")) << program->said();
   }
   void frames_pass(size_t count = 4) {
     const auto frames = [&] { return std::stoul("0" + headset->ask()["frames"]); };

@@ -55,7 +55,7 @@ TEST_F(InAHeadset, AGrabbedVolumeDragsTheFeltOne) {
   headset.say("exit");
   const Outcome outcome = program.wait();
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_THAT(outcome.out, HasSubstr("Seen      in the headset: made headset"));
+  EXPECT_THAT(outcome.out, HasSubstr("Shown     in the headset: made headset"));
   EXPECT_THAT(outcome.out, HasSubstr("The session in the headset was ended."));
   // Nobody said where the device stands: that is told once, with what to do about it.
   const size_t guess = outcome.out.find("is a guess");
@@ -145,7 +145,7 @@ TEST_F(InAHeadset, AControllerFeelsWithVibrationAndPausesTheHeart) {
   headset.say("exit");
   const Outcome outcome = program.wait();
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_THAT(outcome.out, HasSubstr("Seen      in the headset: made headset"));
+  EXPECT_THAT(outcome.out, HasSubstr("Shown     in the headset: made headset"));
   EXPECT_THAT(outcome.out, HasSubstr("controller, as no force device is there"));
   EXPECT_THAT(outcome.out, Not(HasSubstr("is a guess"))) << "it feels where it is seen";
   EXPECT_THAT(headset.left(), HasSubstr("violations 0"));
@@ -283,7 +283,7 @@ TEST_F(InAHeadset, IsWaitedForWhileItIsOff) {
   MadeHeadset headset;
   headset.say("headset off");
   Program program(feel("shell", {"--headset", "openxr", "--device", "simulated"}));
-  ASSERT_TRUE(says(program, "in a headset, as asked, once it is there")) << program.said();
+  ASSERT_TRUE(says(program, "in a headset, as asked, as soon as one is there")) << program.said();
   ASSERT_TRUE(says(program, "unseen")) << program.said();
   headset.say("headset on");
   EXPECT_TRUE(says(program, "The headset is there: made headset")) << program.said();
@@ -344,7 +344,7 @@ TEST(WithoutAHeadset, AutoSaysWhyNobodySeesIt) {
   const Outcome outcome = run({"feel", "shell", "--device", "simulated", "--seconds", "0.5"});
   unsetenv("XR_RUNTIME_JSON");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_THAT(outcome.out, HasSubstr("by nobody, as there is no display and no headset"));
+  EXPECT_THAT(outcome.out, HasSubstr("nowhere, as there is no display and no headset"));
   EXPECT_THAT(outcome.out, Not(HasSubstr("OpenXR"))) << "most people have no headset";
   EXPECT_EQ(outcome.err, "");
 }

@@ -478,7 +478,8 @@ TEST(Demo, MakesEstimatesComparesAndDraws) {
     const size_t table = result.out.find("palpate felt a ");
     ASSERT_NE(table, std::string::npos);
     const std::string log = result.out.substr(0, table), summary = result.out.substr(table);
-    const std::regex pair("Frame [0-9] to [0-9]   ([0-9.]+ s)|there and back ([0-9.]+ voxel):");
+    const std::regex pair(
+        "Frame [0-9] to [0-9]   ([0-9.]+ s)|inverse consistency ([0-9.]+ voxel):");
     size_t pairs = 0;
     for (std::sregex_iterator at(log.begin(), log.end(), pair), end; at != end; ++at, ++pairs)
       EXPECT_THAT(summary, HasSubstr((*at)[1].matched ? (*at)[1].str() : (*at)[2].str()));

@@ -177,7 +177,7 @@ TEST(CalibrateByPoints, SaysWhatIsWrongWithTheTouchedPoints) {
   EXPECT_NE(calibrate_by_points(points).error().message.find("do not agree"), std::string::npos);
   points = touched(dice, truth, 20, 1e-3, 0.0);
   points[3].stage_m.x = std::nan("");
-  EXPECT_NE(calibrate_by_points(points).error().message.find("not a number"), std::string::npos);
+  EXPECT_NE(calibrate_by_points(points).error().message.find("not finite"), std::string::npos);
 }
 
 /// Half a minute of a hand that moves and turns a stylus through the workspace.

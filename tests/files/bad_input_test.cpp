@@ -203,7 +203,7 @@ TEST_F(BadInput, ShearedAxesAndBadSpacingsAreRefused) {
   write_bytes(folder_ / "v.mha", start + "ElementSpacing = 1 0 1\n" + end);
   EXPECT_THAT(volume_error("v.mha"), HasSubstr("must be positive"));
   write_bytes(folder_ / "v.mha", start + "Offset = 1 nan 1\n" + end);
-  EXPECT_THAT(volume_error("v.mha"), HasSubstr("not a number"));
+  EXPECT_THAT(volume_error("v.mha"), HasSubstr("direction that is not finite"));
   write_bytes(folder_ / "v.mha", start + "Offset = 1 1\n" + end);
   EXPECT_THAT(volume_error("v.mha"), HasSubstr("'Offset'"));
 }

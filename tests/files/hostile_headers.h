@@ -69,8 +69,8 @@ inline std::vector<HostileFile> hostile_files() {
            "ElementDataFile = LOCAL\n" + damaged,
        "is damaged"},
       // An infinite form: the search for the nearest rotation has no end. NaN: the process has one.
-      {"infinite.nii", nifti_of_one_voxel(INFINITY, 0), "not a number"},
-      {"nan.nii", nifti_of_one_voxel(NAN, 0), "not a number"},
+      {"infinite.nii", nifti_of_one_voxel(INFINITY, 0), "direction that is not finite"},
+      {"nan.nii", nifti_of_one_voxel(NAN, 0), "direction that is not finite"},
       // The qform beside it is sound, and is what we use.
       {"qform.nii", nifti_of_one_voxel(INFINITY, 1), ""},
       // Four bytes are taken for every one or two that are there.

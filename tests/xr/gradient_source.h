@@ -22,8 +22,8 @@ class GradientSource : public xr::PictureSource {
     return eye ? 0.75F : 0.25F + float(y) * 0.001F;
   }
 
-  std::function<void(const xr::HeadsetFrame&)>
-      on_frame;  ///< looks at each frame, may throw Failure
+  /// called with each frame; may throw Failure
+  std::function<void(const xr::HeadsetFrame&)> on_frame;
   bool with_color = true, with_depth = true;
   bool refuse = false;  ///< use() fails
   int uses = 0, drops = 0, frames = 0;

@@ -27,13 +27,14 @@
 namespace palpate::app {
 namespace {
 
-constexpr double kGood_m = 0.001;    // expected error in the workspace: below what a person notices
+constexpr double kGood_m = 0.001;    // expected error in the workspace: too small to be noticed
 constexpr double kUsable_m = 0.003;  // above it picture and force are visibly apart
-constexpr double kAgree = 0.6;       // least share of the samples; fewer agree by chance
-constexpr size_t kFirstWord = 6;     // points after which their fit is reported
+// least share of samples that agree; a smaller share agrees by chance
+constexpr double kAgree = 0.6;
+constexpr size_t kFirstWord = 6;  // points after which their fit is reported
 constexpr int kBuzzFrames = 8;
 
-/// Shows no picture: gives only the hands' poses and their times.
+/// Shows no picture; records only the hands' poses and their times.
 class HandWatch final : public xr::PictureSource {
  public:
   Status use(const std::shared_ptr<vulkan::Context>&) override { return Nothing{}; }
@@ -53,7 +54,7 @@ std::string mm(double m) {
   return fmt::format("{:.1f} mm", 1e3 * m);
 }
 
-/// One run, from no headset to the end.
+/// One run, from the search for a headset to the end.
 class Calibrating {
  public:
   Calibrating(const CalibrateCommand& command, Console& console, std::stop_token stop)
@@ -110,7 +111,7 @@ class Calibrating {
     return Nothing{};
   }
 
-  /// One frame of the headset, or a short pause if there is none.
+  /// Runs one frame of the headset, or a short pause if there is none.
   Status frame() {
     const uint64_t before = watch_.frames;
     const xr::Report& report = headset_.step(monotonic_ns());
@@ -146,7 +147,7 @@ class Calibrating {
 
   void buzz() {
     if (buzzing_ == 0) return;
-    // Vibration: two pulses for a refusal, one for a point that was taken.
+    // Vibration: two pulses if a point was refused, one if it was taken.
     const bool on = !twice_ || buzzing_ <= kBuzzFrames || buzzing_ > 2 * kBuzzFrames;
     if (on) headset_.vibrate(int(side()), 1.0);
     --buzzing_;
@@ -163,7 +164,7 @@ class Calibrating {
     console_.say(fmt::format("{}{}{}", which, place.words, so_far));
   }
 
-  /// The line about both tips while a point is awaited.
+  /// The live line about both tips while the user moves to a point.
   void live() {
     if (tips_.empty()) {
       console_.live(fmt::format("the device: {}", sentence(log_.fault())));
@@ -196,7 +197,7 @@ class Calibrating {
     return command_.seconds > 0.0 ? command_.seconds : command_.tip == "pivot" ? 15.0 : 30.0;
   }
 
-  /// The controller's poses from when the trigger is pulled.
+  /// The controller's poses after the trigger is pulled.
   Result<std::vector<ControllerSample>> turning() {
     std::vector<ControllerSample> samples;
     bool was_pressed = true;  // a button that is already down is not a press
@@ -229,7 +230,7 @@ class Calibrating {
     if (!samples) return samples.error();
     const auto found = find_pivot(*samples);
     if (!found) return found.error();
-    // Each half alone: the distance between their results is the uncertainty.
+    // Solve each half alone: the distance between the results is the uncertainty.
     const std::span<const ControllerSample> all(*samples);
     const auto first = find_pivot(all.first(all.size() / 2));
     const auto second = find_pivot(all.subspan(all.size() / 2));
@@ -333,7 +334,7 @@ class Calibrating {
     return 0.5 * most_m;
   }
 
-  /// Checks it with a point that was not used, stores what can be used.
+  /// Checks the calibration with a point that was not used, and stores it if it can be used.
   int store(const Calibration& found) {
     const bool agreed = found.used >= kAgree * found.all;
     double off = expected_m_;
@@ -387,7 +388,7 @@ class Calibrating {
   std::stop_token stop_;
   glm::dvec3 tip_m_{0.0};
   std::unique_ptr<ForceDevice> device_;
-  devices::CalibrationHand* simulated_ = nullptr;  ///< the device, if it is that
+  devices::CalibrationHand* simulated_ = nullptr;  ///< the device, if it is simulated
   DeviceInfo info_;
   TipLog log_;
   std::unique_ptr<Servo> servo_;  ///< ends before log_ and device_

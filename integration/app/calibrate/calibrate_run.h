@@ -13,20 +13,20 @@ namespace palpate::app {
 struct CalibrateCommand {
   std::filesystem::path output;
   std::string by = "points";   ///< points or movement
-  std::string hand = "right";  ///< that holds the controller
+  std::string hand = "right";  ///< the hand with the controller
   ForceDeviceChoice device;
   int points = 12;
-  double seconds = 0.0;  ///< of movement; 0: 30, for a pivot 15
-  std::string tip;       ///< of the controller: X,Y,Z in its grip, mm; pivot; empty: its origin
-  double wait_s = 0.0;   ///< give up after so long without a headset; 0: never
+  double seconds = 0.0;  ///< duration of movement; 0: 30 s, for a pivot 15 s
+  std::string tip;       ///< of the controller: X,Y,Z in its grip, mm; or pivot; empty: its origin
+  double wait_s = 0.0;   ///< give up after this time without a headset; 0: never
   bool quiet = false;
 };
 
-/// The place that --tip gives, m; nothing if it gives none (pivot, or an invalid text).
+/// The place that --tip gives, m; empty for pivot and for an invalid text.
 std::optional<glm::dvec3> tip_of(const std::string& text);
 
-/// Guides a person from no headset to a stored and checked calibration; returns the exit code. From
-/// the main thread, before others are started.
+/// Guides the user from the search for a headset to a stored and checked calibration; returns the
+/// exit code. Call it on the main thread, before others are started.
 int run_calibrate(const CalibrateCommand& command);
 
 }  // namespace palpate::app

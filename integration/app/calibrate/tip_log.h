@@ -9,14 +9,14 @@
 
 namespace palpate::app {
 
-/// Lets a device be moved without any force, and keeps where its tip was.
+/// Lets the device move freely, without force, and records the positions of its tip.
 class TipLog final : public Ticker {
  public:
   /// Real-time safe.
   TickOutput tick(const TickInput& input) noexcept override;
-  /// Adds what came since the last call. One thread.
+  /// Appends the samples since the last call. One thread.
   void drain(std::vector<TipSample>& samples);
-  /// The device's last answer. Any thread.
+  /// The fault in the device's last reading. Any thread.
   DeviceFault fault() const { return fault_; }
 
  private:

@@ -6,7 +6,7 @@ namespace palpate::app {
 namespace {
 
 constexpr double kHold_s = 0.3;
-constexpr double kStill_m = 0.002;  // a hand that rests on something is stiller
+constexpr double kStill_m = 0.002;  // a hand that rests on something moves less
 
 constexpr std::array<TouchPlace, 14> kPlaces = {{
     {"left, down, far from you", {-1, -1, -1}},

@@ -10,17 +10,17 @@
 
 namespace palpate::app {
 
-/// Where a person is to take the device's tip, in turn: words and directions, each component -1, 0
-/// or 1 of the reach, in the device's own axes (x right, y up, z towards the user).
+/// A place for the device's tip: in words, and as a direction in the device's axes (x right, y up,
+/// z towards the user), each component -1, 0 or 1 times the reach.
 struct TouchPlace {
   const char* words;
   glm::dvec3 direction;
 };
-/// Corners and middles of faces, the ones furthest apart first. Repeats from the start.
+/// The places in turn: corners and middles of faces, the most distant first. Repeats at the end.
 const TouchPlace& touch_place(size_t number);
 
-/// Takes one touched point: both tips held still while the button is pressed and 0.3 s on. A value;
-/// one thread.
+/// Takes one touched point: both tips must be still while the button is pressed and for 0.3 s
+/// after. A value; one thread.
 class TouchTaker {
  public:
   /// controller_from_tip_m: the touching tip in the controller's grip.
@@ -28,10 +28,11 @@ class TouchTaker {
 
   struct Taken {
     std::optional<TouchedPoint> point;
-    std::string
-        refused;  ///< why no point was taken: a sentence; empty if there is nothing to report
+    /// why no point was taken: a sentence; empty if there is nothing to report
+    std::string refused;
   };
-  /// Once per frame: the controller at now_s, and what the device's tip did since the last frame.
+  /// Once per frame: the controller at now_s, and the samples of the device's tip since the last
+  /// frame.
   Taken step(double now_s, const xr::Controller& hand, std::span<const TipSample> fresh);
 
  private:

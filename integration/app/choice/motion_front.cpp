@@ -13,7 +13,7 @@ Error bad_measures(std::string message) {
   return {ErrorKind::kBadInput, std::move(message)};
 }
 
-/// Two figures are enough to choose by.
+/// Two figures are enough for a choice.
 std::string seconds_text(double seconds) {
   return seconds < 0.01 ? fmt::format("{:.2g} ms", 1e3 * seconds)
                         : fmt::format("{:.2g} s", seconds);
@@ -117,7 +117,7 @@ Result<std::vector<Choice>> choose_by_error(const MotionFront& front, double err
     return bad_measures(
         fmt::format("No setting is expected to come within {:.2g} mm for voxels of {:.3g} "
                     "mm: the most accurate, {}, is wrong by about {:.2g} mm. Allow more "
-                    "error, or bring finer data.",
+                    "error, or use finer data.",
                     error_mm, voxel_mm, best->setting, best->error_voxels * voxel_mm));
   }
   std::sort(good.begin(), good.end(),

@@ -27,7 +27,7 @@ void set_cells(MotionOptions& options, int cell) {
   for (LevelOptions& level : options.levels) level.cell = cell;
 }
 
-/// Collects settings; a quick run leaves out those that are not quick.
+/// Collects settings; for a quick list drops those that are not marked as quick.
 class List {
  public:
   explicit List(bool quick) : quick_(quick) {}
@@ -43,7 +43,7 @@ class List {
                       o.coarse_levels == 0;
     settings_.push_back(std::move(setting));
   }
-  /// Presets first, then the settings of quick runs: if time runs out, the last ones are left out.
+  /// Presets first, then the settings of quick runs: if time runs out the last ones are left out.
   std::vector<MotionSetting> take() {
     std::stable_sort(settings_.begin(), settings_.end(),
                      [&](const auto& a, const auto& b) { return rank(a) < rank(b); });
@@ -109,7 +109,7 @@ void add_rest(List& list) {
            [](MotionOptions& o) { o.normalise = false, o.damping = 0.01; });
   list.add(true, "balanced", "every brick in every iteration", "bricks",
            [](MotionOptions& o) { o.converged = o.structure = 0.0; });
-  // A vector per voxel takes minutes on a CPU; cells of 2 already show the effect of finer cells.
+  // A vector per voxel takes minutes on a CPU; cells of 2 voxels already show the effect.
   list.add(true, "balanced", "cells of 2 voxels", "grids",
            [](MotionOptions& o) { set_cells(o, 2); });
   list.add(true, "balanced", "cells of 8 voxels", "grids",

@@ -8,22 +8,22 @@
 
 namespace palpate::app {
 
-/// One way of running palpate's motion estimation, with a name that stays: a measured front refers
-/// to it.
+/// A setting of palpate's motion estimation, with a fixed name by which a measured front refers to
+/// it.
 struct MotionSetting {
   std::string name;  ///< "balanced", "balanced, twice the iterations"
-  std::string
-      sweep;  ///< "presets", "levels", "iterations", "smoothing", "intensities", "grids", "bricks"
+  /// "presets", "levels", "iterations", "smoothing", "intensities", "grids", "bricks"
+  std::string sweep;
   MotionOptions options;
-  /// Keeps what other data need: local normalisation (contrast changes) and the start for large
-  /// motion. Only such settings are ever chosen for a person.
+  /// Whether it keeps what other data need: local normalisation (against contrast changes) and the
+  /// start for large motion. Only such settings are chosen automatically.
   bool careful = true;
 
   bool is_preset() const { return sweep == "presets"; }
 };
 
-/// The presets, classic, and what is varied around them. quick: about a third of it, the ones that
-/// differ most.
+/// The presets, classic, and variations of them. quick: about a third of these, the most different
+/// ones.
 std::vector<MotionSetting> motion_settings(bool quick);
 
 /// The setting of a name; nothing for an unknown one.

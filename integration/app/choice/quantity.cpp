@@ -22,7 +22,7 @@ Result<double> parse(const std::string& text,
   const char* end = text.data() + text.size();
   const auto [rest, error] = std::from_chars(text.data(), end, value);
   std::string unit(rest, end);
-  if (unit.starts_with(' ')) unit.erase(0, 1);  // "2 s", as it is set in print
+  if (unit.starts_with(' ')) unit.erase(0, 1);  // "2 s", as it is printed in texts
   const Error refused =
       bad_quantity(fmt::format("'{}' can not be understood: give a number above zero with "
                                "its unit, like {}.",

@@ -8,20 +8,20 @@
 namespace palpate::app {
 
 /// A force device whose force also depends on the headset. It adds two buttons. Each is down until
-/// a time that the headset's thread has to set again and again; if that thread stops doing so, on
-/// purpose or because it hangs, the button is released.
+/// a time that the headset's thread has to extend again and again: if that thread stops, on purpose
+/// or because it hangs, the button is released.
 class GatedDevice final : public ForceDevice {
  public:
-  static constexpr uint32_t kShown = 1u << 30;    ///< there is a picture in the headset
-  static constexpr uint32_t kDeadMan = 1u << 31;  ///< a controller's dead-man is held
+  static constexpr uint32_t kShown = 1u << 30;    ///< a picture is shown in the headset
+  static constexpr uint32_t kDeadMan = 1u << 31;  ///< a controller's dead-man switch is held
 
-  /// All others: the device's own.
+  /// All others: the device's own buttons.
   static constexpr uint32_t kOwn = ~(kShown | kDeadMan);
 
   /// `device` is borrowed.
   explicit GatedDevice(ForceDevice& device) : device_(device) {}
 
-  /// Holds a button down until then (monotonic); a time that has passed lets it go. Any thread;
+  /// Holds a button down until that time (monotonic); a time in the past releases it. Any thread;
   /// wait-free.
   void shown_until(int64_t ns) noexcept { shown_until_ns_.store(ns, std::memory_order_relaxed); }
   void dead_man_until(int64_t ns) noexcept {
@@ -37,8 +37,7 @@ class GatedDevice final : public ForceDevice {
   std::atomic<int64_t> shown_until_ns_{0}, dead_man_until_ns_{0};
 };
 
-/// The buttons with which a hand releases stream tubes: the device's own, but where one of these is
-/// the dead-man.
+/// The buttons that release stream tubes: the device's own, or none if one of them is the dead-man.
 inline uint32_t tube_buttons(const SafetyOptions& safety) {
   return safety.dead_man ? 0 : GatedDevice::kOwn;
 }

@@ -20,21 +20,21 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr int64_t kShown_ns = 2'000'000'000;    // longer without a frame: the program hangs
+constexpr int64_t kShown_ns = 2'000'000'000;    // without a frame for this long the program hangs
 constexpr int64_t kDeadMan_ns = 500'000'000;    // releasing must not wait for a slow frame
-constexpr auto kPause = 10ms;                   // where no display makes it wait
-constexpr double kNear_m = 0.45, kFar_m = 0.9;  // the scene's centre from the eyes
-constexpr double kBelow_m = 0.15;               // and below them
+constexpr auto kPause = 10ms;                   // if no display paces the loop
+constexpr double kNear_m = 0.45, kFar_m = 0.9;  // distance of the scene's centre from the eyes
+constexpr double kBelow_m = 0.15;               // and its distance below them
 constexpr double kRoom = 1.5;                   // of the scene's radius, at least
-constexpr double kFinger_m = 0.004;             // of the ball at a fingertip that does not pinch
+constexpr double kFinger_m = 0.004;  // radius of the ball at a fingertip that does not pinch
 constexpr glm::dvec3 kFinger{0.45, 0.48, 0.54};
-constexpr double kLongest_s = 0.1;  // a frame that took longer counts as this
+constexpr double kLongest_s = 0.1;  // a longer frame counts as this
 
 bool is_shown(xr::HeadsetState state) {
   return state == xr::HeadsetState::kVisible || state == xr::HeadsetState::kFocused;
 }
 
-/// Straight ahead, level; where the head looks straight up or down, along its top.
+/// Straight ahead, level; if the head looks straight up or down, the direction of its top.
 glm::dvec3 ahead_of(const Pose& head) {
   glm::dvec3 ahead = head.rotation * glm::dvec3(0.0, 0.0, -1.0);
   if (std::abs(ahead.y) > 0.98)
@@ -45,7 +45,7 @@ glm::dvec3 ahead_of(const Pose& head) {
 
 }  // namespace
 
-/// Everything that is the thread's own.
+/// The state that only the thread uses.
 class HeadsetLoop::Run {
  public:
   Run(HeadsetLoop& loop, bool pass_through, std::optional<uint32_t> overlay)
@@ -93,8 +93,8 @@ class HeadsetLoop::Run {
           "compiled.");
     preparing_ = source_.preparing();
     if (report.main_visible != main_visible_)
-      loop_.tell(report.main_visible ? "The program below is seen again."
-                                     : "The program below is not seen now: palpate alone is.");
+      loop_.tell(report.main_visible ? "The program below is visible again."
+                                     : "The program below is not visible now, only palpate is.");
     main_visible_ = report.main_visible;
     tell_found(report);
     tell_tracking(report);
@@ -105,13 +105,13 @@ class HeadsetLoop::Run {
     if (report.state == xr::HeadsetState::kEnded) loop_.ended_ = true;
   }
 
-  /// Reports what the person can do with bare hands: once, and if the runtime does not show them.
+  /// Explains, once, how bare hands are used; reports if the runtime does not show them.
   void tell_tracking(const xr::Report& report) {
     if (!scene_ || !scene_->controller) return;
     if (report.hand_tracking && !tracking_told_)
       loop_.tell(
-          "Without a controller a pinch is the hand: thumb and forefinger together touch, a short "
-          "pinch lays a stream tube, two of them soon after each other keep those that are there.");
+          "Without a controller, pinch to touch: hold thumb and forefinger together. A short pinch "
+          "places a stream tube; two short pinches in a row keep the tubes.");
     tracking_told_ |= report.hand_tracking;
     if (report.no_hand_tracking != no_tracking_ && !report.no_hand_tracking.empty())
       loop_.tell(fmt::format("The runtime does not show bare hands in this session{}.",
@@ -142,7 +142,7 @@ class HeadsetLoop::Run {
 
   void gate(const xr::Report& report, int64_t now_ns) {
     const bool shown = is_shown(report.state);
-    // At the end of all the force goes with the loop.
+    // At the very end the loop itself ramps the force down.
     if (ending_ || report.state == xr::HeadsetState::kEnded) return;
     if (shown != shown_ && was_shown_)
       loop_.tell(shown ? "The picture is back in the headset."
@@ -168,7 +168,7 @@ class HeadsetLoop::Run {
       if (!headset_.colocation().keeps()) placed_ = false;
     }
     if (!placed_) {
-      // The hands' actions of this frame were relative to the old place of the world: drop them.
+      // The hands' actions of this frame were relative to the former place of the world: drop them.
       if (head_) place(report);
       return;
     }
@@ -183,7 +183,7 @@ class HeadsetLoop::Run {
     if (scene_->controller) feel(report.hands, dt_s);
   }
 
-  /// The world of the scene into the room.
+  /// Places the world of the scene in the room.
   void place(const xr::Report& report) {
     const auto felt = scene_->session->scene();
     xr::Colocation& room = headset_.colocation();
@@ -197,10 +197,10 @@ class HeadsetLoop::Run {
         check_.emplace(scene_->calibration->calibration.controller_from_tip_m);
         return;
       }
-      loop_.tell(fmt::format(
-          "The calibration is about the {} space, which this runtime does not have now: calibrate "
-          "again with 'palpate calibrate'.",
-          scene_->calibration->space));
+      loop_.tell(
+          fmt::format("The calibration belongs to the {} space, which this runtime does not have "
+                      "now: calibrate again with 'palpate calibrate'.",
+                      scene_->calibration->space));
       scene_->calibration.reset();
     } else if (!scene_->controller && !guess_told_) {
       guess_told_ = true;
@@ -215,7 +215,7 @@ class HeadsetLoop::Run {
     const Pose room_from_head = inverse(room.world_from_base()) * *head_;
     const glm::dvec3 ahead = ahead_of(room_from_head);
     Pose room_from_world;
-    // The world's z, to which the patient's front looks, towards the person.
+    // The world's z axis, the patient's front, towards the person.
     room_from_world.rotation = glm::angleAxis(std::atan2(-ahead.x, -ahead.z), glm::dvec3(0, 1, 0));
     const double distance_m = std::clamp(kRoom * radius_m, kNear_m, kFar_m);
     const glm::dvec3 target =
@@ -225,7 +225,7 @@ class HeadsetLoop::Run {
     head_.reset();
   }
 
-  /// Puts the world at the force device or, without one, in front of the person.
+  /// Moves the world to the force device or, without one, in front of the person.
   void bring_here() {
     if (!head_) return;
     glm::dvec3 centre;
@@ -237,8 +237,8 @@ class HeadsetLoop::Run {
     hands_->bring(centre, scene_->controller ? before : scene_->device_centre_m, head_->position_m);
   }
 
-  /// Moves the probe with a controller or a bare finger. If no hand holds it, the force ends by the
-  /// ramp.
+  /// Moves the probe with a controller or a bare finger. If no hand holds it, the force ramps to
+  /// zero.
   void feel(const xr::Hands& hands, double dt_s) {
     hold_ = probe_hand_.step(hands, dt_s);
     if (hold_.asks_for_tube) scene_->session->release_tube();
@@ -260,7 +260,7 @@ class HeadsetLoop::Run {
     was_touching_ = snapshot_.in_contact;
   }
 
-  /// Draws what holds the probe: a pen, the fingertip, or only fingertips that do not pinch.
+  /// Draws what holds the probe: a pen, a fingertip, or only fingertips that do not pinch.
   void show_probe(ViewChoices& view) const {
     if (!scene_->controller) return;
     view.full_force_n = scene_->max_force_n;
@@ -295,7 +295,7 @@ class HeadsetLoop::Run {
     scenery.scene = picture_->at(ahead, frame.display_time_ns, xr::eye_of(frame.eyes[0]));
     add_fingers(scenery.scene.things);
     if (const auto clip = hands_->clip(ahead)) scenery.scene.clips.push_back(*clip);
-    // With pass-through, a pixel that covers nothing must also add no light.
+    // With pass-through, a pixel without coverage must also add no light.
     if (headset_.report().see_through)
       scenery.scene.background_top = scenery.scene.background_bottom = glm::dvec3(0.0);
     scenery.volumes = picture_->volumes();
@@ -314,16 +314,16 @@ class HeadsetLoop::Run {
   std::optional<HeadsetScene> scene_;
   std::unique_ptr<SceneHands> hands_;
   ProbeHand probe_hand_;
-  ProbeHold hold_;                              ///< as of the last frame
-  std::unique_ptr<sound::ContactSound> sound_;  ///< made when a finger first feels
+  ProbeHold hold_;                              ///< in the last frame
+  std::unique_ptr<sound::ContactSound> sound_;  ///< created when a finger first touches
   bool was_touching_ = false;
   bool tracking_told_ = false;
   std::string no_tracking_;
-  std::optional<PlaceCheck> check_;  ///< where there is a calibration
+  std::optional<PlaceCheck> check_;  ///< only with a calibration
   std::unique_ptr<ScenePicture> picture_;
   SceneSnapshot snapshot_;
   SnapshotAhead ahead_;
-  std::optional<Pose> head_;  ///< world, of the last frame that asked for a picture
+  std::optional<Pose> head_;  ///< world, in the last frame that asked for a picture
   bool pass_through_ = false;
   bool main_visible_ = true;
   bool guess_told_ = false, placed_ = false, shown_ = false, was_shown_ = false, ending_ = false;

@@ -23,28 +23,28 @@ namespace palpate::app {
 /// What happens to the force when the picture in the headset is lost.
 enum class OnHeadsetLoss { kRamp, kGoOn };
 
-/// What the headset loop works with. All borrowed until end().
+/// Inputs of the headset loop. All borrowed until end().
 struct HeadsetScene {
   Session* session = nullptr;
   GatedDevice* gate = nullptr;
-  /// The hand that feels, if it is a controller, moved by it and answered by vibration; or, where
-  /// there is none, a bare finger that pinches, answered by colour and sound.
+  /// The probe: moved by a controller, which vibrates in contact; or, without a controller, by a
+  /// bare finger that pinches, with colour and sound in contact. Null if there is a force device.
   desktop::MouseProbe* controller = nullptr;
   double max_force_n = 4.0;
   ViewChoices view;
-  bool sound = true;  ///< where a bare finger touches
+  bool sound = true;  ///< sound of contact for a bare finger
   OnHeadsetLoss on_loss = OnHeadsetLoss::kRamp;
-  /// Where the force device stands in the room; none: the world is put before the person.
+  /// Place of the force device in the room; empty: the world is placed in front of the person.
   std::optional<files::StoredCalibration> calibration;
   glm::dvec3 device_centre_m{0.0};  ///< of its workspace, world
 };
 
-/// Shows what is felt in a headset and handles the hands there, on a thread of its own, as long as
-/// the object lives; starts again after every loss of the headset.
+/// Shows the running scene in a headset and handles the hands there, on a thread of its own, until
+/// the object is destroyed; starts again after every loss of the headset.
 class HeadsetLoop {
  public:
-  /// Starts to look for a runtime and a headset at once; shows nothing before begin().
-  /// pass_through: the room is seen behind the volume, where the headset offers that. overlay: as
+  /// Starts to search for a runtime and a headset at once; shows nothing before begin().
+  /// pass_through: show the room behind the volume, if the headset supports it. overlay: as
   /// xr::HeadsetOptions::overlay.
   explicit HeadsetLoop(bool pass_through = false, std::optional<uint32_t> overlay = std::nullopt);
   /// As end().
@@ -55,23 +55,23 @@ class HeadsetLoop {
   /// The result of the first search for a headset. Waits for it.
   struct Availability {
     bool runtime = false, headset = false;
-    bool can_never = false;  ///< the runtime lacks what was asked of it
+    bool can_never = false;  ///< the runtime lacks something that was asked for
     std::string sentence;
   };
   Availability found();
 
   void begin(const HeadsetScene& scene);
-  /// Ends the session as OpenXR has it and the thread; waits for it, a few seconds at most.
+  /// Ends the OpenXR session and the thread; waits for at most a few seconds.
   void end();
 
-  /// Sentences for the person since the last call. Any thread.
+  /// Sentences for the user since the last call. Any thread.
   std::vector<std::string> news();
   /// The person ended the session in the headset. Any thread.
   bool ended() const { return ended_; }
   /// For the summary; after end().
   struct Numbers {
     uint64_t frames = 0, drawn = 0, sessions = 0;
-    double picture_ms = 0.0;  ///< of the last picture, on the device
+    double picture_ms = 0.0;  ///< time for the last picture on the device
     PictureSize size;
     bool depth = false;
     std::string system, runtime;
@@ -82,7 +82,8 @@ class HeadsetLoop {
   class Run;
   void tell(std::string sentence);
 
-  mutable std::mutex mutex_;  ///< of all that follows but the atomics, numbers_ and the thread
+  /// guards the members below except the atomics, numbers_ and the thread
+  mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::optional<Availability> found_;
   std::optional<HeadsetScene> scene_;

@@ -5,8 +5,8 @@
 namespace palpate::app {
 namespace {
 
-constexpr double kClose_m = 0.10;       // a hand that grabs further away means the volume
-constexpr double kGoodPlace_m = 0.003;  // as for a calibration that can be used
+constexpr double kClose_m = 0.10;       // a grab further away is for the volume
+constexpr double kGoodPlace_m = 0.003;  // the same as for a usable calibration
 
 }  // namespace
 

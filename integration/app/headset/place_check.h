@@ -8,15 +8,15 @@
 
 namespace palpate::app {
 
-/// Whether the picture stands where the force device is: asked of one touched point after the start
+/// Checks that the picture stands at the force device: asks for one touched point after the start
 /// and after every restart of the runtime, which may have moved the room's origin. One thread.
 class PlaceCheck {
  public:
   /// controller_from_tip_m: as calibrated.
   explicit PlaceCheck(glm::dvec3 controller_from_tip_m);
 
-  /// Once per frame; probe_m: the device's tip, world. Takes a grab close to it out of the hands:
-  /// it is a touch. Returns a sentence for the person, or nothing.
+  /// Once per frame; probe_m: the device's tip, world. A grab close to the tip is a touch, and is
+  /// removed from the hands. Returns a sentence for the user, or "".
   std::string step(double now_s, glm::dvec3 probe_m, xr::Colocation& room, xr::Hands& hands);
 
  private:

@@ -6,7 +6,7 @@
 
 namespace palpate::app {
 
-/// The sentence of a problem; with --verbose, also the call that failed.
+/// The sentence on a problem; with --verbose also the call that failed.
 std::string problem_text(const xr::Problem& problem);
 
 }  // namespace palpate::app

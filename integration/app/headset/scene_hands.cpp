@@ -6,11 +6,11 @@
 namespace palpate::app {
 namespace {
 
-constexpr double kScrubPerSecond = 0.25;  // of the sequence, stick pushed all the way
+constexpr double kScrubPerSecond = 0.25;  // of the sequence, with the stick pushed all the way
 constexpr double kDeadZone = 0.15;        // of the stick
-constexpr double kTap_s = 0.3;            // a shorter press takes the cut away
+constexpr double kTap_s = 0.3;            // a shorter press removes the cut
 
-/// The transform that takes a thing from `before` to `after`; all three are similarities.
+/// The transform that moves a thing from `before` to `after`; both are similarities.
 Transform moved_between(const Transform& before, const Transform& after) {
   Transform moved;
   moved.scale = after.scale / before.scale;
@@ -55,9 +55,9 @@ void SceneHands::hold_cut(const xr::Hands& hands, double dt_s) {
   }
 }
 
-/// Where the volumes are drawn, not where the hands put them: volumes follow on a smooth path, and
-/// a cut that is ahead of them would show too much or too little. A space mouse may have moved
-/// them, too.
+/// The place where the volumes are drawn, which is not where the hands put them: volumes follow on
+/// a smooth path, and a cut ahead of them would show too much or too little. A space mouse may have
+/// moved them, too.
 Transform SceneHands::drawn_from_start(const SceneSnapshot& drawn) const {
   const auto scene = session_.scene();
   for (size_t v = 0; v < scene->volumes.size() && int(v) < drawn.volume_count; ++v) {
@@ -81,7 +81,7 @@ std::optional<ClipPlane> SceneHands::clip(const SceneSnapshot& drawn) {
 void SceneHands::next_look(int steps) {
   const std::vector<std::string> names = preset_names();
   const auto at = std::find(names.begin(), names.end(), view_.look);
-  // The look that was chosen from the data counts as the one before the first.
+  // The look chosen automatically counts as the one before the first.
   const int now = at == names.end() ? (steps > 0 ? -1 : 0) : int(at - names.begin());
   const int count = int(names.size());
   view_.look = names[size_t(((now + steps) % count + count) % count)];

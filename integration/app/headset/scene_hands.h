@@ -9,23 +9,23 @@
 
 namespace palpate::app {
 
-/// What the hands that hold controllers do with the scene: grab and scale it, cut it with a palm,
-/// play and scrub it, change its look. All volumes go together, as they lie in one patient. One
+/// What hands with controllers do with the scene: grab and scale it, cut it with a palm, play and
+/// scrub it, change its look. All volumes move together, since they belong to one patient. One
 /// thread.
 class SceneHands {
  public:
-  /// Borrowed.
+  /// Both arguments are borrowed.
   SceneHands(Session& session, const ViewChoices& view) : session_(session), view_(view) {}
 
   /// Once per frame, dt_s after the one before.
   void step(const xr::Hands& hands, const SceneSnapshot& snapshot, double dt_s);
-  /// Brings what is around `centre_m` (world, now) to `target_m`, its front to the viewer.
+  /// Moves what is at `centre_m` (world, now) to `target_m` and turns its front to the viewer.
   void bring(glm::dvec3 centre_m, glm::dvec3 target_m, glm::dvec3 viewer_m);
 
-  /// The look that the person has chosen, if any.
+  /// The view with the look that the person has chosen.
   const ViewChoices& view() const { return view_; }
-  /// The cut that is to be seen where `drawn` is drawn: at the palm that holds it, or in the
-  /// volumes where it was let go. Once per picture.
+  /// The cut for a picture in which the scene is drawn as in `drawn`: at the palm that holds it, or
+  /// at the place in the volumes where it was released. Once per picture.
   std::optional<ClipPlane> clip(const SceneSnapshot& drawn);
 
  private:
@@ -37,8 +37,8 @@ class SceneHands {
   Session& session_;
   ViewChoices view_;
   xr::Grab grab_;
-  Transform world_from_start_;  ///< where the hands have taken all volumes from their start
-  std::optional<xr::CutPlane> held_cut_;  ///< world, by a palm, now
+  Transform world_from_start_;            ///< how the hands have moved all volumes from their start
+  std::optional<xr::CutPlane> held_cut_;  ///< world, held by a palm
   std::optional<xr::CutPlane> cut_;       ///< in the volumes at their start
   double cut_held_s_ = 0.0;
 };

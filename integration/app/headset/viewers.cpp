@@ -19,15 +19,15 @@ Result<std::unique_ptr<desktop::DesktopLoop>> open_window(const ViewerChoice& ch
 
 Result<Viewers> in_headset(const ViewerChoice& choice, Viewers viewers,
                            const HeadsetLoop::Availability& found) {
-  viewers.why = found.headset
-                    ? fmt::format("in the headset: {}.", found.sentence)
-                    : fmt::format("in a headset, as asked, once it is there: {}", found.sentence);
+  viewers.why = found.headset ? fmt::format("in the headset: {}.", found.sentence)
+                              : fmt::format("in a headset, as asked, as soon as one is there: {}",
+                                            found.sentence);
   if (!choice.mirror || !has_display()) return viewers;
-  // The window is for bystanders: the headset works without it.
+  // The window is for other people: the headset works without it.
   auto window = open_window(choice);
   if (!window) return viewers;
   viewers.window = std::move(*window);
-  viewers.why += " A window shows it to others.";
+  viewers.why += " A window shows the same to others.";
   return viewers;
 }
 
@@ -36,11 +36,12 @@ Result<Viewers> in_headset(const ViewerChoice& choice, Viewers viewers,
 Result<Viewers> open_viewers(const ViewerChoice& choice) {
   Viewers viewers;
   if (choice.overlay && (choice.headset == "off" || choice.headset == "none"))
-    return Error{ErrorKind::kBadInput,
-                 "An overlay is in a headset, above another program: leave --headset " +
-                     choice.headset + " out, or --overlay"};
+    return Error{
+        ErrorKind::kBadInput,
+        "--overlay needs a headset, where it draws above another program: leave --headset " +
+            choice.headset + " out, or --overlay"};
   if (choice.headset == "off") {
-    viewers.why = "by nobody, as asked.";
+    viewers.why = "nowhere, as asked.";
     return viewers;
   }
   if (choice.headset == "none") {
@@ -52,7 +53,7 @@ Result<Viewers> open_viewers(const ViewerChoice& choice) {
   }
   const bool asked = choice.headset == "openxr" || choice.overlay;
   if (!asked && choice.headless) {
-    viewers.why = "in pictures, as asked.";
+    viewers.why = "in picture files, as asked.";
     return viewers;
   }
   viewers.headset = std::make_unique<HeadsetLoop>(choice.pass_through, choice.overlay);
@@ -61,7 +62,8 @@ Result<Viewers> open_viewers(const ViewerChoice& choice) {
     return Error{ErrorKind::kNoDevice, found.sentence};
   if (asked || found.headset) return in_headset(choice, std::move(viewers), found);
   viewers.headset.reset();
-  // Most people have no headset. Advice is only for those who have a runtime, or ask for one.
+  // Most people have no headset: give advice only if there is a runtime or if a headset was asked
+  // for.
   const std::string reason =
       found.runtime || Console::verbose() ? " " + found.sentence : std::string();
   if (has_display()) {
@@ -73,8 +75,7 @@ Result<Viewers> open_viewers(const ViewerChoice& choice) {
     }
   }
   viewers.why =
-      "by nobody, as there is no display and no headset: --headless FOLDER writes pictures." +
-      reason;
+      "nowhere, as there is no display and no headset: --headless FOLDER writes pictures." + reason;
   return viewers;
 }
 

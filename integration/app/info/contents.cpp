@@ -32,12 +32,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Beyond these something is unusual, not wrong.
+// Limits beyond which something is unusual, but not wrong.
 constexpr double kAnisotropic = 5.0;  // coarsest spacing / finest
-constexpr double kFine_mm = 0.005;    // untried below
+constexpr double kFine_mm = 0.005;    // not tested below
 constexpr double kCoarse_mm = 50.0;   // no scanner's voxel
 constexpr double kUneven = 0.1;       // of the mean step between frames
-constexpr double kAxis = 1e-3;        // radians: an axis is along the patient's
+constexpr double kAxis = 1e-3;        // rad: an axis is along the patient's
 constexpr std::string_view kRecording = "palpate-ticks";
 
 std::string type_name(SampleType type) {
@@ -96,7 +96,7 @@ std::string of_frame(size_t k, size_t count) {
   return count > 1 ? fmt::format("Frame {}", k) : std::string("It");
 }
 
-/// Of scalars and vectors.
+/// Checks whether values are finite, of scalars and vectors.
 void judge_finite(const std::vector<Values>& values, std::vector<std::string>& problems) {
   for (size_t k = 0; k < values.size(); ++k) {
     const Values& v = values[k];
@@ -127,7 +127,7 @@ void judge_scalars(const std::vector<Values>& values, std::vector<std::string>& 
 
 // Images ------------------------------------------------------------------------------------------
 
-/// A mask has 0 and one other value; labels are few whole numbers, 0 among them.
+/// A mask has 0 and one other value; labels are a few integers, 0 among them.
 bool are_labels(const Values& values) {
   const auto& different = values.different;
   return values.not_finite == 0 && values.whole && different.size() > 1 &&
@@ -144,7 +144,7 @@ void describe_labels(const Values& values, Contents& contents) {
       "'palpate feel', where each label is a wall; as a volume, too";
 }
 
-/// Names, colours and sizes of what a segmentation of 3D Slicer marks out.
+/// Names, colours and sizes of the segments in a segmentation of 3D Slicer.
 Status describe_segments(Contents& contents) {
   const auto read = files::read_segmentation(contents.path);
   if (!read) return read.error();
@@ -168,7 +168,7 @@ Status describe_segments(Contents& contents) {
   return Nothing{};
 }
 
-/// kind, what and use of scalar frames.
+/// Sets kind, what and use for scalar frames.
 void describe_scalars(Contents& contents) {
   if (contents.frames > 1) {
     contents.kind = "sequence";
@@ -186,7 +186,7 @@ void describe_scalars(Contents& contents) {
   judge_scalars(contents.values, contents.problems);
 }
 
-/// The vectors of one file, which may be a field or a flow.
+/// Describes the vectors of one file, a displacement field or a flow.
 Status describe_vectors(Contents& contents) {
   contents.kind = "vectors";
   contents.what = "vectors: a displacement field or a flow";
@@ -194,7 +194,7 @@ Status describe_vectors(Contents& contents) {
       "taken for a displacement field in mm by 'palpate check' and --fields, for a flow by "
       "'palpate feel'";
   contents.memory_bytes = 12.0 * double(contents.grid->count());
-  // The values so far are those of components, and of use only to see whether all are finite.
+  // So far the values are those of single components, which only show whether all are finite.
   if (contents.values.front().not_finite > 0) return Nothing{};
   auto field = files::read_field(contents.path);
   if (!field) return field.error();
@@ -293,7 +293,7 @@ Result<Contents> contents_of_sequence_motion(const fs::path& path, const OnShare
   return contents;
 }
 
-/// A folder of slices or of 3D files, or a DICOM file: what the reader makes of it.
+/// A folder of slices or of 3D files, or a DICOM file, as the reader interprets it.
 Result<Contents> contents_of_frames(const fs::path& input, const std::string& format,
                                     const OnShare& on_share) {
   auto reader = files::SequenceReader::open({input});
@@ -324,7 +324,7 @@ Result<Contents> contents_of_frames(const fs::path& input, const std::string& fo
   return contents;
 }
 
-/// A folder whose files hold vectors, such as palpate motion fills: all of it, field by field.
+/// A folder whose files contain vectors, as palpate motion writes it: the whole, then each field.
 Result<Contents> contents_of_fields(const fs::path& folder, const std::vector<fs::path>& fields,
                                     const OnShare& on_share) {
   Contents contents;
@@ -361,7 +361,7 @@ Result<Contents> contents_of_fields(const fs::path& folder, const std::vector<fs
   return contents;
 }
 
-/// Files that are not frames of one sequence: each on its own, and why they are no sequence.
+/// Files that are not frames of one sequence: each one on its own, and why they are no sequence.
 Result<Contents> contents_of_different(const fs::path& folder, const std::vector<fs::path>& images,
                                        const Error& why, const OnShare& on_share) {
   Contents contents{.path = folder,
@@ -489,7 +489,7 @@ Result<Contents> contents_of_recording(const fs::path& path) {
   return contents;
 }
 
-/// How many frames a table follows its points through.
+/// The number of frames in which a table tracks its points.
 size_t followed_frames(const fs::path& path) {
   size_t frames = 0;
   while (files::read_followed_points(path, int(frames))) ++frames;
@@ -498,7 +498,7 @@ size_t followed_frames(const fs::path& path) {
 
 Result<Contents> contents_of_table(const fs::path& path, const std::string& start) {
   Contents contents{.path = path, .format = "table"};
-  // The names of the columns stand in the first line that is no comment.
+  // Column names are in the first line that is no comment.
   std::string_view rest = start;
   std::string_view names;
   while (!rest.empty() && (names.empty() || names.starts_with('#')))
@@ -561,7 +561,7 @@ Together together(const Grid& first, const Grid& other) {
   Together found;
   found.same_grid = same_geometry(other, first);
   if (!found.same_grid) found.difference = files::difference(other, first);
-  // Points spread evenly through the first: enough to tell no overlap, partial and full overlap.
+  // Points spread evenly through the first image: enough to tell no, partial and full overlap.
   constexpr int kPoints = 16;
   int inside = 0;
   for (int n = 0; n < kPoints * kPoints * kPoints; ++n) {

@@ -21,7 +21,7 @@ struct InfoCommand {
   bool json = false;
 };
 
-/// The range of all frames.
+/// The range over all frames.
 struct SampleRange {
   float low = 0.0F, high = 0.0F;
   double mean = 0.0;
@@ -57,7 +57,7 @@ std::string times_text(const std::vector<double>& times) {
 std::string values_text(const Contents& contents) {
   const SampleRange range = range_of(contents.values);
   const bool lengths = contents.components == 3 && contents.kind != "picture";
-  // Of numbers that name parts the mean says nothing; of a mask it is its share.
+  // For labels the mean has no meaning; for a mask it is its share.
   const auto& first = contents.values.front();
   if (contents.kind == "mask")
     return fmt::format("{:g}; {:.3g} % of the voxels are not 0",
@@ -133,7 +133,7 @@ nlohmann::json json_of(const Contents& contents) {
   return out;
 }
 
-/// Whether what lies on grids lies on one, each against the first of them.
+/// Compares the grids, each with the first one.
 void compare(const std::vector<Contents>& all, Console& console, nlohmann::json& out) {
   const Contents* first = nullptr;
   size_t same = 0, others = 0;
@@ -182,7 +182,7 @@ int run(const InfoCommand& command) {
       files.push_back(json_of(*contents));
       all.push_back(std::move(*contents));
     } else {
-      // What can be read of the others is still said.
+      // The properties of the readable files are still printed.
       files.push_back({{"file", input.string()}, {"error", contents.error().message}});
       rc = fail(console, contents.error());
     }

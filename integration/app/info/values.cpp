@@ -16,7 +16,7 @@ constexpr size_t kChunk = 65536;
 
 void ValueCounter::add(float value, size_t voxel) {
   ++values_.count;
-  // FNV-1a, a sample at a time.
+  // FNV-1a hash, one sample at a time.
   values_.hash = (values_.hash ^ std::bit_cast<uint32_t>(value)) * 0x100000001b3ULL;
   if (!std::isfinite(value)) {
     if (values_.not_finite++ == 0) {
@@ -60,7 +60,7 @@ Values values_of(const Volume& volume) {
 Result<std::vector<Values>> values_of(const files::Raster& raster, const OnShare& on_share) {
   auto stream = files::SampleStream::open(raster);
   if (!stream) return stream.error();
-  // Components of a vector are counted together: only whether they are finite matters.
+  // Components of a vector are counted together: only whether they are finite is used.
   const bool frames = raster.lane_kind == files::LaneKind::kFrames;
   std::vector<ValueCounter> counters(frames ? raster.lanes : 1, ValueCounter(raster.grid.size));
   std::vector<float> chunk(kChunk);
@@ -68,7 +68,7 @@ Result<std::vector<Values>> values_of(const files::Raster& raster, const OnShare
     const size_t count = size_t(std::min<uint64_t>(chunk.size(), raster.sample_count() - done));
     if (const Status got = stream->read(chunk.data(), count); !got) return got.error();
     on_share(double(done) / double(raster.sample_count()));
-    // Where a sample lies: see Raster.
+    // The place of a sample: see Raster.
     for (size_t n = 0; n < count; ++n, ++done) {
       const uint64_t block = done / raster.inner;
       const size_t voxel = size_t(block / raster.lanes * raster.inner + done % raster.inner);

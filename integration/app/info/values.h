@@ -13,7 +13,7 @@ namespace palpate::app {
 class ValueCounter {
  public:
   explicit ValueCounter(glm::ivec3 size) : size_(size) { values_.hash = 0xcbf29ce484222325ULL; }
-  /// voxel: its number in the frame, i fastest.
+  /// voxel: index in the frame, i fastest.
   void add(float value, size_t voxel);
   Values values() const;
 
@@ -24,12 +24,12 @@ class ValueCounter {
   float high_ = -std::numeric_limits<float>::infinity();
   float last_ = std::numeric_limits<float>::quiet_NaN();
   double sum_ = 0.0;
-  bool many_ = false;  ///< more different values than labels have
+  bool many_ = false;  ///< more distinct values than labels have
 };
 
 Values values_of(const Volume& volume);
 
-/// Of each frame of a file; of all components together where it holds vectors. Reads it once.
+/// Of each frame of a file; for vectors over all components together. Reads the file once.
 Result<std::vector<Values>> values_of(const files::Raster& raster, const OnShare& on_share);
 
 }  // namespace palpate::app

@@ -24,7 +24,7 @@ namespace {
 
 using palpate::adapter::UniqueHandle;
 
-/// The exception that fits a failure, with the library's sentence on it.
+/// Raises the exception for a failure, with the library's sentence.
 void check(PalResult result, const std::string& sentence) {
   if (result >= PAL_OK) return;
   switch (result) {
@@ -48,7 +48,7 @@ void check(PalResult result) {
   check(result, pal_last_error());
 }
 
-/// Runs work that may take long without the interpreter's lock.
+/// Runs long work without the interpreter's lock.
 template <class Work>
 void without_lock(const Work& work) {
   PalResult result;
@@ -61,7 +61,7 @@ void without_lock(const Work& work) {
 
 PalSampleType type_of(const py::array& array) {
   const py::dtype type = array.dtype();
-  // By value: images that were read from files have type objects of their own.
+  // By value: arrays read from files have type objects of their own.
   const auto is = [&](const char* name) { return type.equal(py::dtype(name)); };
   if (is("float32")) return PAL_FLOAT32;
   if (is("float64")) return PAL_FLOAT64;
@@ -74,7 +74,7 @@ PalSampleType type_of(const py::array& array) {
   throw py::type_error("samples of this type can not be taken: convert them to float32");
 }
 
-/// Shape (z, y, x), contiguous: taken as it is.
+/// Samples of shape (z, y, x), contiguous, without a copy.
 const void* samples_of(const py::array& array, const PalGrid& grid) {
   if (array.ndim() != 3 || array.shape(0) != py::ssize_t(grid.size[2]) ||
       array.shape(1) != py::ssize_t(grid.size[1]) || array.shape(2) != py::ssize_t(grid.size[0]))
@@ -107,7 +107,7 @@ py::array_t<float> volume_for(const PalGrid& grid) {
       {py::ssize_t(grid.size[2]), py::ssize_t(grid.size[1]), py::ssize_t(grid.size[0])});
 }
 
-/// Whether a change was taken: false for PAL_NOT_YET.
+/// Whether a change was accepted: false for PAL_NOT_YET.
 bool was_taken(PalResult result) {
   check(result);
   return result == PAL_OK;
@@ -128,18 +128,18 @@ class PythonContext {
   PythonContext& operator=(const PythonContext&) = delete;
   std::string device() const { return pal_context_device(handle); }
 
-  /// A result of work on it.
+  /// Passes on a result; records a failure of the device.
   PalResult told(PalResult result) const {
     if (result == PAL_DEVICE_FAILED) failed = true;
     return result;
   }
 
   PalContext* handle = nullptr;
-  /// It was lost, or work on it failed: for the next work another one is opened. Any thread.
+  /// The device was lost, or work on it failed: the next work opens another one. Any thread.
   mutable std::atomic<bool> failed{false};
 };
 
-/// A motion that was found.
+/// An estimated motion.
 class PythonMotion {
  public:
   explicit PythonMotion(PalMotion* found) {
@@ -216,7 +216,7 @@ class PythonMotion {
   PalMotionSummary summary_{};
 };
 
-/// What Python hears while an estimator works.
+/// Python's callbacks while an estimator works.
 struct Listener {
   py::function progress;
   PalEstimator* estimator = nullptr;
@@ -235,7 +235,7 @@ struct Listener {
   }
 };
 
-/// Estimates the motion of frames (shape (z, y, x), contiguous, read where they are).
+/// Estimates the motion of frames (shape (z, y, x), contiguous, without a copy).
 std::unique_ptr<PythonMotion> estimate(
     const PythonContext& context, const std::vector<py::array>& frames,
     const std::array<uint32_t, 3>& size, const std::array<double, 3>& spacing,
@@ -274,13 +274,13 @@ std::unique_ptr<PythonMotion> estimate(
       const py::gil_scoped_release released;
       pushed = context.told(pal_estimator_push(owner.handle, type, samples, time_s));
     }
-    // A push may have waited for a pair; if it was cancelled meanwhile, report why.
+    // push() may have waited for a pair; if it was cancelled meanwhile, report why.
     const std::string sentence = pal_last_error();
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
     if (listener.raised) std::rethrow_exception(listener.raised);
     check(pushed, sentence);
   }
-  // On a thread of its own, so that Ctrl-C is heard here.
+  // On a thread of its own, so that Ctrl-C is handled here.
   PalMotion* found = nullptr;
   std::string sentence;
   auto finished = std::async(std::launch::async, [&] {
@@ -315,7 +315,7 @@ std::unique_ptr<PythonMotion> opened_motion(const PythonContext& context, const 
   return std::make_unique<PythonMotion>(found);
 }
 
-/// Python's named arguments, as the structures of palpate.h: None becomes 0.
+/// Python's named arguments as fields of the structures in palpate.h: None becomes 0.
 class Words {
  public:
   explicit Words(const py::dict& given) : given_(given) {}
@@ -329,7 +329,7 @@ class Words {
     return value.is_none() ? 0.0 : value.cast<double>();
   }
   uint32_t count(const char* name) const { return of(name).cast<uint32_t>(); }
-  /// Valid as long as this is.
+  /// Valid during the lifetime of this object.
   const std::vector<const char*>& list(const char* name) {
     auto& list = lists_.emplace_back();
     for (const py::handle item : of(name))
@@ -344,7 +344,7 @@ class Words {
   std::deque<std::vector<const char*>> lists_;
 };
 
-/// Frames in memory in place of files, read where they are while a scene is opened.
+/// Frames in memory used instead of files, read without a copy while a scene is opened.
 struct FramesInMemory {
   /// frames: None, or a list of arrays; grid: size, spacing, origin, direction.
   FramesInMemory(const Words& words, const char* name) {
@@ -371,7 +371,7 @@ struct FramesInMemory {
   PalFrames info{};
 };
 
-/// A scene that is felt, in Python's own loop or in palpate's, and its pictures.
+/// A running scene, in Python's own loop or in palpate's, and its pictures.
 class PythonSession {
  public:
   PythonSession(std::shared_ptr<PythonContext> context, const py::dict& of_scene,
@@ -411,9 +411,9 @@ class PythonSession {
   bool set_mode(uint32_t index, bool on, double gain) {
     return was_taken(pal_session_set_mode(session_.handle, index, on, gain));
   }
-  /// grid: size, spacing, origin, direction; None: where the first frame lies.
+  /// grid: size, spacing, origin, direction; None: that of the first frame.
   void push_frame(const py::array& frame, const std::optional<py::tuple>& grid, int64_t time_ns) {
-    // Without frames in memory the library says that it takes none.
+    // Without frames in memory the library reports that it takes none.
     const bool takes_none = !grid && first_grid_.size[0] == 0;
     PalGrid where = first_grid_;
     if (grid) where = grid_of(*grid);
@@ -498,7 +498,7 @@ class PythonSession {
       tube.lengths = lengths.mutable_data();
       result = pal_session_tube(session_.handle, index, &tube);
       check(result);
-      // An action came in between: there may be fewer tubes now, or another one at this index.
+      // Another action came in between: there may be fewer tubes now, or another one at this index.
       if (result == PAL_END) return all;
       if (tube.point_count != room) {
         --index;
@@ -525,7 +525,7 @@ class PythonSession {
     auto* const to = reinterpret_cast<uint32_t*>(pixels.mutable_data());
     PalResult result = PAL_OK;
     without_lock([&] {
-      // A thread that holds it never waits for the interpreter's lock.
+      // A thread that holds this mutex never waits for the interpreter's lock.
       const std::lock_guard lock(view_mutex_);
       result = context_->told(drawn(eye, width, height, to));
       return result;
@@ -554,7 +554,7 @@ class PythonSession {
     const double iso_value = words.number("iso_value");
     if (!words.of("iso_value").is_none()) info.iso_value = &iso_value;
     info.strength_n = words.number("strength_n");
-    // None is the usual friction, and 0 none at all.
+    // None is the default friction, and 0 none at all.
     if (!words.of("friction").is_none())
       info.friction = words.number("friction") > 0.0 ? words.number("friction") : -1.0;
     info.frames_per_second = words.number("frames_per_second");
@@ -585,7 +585,7 @@ class PythonSession {
     PalSessionInfo info{};
     info.size = sizeof info;
     info.flags = words.count("flags");
-    // "auto" is the first device that answers, which has no name.
+    // "auto" is the first device that answers; it has no name.
     info.device_name = words.text("device");
     if (!info.device_name) {
       info.flags |= PAL_SESSION_HOST_TICKS;
@@ -614,7 +614,7 @@ class PythonSession {
     without_lock([&] { return pal_session_open(scene_.handle, &info, &session_.handle); });
   }
 
-  /// Without the interpreter's lock.
+  /// Call it without the interpreter's lock.
   PalResult end() {
     const std::lock_guard lock(view_mutex_);
     pal_view_close(&view_.handle);
@@ -623,7 +623,7 @@ class PythonSession {
     return result;
   }
 
-  /// The holder of view_mutex_.
+  /// Call it with view_mutex_ locked.
   PalResult drawn(const PalEye& eye, uint32_t width, uint32_t height, uint32_t* to) {
     if (!view_.handle || width != width_ || height != height_) {
       pal_view_close(&view_.handle);

@@ -39,8 +39,8 @@ struct RunResult {
   std::array<int, 32> causes{};  ///< ticks with each cause while it was to hold
   /// Where the hand meant to be, in the motion's reference frame, each ms from when it pressed.
   std::vector<glm::dvec3> meant;
-  std::vector<std::pair<int, glm::dvec3>>
-      proxies;  ///< touching, at the frames' times: frame, place
+  /// places while touching, at the times of frames: frame, place
+  std::vector<std::pair<int, glm::dvec3>> proxies;
 };
 
 /// The hand's way along the wall while it leans on it.

@@ -43,8 +43,8 @@ struct Border {
 /// One method's side of a map.
 struct Side {
   std::string method;  ///< "palpate", "classic Demons"
-  std::string flag;    ///< how it says that it failed: "fades the force with the cause 'field'";
-                       ///< empty: it has no way to
+  /// how it reports a failure: "fades the force with the cause 'field'"; empty: it does not
+  std::string flag;
   std::vector<Cell> cells;  ///< x fastest
 };
 
