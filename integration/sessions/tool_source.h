@@ -5,9 +5,9 @@
 #include <optional>
 #include <string>
 
-#include "integration/desktop/mouse_probe.h"
 #include "integration/openigtlink/client.h"
 #include "module/haptics/background.h"
+#include "module/haptics/position_source.h"
 #include "module/scene/transform.h"
 #include "module/session/loaded_scene.h"
 
@@ -15,7 +15,7 @@ namespace palpate::sessions {
 
 /// What a tracked tool moves: a hand in the world, at its true size, that gives no force. Trackers
 /// send some ten places a second: it follows as slowly as a mouse.
-desktop::MouseProbeOptions tool_probe();
+PositionSourceOptions tool_probe();
 
 /// The hand's space is the world around the middle of the first volume, for a hand that is felt at
 /// its true size.
@@ -36,7 +36,7 @@ class ToolSource {
   /// From now on it moves `probe` (borrowed until end()) in the scene as it is at its start; after
   /// stand_in_true_size(). If no transform comes for kSilence_ns, or the tool moves faster than
   /// kFastest_m_per_s, the hand lets go; the next transform says where it is taken again.
-  void begin(desktop::MouseProbe& probe, const SceneSpec& spec);
+  void begin(PositionSource& probe, const SceneSpec& spec);
   void end();
   static constexpr int64_t kSilence_ns = 300'000'000;
   static constexpr double kFastest_m_per_s = 3.0;
@@ -47,7 +47,7 @@ class ToolSource {
  private:
   ToolSource() = default;
   void take(const openigtlink::Rigid& rigid);
-  void move(desktop::MouseProbe& probe);
+  void move(PositionSource& probe);
 
   mutable std::mutex mutex_;
   glm::dvec3 tip_lps_mm_{0.0};  ///< the last one

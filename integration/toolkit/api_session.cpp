@@ -124,7 +124,7 @@ constexpr double kHarmlessWatchdog_s = 0.05;
 struct Felt {
   LoadedScene scene;
   DeviceInfo device;
-  desktop::MouseProbe* tool = nullptr;  ///< the device, where a tracked tool moves it
+  PositionSource* tool = nullptr;  ///< the device, where a tracked tool moves it
   bool is_harmless = false;
 };
 
@@ -170,7 +170,7 @@ PalResult take_tool(const PalSessionInfo& info, Felt& felt, SessionContent& cont
       [notes = content.notes](const std::string& note) { notes->say(note); });
   if (!tool) return failed(tool.error());
   content.tool = std::move(*tool);
-  auto probe = std::make_unique<desktop::MouseProbe>(sessions::tool_probe());
+  auto probe = std::make_unique<PositionSource>(sessions::tool_probe());
   felt.tool = probe.get();
   content.device = std::move(probe);
   felt.is_harmless = true;

@@ -12,8 +12,8 @@
 #include "integration/app/headset/gated_device.h"
 #include "integration/app/headset/probe_hand.h"
 #include "integration/app/headset/scene_hands.h"
-#include "integration/desktop/mouse_probe.h"
 #include "integration/files/calibration_file.h"
+#include "module/haptics/position_source.h"
 #include "module/session/scene_picture.h"
 #include "module/xr/headset.h"
 #include "module/xr/volume_source.h"
@@ -29,7 +29,7 @@ struct HeadsetScene {
   GatedDevice* gate = nullptr;
   /// The hand that feels, if it is a controller, moved by it and answered by vibration; or, where
   /// there is none, a bare finger that pinches, answered by colour and sound.
-  desktop::MouseProbe* controller = nullptr;
+  PositionSource* controller = nullptr;
   double max_force_n = 4.0;
   ViewChoices view;
   bool sound = true;  ///< where a bare finger touches

@@ -1,8 +1,8 @@
-#include "integration/desktop/follower.h"
+#include "module/haptics/follower.h"
 
 #include <cmath>
 
-namespace palpate::desktop {
+namespace palpate {
 namespace {
 
 bool is_finite(glm::dvec3 v) noexcept {
@@ -29,4 +29,4 @@ glm::dvec3 Follower::step(glm::dvec3 target_m, double dt_s) noexcept {
   return place_m_;
 }
 
-}  // namespace palpate::desktop
+}  // namespace palpate
