@@ -321,11 +321,7 @@ class FeelRun {
 
   /// A volume that stands still may be taken by a hand there, and a controller feels in true size.
   void fit_to_headset(LoadedScene& scene) {
-    for (VolumeSpec& volume : scene.spec.volumes) {
-      if (volume.drive.kind != DriveSpec::Kind::kStill) continue;
-      volume.drive.kind = DriveSpec::Kind::kSecondHand;
-      volume.path = usual_path(volume.drive.kind);
-    }
+    make_movable(scene);
     if (!opened_.controller && calibration_ &&
         scene.spec.world_from_device.scale != glm::dvec3(1.0)) {
       scene.spec.world_from_device.scale = glm::dvec3(1.0);

@@ -137,15 +137,6 @@ bool has_place(const PalSceneInfo& info) {
                      [](const char* path) { return openigtlink::is_place(path); });
 }
 
-/// What nothing moves may be placed by the host.
-void make_movable(LoadedScene& scene) {
-  for (VolumeSpec& volume : scene.spec.volumes) {
-    if (volume.drive.kind != DriveSpec::Kind::kStill) continue;
-    volume.drive.kind = DriveSpec::Kind::kSecondHand;
-    volume.path = usual_path(volume.drive.kind);
-  }
-}
-
 /// The live scene that is wanted, and where its frames come from.
 Result<LoadedScene> load_live(const PalSceneInfo& info, const scenes::SequenceChoices& choices,
                               LiveOrigin& origin) {

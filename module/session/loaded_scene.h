@@ -38,6 +38,9 @@ struct LoadedScene {
 /// Forgets the known motion of synthetic data, so that it has to be found as a patient's would.
 void forget_motion(LoadedScene& scene);
 
+/// What nothing moves may be moved by a second hand, or by a host.
+void make_movable(LoadedScene& scene);
+
 /// Shrinks a sequence's volume so that its longest edge fits the device's reach; a smaller one
 /// stays as it is. Returns the scale.
 double fit_to_reach(LoadedScene& scene, const DeviceInfo& device);
