@@ -87,6 +87,26 @@ std::string summary_text(const FeelNumbers& n, const ServoStatistics& statistics
   return text;
 }
 
+std::string advised(const headset::HeadsetEvent& event) {
+  using Kind = headset::HeadsetEvent::Kind;
+  const auto with = [&event](const char* advice) {
+    return event.sentence.substr(0, event.sentence.size() - 1) + ": " + advice + ".";
+  };
+  switch (event.kind) {
+    case Kind::kNote:
+      break;
+    case Kind::kNoPassThrough:
+      return with("--pass-through does nothing");
+    case Kind::kNoCalibration:
+      return with("find it with 'palpate calibrate -o room.json', and add --calibration room.json");
+    case Kind::kOtherSpace:
+      return with("calibrate again with 'palpate calibrate'");
+    case Kind::kMisplaced:
+      return with("touch again, or calibrate anew with 'palpate calibrate'");
+  }
+  return event.sentence;
+}
+
 charts::Timeline feel_timeline(const std::string& title, const FeelNumbers& n,
                                const std::vector<TickRow>& rows) {
   charts::Timeline timeline;

@@ -5,6 +5,7 @@
 
 #include "compute/volume/result.h"
 #include "integration/charts/timeline.h"
+#include "integration/headset/headset_event.h"
 #include "integration/sessions/feel_numbers.h"
 #include "module/haptics/energy.h"
 #include "module/haptics/servo.h"
@@ -21,6 +22,9 @@ std::string live_text(const TickOutput& tick, const ServoStatistics& statistics,
 /// The summary for a person, lines with a newline at each end.
 std::string summary_text(const FeelNumbers& numbers, const ServoStatistics& statistics,
                          const ServoReport& report, const EnergyLedger& energy);
+
+/// The event's sentence with what the program's own commands and options can do about it.
+std::string advised(const headset::HeadsetEvent& event);
 
 /// Force, depth and phase over time; title and subtitle say what.
 charts::Timeline feel_timeline(const std::string& title, const FeelNumbers& numbers,

@@ -9,17 +9,16 @@
 #include <chrono>
 #include <cstdlib>
 #include <future>
-#include <limits>
 #include <mutex>
 #include <thread>
 
 #include "integration/app/cancel.h"
 #include "integration/app/exit_code.h"
 #include "integration/app/feel_report.h"
-#include "integration/app/headset/viewers.h"
 #include "integration/app/outputs.h"
 #include "integration/app/picture_file.h"
 #include "integration/app/state_folder.h"
+#include "integration/app/viewers.h"
 #include "integration/devices/spacemouse.h"
 #include "integration/files/atomic_file.h"
 #include "integration/files/vtk_lines.h"
@@ -40,6 +39,8 @@ namespace {
 
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
+using headset::GatedDevice;
+using headset::tube_buttons;
 using sessions::FeltServer;
 using sessions::LiveSource;
 using sessions::LiveSourceOptions;
@@ -383,8 +384,7 @@ class FeelRun {
         opened_.simulated || opened_.mouse || opened_.controller || opened_.tool || !command_.hand;
     HapticsOptions haptics = app::haptics_options(command_, scene.spec, harmless);
     if (viewers_.headset) {
-      haptics.safety.shown_buttons = GatedDevice::kShown;
-      haptics.safety.dead_man_buttons = ~GatedDevice::kShown;
+      GatedDevice::guard(haptics.safety);
     }
     return haptics;
   }
@@ -398,19 +398,20 @@ class FeelRun {
                                viewers_.window ? viewers_.window->listener() : nullptr};
     const double wanted = scene.spec.stiffness_n_per_m;
     if (wants_second_hand_) second_hand_ = std::make_unique<devices::SpaceMouse>();
-    ForceDevice* device = opened_.device.get();
     if (viewers_.headset) {
-      gate_ = std::make_unique<GatedDevice>(*device);
-      if (command_.on_headset_loss == "go-on")
-        gate_->shown_until(std::numeric_limits<int64_t>::max());
-      device = gate_.get();
+      auto gate = std::make_unique<GatedDevice>(std::move(opened_.device),
+                                                command_.on_headset_loss == "go-on"
+                                                    ? headset::OnHeadsetLoss::kGoOn
+                                                    : headset::OnHeadsetLoss::kRamp);
+      gate_ = gate.get();
+      opened_.device = std::move(gate);
     }
     options.second_hand = second_hand_.get();
     if (command_.hand) options.tube_buttons = tube_buttons(haptics.safety);
     options.motion.preset = command_.preset.empty() ? "balanced" : command_.preset;
     options.motion.open_context = [this] { return open_device(command_.gpu, console_); };
     options.on_event = [this](const SessionEvent& event) { tell(event); };
-    auto started = Session::start(scene, *device, options);
+    auto started = Session::start(scene, *opened_.device, options);
     if (!started) return started.error();
     session_ = std::move(*started);
     const double given =
@@ -501,15 +502,13 @@ class FeelRun {
   void begin_viewers(const SceneSpec& scene) {
     if (viewers_.window) viewers_.window->begin(*session_, opened_.mouse);
     if (!viewers_.headset) return;
-    HeadsetScene joined;
+    headset::HeadsetScene joined;
     joined.session = session_.get();
-    joined.gate = gate_.get();
+    joined.gate = gate_;
     joined.controller = opened_.controller;
     joined.max_force_n = scene.max_force_n;
     joined.view = command_.view;
     joined.sound = command_.sound;
-    joined.on_loss =
-        command_.on_headset_loss == "ramp" ? OnHeadsetLoss::kRamp : OnHeadsetLoss::kGoOn;
     joined.calibration = calibration_;
     joined.device_centre_m =
         scene.world_from_device.world_from_volume(opened_.device->info().workspace_centre_m);
@@ -518,8 +517,8 @@ class FeelRun {
 
   void tell_headset() {
     if (!viewers_.headset) return;
-    for (const std::string& sentence : viewers_.headset->news())
-      console_.say("Headset   " + sentence);
+    for (const headset::HeadsetEvent& event : viewers_.headset->news())
+      console_.say("Headset   " + advised(event));
   }
 
   /// Reports when it is connected, is lost or can not be used.
@@ -651,7 +650,7 @@ class FeelRun {
   }
 
   void tell_headset_numbers() {
-    const HeadsetLoop::Numbers& numbers = viewers_.headset->numbers();
+    const headset::HeadsetLoop::Numbers& numbers = viewers_.headset->numbers();
     console_.say(fmt::format(
         "Headset   {} frames in {} sessions, {} of them with a picture{}", numbers.frames,
         numbers.sessions, numbers.drawn,
@@ -677,8 +676,8 @@ class FeelRun {
   std::optional<Outputs> outputs_;
   std::optional<files::StoredCalibration> calibration_;
   OpenedDevice opened_;
-  std::unique_ptr<ToolSource> tool_;   ///< moves opened_.tool, until it ends
-  std::unique_ptr<GatedDevice> gate_;  ///< around the device, where there is a headset
+  std::unique_ptr<ToolSource> tool_;  ///< moves opened_.tool, until it ends
+  GatedDevice* gate_ = nullptr;       ///< the device, where there is a headset
   bool wants_second_hand_ = false;
   bool display_lost_ = false;
   std::unique_ptr<TickLog> log_;

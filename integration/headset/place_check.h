@@ -3,10 +3,11 @@
 #include <optional>
 #include <string>
 
-#include "integration/app/calibrate/touch_guide.h"
+#include "integration/headset/headset_event.h"
+#include "integration/headset/touch_taker.h"
 #include "module/xr/colocation.h"
 
-namespace palpate::app {
+namespace palpate::headset {
 
 /// Whether the picture stands where the force device is: asked of one touched point after the start
 /// and after every restart of the runtime, which may have moved the room's origin. One thread.
@@ -16,15 +17,16 @@ class PlaceCheck {
   explicit PlaceCheck(glm::dvec3 controller_from_tip_m);
 
   /// Once per frame; probe_m: the device's tip, world. Takes a grab close to it out of the hands:
-  /// it is a touch. Returns a sentence for the person, or nothing.
-  std::string step(double now_s, glm::dvec3 probe_m, xr::Colocation& room, xr::Hands& hands);
+  /// it is a touch. Returns what the person is to hear, or nothing.
+  std::optional<HeadsetEvent> step(double now_s, glm::dvec3 probe_m, xr::Colocation& room,
+                                   xr::Hands& hands);
 
  private:
-  std::string judge(const TouchedPoint& point, xr::Colocation& room);
+  HeadsetEvent judge(const TouchedPoint& point, xr::Colocation& room);
 
   glm::dvec3 tip_m_;
   std::array<TouchTaker, 2> takers_;
   bool wanted_ = true, asked_ = false;
 };
 
-}  // namespace palpate::app
+}  // namespace palpate::headset

@@ -8,16 +8,7 @@
 #include "module/calibrate/calibrate.h"
 #include "module/xr/hands.h"
 
-namespace palpate::app {
-
-/// Where a person is to take the device's tip, in turn: words and directions, each component -1, 0
-/// or 1 of the reach, in the device's own axes (x right, y up, z towards the user).
-struct TouchPlace {
-  const char* words;
-  glm::dvec3 direction;
-};
-/// Corners and middles of faces, the ones furthest apart first. Repeats from the start.
-const TouchPlace& touch_place(size_t number);
+namespace palpate::headset {
 
 /// Takes one touched point: both tips held still while the button is pressed and 0.3 s on. A value;
 /// one thread.
@@ -44,4 +35,4 @@ class TouchTaker {
   std::vector<glm::dvec3> device_m_, stage_m_;
 };
 
-}  // namespace palpate::app
+}  // namespace palpate::headset

@@ -7,7 +7,7 @@
 
 #include "module/xr/hands.h"
 
-namespace palpate::app {
+namespace palpate::headset {
 
 /// The hand that holds the probe when there is no force device.
 struct ProbeHold {
@@ -41,4 +41,4 @@ class ProbeHand {
   std::optional<int> finger_;  ///< whose finger feels
 };
 
-}  // namespace palpate::app
+}  // namespace palpate::headset
