@@ -12,9 +12,6 @@
 
 namespace palpate::sessions {
 
-/// A sentence about ticks that a table or a recording lacks.
-std::string lost_text(uint64_t lost);
-
 /// Sums up a run for its summary and pictures, and writes every tick as CSV if asked. Its memory
 /// does not grow with the run. Give it to a Recorder as a listener.
 class TickLog final : public TickListener {
