@@ -5,8 +5,8 @@
 namespace palpate::headset {
 namespace {
 
-constexpr double kClose_m = 0.10;  // a hand that grabs further away means the volume
-constexpr double kGood_m = 0.003;  // as for a calibration that can be used
+constexpr double kClose_m = 0.10;       // a hand that grabs further away means the volume
+constexpr double kGoodPlace_m = 0.003;  // as for a calibration that can be used
 
 }  // namespace
 
@@ -46,7 +46,7 @@ std::optional<HeadsetEvent> PlaceCheck::step(double now_s, glm::dvec3 probe_m, x
 
 HeadsetEvent PlaceCheck::judge(const TouchedPoint& point, xr::Colocation& room) {
   const double off_m = glm::distance(point.device_m, point.stage_m);
-  if (off_m > kGood_m)
+  if (off_m > kGoodPlace_m)
     return {HeadsetEvent::Kind::kMisplaced,
             fmt::format("The picture stands {:.1f} mm off the device.", 1e3 * off_m)};
   room.trust();

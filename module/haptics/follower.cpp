@@ -2,19 +2,9 @@
 
 #include <cmath>
 
+#include "module/haptics/force_vector.h"
+
 namespace palpate {
-namespace {
-
-bool is_finite(glm::dvec3 v) noexcept {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
-glm::dvec3 shortened(glm::dvec3 v, double most) noexcept {
-  const double length = glm::length(v);
-  return length > most ? v * (most / length) : v;
-}
-
-}  // namespace
 
 glm::dvec3 Follower::step(glm::dvec3 target_m, double dt_s) noexcept {
   if (!is_finite(target_m) || !std::isfinite(dt_s) || !(dt_s > 0.0)) return place_m_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "module/haptics/force_vector.h"
 #include "module/haptics/monotonic.h"
 
 namespace palpate {
@@ -11,10 +12,6 @@ namespace {
 constexpr double kMostOfScenes_n = 100.0;
 constexpr double kLongest_s = 0.010;  // a thread that was late does not make up for it in one jump
 constexpr double kSeen_m = 1e-4;      // about a pixel at arm's length
-
-bool is_finite(glm::dvec3 v) noexcept {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
 
 }  // namespace
 
