@@ -86,8 +86,7 @@ class FeelRun {
     }
     auto scene = prepared(choice);
     if (!scene) return fail(console_, scene.error());
-    // A scene asks for one by its drives; what a headset lets hands move is no reason to look for
-    // it.
+    // Before a headset lets hands move volumes, too: those need no second hand.
     const auto& volumes = scene->spec.volumes;
     if (std::any_of(volumes.begin(), volumes.end(), [](const VolumeSpec& volume) {
           return volume.drive.kind == DriveSpec::Kind::kSecondHand;
