@@ -127,6 +127,8 @@ TEST_F(HostWithHeadset, IsSeenOnlyOnceThePictureIsShownAndItsControllerMovesTheP
   at(0.03F);
   ASSERT_TRUE(until([&] { return glm::distance(newest().probe_m, from_m) > 0.01 && rests(); }));
   EXPECT_NEAR(glm::distance(before, from_m), 0.03, 1e-4);
+  // The renderer is made beside the frames, which begin without a picture.
+  ASSERT_TRUE(until([&] { return control().last_frame().layers > 0; }));
   loop->end();
   EXPECT_GT(loop->numbers().drawn, 0u);
   EXPECT_EQ(loop->numbers().sessions, 1u);
