@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "integration/app/progress.h"
 
 namespace palpate::app {
 namespace {
@@ -35,7 +38,64 @@ std::vector<charts::Span> spans_of(const std::vector<TickRow>& rows) {
   return spans;
 }
 
+/// "Segment   pool, colour 0.9 0.3 0.3: a wall of 4 N, 4000 N/m".
+std::string segment_text(const Segment& segment, const SegmentsSpec& spec) {
+  std::string text = fmt::format("Segment   {}, colour {:.2g} {:.2g} {:.2g}", segment.name,
+                                 segment.colour.r, segment.colour.g, segment.colour.b);
+  const auto part = std::find_if(spec.parts.begin(), spec.parts.end(),
+                                 [&](const SegmentSpec& of) { return of.name == segment.name; });
+  if (part == spec.parts.end()) return text;
+  return text + (part->felt ? fmt::format(": a wall of {:.3g} N, {:.4g} N/m", part->strength_n,
+                                          part->stiffness_n_per_m)
+                            : ": not felt as a wall");
+}
+
 }  // namespace
+
+std::vector<std::string> scene_lines(const LoadedScene& scene, bool live) {
+  std::vector<std::string> lines;
+  for (size_t v = 0; v < scene.data.size(); ++v) {
+    const MovingVolume& volume = *scene.data[v];
+    const size_t frames = volume.times.times_s.size();
+    const bool missing =
+        std::any_of(scene.missing.begin(), scene.missing.end(),
+                    [&](const MissingMotion& motion) { return motion.volume == v; });
+    const bool stands = volume.whole && volume.whole->largest_u_m() == 0.0;
+    if (live) {
+      lines.push_back(
+          fmt::format("Volume    {}: live; the first frame stands still until the next "
+                      "one comes",
+                      volume.name));
+      continue;
+    }
+    std::string motion = ", with its motion";
+    if (missing)
+      motion = ", still at first: its motion is estimated while you feel it";
+    else if (stands)
+      motion = fmt::format(", of which frame {} stands still", volume.whole->reference());
+    else if (volume.whole)
+      motion = fmt::format(", with one motion for all of them: frame {} is carried",
+                           volume.whole->reference());
+    else if (volume.motions.empty())
+      motion = ", frame by frame";
+    lines.push_back(fmt::format("Volume    {}: {}", volume.name,
+                                frames == 1 ? "one frame, which stands still"
+                                            : fmt::format("{} frames in {:.3g} s{}", frames,
+                                                          volume.times.length_s(), motion)));
+    for (const Segment& segment : volume.segments)
+      lines.push_back(segment_text(segment, scene.spec.volumes[v].segments));
+  }
+  return lines;
+}
+
+std::string motion_text(const LiveMotion& motion) {
+  if (motion.is_done()) return {};
+  const LiveMotion::Progress now = motion.progress();
+  std::string text = now.steps_known == now.steps
+                         ? "one motion for the whole sequence"
+                         : fmt::format("motion {} of {} steps", now.steps_known, now.steps);
+  return now.left_s < 0.0 ? text : text + ", " + duration_text(now.left_s) + " left";
+}
 
 std::string live_text(const TickOutput& tick, const ServoStatistics& statistics, double seconds) {
   const uint64_t ticks = statistics.ticks.load();
@@ -85,6 +145,68 @@ std::string summary_text(const FeelNumbers& n, const ServoStatistics& statistics
     for (const CauseTime& cause : n.causes) text += cause_line(cause);
   }
   return text;
+}
+
+std::string tubes_text(const ReleasedTubes& tubes) {
+  const auto kept =
+      std::count_if(tubes.begin(), tubes.end(), [](const ReleasedTube& tube) { return tube.kept; });
+  return fmt::format("Tubes     {} stream tube{}, {} of them kept", tubes.size(),
+                     tubes.size() == 1 ? "" : "s", kept);
+}
+
+std::string periods_text(const ServoStatistics& statistics) {
+  return fmt::format("period median {:.0f}, p99.9 {:.0f}, most {:.0f} us in {} ticks",
+                     us(statistics.period.quantile_ns(0.5)),
+                     us(statistics.period.quantile_ns(0.999)), us(statistics.period.most_ns()),
+                     statistics.ticks.load());
+}
+
+std::string advised(const headset::HeadsetEvent& event) {
+  using Kind = headset::HeadsetEvent::Kind;
+  const auto with = [&event](const char* advice) {
+    return event.sentence.substr(0, event.sentence.size() - 1) + ": " + advice + ".";
+  };
+  switch (event.kind) {
+    case Kind::kNote:
+      break;
+    case Kind::kNoPassThrough:
+      return with("--pass-through does nothing");
+    case Kind::kNoCalibration:
+      return with("find it with 'palpate calibrate -o room.json', and add --calibration room.json");
+    case Kind::kOtherSpace:
+      return with("calibrate again with 'palpate calibrate'");
+    case Kind::kMisplaced:
+      return with("touch again, or calibrate anew with 'palpate calibrate'");
+  }
+  return event.sentence;
+}
+
+nlohmann::json serving_json(const sessions::ConnectedSession& run) {
+  const auto scene = run.session->scene();
+  const MovingVolume& first = *scene->volumes.front().data;
+  return {{"event", "serving"},
+          {"port", run.server->port()},
+          {"volume", first.name},
+          {"frames", first.times.times_s.size()},
+          {"length_s", first.times.length_s()},
+          {"live", run.live != nullptr}};
+}
+
+nlohmann::json served_json(const sessions::ConnectedSession& run) {
+  const openigtlink::Server& server = run.server->server();
+  nlohmann::json json = {
+      {"event", "ended"}, {"messages_sent", server.sent()}, {"messages_missed", server.missed()}};
+  if (run.live) {
+    const openigtlink::ClientNumbers& arrived = run.live->arrived();
+    const LiveNumbers numbers = run.live->numbers();
+    json["live"] = {{"images", arrived.images},
+                    {"transforms", arrived.transforms},
+                    {"refused", arrived.refused},
+                    {"followed", numbers.felt},
+                    {"delay_median_s", numbers.delay_median_s},
+                    {"cycle_s", numbers.cycle_s}};
+  }
+  return json;
 }
 
 charts::Timeline feel_timeline(const std::string& title, const FeelNumbers& n,

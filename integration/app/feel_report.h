@@ -1,13 +1,13 @@
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
 #include "compute/volume/result.h"
 #include "integration/charts/timeline.h"
-#include "integration/sessions/feel_numbers.h"
-#include "module/haptics/energy.h"
-#include "module/haptics/servo.h"
+#include "integration/headset/headset_event.h"
+#include "integration/sessions/connected_session.h"
 
 namespace palpate::app {
 
@@ -15,14 +15,35 @@ using sessions::CauseTime;
 using sessions::FeelNumbers;
 using sessions::TickRow;
 
-/// The live line of a tick: "1.23 N at 1000 Hz, phase 2.31, touching".
+/// What can be said of a scene before anything is felt, volume by volume. live: its frames come
+/// from a live source.
+std::vector<std::string> scene_lines(const LoadedScene& scene, bool live);
+
+/// "motion 3 of 20 steps, 25 s left"; nothing once it is done.
+std::string motion_text(const LiveMotion& motion);
+
+/// "1.23 N at 1000 Hz, phase 2.31, touching": what the live line says of a tick.
 std::string live_text(const TickOutput& tick, const ServoStatistics& statistics, double seconds);
 
 /// The summary for the user, in lines with a newline at each end.
 std::string summary_text(const FeelNumbers& numbers, const ServoStatistics& statistics,
                          const ServoReport& report, const EnergyLedger& energy);
 
-/// Force, depth and phase over time, with title and subtitle.
+/// "Tubes     3 stream tubes, 2 of them kept".
+std::string tubes_text(const ReleasedTubes& tubes);
+
+/// How evenly the servo thread ran.
+std::string periods_text(const ServoStatistics& statistics);
+
+/// The event's sentence with what the program's own commands and options can do about it.
+std::string advised(const headset::HeadsetEvent& event);
+
+/// What a server sends, once clients may connect, and what it has sent at the end: for programs,
+/// see docs/openigtlink.md.
+nlohmann::json serving_json(const sessions::ConnectedSession& run);
+nlohmann::json served_json(const sessions::ConnectedSession& run);
+
+/// Force, depth and phase over time; title and subtitle say what.
 charts::Timeline feel_timeline(const std::string& title, const FeelNumbers& numbers,
                                const std::vector<TickRow>& rows);
 

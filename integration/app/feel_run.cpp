@@ -2,48 +2,42 @@
 
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
-
 #include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdlib>
 #include <future>
-#include <limits>
 #include <mutex>
+#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "integration/app/cancel.h"
 #include "integration/app/exit_code.h"
 #include "integration/app/feel_report.h"
-#include "integration/app/headset/viewers.h"
 #include "integration/app/outputs.h"
 #include "integration/app/picture_file.h"
 #include "integration/app/state_folder.h"
+#include "integration/app/viewers.h"
 #include "integration/devices/spacemouse.h"
 #include "integration/files/atomic_file.h"
 #include "integration/files/vtk_lines.h"
-#include "integration/scenes/replay_key.h"
 #include "integration/scenes/tubes_file.h"
-#include "integration/sessions/felt_server.h"
-#include "integration/sessions/live_source.h"
+#include "integration/sessions/connected_session.h"
 #include "integration/sessions/replay.h"
-#include "integration/sessions/tick_log.h"
-#include "integration/sessions/tool_source.h"
-#include "module/haptics/black_box.h"
 #include "module/haptics/emergency.h"
-#include "module/haptics/recording.h"
-#include "module/session/session.h"
+#include "module/session/gallery.h"
 
 namespace palpate::app {
 namespace {
 
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
+using headset::GatedDevice;
 using sessions::FeltServer;
+using sessions::FlightRecorder;
+using sessions::FlightRecorderOptions;
 using sessions::LiveSource;
 using sessions::LiveSourceOptions;
-using sessions::TickLog;
 using sessions::ToolSource;
 
 // a longer silence while reading is reported
@@ -52,112 +46,12 @@ constexpr auto kSilence = std::chrono::milliseconds(500);
 /// How long the end of a run may take after a signal; the force is down in a tenth of a second.
 constexpr std::chrono::seconds kPatience{10};
 
-/// Watchdog; longer for a simulated hand, which a late tick can not hurt, since the machine may be
-/// busy.
-constexpr double kWatchdog_ms = 5.0, kSimulatedWatchdog_ms = 50.0;
-
-HapticsOptions haptics_options(const FeelCommand& command, const SceneSpec& spec, bool simulated) {
-  HapticsOptions options;
-  options.safety.max_force_n = spec.max_force_n;
-  options.safety.dead_man = command.dead_man;
-  const double watchdog_ms = command.watchdog_ms > 0.0 ? command.watchdog_ms
-                             : simulated               ? kSimulatedWatchdog_ms
-                                                       : kWatchdog_ms;
-  options.safety.late_s = 1e-3 * watchdog_ms;
-  options.safety.stale_s = std::max(options.safety.stale_s, 2.0 * options.safety.late_s);
-  return options;
-}
-
-ServoOptions servo_options(const FeelCommand& command, const HapticsOptions& haptics) {
-  ServoOptions options;
-  options.loop.watchdog_ns = int64_t(1e9 * haptics.safety.late_s);
-  options.real_time.core = command.core;
-  if (command.no_real_time || !command.hand)
-    options.real_time = {
-        .priority = 0, .core = command.core, .lock_memory = false, .cores_awake = false};
-  return options;
-}
-
-/// "Segment   pool, colour 0.9 0.3 0.3: a wall of 4 N, 4000 N/m".
-std::string segment_text(const Segment& segment, const SegmentsSpec& spec) {
-  std::string text = fmt::format("Segment   {}, colour {:.2g} {:.2g} {:.2g}", segment.name,
-                                 segment.colour.r, segment.colour.g, segment.colour.b);
-  const auto part = std::find_if(spec.parts.begin(), spec.parts.end(),
-                                 [&](const SegmentSpec& of) { return of.name == segment.name; });
-  if (part == spec.parts.end()) return text;
-  return text + (part->felt ? fmt::format(": a wall of {:.3g} N, {:.4g} N/m", part->strength_n,
-                                          part->stiffness_n_per_m)
-                            : ": not felt as a wall");
-}
-
-/// Prints what is known about scene and device before the run.
-void announce(const FeelCommand& command, const LoadedScene& scene, const OpenedDevice& opened,
-              bool live, Console& console) {
-  for (size_t v = 0; v < scene.data.size(); ++v) {
-    const MovingVolume& volume = *scene.data[v];
-    const size_t frames = volume.times.times_s.size();
-    const bool missing =
-        std::any_of(scene.missing.begin(), scene.missing.end(),
-                    [&](const MissingMotion& motion) { return motion.volume == v; });
-    const bool stands = volume.whole && volume.whole->largest_u_m() == 0.0;
-    if (live) {
-      console.say(
-          fmt::format("Volume    {}: live; the first frame stands still until the next "
-                      "one comes",
-                      volume.name));
-      continue;
-    }
-    std::string motion = ", with its motion";
-    if (missing)
-      motion = ", still at first: its motion is estimated while you feel it";
-    else if (stands)
-      motion = fmt::format(", of which frame {} stands still", volume.whole->reference());
-    else if (volume.whole)
-      motion = fmt::format(", with one motion for all of them: frame {} is carried",
-                           volume.whole->reference());
-    else if (volume.motions.empty())
-      motion = ", frame by frame";
-    console.say(fmt::format("Volume    {}: {}", volume.name,
-                            frames == 1 ? "one frame, which stands still"
-                                        : fmt::format("{} frames in {:.3g} s{}", frames,
-                                                      volume.times.length_s(), motion)));
-    for (const Segment& segment : volume.segments)
-      console.say(segment_text(segment, scene.spec.volumes[v].segments));
-  }
-  if (command.hand) console.say(fmt::format("Device    {}", opened.why));
-  for (const std::string& note : scene.notes) console.say("Note      " + note);
-}
-
-/// "motion 3 of 20 steps, 25 s left"; empty when it is done.
-std::string motion_text(const LiveMotion& motion) {
-  if (motion.is_done()) return {};
-  const LiveMotion::Progress now = motion.progress();
-  std::string text = now.steps_known == now.steps
-                         ? "one motion for the whole sequence"
-                         : fmt::format("motion {} of {} steps", now.steps_known, now.steps);
-  return now.left_s < 0.0 ? text : text + ", " + duration_text(now.left_s) + " left";
-}
-
-/// "Tubes     3 stream tubes, 2 of them kept".
-std::string tubes_text(const ReleasedTubes& tubes) {
-  const auto kept =
-      std::count_if(tubes.begin(), tubes.end(), [](const ReleasedTube& tube) { return tube.kept; });
-  return fmt::format("Tubes     {} stream tube{}, {} of them kept", tubes.size(),
-                     tubes.size() == 1 ? "" : "s", kept);
-}
-
-/// Regularity of the servo thread.
-struct ServoPeriods {
-  double median_us = 0.0, p999_us = 0.0, most_us = 0.0;
-  uint64_t ticks = 0;
-};
-
-/// One run of the loop with all its listeners.
+/// One run of the loop with everything that listens to it.
 class FeelRun {
  public:
   FeelRun(const FeelCommand& command, Console& console) : command_(command), console_(console) {}
   ~FeelRun() {
-    if (session_) end();  // after an exception
+    if (connected_.session) end();  // after an exception
   }
   FeelRun(const FeelRun&) = delete;
   FeelRun& operator=(const FeelRun&) = delete;
@@ -175,7 +69,7 @@ class FeelRun {
           ToolSource::open(command_.tool, command_.tool_name,
                            [this](const std::string& note) { console_.say("Tool      " + note); });
       if (!tool) return fail(console_, tool.error());
-      tool_ = std::move(*tool);
+      connected_.tool = std::move(*tool);
       choice.device = "tool";
     }
     if (const Status met = check_choice(choice); !met) return fail(console_, met.error());
@@ -189,36 +83,38 @@ class FeelRun {
     if (command_.serve_port > 0) {
       auto server = FeltServer::start(uint16_t(command_.serve_port));
       if (!server) return fail(console_, server.error());
-      server_ = std::move(*server);
+      connected_.server = std::move(*server);
     }
     auto scene = prepared(choice);
     if (!scene) return fail(console_, scene.error());
+    // Before a headset lets hands move volumes, too: those need no second hand.
     const auto& volumes = scene->spec.volumes;
-    wants_second_hand_ = std::any_of(volumes.begin(), volumes.end(), [](const VolumeSpec& volume) {
-      return volume.drive.kind == DriveSpec::Kind::kSecondHand;
-    });
+    if (std::any_of(volumes.begin(), volumes.end(), [](const VolumeSpec& volume) {
+          return volume.drive.kind == DriveSpec::Kind::kSecondHand;
+        }))
+      second_hand_ = std::make_unique<devices::SpaceMouse>();
     if (viewers_.headset) fit_to_headset(*scene);
     if (opened_.controller || opened_.tool) sessions::stand_in_true_size(*scene);
-    announce(command_, *scene, opened_, live_ != nullptr, console_);
-    console_.say("Shown     " + viewers_.why);
-    if (const Status ready = start_listeners(*scene); !ready) return fail(console_, ready.error());
+    for (const std::string& line : scene_lines(*scene, connected_.live != nullptr))
+      console_.say(line);
+    if (command_.hand) console_.say(fmt::format("Device    {}", opened_.why));
+    for (const std::string& note : scene->notes) console_.say("Note      " + note);
+    console_.say("Seen      " + viewers_.why);
+    SessionOptions options = session_options(scene->spec);
+    if (const Status kept = start_flight(scene->spec, options.haptics.safety); !kept)
+      return fail(console_, kept.error());
     const SceneSpec at_start = scene->spec;
     cancel.end_at_once(false);
-    if (const Status started = start(std::move(*scene)); !started)
+    if (const Status started = start(std::move(*scene), std::move(options)); !started)
       return fail(console_, started.error());
     cancel.give_up_after(kPatience);
     feel(at_start, cancel.token());
     return finish();
   }
 
-  /// The servo thread's periods, after run(); empty if it never ran.
-  std::optional<ServoPeriods> periods() const {
-    if (!session_) return std::nullopt;
-    const ServoStatistics& statistics = session_->statistics();
-    const auto us = [](int64_t ns) { return 1e-3 * double(ns); };
-    return ServoPeriods{us(statistics.period.quantile_ns(0.5)),
-                        us(statistics.period.quantile_ns(0.999)), us(statistics.period.most_ns()),
-                        statistics.ticks.load()};
+  /// After run(): how the servo thread ran; null if it never did.
+  const ServoStatistics* statistics() const {
+    return connected_.session ? &connected_.session->statistics() : nullptr;
   }
 
  private:
@@ -259,7 +155,7 @@ class FeelRun {
     scenes::SequenceChoices choices = command_.sequence;
     choices.finds_motion = !command_.no_motion && command_.record.empty();
     choices.holds_frames = choices.finds_motion;
-    auto scene = live            ? live_->load(choices, command_.hand, doing)
+    auto scene = live            ? connected_.live->load(choices, command_.hand, doing)
                  : command_.hand ? scenes::load_scene(command_.inputs, choices, doing)
                                  : scenes::load_shown_scene(command_.inputs, choices, doing);
     if (!scene) return scene;
@@ -269,6 +165,8 @@ class FeelRun {
     auto opened = open_force_device(choice, *scene, fit);
     if (!opened) return opened.error();
     opened_ = std::move(*opened);
+    connected_.device = std::move(opened_.device);
+    connected_.tool_hand = opened_.tool;
     return scene;
   }
 
@@ -292,7 +190,7 @@ class FeelRun {
     options.on_note = [this](const std::string& note) { console_.say("Live      " + note); };
     auto opened = LiveSource::open(command_.inputs.front().string(), std::move(options));
     if (!opened) return opened.error();
-    live_ = std::move(*opened);
+    connected_.live = std::move(*opened);
     return Nothing{};
   }
 
@@ -324,11 +222,7 @@ class FeelRun {
   /// A volume that stands still can be grabbed in the headset, and a controller needs the scene in
   /// true size.
   void fit_to_headset(LoadedScene& scene) {
-    for (VolumeSpec& volume : scene.spec.volumes) {
-      if (volume.drive.kind != DriveSpec::Kind::kStill) continue;
-      volume.drive.kind = DriveSpec::Kind::kSecondHand;
-      volume.path = usual_path(volume.drive.kind);
-    }
+    make_movable(scene);
     if (!opened_.controller && calibration_ &&
         scene.spec.world_from_device.scale != glm::dvec3(1.0)) {
       scene.spec.world_from_device.scale = glm::dvec3(1.0);
@@ -351,77 +245,67 @@ class FeelRun {
     if (command_.no_motion || !command_.record.empty()) scene.missing.clear();
   }
 
-  Status start_listeners(const LoadedScene& scene) {
-    auto log = TickLog::start(command_.csv);
-    if (!log) return log.error();
-    log_ = std::move(*log);
-    if (!command_.hand) {
-      recorder_ = std::make_unique<TickRecorder>(std::vector<TickListener*>{log_.get()});
-      return Nothing{};
-    }
-    if (!command_.tubes.empty())
-      if (const Status can = files::check_can_write_vtk(command_.tubes); !can) return can;
-    if (!command_.black_box.empty())
-      if (const Status can = files::check_can_write_folder(command_.black_box); !can) return can;
-    BlackBoxOptions box;
-    // Without a folder for state the working folder is used.
-    const fs::path kept = state_folder();
-    box.folder = !command_.black_box.empty() ? command_.black_box : kept.empty() ? "." : kept;
-    black_box_ = std::make_unique<BlackBox>(box);
-    std::vector<TickListener*> listeners = {log_.get(), black_box_.get()};
-    if (command_.record.empty()) {
-      recorder_ = std::make_unique<TickRecorder>(std::move(listeners));
-      return Nothing{};
-    }
-    const SafetyOptions safety = haptics_options(scene).safety;
-    auto recorder =
-        TickRecorder::start(command_.record,
-                            text_of(scenes::ReplayKey{scene.spec, opened_.device->info(), safety,
-                                                      tube_buttons(safety)}),
-                            1'000'000, std::move(listeners));
-    if (!recorder) return recorder.error();
-    recorder_ = std::move(*recorder);
-    return Nothing{};
-  }
-
-  HapticsOptions haptics_options(const LoadedScene& scene) const {
-    // A late tick can not hurt a simulated hand, or one without force feedback.
-    const bool harmless =
-        opened_.simulated || opened_.mouse || opened_.controller || opened_.tool || !command_.hand;
-    HapticsOptions haptics = app::haptics_options(command_, scene.spec, harmless);
-    if (viewers_.headset) {
-      haptics.safety.shown_buttons = GatedDevice::kShown;
-      haptics.safety.dead_man_buttons = ~GatedDevice::kShown;
-    }
-    return haptics;
-  }
-
-  Status start(LoadedScene scene) {
-    const HapticsOptions haptics = haptics_options(scene);
+  /// What the loop is to do.
+  SessionOptions session_options(const SceneSpec& spec) {
     SessionOptions options;
-    options.haptics = haptics;
-    options.servo = servo_options(command_, haptics);
-    options.servo.listeners = {recorder_.get(),
-                               viewers_.window ? viewers_.window->listener() : nullptr};
-    const double wanted = scene.spec.stiffness_n_per_m;
-    if (wants_second_hand_) second_hand_ = std::make_unique<devices::SpaceMouse>();
-    ForceDevice* device = opened_.device.get();
-    if (viewers_.headset) {
-      gate_ = std::make_unique<GatedDevice>(*device);
-      if (command_.on_headset_loss == "go-on")
-        gate_->shown_until(std::numeric_limits<int64_t>::max());
-      device = gate_.get();
-    }
+    SafetyOptions& safety = options.haptics.safety;
+    safety.max_force_n = spec.max_force_n;
+    safety.dead_man = command_.dead_man;
+    sessions::set_watchdog(
+        options, 1e-3 * command_.watchdog_ms,
+        opened_.simulated || opened_.mouse || opened_.controller || opened_.tool || !command_.hand);
+    if (viewers_.headset) GatedDevice::guard(safety);
     options.second_hand = second_hand_.get();
-    if (command_.hand) options.tube_buttons = tube_buttons(haptics.safety);
+    if (command_.hand) options.tube_buttons = headset::tube_buttons(safety);
+    options.servo.real_time.core = command_.core;
+    if (command_.no_real_time || !command_.hand)
+      options.servo.real_time = {
+          .priority = 0, .core = command_.core, .lock_memory = false, .cores_awake = false};
+    if (viewers_.window) options.servo.listeners[1] = viewers_.window->listener();
     options.motion.preset = command_.preset.empty() ? "balanced" : command_.preset;
     options.motion.open_context = [this] { return open_device(command_.gpu, console_); };
     options.on_event = [this](const SessionEvent& event) { tell(event); };
-    auto started = Session::start(scene, *device, options);
-    if (!started) return started.error();
-    session_ = std::move(*started);
-    const double given =
-        Haptics(haptics, opened_.device->info()).stiffness_on_device(*session_->scene(), wanted);
+    return options;
+  }
+
+  Status start_flight(const SceneSpec& spec, const SafetyOptions& safety) {
+    FlightRecorderOptions options;
+    options.sums_up = true;
+    if (!command_.csv.empty()) options.table = command_.csv;
+    if (!command_.record.empty()) options.recording = command_.record;
+    if (command_.hand) {
+      if (!command_.tubes.empty())
+        if (const Status can = files::check_can_write_vtk(command_.tubes); !can) return can;
+      if (!command_.black_box.empty())
+        if (const Status can = files::check_can_write_folder(command_.black_box); !can) return can;
+      // Where no state can be kept, the working folder has to do.
+      const fs::path kept = state_folder();
+      options.black_box = !command_.black_box.empty() ? command_.black_box
+                          : kept.empty()              ? fs::path(".")
+                                                      : kept;
+    }
+    auto flight = FlightRecorder::start(
+        options, {spec, connected_.device->info(), safety, headset::tube_buttons(safety)});
+    if (!flight) return flight.error();
+    connected_.flight = std::move(*flight);
+    return Nothing{};
+  }
+
+  Status start(LoadedScene scene, SessionOptions options) {
+    if (viewers_.headset) {
+      auto gate = std::make_unique<GatedDevice>(std::move(connected_.device),
+                                                command_.on_headset_loss == "go-on"
+                                                    ? headset::OnHeadsetLoss::kGoOn
+                                                    : headset::OnHeadsetLoss::kRamp);
+      gate_ = gate.get();
+      connected_.device = std::move(gate);
+    }
+    const HapticsOptions haptics = options.haptics;
+    if (const Status started = connected_.start(scene, std::move(options)); !started)
+      return started;
+    const double wanted = scene.spec.stiffness_n_per_m;
+    const double given = Haptics(haptics, connected_.device->info())
+                             .stiffness_on_device(*connected_.session->scene(), wanted);
     if (given < wanted)
       console_.say(
           fmt::format("Note      The spring is {:.0f} N/m instead of {:.0f}: more would make this "
@@ -443,19 +327,16 @@ class FeelRun {
       options.gpu.device = command_.gpu.device;
       options.view = command_.view;
       options.size = {command_.picture_size, command_.picture_size};
-      gallery_ = std::make_unique<Gallery>(*session_, options);
+      gallery_ = std::make_unique<Gallery>(*connected_.session, options);
     }
     begin_viewers(scene);
-    if (live_) live_->begin(*session_);
-    if (tool_) tool_->begin(*opened_.tool, scene);
-    if (server_) {
-      server_->begin(*session_);
+    if (connected_.server) {
       console_.say(fmt::format("Serve     {}, by OpenIGTLink at port {}",
                                command_.hand ? "what is felt" : "the moved volume and its motion",
-                               server_->port()));
-      if (command_.json) tell_serving();
+                               connected_.server->port()));
+      if (command_.json) print(serving_json(connected_));
     }
-    const LiveMotion& motion = session_->motion();
+    const LiveMotion& motion = connected_.session->motion();
     const auto begin = Clock::now();
     TickOutput tick;
     double motion_known_s = motion.is_done() ? 0.0 : 1e12;
@@ -468,32 +349,30 @@ class FeelRun {
       else
         std::this_thread::sleep_for(std::chrono::milliseconds(50));
       now_s = std::chrono::duration<double>(Clock::now() - begin).count();
-      session_->newest(0, tick);
+      connected_.session->newest(0, tick);
       tell_second_hand();
       tell_headset();
-      std::string line = live_text(tick, session_->statistics(), now_s);
+      std::string line = live_text(tick, connected_.session->statistics(), now_s);
       if (!motion.is_done()) line += "  " + motion_text(motion);
-      if (live_) line += "  " + live_->live_text();
+      if (connected_.live) line += "  " + connected_.live->live_text();
       if (command_.hand) console_.live(line);
       if (motion.is_done() && motion_known_s == 1e12) motion_known_s = now_s;
     }
     console_.end_progress();
     end();
     tell_headset();
-    recorded_ = recorder_->finish();
-    if (tool_) tool_->end();
+    kept_ = connected_.flight.finish();
     display_lost_ = viewers_.window && viewers_.window->lost();
-    if (display_lost_ && black_box_) black_box_->write_last("display-lost");
+    if (display_lost_ && connected_.flight.black_box())
+      connected_.flight.black_box()->write_last("display-lost");
   }
 
-  /// Ends the threads that use the session, then the session. Further calls do nothing.
+  /// Ends the viewers, then the session and what is connected to it. Further calls do nothing.
   void end() {
     if (viewers_.window) viewers_.window->end();
     if (viewers_.headset) viewers_.headset->end();
     if (gallery_) gallery_->stop();
-    if (server_) server_->end();
-    if (live_) live_->end();
-    session_->stop();
+    connected_.stop();
   }
 
   /// True if the run needed the window and its display is gone; with a headset the run goes on.
@@ -507,27 +386,25 @@ class FeelRun {
   }
 
   void begin_viewers(const SceneSpec& scene) {
-    if (viewers_.window) viewers_.window->begin(*session_, opened_.mouse);
+    if (viewers_.window) viewers_.window->begin(*connected_.session, opened_.mouse);
     if (!viewers_.headset) return;
-    HeadsetScene joined;
-    joined.session = session_.get();
-    joined.gate = gate_.get();
+    headset::HeadsetScene joined;
+    joined.session = connected_.session.get();
+    joined.gate = gate_;
     joined.controller = opened_.controller;
     joined.max_force_n = scene.max_force_n;
     joined.view = command_.view;
     joined.sound = command_.sound;
-    joined.on_loss =
-        command_.on_headset_loss == "ramp" ? OnHeadsetLoss::kRamp : OnHeadsetLoss::kGoOn;
     joined.calibration = calibration_;
     joined.device_centre_m =
-        scene.world_from_device.world_from_volume(opened_.device->info().workspace_centre_m);
+        scene.world_from_device.world_from_volume(connected_.device->info().workspace_centre_m);
     viewers_.headset->begin(joined);
   }
 
   void tell_headset() {
     if (!viewers_.headset) return;
-    for (const std::string& sentence : viewers_.headset->news())
-      console_.say("Headset   " + sentence);
+    for (const headset::HeadsetEvent& event : viewers_.headset->news())
+      console_.say("Headset   " + advised(event));
   }
 
   /// Reports when the second hand is connected, is lost or can not be used.
@@ -563,74 +440,49 @@ class FeelRun {
     std::fflush(stdout);
   }
 
-  void tell_serving() {
-    const auto scene = session_->scene();
-    const MovingVolume& first = *scene->volumes.front().data;
-    print({{"event", "serving"},
-           {"port", server_->port()},
-           {"volume", first.name},
-           {"frames", first.times.times_s.size()},
-           {"length_s", first.times.length_s()},
-           {"live", live_ != nullptr}});
-  }
-
-  void tell_served() {
-    nlohmann::json json = {{"event", "ended"},
-                           {"messages_sent", server_->server().sent()},
-                           {"messages_missed", server_->server().missed()}};
-    if (live_) {
-      const LiveNumbers& numbers = live_->numbers();
-      json["live"] = {
-          {"images", live_->arrived().images},        {"transforms", live_->arrived().transforms},
-          {"refused", live_->arrived().refused},      {"followed", numbers.felt},
-          {"delay_median_s", numbers.delay_median_s}, {"cycle_s", numbers.cycle_s}};
-    }
-    print(json);
-  }
-
   void tell_what_was_sent() {
-    if (server_)
+    if (connected_.server)
       console_.say(
           fmt::format("Serve     {} messages were sent; {} were left out because a client "
                       "was slow",
-                      server_->server().sent(), server_->server().missed()));
+                      connected_.server->server().sent(), connected_.server->server().missed()));
   }
 
   int finish() {
-    Status done = log_->finish();
-    if (done) done = recorded_;
+    Status done = kept_;
     if (!command_.hand) {
-      if (live_) console_.say(live_->summary());
+      if (connected_.live) console_.say(connected_.live->summary());
       tell_what_was_sent();
-      if (command_.json) tell_served();
+      if (command_.json) print(served_json(connected_));
       return done ? kExitOk : fail(console_, done.error());
     }
-    const std::shared_ptr<const ReleasedTubes> tubes = session_->tubes();
+    const std::shared_ptr<const ReleasedTubes> tubes = connected_.session->tubes();
     if (!command_.tubes.empty() && done) done = scenes::write_tubes(command_.tubes, *tubes);
-    const auto& rows = log_->rows();
-    const FeelNumbers numbers = log_->numbers();
+    FlightRecorder& flight = connected_.flight;
+    const auto& rows = flight.log()->rows();
+    const FeelNumbers numbers = flight.log()->numbers();
     if (!command_.picture.empty() && done)
       done = write_feel_picture(
           command_.picture.string(),
           fmt::format("Feeling {}", command_.inputs.front().filename().string()), numbers, rows);
-    const std::string summary = summary_text(numbers, session_->statistics(), session_->report(),
-                                             session_->haptics().tank().ledger());
+    const Session& session = *connected_.session;
+    const std::string summary = summary_text(numbers, session.statistics(), session.report(),
+                                             session.haptics().tank().ledger());
     if (gallery_ && done) done = publish(summary);
     console_.say(summary);
     if (!tubes->empty()) console_.say(tubes_text(*tubes));
-    if (tool_) console_.say(tool_->summary());
-    if (live_) console_.say(live_->summary());
+    if (connected_.tool) console_.say(connected_.tool->summary());
+    if (connected_.live) console_.say(connected_.live->summary());
     tell_what_was_sent();
-    for (const fs::path& file : black_box_->files())
+    for (const fs::path& file : flight.black_box()->files())
       console_.say(fmt::format("Wrote     {}: the ticks around a fault", file.string()));
-    if (const auto trouble = black_box_->trouble()) console_.complain(*trouble);
+    if (const auto trouble = flight.black_box()->trouble()) console_.complain(*trouble);
     if (!command_.csv.empty()) console_.say(fmt::format("Wrote     {}", command_.csv.string()));
     if (!command_.picture.empty())
       console_.say(fmt::format("Wrote     {}", command_.picture.string()));
     if (!command_.record.empty())
       console_.say(fmt::format("Wrote     {}", command_.record.string()));
-    if (recorder_->lost() > 0 && !(command_.csv.empty() && command_.record.empty()))
-      console_.complain("palpate: " + sessions::lost_text(recorder_->lost()));
+    if (const auto lost = flight.lost()) console_.complain("palpate: " + *lost);
     if (!command_.tubes.empty() && done)
       console_.say(fmt::format("Wrote     {}", command_.tubes.string()));
     if (gallery_ && done) tell_gallery();
@@ -647,7 +499,8 @@ class FeelRun {
   Status publish(const std::string& summary) {
     if (!gallery_->trouble().empty())
       console_.complain("palpate: There are no views of the volume: " + gallery_->trouble());
-    const charts::Timeline timeline = feel_timeline("", log_->numbers(), log_->rows());
+    const charts::Timeline timeline =
+        feel_timeline("", connected_.flight.log()->numbers(), connected_.flight.log()->rows());
     const std::string title =
         fmt::format("Feeling {}", command_.inputs.front().filename().string());
     Status done = stage_views(*outputs_, gallery_->pictures(), title, timeline);
@@ -659,7 +512,7 @@ class FeelRun {
   }
 
   void tell_headset_numbers() {
-    const HeadsetLoop::Numbers& numbers = viewers_.headset->numbers();
+    const headset::HeadsetLoop::Numbers& numbers = viewers_.headset->numbers();
     console_.say(fmt::format(
         "Headset   {} frames in {} sessions, {} of them with a picture{}", numbers.frames,
         numbers.sessions, numbers.drawn,
@@ -685,34 +538,21 @@ class FeelRun {
   std::optional<Outputs> outputs_;
   std::optional<files::StoredCalibration> calibration_;
   OpenedDevice opened_;
-  std::unique_ptr<ToolSource> tool_;   ///< moves opened_.tool until it ends
-  std::unique_ptr<GatedDevice> gate_;  ///< around the device, where there is a headset
-  bool wants_second_hand_ = false;
   bool display_lost_ = false;
-  std::unique_ptr<TickLog> log_;
-  std::unique_ptr<BlackBox> black_box_;
-  /// passes ticks to the two above, and writes the recording
-  std::unique_ptr<TickRecorder> recorder_;
-  Status recorded_ = Nothing{};
+  Status kept_ = Nothing{};  ///< whether table and recording are complete
   std::unique_ptr<devices::SpaceMouse> second_hand_;
-  std::optional<DeviceFault> second_hand_fault_;  ///< the last one reported
-  std::unique_ptr<FeltServer> server_;            ///< ends before session_ does: see end()
-  std::unique_ptr<LiveSource> live_;              ///< likewise
+  std::optional<DeviceFault> second_hand_fault_;  ///< as it was told
   /// The window, once its display has gone away: the servo thread still uses its listener.
   std::unique_ptr<desktop::DesktopLoop> lost_window_;
-  /// ends its servo thread before the members above are destroyed
-  std::unique_ptr<Session> session_;
-  Viewers viewers_;                   ///< use session_, which has been stopped
+  /// Ends its servo thread before the members above are destroyed.
+  sessions::ConnectedSession connected_;
+  GatedDevice* gate_ = nullptr;       ///< its device, where there is a headset
+  Viewers viewers_;                   ///< look at the session, which has been stopped
   std::unique_ptr<Gallery> gallery_;  ///< likewise
 };
 
-std::string text_of(const ServoPeriods& periods) {
-  return fmt::format("period median {:.0f}, p99.9 {:.0f}, most {:.0f} us in {} ticks",
-                     periods.median_us, periods.p999_us, periods.most_us, periods.ticks);
-}
-
-/// Runs the same scene and device without other work, for comparison.
-Result<ServoPeriods> periods_alone(FeelCommand command, CancelOnSignal& cancel) {
+/// Runs the same scene and device with no other work, for comparison: how its servo thread ran.
+Result<std::string> periods_alone(FeelCommand command, CancelOnSignal& cancel) {
   constexpr double kAlone_s = 5.0;
   command.headset = "off";
   command.no_motion = command.quiet = true;
@@ -726,10 +566,9 @@ Result<ServoPeriods> periods_alone(FeelCommand command, CancelOnSignal& cancel) 
   Console quiet(true, false);
   FeelRun run(command, quiet);
   const int rc = run.run(cancel);
-  const auto periods = run.periods();
-  if (rc != kExitOk || !periods)
+  if (rc != kExitOk || !run.statistics())
     return Error{ErrorKind::kDeviceFailed, "The servo thread could not be run alone"};
-  return *periods;
+  return periods_text(*run.statistics());
 }
 
 int replay_run(const FeelCommand& command, Console& console) {
@@ -763,13 +602,13 @@ int run_feel(const FeelCommand& command) {
   Console console(command.quiet, command.json);
   if (!command.replay.empty()) return replay_run(command, console);
   if (!command.servo_report) return FeelRun(command, console).run(cancel);
-  const Result<ServoPeriods> alone = periods_alone(command, cancel);
+  const Result<std::string> alone = periods_alone(command, cancel);
   if (!alone) return fail(console, alone.error());
   FeelRun run(command, console);
   const int rc = run.run(cancel);
-  if (const auto joined = run.periods())
-    console.say(fmt::format("Servo     alone: {}\n          in this run: {}", text_of(*alone),
-                            text_of(*joined)));
+  if (run.statistics())
+    console.say(fmt::format("Servo     alone: {}\n          in this run: {}", *alone,
+                            periods_text(*run.statistics())));
   return rc;
 }
 

@@ -27,9 +27,9 @@ Result<OpenedDevice> simulated(const ForceDeviceChoice& choice, LoadedScene& sce
 }
 
 OpenedDevice mouse(std::string why) {
-  desktop::MouseProbeOptions options;
+  PositionSourceOptions options;
   options.start_m = {0.0, 0.0, kMouseStart * options.workspace_radius_m};
-  auto probe = std::make_unique<desktop::MouseProbe>(options);
+  auto probe = std::make_unique<PositionSource>(options);
   OpenedDevice opened;
   opened.mouse = probe.get();
   opened.device = std::move(probe);
@@ -38,11 +38,11 @@ OpenedDevice mouse(std::string why) {
 }
 
 OpenedDevice controller(std::string why) {
-  // Like a tracked tool, in true size, but with 90 or more positions a second.
-  desktop::MouseProbeOptions options = sessions::tool_probe();
+  // As a tracked tool, in true size, but with 90 or more positions a second.
+  PositionSourceOptions options = sessions::tool_probe();
   options.kind = "controller";
   options.settle_per_s = kControllerSettle_per_s;
-  auto probe = std::make_unique<desktop::MouseProbe>(options);
+  auto probe = std::make_unique<PositionSource>(options);
   OpenedDevice opened;
   opened.controller = probe.get();
   opened.device = std::move(probe);
@@ -51,7 +51,7 @@ OpenedDevice controller(std::string why) {
 }
 
 OpenedDevice tool() {
-  auto probe = std::make_unique<desktop::MouseProbe>(sessions::tool_probe());
+  auto probe = std::make_unique<PositionSource>(sessions::tool_probe());
   OpenedDevice opened;
   opened.tool = probe.get();
   opened.device = std::move(probe);
@@ -108,11 +108,11 @@ Result<OpenedDevice> opened_for(const ForceDeviceChoice& choice, LoadedScene& sc
   if (choice.device == "none") {
     // A probe that is never moved, outside the data.
     OpenedDevice opened;
-    desktop::MouseProbeOptions options;
+    PositionSourceOptions options;
     options.kind = "none";
     options.start_m = {0.0, 0.0, kMouseStart * options.workspace_radius_m};
-    opened.device = std::make_unique<desktop::MouseProbe>(options);
-    opened.why = "none: viewing only.";
+    opened.device = std::make_unique<PositionSource>(options);
+    opened.why = "none: it is only looked at.";
     return opened;
   }
   if (choice.device == "simulated")

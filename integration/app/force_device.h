@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "integration/desktop/mouse_probe.h"
 #include "integration/scenes/load_scene.h"
 #include "module/haptics/device.h"
+#include "module/haptics/position_source.h"
 
 namespace palpate::app {
 
@@ -31,10 +31,10 @@ struct OpenedDevice {
   std::unique_ptr<ForceDevice> device;
   std::string why;  ///< which device was opened, and why: a sentence
   bool simulated = false;
-  desktop::MouseProbe* mouse = nullptr;       ///< the device, if it is a mouse; moved by the window
-  desktop::MouseProbe* controller = nullptr;  ///< likewise; moved in the headset
-  desktop::MouseProbe* tool = nullptr;        ///< likewise; moved by a tracker
-  double path_s = 0.0;                        ///< simulated: duration of the hand's path
+  PositionSource* mouse = nullptr;       ///< the device, if it is that; moved by the window
+  PositionSource* controller = nullptr;  ///< likewise, moved in the headset
+  PositionSource* tool = nullptr;        ///< likewise, moved by a tracker
+  double path_s = 0.0;                   ///< simulated: how long the hand's path takes
 };
 
 /// Errors: kBadInput, with a sentence, if no device could ever satisfy the choice.

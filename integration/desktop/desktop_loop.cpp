@@ -47,7 +47,7 @@ void DesktopLoop::wait(const std::string& doing) {
   window_->show({}, {&overlay, 1});
 }
 
-void DesktopLoop::begin(Session& session, MouseProbe* mouse) {
+void DesktopLoop::begin(Session& session, PositionSource* mouse) {
   session_ = &session;
   mouse_ = mouse;
   const auto felt = session.scene();

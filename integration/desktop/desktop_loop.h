@@ -6,9 +6,9 @@
 #include "integration/desktop/camera.h"
 #include "integration/desktop/force_plot.h"
 #include "integration/desktop/force_tap.h"
-#include "integration/desktop/mouse_probe.h"
 #include "integration/desktop/pointing.h"
 #include "integration/desktop/window.h"
+#include "module/haptics/position_source.h"
 #include "module/session/live_picture.h"
 
 namespace palpate::desktop {
@@ -29,7 +29,7 @@ class DesktopLoop {
   void wait(const std::string& doing);
   /// From now on this is seen. `mouse` moves the probe; null: another device does, and the mouse
   /// turns the view. All are borrowed until end().
-  void begin(Session& session, MouseProbe* mouse);
+  void begin(Session& session, PositionSource* mouse);
   /// Takes what the person did, shows what is felt; takes as long as a frame of a display.
   /// note: a line for the person, or nothing.
   void frame(const TickOutput& tick, const std::string& note);
@@ -63,7 +63,7 @@ class DesktopLoop {
   bool shows_help_ = true;
 
   Session* session_ = nullptr;
-  MouseProbe* mouse_ = nullptr;
+  PositionSource* mouse_ = nullptr;
   Camera first_camera_, camera_;
   Pointing pointing_{glm::dvec3(0.0)};
   double ball_m_ = 0.1;  ///< radius around all volumes, world

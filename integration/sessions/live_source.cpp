@@ -50,10 +50,7 @@ Result<LoadedScene> live_scene(const std::string& name, const Volume& first,
                     : scenes::load_shown_scene({volume}, of_live, doing);
   if (!scene) return scene;
   LiveSequence::prepare(*scene, 0);
-  if (placed) {
-    scene->spec.volumes[0].drive.kind = DriveSpec::Kind::kSecondHand;
-    scene->spec.volumes[0].path = usual_path(DriveSpec::Kind::kSecondHand);
-  }
+  if (placed) make_movable(*scene);
   return scene;
 }
 

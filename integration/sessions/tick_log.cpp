@@ -15,13 +15,6 @@ constexpr const char* kHeader =
 
 }  // namespace
 
-std::string lost_text(uint64_t lost) {
-  return fmt::format(
-      "{} ticks are missing in the table or the recording: the disk was too slow, or the machine "
-      "too busy",
-      lost);
-}
-
 Result<std::unique_ptr<TickLog>> TickLog::start(const std::filesystem::path& csv) {
   auto log = std::unique_ptr<TickLog>(new TickLog);
   log->path_ = csv;

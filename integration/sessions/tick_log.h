@@ -12,11 +12,8 @@
 
 namespace palpate::sessions {
 
-/// A sentence on ticks that are missing in a table or a recording.
-std::string lost_text(uint64_t lost);
-
-/// Collects the numbers of a run for summary and pictures, and writes every tick as CSV if asked.
-/// Its memory does not grow. Register it with a Recorder as a listener.
+/// Sums up a run for its summary and pictures, and writes every tick as CSV if asked. Its memory
+/// does not grow with the run. Give it to a Recorder as a listener.
 class TickLog final : public TickListener {
  public:
   /// `csv` may be empty. Errors: kBadOutput if it can not be written.

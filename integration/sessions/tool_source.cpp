@@ -22,8 +22,8 @@ Transform place_at_start(const SceneSpec& spec) {
 
 }  // namespace
 
-desktop::MouseProbeOptions tool_probe() {
-  desktop::MouseProbeOptions options;
+PositionSourceOptions tool_probe() {
+  PositionSourceOptions options;
   options.kind = "tool";
   options.waits = true;
   options.workspace_radius_m = kArm_m;
@@ -74,14 +74,14 @@ void ToolSource::take(const openigtlink::Rigid& rigid) {
   heard_ns_ = now_ns;
 }
 
-void ToolSource::begin(desktop::MouseProbe& probe, const SceneSpec& spec) {
+void ToolSource::begin(PositionSource& probe, const SceneSpec& spec) {
   world_from_volume_ = place_at_start(spec);
   world_from_device_ = spec.world_from_device;
   moves_ = std::make_unique<Background>(kPause, [this, &probe] { move(probe); });
 }
 
-/// On one thread only, since a probe is moved by one thread.
-void ToolSource::move(desktop::MouseProbe& probe) {
+/// On one thread: a probe is moved by one.
+void ToolSource::move(PositionSource& probe) {
   glm::dvec3 tip_mm;
   bool there = false;
   {

@@ -5,17 +5,17 @@
 #include <optional>
 #include <string>
 
-#include "integration/desktop/mouse_probe.h"
 #include "integration/openigtlink/client.h"
 #include "module/haptics/background.h"
+#include "module/haptics/position_source.h"
 #include "module/scene/transform.h"
 #include "module/session/loaded_scene.h"
 
 namespace palpate::sessions {
 
-/// Options of a probe moved by a tracked tool: a hand in the world, at its true size, without
-/// force. Trackers send about ten positions a second, so it follows as slowly as a mouse.
-desktop::MouseProbeOptions tool_probe();
+/// What a tracked tool moves: a hand in the world, at its true size, that gives no force. Trackers
+/// send some ten places a second: it follows as slowly as a mouse.
+PositionSourceOptions tool_probe();
 
 /// Makes the hand's space the world around the middle of the first volume, for a hand at true size.
 void stand_in_true_size(LoadedScene& scene);
@@ -32,10 +32,10 @@ class ToolSource {
   ToolSource(const ToolSource&) = delete;
   ToolSource& operator=(const ToolSource&) = delete;
 
-  /// From now on moves `probe` (borrowed until end()) in the scene as placed at its start; call it
-  /// after stand_in_true_size(). If no transform arrives for kSilence_ns, or the tool moves faster
-  /// than kFastest_m_per_s, the hand lets go; the next transform takes it again.
-  void begin(desktop::MouseProbe& probe, const SceneSpec& spec);
+  /// From now on it moves `probe` (borrowed until end()) in the scene as it is at its start; after
+  /// stand_in_true_size(). If no transform comes for kSilence_ns, or the tool moves faster than
+  /// kFastest_m_per_s, the hand lets go; the next transform says where it is taken again.
+  void begin(PositionSource& probe, const SceneSpec& spec);
   void end();
   static constexpr int64_t kSilence_ns = 300'000'000;
   static constexpr double kFastest_m_per_s = 3.0;
@@ -46,7 +46,7 @@ class ToolSource {
  private:
   ToolSource() = default;
   void take(const openigtlink::Rigid& rigid);
-  void move(desktop::MouseProbe& probe);
+  void move(PositionSource& probe);
 
   mutable std::mutex mutex_;
   glm::dvec3 tip_lps_mm_{0.0};  ///< the last one

@@ -137,16 +137,7 @@ bool has_place(const PalSceneInfo& info) {
                      [](const char* path) { return openigtlink::is_place(path); });
 }
 
-/// Volumes without a drive may be placed by the host.
-void make_movable(LoadedScene& scene) {
-  for (VolumeSpec& volume : scene.spec.volumes) {
-    if (volume.drive.kind != DriveSpec::Kind::kStill) continue;
-    volume.drive.kind = DriveSpec::Kind::kSecondHand;
-    volume.path = usual_path(volume.drive.kind);
-  }
-}
-
-/// Loads the live scene, with the source of its frames.
+/// The live scene that is wanted, and where its frames come from.
 Result<LoadedScene> load_live(const PalSceneInfo& info, const scenes::SequenceChoices& choices,
                               LiveOrigin& origin) {
   const auto refused = [](const char* sentence) { return Error{ErrorKind::kBadInput, sentence}; };

@@ -118,14 +118,10 @@ PalResult take_info(const PalDeviceInfo* given, DeviceInfo& info) {
   return PAL_OK;
 }
 
-/// Watchdog for a hand that no force can hurt: it is simulated, or has no force feedback.
-constexpr double kHarmlessWatchdog_s = 0.05;
-
-/// The session's device, and the scene scaled to it.
+/// The session's device, and the scene as that device reaches it.
 struct Felt {
   LoadedScene scene;
   DeviceInfo device;
-  desktop::MouseProbe* tool = nullptr;  ///< the device, if a tracked tool moves it
   bool is_harmless = false;
 };
 
@@ -144,7 +140,7 @@ PalResult take_host_device(const PalDevice& given, SessionContent& content) {
   if (const PalResult read = take_info(host.info, known); read != PAL_OK) return read;
   auto device = std::make_unique<HostDevice>(host, std::move(known));
   device->belongs_to(&content);
-  content.device = std::move(device);
+  content.connected.device = std::move(device);
   return PAL_OK;
 }
 
@@ -160,7 +156,7 @@ PalResult take_simulated(const PalSessionInfo& info, const SceneContent& of_scen
                                        felt.scene.from_sequence && !of_scene.keeps_size);
   if (!hand) return failed(hand.error());
   felt.device = hand->device->info();
-  content.device = std::move(hand->device);
+  content.connected.device = std::move(hand->device);
   felt.is_harmless = true;
   return PAL_OK;
 }
@@ -170,10 +166,10 @@ PalResult take_tool(const PalSessionInfo& info, Felt& felt, SessionContent& cont
       info.device_name, info.tool ? info.tool : "",
       [notes = content.notes](const std::string& note) { notes->say(note); });
   if (!tool) return failed(tool.error());
-  content.tool = std::move(*tool);
-  auto probe = std::make_unique<desktop::MouseProbe>(sessions::tool_probe());
-  felt.tool = probe.get();
-  content.device = std::move(probe);
+  content.connected.tool = std::move(*tool);
+  auto probe = std::make_unique<PositionSource>(sessions::tool_probe());
+  content.connected.tool_hand = probe.get();
+  content.connected.device = std::move(probe);
   felt.is_harmless = true;
   sessions::stand_in_true_size(felt.scene);
   return PAL_OK;
@@ -197,11 +193,11 @@ PalResult take_device(const PalSessionInfo& info, const SceneContent& of_scene, 
     if (!*own)
       return failed(PAL_NO_DEVICE,
                     {"No force device answers: plug one in, or give one of your own (PalDevice)"});
-    content.device = std::move(*own);
+    content.connected.device = std::move(*own);
   }
   if (result != PAL_OK) return result;
-  if (content.device) felt.device = content.device->info();
-  if (!felt.tool) fit(felt, of_scene);
+  if (content.connected.device) felt.device = content.connected.device->info();
+  if (!content.connected.tool) fit(felt, of_scene);
   return PAL_OK;
 }
 
@@ -217,15 +213,8 @@ Result<SessionOptions> options_of(const PalSessionInfo& info, const SceneContent
   options.haptics.safety.max_force_n =
       info.max_force_n > 0.0 ? info.max_force_n : of_scene.scene.spec.max_force_n;
   options.haptics.safety.dead_man = (info.flags & PAL_SESSION_DEAD_MAN) != 0;
-  const double watchdog_s = info.watchdog_s > 0.0 ? info.watchdog_s
-                            : is_harmless         ? kHarmlessWatchdog_s
-                                                  : 0.0;
-  if (watchdog_s > 0.0) {
-    options.haptics.safety.late_s = watchdog_s;
-    options.haptics.safety.stale_s = std::max(options.haptics.safety.stale_s, 2.0 * watchdog_s);
-    options.servo.loop.watchdog_ns = int64_t(1e9 * watchdog_s);
-  }
-  // Whether memory is locked is up to the host.
+  sessions::set_watchdog(options, info.watchdog_s, is_harmless);
+  // Locking a host's memory is up to the host.
   options.servo.real_time.lock_memory = false;
   if (info.flags & PAL_SESSION_NO_REAL_TIME)
     options.servo.real_time = {
@@ -274,37 +263,18 @@ PalResult check(const PalSessionInfo& info, const SceneContent& of_scene) {
   return PAL_OK;
 }
 
-/// Starts the listeners that get every tick.
-Status start_listeners(const PalSessionInfo& info, const Felt& felt, SessionOptions& options,
-                       SessionContent& content) {
-  std::vector<TickListener*> listeners;
-  if (info.csv) {
-    auto table = sessions::TickLog::start(info.csv);
-    if (!table) return table.error();
-    content.table = std::move(*table);
-    listeners.push_back(content.table.get());
-  }
+/// What is kept of the ticks.
+Result<sessions::FlightRecorder> start_flight(const PalSessionInfo& info, const Felt& felt,
+                                              const SafetyOptions& safety) {
+  sessions::FlightRecorderOptions options;
+  if (info.csv) options.table = info.csv;
+  if (info.recording) options.recording = info.recording;
   if (info.black_box) {
-    if (const Status can = files::check_can_write_folder(info.black_box); !can) return can;
-    BlackBoxOptions box;
-    box.folder = info.black_box;
-    content.black_box = std::make_unique<BlackBox>(box);
-    listeners.push_back(content.black_box.get());
+    if (const Status can = files::check_can_write_folder(info.black_box); !can) return can.error();
+    options.black_box = info.black_box;
   }
-  if (info.recording) {
-    auto recorder =
-        TickRecorder::start(info.recording,
-                            text_of(scenes::ReplayKey{felt.scene.spec, felt.device,
-                                                      options.haptics.safety, info.tube_buttons}),
-                            1'000'000, std::move(listeners));
-    if (!recorder) return recorder.error();
-    content.recorder = std::move(*recorder);
-  } else if (!listeners.empty()) {
-    content.recorder = std::make_unique<TickRecorder>(std::move(listeners));
-  }
-  content.needs_every_tick = info.csv || info.recording;
-  options.servo.listeners = {content.recorder.get()};
-  return Nothing{};
+  return sessions::FlightRecorder::start(options,
+                                         {felt.scene.spec, felt.device, safety, info.tube_buttons});
 }
 
 /// Connects to the server of a live scene; its images are followed when the session runs.
@@ -340,19 +310,21 @@ PalResult open_session(PalScene* scene, const PalSessionInfo* given, PalSession*
   auto options = options_of(info, *use, felt.is_harmless, content.get());
   if (!options) return failed(options.error());
   options->next_note = [notes = content->notes,
-                        of_host = dynamic_cast<HostDevice*>(content->device.get()),
+                        of_host = dynamic_cast<HostDevice*>(content->connected.device.get()),
                         told = false]() mutable -> std::string {
     const Thrown thrown = of_host ? of_host->thrown() : Thrown();
     if (!thrown || std::exchange(told, true)) return notes->next();
     return fmt::format("The force goes to zero while the device gives no position: {}",
                        thrown.sentence());
   };
-  if (const Status listening = start_listeners(info, felt, *options, *content); !listening)
-    return failed(listening.error());
+  auto flight = start_flight(info, felt, options->haptics.safety);
+  if (!flight) return failed(flight.error());
+  sessions::ConnectedSession& connected = content->connected;
+  connected.flight = std::move(*flight);
   if (info.serve_port > 0) {
     auto server = sessions::FeltServer::start(uint16_t(info.serve_port));
     if (!server) return failed(server.error());
-    content->server = std::move(*server);
+    connected.server = std::move(*server);
   }
   LiveSequenceOptions live;
   if (info.preset) live.preset = info.preset;
@@ -362,20 +334,16 @@ PalResult open_session(PalScene* scene, const PalSessionInfo* given, PalSession*
   if (use->live && !use->live->place.empty()) {
     auto source = open_source(info, *use, live);
     if (!source) return failed(source.error());
-    content->source = std::move(*source);
+    connected.live = std::move(*source);
   }
 
-  auto started = content->host_ticks
-                     ? Session::start_in_host(felt.scene, felt.device, std::move(*options))
-                     : Session::start(felt.scene, *content->device, std::move(*options));
+  const Volume* first_frame = connected.live ? &use->live->first : nullptr;
+  const Status started =
+      content->host_ticks
+          ? connected.start_in_host(felt.scene, felt.device, std::move(*options), first_frame)
+          : connected.start(felt.scene, std::move(*options), first_frame);
   if (!started) return failed(started.error());
-  content->session = std::move(*started);
-  if (content->source)
-    content->source->begin(*content->session, use->live->first);
-  else if (use->live)
-    content->follow(use->live->first, std::move(live));
-  if (content->tool) content->tool->begin(*felt.tool, felt.scene.spec);
-  if (content->server) content->server->begin(*content->session);
+  if (use->live && !connected.live) content->follow(use->live->first, std::move(live));
   *session = reinterpret_cast<PalSession*>(Handle<SessionContent>::make(std::move(content)));
   return PAL_OK;
 }
@@ -393,17 +361,17 @@ constexpr const char* kTooMuchWaits =
     "Too many changes wait already: the haptic loop does not run, or try again later";
 
 PalResult sent(SessionContent& of_session, const ControlEvent& event) {
-  return of_session.session->send(event) ? PAL_OK : failed(PAL_NOT_YET, {kTooMuchWaits});
+  return of_session.session().send(event) ? PAL_OK : failed(PAL_NOT_YET, {kTooMuchWaits});
 }
 
 PalResult both_sent(SessionContent& of_session, const ControlEvent& first,
                     const ControlEvent& second) {
-  return of_session.session->send(first, second) ? PAL_OK : failed(PAL_NOT_YET, {kTooMuchWaits});
+  return of_session.session().send(first, second) ? PAL_OK : failed(PAL_NOT_YET, {kTooMuchWaits});
 }
 
 void fill(PalState& state, SessionContent& of_session) {
   const SceneSnapshot snapshot = of_session.snapshot();
-  const Session& session = *of_session.session;
+  const Session& session = of_session.session();
   state.in_contact = snapshot.in_contact;
   state.time_ns = snapshot.now_ns;
   for (int a = 0; a < 3; ++a) {
@@ -507,7 +475,7 @@ PalResult pal_session_stop(PalSession* session) {
 
 int pal_session_at_rest(const PalSession* session) {
   const Use use(of(session));
-  return use && use->session->at_rest();
+  return use && use->session().at_rest();
 }
 
 PalResult pal_haptics_tick(PalSession* session, const PalTick* tick, double force_n[3]) {
@@ -519,9 +487,9 @@ PalResult pal_haptics_tick(PalSession* session, const PalTick* tick, double forc
     return failed(PAL_BAD_INPUT,
                   {"The tick is missing, or the session has a haptic thread of its own"});
   const glm::dvec3 force =
-      use->session->tick({{tick->position_m[0], tick->position_m[1], tick->position_m[2]},
-                          tick->time_ns,
-                          tick->buttons});
+      use->session().tick({{tick->position_m[0], tick->position_m[1], tick->position_m[2]},
+                           tick->time_ns,
+                           tick->buttons});
   for (int a = 0; a < 3; ++a) force_n[a] = force[a];
   return PAL_OK;
 }
@@ -545,7 +513,7 @@ PalResult pal_session_volume(PalSession* session, uint32_t index, PalVolumeState
             taken(volume, offsetof(PalVolumeState, time_s), "PalVolumeState", known);
         read != PAL_OK)
       return read;
-    if (index >= of_session.session->scene()->volumes.size()) return PAL_END;
+    if (index >= of_session.session().scene()->volumes.size()) return PAL_END;
     const palpate::SceneSnapshot snapshot = of_session.snapshot();
     if (index >= uint32_t(snapshot.volume_count))
       return failed(PAL_NOT_YET, {"There was no haptic frame yet"});
@@ -565,9 +533,9 @@ PalResult pal_session_push_frame(PalSession* session, const PalGrid* grid, PalSa
 
 PalResult pal_session_play(PalSession* session, int on) {
   return with(session, [&](SessionContent& of_session) {
-    if (!of_session.session->can_play())
+    if (!of_session.session().can_play())
       return failed(PAL_NOT_YET, {"The motion is not known yet"});
-    of_session.session->play(on != 0);
+    of_session.session().play(on != 0);
     return PAL_OK;
   });
 }
@@ -576,16 +544,16 @@ PalResult pal_session_scrub(PalSession* session, double share) {
   return with(session, [&](SessionContent& of_session) {
     if (!(share >= 0.0 && share <= 1.0))
       return failed(PAL_BAD_INPUT, {"A share of the sequence is from 0 to 1"});
-    if (!of_session.session->can_play())
+    if (!of_session.session().can_play())
       return failed(PAL_NOT_YET, {"The motion is not known yet"});
-    of_session.session->scrub_to(share);
+    of_session.session().scrub_to(share);
     return PAL_OK;
   });
 }
 
 PalResult pal_session_set_mode(PalSession* session, uint32_t index, int on, double gain) {
   return with(session, [&](SessionContent& of_session) {
-    if (index >= of_session.session->scene()->modes.size())
+    if (index >= of_session.session().scene()->modes.size())
       return failed(PAL_BAD_INPUT, {"The scene has no such mode"});
     if (!(gain >= 0.0 && gain <= 1e6)) return failed(PAL_BAD_INPUT, {"A gain is from 0 to 1e6"});
     return both_sent(of_session, {ControlEvent::Kind::kModeOn, int(index), on ? 1.0 : 0.0},
@@ -596,7 +564,7 @@ PalResult pal_session_set_mode(PalSession* session, uint32_t index, int on, doub
 PalResult pal_session_place(PalSession* session, uint32_t volume,
                             const double world_from_volume[12]) {
   return with(session, [&](SessionContent& of_session) {
-    const auto scene = of_session.session->scene();
+    const auto scene = of_session.session().scene();
     if (volume >= scene->volumes.size() || !world_from_volume)
       return failed(PAL_BAD_INPUT, {"The scene has no such volume, or its place is missing"});
     if (scene->volumes[volume].spec.drive.kind != palpate::DriveSpec::Kind::kSecondHand)
@@ -608,7 +576,7 @@ PalResult pal_session_place(PalSession* session, uint32_t volume,
         matrix[column][row] = world_from_volume[4 * row + column];
     const auto transform = palpate::split(matrix);
     if (!transform) return failed(transform.error());
-    return of_session.session->place(volume, *transform)
+    return of_session.session().place(volume, *transform)
                ? PAL_OK
                : failed(PAL_NOT_YET,
                         {"Too many places wait already: the haptic loop does not run"});
@@ -642,7 +610,7 @@ PalResult pal_session_tube(PalSession* session, uint32_t index, PalTube* tube) {
     if (const PalResult read = taken(tube, offsetof(PalTube, length_unit), "PalTube", known);
         read != PAL_OK)
       return read;
-    const auto tubes = of_session.session->tubes();
+    const auto tubes = of_session.session().tubes();
     if (index >= tubes->size()) return PAL_END;
     fill(known, (*tubes)[index], of_session.snapshot());
     std::memcpy(tube, &known, tube->size);
@@ -654,7 +622,7 @@ PalResult pal_session_save_tubes(PalSession* session, const char* path) {
   if (!path) return failed(PAL_BAD_INPUT, {"The path is missing"});
   return with(session, [&](SessionContent& of_session) {
     const palpate::Status written =
-        palpate::scenes::write_tubes(path, *of_session.session->tubes());
+        palpate::scenes::write_tubes(path, *of_session.session().tubes());
     return written ? PAL_OK : failed(written.error());
   });
 }

@@ -47,7 +47,7 @@ PalResult open_view(PalSession* session, const PalViewInfo* given, PalView** vie
   auto content = std::make_shared<ViewContent>();
   content->of_session = use.shared();
   content->viewer = std::move(*viewer);
-  if (const Status uploaded = content->viewer->update(use->session->scene()); !uploaded)
+  if (const Status uploaded = content->viewer->update(use->session().scene()); !uploaded)
     return failed(uploaded.error());
   *view = reinterpret_cast<PalView*>(Handle<ViewContent>::make(std::move(content)));
   return PAL_OK;
@@ -113,9 +113,9 @@ PalResult render(ViewContent& of_view, const PalEye* given_eyes, uint32_t eye_co
   const SceneSnapshot snapshot = of_session.snapshot();
   if (snapshot.volume_count == 0)
     return failed(PAL_NOT_YET, {"There was no haptic frame yet, so nothing is known to be drawn"});
-  if (const Status uploaded = of_view.viewer->update(of_session.session->scene()); !uploaded)
+  if (const Status uploaded = of_view.viewer->update(of_session.session().scene()); !uploaded)
     return failed(uploaded.error());
-  of_view.viewer->show(of_session.session->tubes());
+  of_view.viewer->show(of_session.session().tubes());
   const HostImages images = images_of(host);
   const int64_t display_ns = snapshot.now_ns + int64_t(1e9 * std::clamp(ahead_s, -1.0, 1.0));
   const Status started = of_view.viewer->start(snapshot, display_ns, {eyes.data(), eye_count}, size,

@@ -36,16 +36,13 @@ Status SessionContent::push(const PalGrid* grid, PalSampleType type, const void*
 }
 
 LiveNumbers SessionContent::live_numbers() {
-  if (source) return source->numbers();
+  if (connected.live) return connected.live->numbers();
   const std::lock_guard lock(live_mutex_);
   return pushed_ ? pushed_->numbers() : last_numbers_;
 }
 
 void SessionContent::stop() {
   const std::lock_guard one_at_a_time(stopping_);
-  if (!session) return;
-  if (server) server->end();
-  if (source) source->end();
   {
     const std::lock_guard pushing(pushing_);
     std::unique_ptr<LiveSequence> ended;
@@ -55,22 +52,21 @@ void SessionContent::stop() {
       ended = std::move(pushed_);
     }
   }
-  session->stop();
-  if (tool) tool->end();
+  connected.stop();
 }
 
 Status SessionContent::finish() {
   stop();
   Status done = Nothing{};
-  if (!session || std::exchange(finished_, true)) return done;
+  if (!connected.session || std::exchange(finished_, true)) return done;
   const auto also = [&done](const Status& next) {
     if (done) done = next;
   };
-  if (recorder) also(recorder->finish());
-  if (table) also(table->finish());
-  if (black_box && black_box->trouble()) also(Error{ErrorKind::kBadOutput, *black_box->trouble()});
-  if (needs_every_tick && recorder->lost() > 0)
-    also(Error{ErrorKind::kBadOutput, sessions::lost_text(recorder->lost())});
+  sessions::FlightRecorder& flight = connected.flight;
+  also(flight.finish());
+  if (flight.black_box() && flight.black_box()->trouble())
+    also(Error{ErrorKind::kBadOutput, *flight.black_box()->trouble()});
+  if (const auto lost = flight.lost()) also(Error{ErrorKind::kBadOutput, *lost});
   return done;
 }
 

@@ -5,14 +5,8 @@
 #include <optional>
 #include <string>
 
-#include "integration/sessions/felt_server.h"
-#include "integration/sessions/live_source.h"
-#include "integration/sessions/tick_log.h"
-#include "integration/sessions/tool_source.h"
+#include "integration/sessions/connected_session.h"
 #include "integration/toolkit/handles.h"
-#include "module/haptics/black_box.h"
-#include "module/haptics/recording.h"
-#include "module/session/session.h"
 
 namespace palpate::toolkit {
 
@@ -48,33 +42,23 @@ class SessionContent {
   SessionContent& operator=(const SessionContent&) = delete;
 
   std::shared_ptr<SessionNotes> notes = std::make_shared<SessionNotes>();
-  /// Null if the host ticks; outlives the session, as do the listeners.
-  std::unique_ptr<ForceDevice> device;
-  // Listeners to every tick, if needed. The recorder passes ticks on to the other two.
-  std::unique_ptr<sessions::TickLog> table;
-  std::unique_ptr<BlackBox> black_box;
-  std::unique_ptr<TickRecorder> recorder;
-  bool needs_every_tick = false;  ///< it writes a recording or a table
-  /// The session, after it was started.
-  std::unique_ptr<Session> session;
+  sessions::ConnectedSession connected;
   bool host_ticks = false;
-  // Sources and servers, if needed.
-  std::unique_ptr<sessions::ToolSource> tool;
-  std::unique_ptr<sessions::FeltServer> server;
-  std::unique_ptr<sessions::LiveSource> source;
 
   const std::shared_ptr<ContextContent>& context() const { return context_; }
+  /// Once it has been started.
+  Session& session() const { return *connected.session; }
   /// The newest tick, for a viewer. Any thread: waits only for other threads in this function.
   SceneSnapshot snapshot() {
     const std::lock_guard lock(mutex_);
-    session->newest(SnapshotReader::kPictures, snapshot_);
+    session().newest(SnapshotReader::kPictures, snapshot_);
     return snapshot_;
   }
 
   /// From now on frames given to push() are followed.
   void follow(const Volume& first, LiveSequenceOptions options) {
     pushed_grid_ = first.grid;
-    pushed_ = std::make_unique<LiveSequence>(*session, 0, first, std::move(options));
+    pushed_ = std::make_unique<LiveSequence>(session(), 0, first, std::move(options));
   }
   /// Takes a frame of the host; one call at a time. Errors: kBadInput for a session without such a
   /// source, or after stop().

@@ -33,6 +33,14 @@ void forget_motion(LoadedScene& scene) {
   }
 }
 
+void make_movable(LoadedScene& scene) {
+  for (VolumeSpec& volume : scene.spec.volumes) {
+    if (volume.drive.kind != DriveSpec::Kind::kStill) continue;
+    volume.drive.kind = DriveSpec::Kind::kSecondHand;
+    volume.path = usual_path(volume.drive.kind);
+  }
+}
+
 double fit_to_reach(LoadedScene& scene, const DeviceInfo& device) {
   VolumeSpec& spec = scene.spec.volumes.front();
   const FrameData& frame = *scene.data.front()->frames.front();

@@ -72,4 +72,9 @@ std::string call_text(const Problem& problem) {
                        : std::string();
 }
 
+std::string problem_text(const Problem& problem, bool with_call) {
+  const std::string call = call_text(problem);
+  return problem.message + (with_call && !call.empty() ? " (" + call + ".)" : "");
+}
+
 }  // namespace palpate::xr

@@ -32,6 +32,8 @@ struct Problem {
 
 /// "xrCreateInstance returned -51", for those who look for the cause; empty if no call failed.
 std::string call_text(const Problem& problem);
+/// The sentence of a problem; with_call: also the call that failed, where one did.
+std::string problem_text(const Problem& problem, bool with_call);
 
 template <class T>
 using Outcome = Result<T, Problem>;

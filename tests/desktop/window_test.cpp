@@ -13,7 +13,7 @@
 #include "integration/desktop/camera.h"
 #include "integration/desktop/force_plot.h"
 #include "integration/desktop/help.h"
-#include "integration/desktop/mouse_probe.h"
+#include "module/haptics/position_source.h"
 #include "tests/desktop/virtual_display.h"
 
 namespace palpate::desktop {
@@ -176,7 +176,7 @@ TEST_F(OnAScreen, LetsTheMouseMoveTheProbeTheRightWay) {
   camera.distance_m = 0.3;
   const Eye eye = eye_of(camera, {640, 480});
   Pointing pointing(glm::dvec3(0.0));
-  MouseProbe probe;
+  PositionSource probe;
   int64_t now_ns = 0;
   glm::dvec3 at(0.0);
   // A hand as the app has it: polled with the frames, exchanged a thousand times a second.

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
@@ -12,13 +13,12 @@
 #include <thread>
 
 #include "integration/app/calibrate/tip_log.h"
-#include "integration/app/calibrate/touch_guide.h"
 #include "integration/app/cancel.h"
 #include "integration/app/exit_code.h"
-#include "integration/app/headset/problem_text.h"
 #include "integration/app/progress.h"
 #include "integration/devices/calibration_hand.h"
 #include "integration/files/calibration_file.h"
+#include "integration/headset/touch_taker.h"
 #include "module/haptics/emergency.h"
 #include "module/haptics/monotonic.h"
 #include "module/haptics/servo.h"
@@ -34,7 +34,32 @@ constexpr double kAgree = 0.6;
 constexpr size_t kFirstWord = 6;  // points after which their fit is reported
 constexpr int kBuzzFrames = 8;
 
-/// Shows no picture; records only the hands' poses and their times.
+/// Where a person is to take the device's tip, in turn: words and directions, each component -1, 0
+/// or 1 of the reach, in the device's own axes (x right, y up, z towards the user).
+struct TouchPlace {
+  const char* words;
+  glm::dvec3 direction;
+};
+
+/// Corners and middles of faces, the ones furthest apart first.
+constexpr std::array<TouchPlace, 14> kPlaces = {{
+    {"left, down, far from you", {-1, -1, -1}},
+    {"right, up, near to you", {1, 1, 1}},
+    {"right, down, near to you", {1, -1, 1}},
+    {"left, up, far from you", {-1, 1, -1}},
+    {"left, up, near to you", {-1, 1, 1}},
+    {"right, down, far from you", {1, -1, -1}},
+    {"left, down, near to you", {-1, -1, 1}},
+    {"right, up, far from you", {1, 1, -1}},
+    {"all the way left", {-1, 0, 0}},
+    {"all the way right", {1, 0, 0}},
+    {"all the way up", {0, 1, 0}},
+    {"all the way down", {0, -1, 0}},
+    {"as near to you as it goes", {0, 0, 1}},
+    {"as far from you as it goes", {0, 0, -1}},
+}};
+
+/// Shows no picture: gives only the hands' poses and their times.
 class HandWatch final : public xr::PictureSource {
  public:
   Status use(const std::shared_ptr<vulkan::Context>&) override { return Nothing{}; }
@@ -119,7 +144,7 @@ class Calibrating {
     if (stop_.stop_requested() || emergency::is_asked())
       return Error{ErrorKind::kCancelled, "Stopped before there was a calibration"};
     if (report.state == xr::HeadsetState::kNoRuntime)
-      return Error{ErrorKind::kNoDevice, problem_text(report.problem)};
+      return Error{ErrorKind::kNoDevice, problem_text(report.problem, Console::verbose())};
     if (report.state == xr::HeadsetState::kEnded)
       return Error{ErrorKind::kCancelled,
                    "The session in the headset was ended before there was a calibration"};
@@ -140,7 +165,7 @@ class Calibrating {
         return Error{ErrorKind::kNoDevice,
                      headset_.report().problem.message.empty()
                          ? "No headset gave this program its input in time: put it on"
-                         : problem_text(headset_.report().problem)};
+                         : problem_text(headset_.report().problem, Console::verbose())};
     }
     return Nothing{};
   }
@@ -176,7 +201,7 @@ class Calibrating {
   }
 
   Result<TouchedPoint> take_point() {
-    TouchTaker taker(tip_m_);
+    headset::TouchTaker taker(tip_m_);
     while (true) {
       if (const Status framed = frame(); !framed) return framed.error();
       live();
@@ -261,8 +286,8 @@ class Calibrating {
       if (number >= kFirstWord)
         if (const auto fit = calibrate_by_points(points))
           so_far = fmt::format(" (so far they fit to {})", mm(fit->rms_m));
-      ask_for(touch_place(number), fmt::format("Point {:2} of {}: ", number + 1, command_.points),
-              so_far);
+      ask_for(kPlaces[number % kPlaces.size()],
+              fmt::format("Point {:2} of {}: ", number + 1, command_.points), so_far);
       const auto point = take_point();
       if (!point) return point.error();
       points.push_back(*point);

@@ -1,10 +1,11 @@
-#include "integration/desktop/follower.h"
+#include "module/haptics/follower.h"
 
 #include <cmath>
 
 #include "module/haptics/force_vector.h"
 
-namespace palpate::desktop {
+namespace palpate {
+
 glm::dvec3 Follower::step(glm::dvec3 target_m, double dt_s) noexcept {
   if (!is_finite(target_m) || !std::isfinite(dt_s) || !(dt_s > 0.0)) return place_m_;
   const double w = settle_per_s_;
@@ -18,4 +19,4 @@ glm::dvec3 Follower::step(glm::dvec3 target_m, double dt_s) noexcept {
   return place_m_;
 }
 
-}  // namespace palpate::desktop
+}  // namespace palpate

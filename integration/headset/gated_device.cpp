@@ -1,11 +1,11 @@
-#include "integration/app/headset/gated_device.h"
+#include "integration/headset/gated_device.h"
 
 #include "module/haptics/monotonic.h"
 
-namespace palpate::app {
+namespace palpate::headset {
 
 DeviceReading GatedDevice::exchange(const DeviceCommand& command) noexcept {
-  DeviceReading reading = device_.exchange(command);
+  DeviceReading reading = device_->exchange(command);
   const int64_t now_ns = monotonic_ns();
   reading.buttons &= ~(kShown | kDeadMan);
   if (now_ns < shown_until_ns_.load(std::memory_order_relaxed)) reading.buttons |= kShown;
@@ -13,4 +13,4 @@ DeviceReading GatedDevice::exchange(const DeviceCommand& command) noexcept {
   return reading;
 }
 
-}  // namespace palpate::app
+}  // namespace palpate::headset

@@ -7,7 +7,7 @@
 
 #include "module/xr/hands.h"
 
-namespace palpate::app {
+namespace palpate::headset {
 
 /// The hand that holds the probe if there is no force device.
 struct ProbeHold {
@@ -42,4 +42,4 @@ class ProbeHand {
   std::optional<int> finger_;  ///< side of the finger that moves the probe
 };
 
-}  // namespace palpate::app
+}  // namespace palpate::headset

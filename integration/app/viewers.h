@@ -4,8 +4,8 @@
 #include <string>
 
 #include "integration/app/gpu.h"
-#include "integration/app/headset/headset_loop.h"
 #include "integration/desktop/desktop_loop.h"
+#include "integration/headset/headset_loop.h"
 
 namespace palpate::app {
 
@@ -23,7 +23,7 @@ struct ViewerChoice {
 
 /// The viewers of a running scene, besides pictures in files.
 struct Viewers {
-  std::unique_ptr<HeadsetLoop> headset;
+  std::unique_ptr<headset::HeadsetLoop> headset;
   std::unique_ptr<desktop::DesktopLoop> window;
   std::string why;  ///< which viewers, and why: a sentence
 };

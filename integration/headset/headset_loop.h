@@ -9,32 +9,38 @@
 #include <thread>
 #include <vector>
 
-#include "integration/app/headset/gated_device.h"
-#include "integration/app/headset/probe_hand.h"
-#include "integration/app/headset/scene_hands.h"
-#include "integration/desktop/mouse_probe.h"
 #include "integration/files/calibration_file.h"
+#include "integration/headset/gated_device.h"
+#include "integration/headset/headset_event.h"
+#include "integration/headset/probe_hand.h"
+#include "integration/headset/scene_hands.h"
+#include "module/haptics/position_source.h"
 #include "module/session/scene_picture.h"
 #include "module/xr/headset.h"
 #include "module/xr/volume_source.h"
 
-namespace palpate::app {
+namespace palpate::headset {
 
-/// What happens to the force when the picture in the headset is lost.
-enum class OnHeadsetLoss { kRamp, kGoOn };
+/// What is asked of a headset, before there is one.
+struct HeadsetLoopOptions {
+  bool pass_through = false;  ///< the room is seen behind the volume, where the headset offers that
+  std::optional<uint32_t> overlay;  ///< as xr::HeadsetOptions::overlay
+  /// Sentences about what fails also say why in the words of OpenXR: for those who look for the
+  /// cause.
+  bool details = false;
+};
 
 /// Inputs of the headset loop. All borrowed until end().
 struct HeadsetScene {
   Session* session = nullptr;
-  GatedDevice* gate = nullptr;
-  /// The probe: moved by a controller, which vibrates in contact; or, without a controller, by a
-  /// bare finger that pinches, with colour and sound in contact. Null if there is a force device.
-  desktop::MouseProbe* controller = nullptr;
+  GatedDevice* gate = nullptr;  ///< around the session's device; see GatedDevice::guard()
+  /// The hand that feels, if it is a controller, moved by it and answered by vibration; or, where
+  /// there is none, a bare finger that pinches, answered by colour and sound.
+  PositionSource* controller = nullptr;
   double max_force_n = 4.0;
   ViewChoices view;
-  bool sound = true;  ///< sound of contact for a bare finger
-  OnHeadsetLoss on_loss = OnHeadsetLoss::kRamp;
-  /// Place of the force device in the room; empty: the world is placed in front of the person.
+  bool sound = true;  ///< where a bare finger touches
+  /// Where the force device stands in the room; none: the world is put before the person.
   std::optional<files::StoredCalibration> calibration;
   glm::dvec3 device_centre_m{0.0};  ///< of its workspace, world
 };
@@ -43,10 +49,8 @@ struct HeadsetScene {
 /// the object is destroyed; starts again after every loss of the headset.
 class HeadsetLoop {
  public:
-  /// Starts to search for a runtime and a headset at once; shows nothing before begin().
-  /// pass_through: show the room behind the volume, if the headset supports it. overlay: as
-  /// xr::HeadsetOptions::overlay.
-  explicit HeadsetLoop(bool pass_through = false, std::optional<uint32_t> overlay = std::nullopt);
+  /// Starts to look for a runtime and a headset at once; shows nothing before begin().
+  explicit HeadsetLoop(const HeadsetLoopOptions& options = {});
   /// As end().
   ~HeadsetLoop();
   HeadsetLoop(const HeadsetLoop&) = delete;
@@ -64,8 +68,8 @@ class HeadsetLoop {
   /// Ends the OpenXR session and the thread; waits for at most a few seconds.
   void end();
 
-  /// Sentences for the user since the last call. Any thread.
-  std::vector<std::string> news();
+  /// What has happened since the last call, in order. Any thread.
+  std::vector<HeadsetEvent> news();
   /// The person ended the session in the headset. Any thread.
   bool ended() const { return ended_; }
   /// For the summary; after end().
@@ -80,17 +84,18 @@ class HeadsetLoop {
 
  private:
   class Run;
-  void tell(std::string sentence);
+  void tell(HeadsetEvent event);
+  void tell(std::string sentence) { tell({HeadsetEvent::Kind::kNote, std::move(sentence)}); }
 
   /// guards the members below except the atomics, numbers_ and the thread
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::optional<Availability> found_;
   std::optional<HeadsetScene> scene_;
-  std::vector<std::string> news_;
+  std::vector<HeadsetEvent> news_;
   std::atomic<bool> ended_{false};
   Numbers numbers_;
   std::jthread thread_;
 };
 
-}  // namespace palpate::app
+}  // namespace palpate::headset

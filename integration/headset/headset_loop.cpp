@@ -1,4 +1,4 @@
-#include "integration/app/headset/headset_loop.h"
+#include "integration/headset/headset_loop.h"
 
 #include <fmt/format.h>
 
@@ -6,16 +6,14 @@
 #include <chrono>
 #include <cmath>
 
-#include "integration/app/headset/place_check.h"
-#include "integration/app/headset/problem_text.h"
-#include "integration/app/progress.h"
+#include "integration/headset/place_check.h"
 #include "integration/sound/contact_sound.h"
 #include "module/haptics/monotonic.h"
 #include "module/haptics/real_time.h"
 #include "module/haptics/snapshot_ahead.h"
 #include "module/xr/vibration.h"
 
-namespace palpate::app {
+namespace palpate::headset {
 namespace {
 
 using namespace std::chrono_literals;
@@ -48,11 +46,11 @@ glm::dvec3 ahead_of(const Pose& head) {
 /// The state that only the thread uses.
 class HeadsetLoop::Run {
  public:
-  Run(HeadsetLoop& loop, bool pass_through, std::optional<uint32_t> overlay)
+  Run(HeadsetLoop& loop, const HeadsetLoopOptions& options)
       : loop_(loop),
+        options_(options),
         source_([this](const xr::HeadsetFrame& frame) { return show(frame); }),
-        headset_(options(pass_through, overlay), source_),
-        pass_through_(pass_through) {}
+        headset_(asked_of_headset(options), source_) {}
 
   void live(std::stop_token stop) {
     give_way(BackgroundWork::kPictures);
@@ -73,17 +71,18 @@ class HeadsetLoop::Run {
   }
 
  private:
-  static xr::HeadsetOptions options(bool pass_through, std::optional<uint32_t> overlay) {
-    xr::HeadsetOptions options;
-    options.overlay = overlay;
-    if (pass_through) options.blend = xr::BlendMode::kAlpha;
-    return options;
+  static xr::HeadsetOptions asked_of_headset(const HeadsetLoopOptions& options) {
+    xr::HeadsetOptions asked;
+    asked.overlay = options.overlay;
+    if (options.pass_through) asked.blend = xr::BlendMode::kAlpha;
+    return asked;
   }
 
   void take(const xr::Report& report, int64_t now_ns) {
     if (!report.sentence.empty())
-      loop_.tell(report.sentence == report.problem.message ? problem_text(report.problem)
-                                                           : report.sentence);
+      loop_.tell(report.sentence == report.problem.message
+                     ? xr::problem_text(report.problem, options_.details)
+                     : report.sentence);
     if (!source_.trouble().empty() && source_.trouble() != trouble_)
       loop_.tell("There is no picture: " + source_.trouble());
     trouble_ = source_.trouble();
@@ -115,7 +114,7 @@ class HeadsetLoop::Run {
     tracking_told_ |= report.hand_tracking;
     if (report.no_hand_tracking != no_tracking_ && !report.no_hand_tracking.empty())
       loop_.tell(fmt::format("The runtime does not show bare hands in this session{}.",
-                             Console::verbose() ? ": " + report.no_hand_tracking : ""));
+                             options_.details ? ": " + report.no_hand_tracking : ""));
     no_tracking_ = report.no_hand_tracking;
     if (sound_)
       if (const std::string trouble = sound_->take_trouble(); !trouble.empty()) loop_.tell(trouble);
@@ -126,9 +125,10 @@ class HeadsetLoop::Run {
     if (loop_.found_) return;
     const bool there = report.sessions > 0;
     const bool runtime = report.state != xr::HeadsetState::kNoRuntime;
-    loop_.found_ = Availability{
-        runtime, there, report.problem.trouble == xr::Trouble::kUnsupported && !there,
-        there ? report.system + " through " + report.runtime : problem_text(report.problem)};
+    loop_.found_ =
+        Availability{runtime, there, report.problem.trouble == xr::Trouble::kUnsupported && !there,
+                     there ? report.system + " through " + report.runtime
+                           : xr::problem_text(report.problem, options_.details)};
     loop_.changed_.notify_all();
   }
 
@@ -146,12 +146,12 @@ class HeadsetLoop::Run {
     if (ending_ || report.state == xr::HeadsetState::kEnded) return;
     if (shown != shown_ && was_shown_)
       loop_.tell(shown ? "The picture is back in the headset."
-                 : scene_->on_loss == OnHeadsetLoss::kRamp
+                 : scene_->gate->on_loss() == OnHeadsetLoss::kRamp
                      ? "The picture in the headset is gone: the force goes down until it is back."
                      : "The picture in the headset is gone: the force goes on.");
     shown_ = shown;
     was_shown_ |= shown;
-    if (scene_->on_loss == OnHeadsetLoss::kRamp)
+    if (scene_->gate->on_loss() == OnHeadsetLoss::kRamp)
       scene_->gate->shown_until(shown ? now_ns + kShown_ns : 0);
     scene_->gate->dead_man_until(xr::dead_man_held(report.hands) ? now_ns + kDeadMan_ns : 0);
   }
@@ -162,9 +162,9 @@ class HeadsetLoop::Run {
     last_ns_ = now_ns;
     if (report.sessions != sessions_) {
       sessions_ = report.sessions;
-      if (pass_through_ && report.blend == xr::BlendMode::kOpaque)
-        loop_.tell(
-            "This headset does not show the room behind the volume: --pass-through does nothing.");
+      if (options_.pass_through && report.blend == xr::BlendMode::kOpaque)
+        loop_.tell({HeadsetEvent::Kind::kNoPassThrough,
+                    "This headset does not show the room behind the volume."});
       if (!headset_.colocation().keeps()) placed_ = false;
     }
     if (!placed_) {
@@ -174,9 +174,9 @@ class HeadsetLoop::Run {
     }
     xr::Hands hands = report.hands;
     if (check_) {
-      const std::string said =
+      auto said =
           check_->step(1e-9 * double(now_ns), snapshot_.probe_m, headset_.colocation(), hands);
-      if (!said.empty()) loop_.tell(said);
+      if (said) loop_.tell(std::move(*said));
     }
     hands_->step(hands, snapshot_, dt_s);
     if (report.hands.recentre) bring_here();
@@ -197,17 +197,16 @@ class HeadsetLoop::Run {
         check_.emplace(scene_->calibration->calibration.controller_from_tip_m);
         return;
       }
-      loop_.tell(
-          fmt::format("The calibration belongs to the {} space, which this runtime does not have "
-                      "now: calibrate again with 'palpate calibrate'.",
-                      scene_->calibration->space));
+      loop_.tell({HeadsetEvent::Kind::kOtherSpace,
+                  fmt::format("The calibration is about the {} space, which this runtime does not "
+                              "have now.",
+                              scene_->calibration->space)});
       scene_->calibration.reset();
     } else if (!scene_->controller && !guess_told_) {
       guess_told_ = true;
-      loop_.tell(
-          "Where the force device stands in this room is a guess, so what is felt is not where it "
-          "is seen: find it with 'palpate calibrate -o room.json', and add --calibration "
-          "room.json.");
+      loop_.tell({HeadsetEvent::Kind::kNoCalibration,
+                  "Where the force device stands in this room is a guess, so what is felt is not "
+                  "where it is seen."});
     }
     glm::dvec3 centre;
     double radius_m = 0.0;
@@ -309,6 +308,7 @@ class HeadsetLoop::Run {
   }
 
   HeadsetLoop& loop_;
+  const HeadsetLoopOptions options_;
   xr::VolumeSource source_;
   xr::Headset headset_;
   std::optional<HeadsetScene> scene_;
@@ -323,8 +323,7 @@ class HeadsetLoop::Run {
   std::unique_ptr<ScenePicture> picture_;
   SceneSnapshot snapshot_;
   SnapshotAhead ahead_;
-  std::optional<Pose> head_;  ///< world, in the last frame that asked for a picture
-  bool pass_through_ = false;
+  std::optional<Pose> head_;  ///< world, of the last frame that asked for a picture
   bool main_visible_ = true;
   bool guess_told_ = false, placed_ = false, shown_ = false, was_shown_ = false, ending_ = false;
   uint64_t frames_ = 0, sessions_ = 0;
@@ -333,10 +332,8 @@ class HeadsetLoop::Run {
   bool preparing_ = false;
 };
 
-HeadsetLoop::HeadsetLoop(bool pass_through, std::optional<uint32_t> overlay) {
-  thread_ = std::jthread([this, pass_through, overlay](std::stop_token stop) {
-    Run(*this, pass_through, overlay).live(stop);
-  });
+HeadsetLoop::HeadsetLoop(const HeadsetLoopOptions& options) {
+  thread_ = std::jthread([this, options](std::stop_token stop) { Run(*this, options).live(stop); });
 }
 
 HeadsetLoop::~HeadsetLoop() {
@@ -359,14 +356,14 @@ void HeadsetLoop::end() {
   if (thread_.joinable()) thread_.join();
 }
 
-void HeadsetLoop::tell(std::string sentence) {
+void HeadsetLoop::tell(HeadsetEvent event) {
   const std::lock_guard lock(mutex_);
-  news_.push_back(std::move(sentence));
+  news_.push_back(std::move(event));
 }
 
-std::vector<std::string> HeadsetLoop::news() {
+std::vector<HeadsetEvent> HeadsetLoop::news() {
   const std::lock_guard lock(mutex_);
   return std::exchange(news_, {});
 }
 
-}  // namespace palpate::app
+}  // namespace palpate::headset

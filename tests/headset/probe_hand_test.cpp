@@ -1,9 +1,9 @@
 // Which hand feels in a headset where no force device does.
-#include "integration/app/headset/probe_hand.h"
+#include "integration/headset/probe_hand.h"
 
 #include <gtest/gtest.h>
 
-namespace palpate::app {
+namespace palpate::headset {
 namespace {
 
 using By = ProbeHold::By;
@@ -143,4 +143,4 @@ TEST(ProbeHand, AHandThatIsLostHasNotTapped) {
 }
 
 }  // namespace
-}  // namespace palpate::app
+}  // namespace palpate::headset

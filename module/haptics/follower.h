@@ -2,9 +2,9 @@
 
 #include <glm/glm.hpp>
 
-namespace palpate::desktop {
+namespace palpate {
 
-/// Turns the steps of a mouse (60 to 1,000 a second, of any size) into a motion that a hand could
+/// Turns positions in steps (20 to 1,000 a second, of any size) into a motion that a hand could
 /// make: a critically damped spring pulls the place after its target,
 ///   x'' = w^2 (target - x) - 2 w x',
 /// solved exactly for each step, so that any dt is stable and the place never overshoots from rest.
@@ -28,4 +28,4 @@ class Follower {
   glm::dvec3 place_m_, velocity_m_per_s_{0.0};
 };
 
-}  // namespace palpate::desktop
+}  // namespace palpate

@@ -1,4 +1,4 @@
-#include "integration/desktop/mouse_probe.h"
+#include "module/haptics/position_source.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include "module/haptics/force_vector.h"
 #include "module/haptics/monotonic.h"
 
-namespace palpate::desktop {
+namespace palpate {
 namespace {
 
 constexpr double kMostOfScenes_n = 100.0;
@@ -15,24 +15,24 @@ constexpr double kSeen_m = 1e-4;      // about a pixel at arm's length
 
 }  // namespace
 
-MouseProbe::MouseProbe(const MouseProbeOptions& options)
+PositionSource::PositionSource(const PositionSourceOptions& options)
     : options_(options),
       position_{options.start_m, 0, !options.waits},
       follower_(options.start_m, options.settle_per_s, options.speed_m_per_s),
       there_(!options.waits) {}
 
-void MouseProbe::hold(glm::dvec3 place_m, uint32_t buttons) noexcept {
+void PositionSource::hold(glm::dvec3 place_m, uint32_t buttons) noexcept {
   if (!is_finite(place_m)) return;
   const double away_m = glm::length(place_m);
   if (away_m > options_.workspace_radius_m) place_m *= options_.workspace_radius_m / away_m;
   newest_.put({place_m, buttons, true});
 }
 
-void MouseProbe::let_go() noexcept {
+void PositionSource::let_go() noexcept {
   newest_.put({glm::dvec3(0.0), 0, false});
 }
 
-DeviceInfo MouseProbe::info() const {
+DeviceInfo PositionSource::info() const {
   DeviceInfo info;
   info.kind = info.name = options_.kind;
   info.max_force_n = 3.0 * kMostOfScenes_n;
@@ -43,11 +43,11 @@ DeviceInfo MouseProbe::info() const {
   return info;
 }
 
-DeviceReading MouseProbe::exchange(const DeviceCommand&) noexcept {
+DeviceReading PositionSource::exchange(const DeviceCommand&) noexcept {
   return exchange_at(monotonic_ns());
 }
 
-DeviceReading MouseProbe::exchange_at(int64_t now_ns) noexcept {
+DeviceReading PositionSource::exchange_at(int64_t now_ns) noexcept {
   newest_.get(position_);
   if (!position_.there) {
     there_ = false;
@@ -71,4 +71,4 @@ DeviceReading MouseProbe::exchange_at(int64_t now_ns) noexcept {
   return reading;
 }
 
-}  // namespace palpate::desktop
+}  // namespace palpate

@@ -1,29 +1,10 @@
-#include "integration/app/calibrate/touch_guide.h"
+#include "integration/headset/touch_taker.h"
 
-#include <array>
-
-namespace palpate::app {
+namespace palpate::headset {
 namespace {
 
 constexpr double kHold_s = 0.3;
 constexpr double kStill_m = 0.002;  // a hand that rests on something moves less
-
-constexpr std::array<TouchPlace, 14> kPlaces = {{
-    {"left, down, far from you", {-1, -1, -1}},
-    {"right, up, near to you", {1, 1, 1}},
-    {"right, down, near to you", {1, -1, 1}},
-    {"left, up, far from you", {-1, 1, -1}},
-    {"left, up, near to you", {-1, 1, 1}},
-    {"right, down, far from you", {1, -1, -1}},
-    {"left, down, near to you", {-1, -1, 1}},
-    {"right, up, far from you", {1, 1, -1}},
-    {"all the way left", {-1, 0, 0}},
-    {"all the way right", {1, 0, 0}},
-    {"all the way up", {0, 1, 0}},
-    {"all the way down", {0, -1, 0}},
-    {"as near to you as it goes", {0, 0, 1}},
-    {"as far from you as it goes", {0, 0, -1}},
-}};
 
 glm::dvec3 mean(const std::vector<glm::dvec3>& places) {
   glm::dvec3 sum(0.0);
@@ -39,10 +20,6 @@ double spread(const std::vector<glm::dvec3>& places) {
 }
 
 }  // namespace
-
-const TouchPlace& touch_place(size_t number) {
-  return kPlaces[number % kPlaces.size()];
-}
 
 void TouchTaker::begin(double now_s) {
   since_s_ = now_s;
@@ -76,4 +53,4 @@ TouchTaker::Taken TouchTaker::judge() const {
   return {TouchedPoint{mean(device_m_), mean(stage_m_)}, ""};
 }
 
-}  // namespace palpate::app
+}  // namespace palpate::headset

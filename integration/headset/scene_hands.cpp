@@ -1,9 +1,9 @@
-#include "integration/app/headset/scene_hands.h"
+#include "integration/headset/scene_hands.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace palpate::app {
+namespace palpate::headset {
 namespace {
 
 constexpr double kScrubPerSecond = 0.25;  // of the sequence, with the stick pushed all the way
@@ -87,4 +87,4 @@ void SceneHands::next_look(int steps) {
   view_.look = names[size_t(((now + steps) % count + count) % count)];
 }
 
-}  // namespace palpate::app
+}  // namespace palpate::headset

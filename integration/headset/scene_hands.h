@@ -7,7 +7,7 @@
 #include "module/session/session.h"
 #include "module/xr/grab.h"
 
-namespace palpate::app {
+namespace palpate::headset {
 
 /// What hands with controllers do with the scene: grab and scale it, cut it with a palm, play and
 /// scrub it, change its look. All volumes move together, since they belong to one patient. One
@@ -43,4 +43,4 @@ class SceneHands {
   double cut_held_s_ = 0.0;
 };
 
-}  // namespace palpate::app
+}  // namespace palpate::headset

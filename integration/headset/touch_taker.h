@@ -8,16 +8,7 @@
 #include "module/calibrate/calibrate.h"
 #include "module/xr/hands.h"
 
-namespace palpate::app {
-
-/// A place for the device's tip: in words, and as a direction in the device's axes (x right, y up,
-/// z towards the user), each component -1, 0 or 1 times the reach.
-struct TouchPlace {
-  const char* words;
-  glm::dvec3 direction;
-};
-/// The places in turn: corners and middles of faces, the most distant first. Repeats at the end.
-const TouchPlace& touch_place(size_t number);
+namespace palpate::headset {
 
 /// Takes one touched point: both tips must be still while the button is pressed and for 0.3 s
 /// after. A value; one thread.
@@ -45,4 +36,4 @@ class TouchTaker {
   std::vector<glm::dvec3> device_m_, stage_m_;
 };
 
-}  // namespace palpate::app
+}  // namespace palpate::headset

@@ -1,7 +1,7 @@
 // Oracle: the closed form of a critically damped spring; the limits that the class promises; and
 // class Safety, which says whether a force from this "device" comes through as the scene wants it.
 
-#include "integration/desktop/mouse_probe.h"
+#include "module/haptics/position_source.h"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 
 #include "module/haptics/safety.h"
 
-namespace palpate::desktop {
+namespace palpate {
 namespace {
 
 TEST(Follower, FollowsTheClosedFormOfACriticallyDampedSpring) {
@@ -76,8 +76,8 @@ TEST(Follower, StaysWhereItIsForWhatIsNoNumber) {
   EXPECT_EQ(follower.place_m(), glm::dvec3(0.01));
 }
 
-TEST(MouseProbe, GivesAFreshPlaceForEveryExchange) {
-  MouseProbe probe;
+TEST(PositionSource, GivesAFreshPlaceForEveryExchange) {
+  PositionSource probe;
   probe.hold({0.01, 0.02, -0.03}, 1);
   int64_t now = 1'000'000'000;
   DeviceReading reading;
@@ -92,8 +92,8 @@ TEST(MouseProbe, GivesAFreshPlaceForEveryExchange) {
   EXPECT_LE(glm::distance(reading.position_m, {0.01, 0.02, -0.03}), 1e-9);
 }
 
-TEST(MouseProbe, StaysWithinItsWorkspaceAndIgnoresWhatIsNoPlace) {
-  MouseProbe probe;
+TEST(PositionSource, StaysWithinItsWorkspaceAndIgnoresWhatIsNoPlace) {
+  PositionSource probe;
   const double reach = probe.info().workspace_radius_m;
   probe.hold({10.0, 10.0, 10.0}, 0);
   probe.hold({std::numeric_limits<double>::infinity(), 0.0, 0.0}, 0);
@@ -105,19 +105,19 @@ TEST(MouseProbe, StaysWithinItsWorkspaceAndIgnoresWhatIsNoPlace) {
   EXPECT_NEAR(glm::length(reading.position_m), reach, 1e-9);
 }
 
-TEST(MouseProbe, DoesNotMakeUpForASleepInOneJump) {
-  MouseProbe probe;
+TEST(PositionSource, DoesNotMakeUpForASleepInOneJump) {
+  PositionSource probe;
   probe.exchange_at(0);
   probe.hold({0.05, 0.0, 0.0}, 0);
-  const MouseProbeOptions options;
+  const PositionSourceOptions options;
   const DeviceReading reading = probe.exchange_at(5'000'000'000);
   EXPECT_LE(glm::length(reading.position_m), 0.010 * options.speed_m_per_s);
 }
 
-TEST(MouseProbe, IsGoneWhenNobodyHoldsItAndBeginsWhereItIsTakenAgain) {
-  MouseProbeOptions options;
+TEST(PositionSource, IsGoneWhenNobodyHoldsItAndBeginsWhereItIsTakenAgain) {
+  PositionSourceOptions options;
   options.waits = true;
-  MouseProbe probe(options);
+  PositionSource probe(options);
   int64_t now = 1'000'000'000;
   const auto after = [&](int ms) {
     DeviceReading reading;
@@ -139,8 +139,8 @@ TEST(MouseProbe, IsGoneWhenNobodyHoldsItAndBeginsWhereItIsTakenAgain) {
   EXPECT_EQ(after(1).position_m, glm::dvec3(-0.04, 0.01, 0.0));
 }
 
-TEST(MouseProbe, IsMovedByOneThreadAndReadByAnother) {
-  MouseProbe probe;
+TEST(PositionSource, IsMovedByOneThreadAndReadByAnother) {
+  PositionSource probe;
   std::jthread window([&](std::stop_token stop) {
     for (int k = 0; !stop.stop_requested(); ++k) probe.hold(glm::dvec3(k % 2 ? 0.02 : -0.02), 0);
   });
@@ -155,7 +155,7 @@ TEST(MouseProbe, IsMovedByOneThreadAndReadByAnother) {
 
 /// Presses by `force_n` for ten minutes without moving, after the start ramp: what is let through.
 double force_after_ten_minutes(double force_n, double scene_most_n) {
-  MouseProbe probe;
+  PositionSource probe;
   SafetyOptions options;
   options.max_force_n = scene_most_n;
   Safety safety(options, probe.info());
@@ -173,7 +173,7 @@ double force_after_ten_minutes(double force_n, double scene_most_n) {
   return out.force_n.y;
 }
 
-TEST(MouseProbe, LetsTheGuardsGiveTheForceThatTheArrowShows) {
+TEST(PositionSource, LetsTheGuardsGiveTheForceThatTheArrowShows) {
   // As wanted; rounding of the slew's last step only.
   EXPECT_NEAR(force_after_ten_minutes(3.0, 4.0), 3.0, 1e-9);
   // The scene's limit holds, not the device's, and nothing that is not there gets hot.
@@ -181,8 +181,8 @@ TEST(MouseProbe, LetsTheGuardsGiveTheForceThatTheArrowShows) {
   EXPECT_NEAR(force_after_ten_minutes(90.0, 100.0), 90.0, 1e-9);
 }
 
-TEST(MouseProbe, ThatWaitsBeginsWhereItIsHeldFirstAndIsNotDrawnThere) {
-  MouseProbe probe({.kind = "controller", .waits = true, .workspace_radius_m = 1.0});
+TEST(PositionSource, ThatWaitsBeginsWhereItIsHeldFirstAndIsNotDrawnThere) {
+  PositionSource probe({.kind = "controller", .waits = true, .workspace_radius_m = 1.0});
   EXPECT_EQ(probe.info().kind, "controller");
   for (int k = 0; k < 10; ++k) {
     const DeviceReading nothing = probe.exchange_at(1'000'000 * k);
@@ -198,4 +198,4 @@ TEST(MouseProbe, ThatWaitsBeginsWhereItIsHeldFirstAndIsNotDrawnThere) {
 }
 
 }  // namespace
-}  // namespace palpate::desktop
+}  // namespace palpate

@@ -3,14 +3,14 @@
 #include <glm/glm.hpp>
 #include <string>
 
-#include "integration/desktop/follower.h"
 #include "module/haptics/device.h"
+#include "module/haptics/follower.h"
 #include "module/haptics/mailbox.h"
 
-namespace palpate::desktop {
+namespace palpate {
 
-/// How a mouse, or another source of positions without force, is used as a hand.
-struct MouseProbeOptions {
+/// How a source of positions is used as a hand.
+struct PositionSourceOptions {
   std::string kind = "mouse";
   glm::dvec3 start_m{0.0};  ///< device space
   bool waits = false;       ///< is not there before the first hold()
@@ -19,22 +19,24 @@ struct MouseProbeOptions {
   double speed_m_per_s = 0.75;  ///< half of the speed from which on the guards damp
 };
 
-/// A mouse as a force device: it gives positions, and ignores the forces that it is sent. All
-/// guards run as for any hand, so that the arrow that is drawn is the force that a device would
-/// give.
+/// A mouse, a controller, a bare finger or a tracked tool as a force device: it gives positions,
+/// and ignores the forces that it is sent. All guards run as for any hand, so that the arrow that
+/// is drawn is the force that a device would give.
 ///
 /// Its numbers, which the guards take: max_force_n 300, as motors may hold a third of their most
 /// for ever and no scene asks for more than 100 N: the scene's own limit is the one that counts,
 /// and nothing that does not exist is said to get hot. max_stiffness 0 (it does not say): a hand
-/// that feels nothing can not hum, so every stiffness is stable. delay 0. Button 0 is the left one.
+/// that feels nothing can not hum, so every stiffness is stable. delay 0.
 ///
-/// hold() is the window's thread, exchange() the servo's: they meet in a mailbox and neither waits.
-class MouseProbe final : public ForceDevice {
+/// hold() is called on the thread that knows the position, exchange() on the servo's: they meet in
+/// a mailbox and neither waits.
+class PositionSource final : public ForceDevice {
  public:
-  explicit MouseProbe(const MouseProbeOptions& options = {});
+  explicit PositionSource(const PositionSourceOptions& options = {});
 
-  /// Where the mouse holds the probe now, device space (kept within the workspace), and which
-  /// buttons are down. Not finite: ignored. Wait-free; one thread.
+  /// Where the hand is now, device space (kept within the workspace), and which buttons are down.
+  /// Button 0: a mouse's left one, a controller's trigger. Not finite: ignored. Wait-free; one
+  /// thread.
   void hold(glm::dvec3 place_m, uint32_t buttons) noexcept;
   /// No hand (DeviceFault::kNoHand) until the next hold(). The probe then begins there, since a
   /// hand that comes from elsewhere must not be drawn through the scene. As hold().
@@ -47,19 +49,19 @@ class MouseProbe final : public ForceDevice {
   DeviceReading exchange_at(int64_t now_ns) noexcept;
 
  private:
-  struct MousePosition {
+  struct HandPosition {
     glm::dvec3 place_m{0.0};
     uint32_t buttons = 0;
     bool there = true;
   };
 
-  MouseProbeOptions options_;
-  Newest<MousePosition> newest_;
-  MousePosition position_;  ///< the servo's
+  PositionSourceOptions options_;
+  Newest<HandPosition> newest_;
+  HandPosition position_;  ///< the servo's
   Follower follower_;
   glm::dvec3 last_m_{0.0};  ///< that was given
   int64_t last_ns_ = 0;
   bool started_ = false, there_;
 };
 
-}  // namespace palpate::desktop
+}  // namespace palpate

@@ -1,8 +1,8 @@
-#include "integration/app/headset/probe_hand.h"
+#include "integration/headset/probe_hand.h"
 
 #include <algorithm>
 
-namespace palpate::app {
+namespace palpate::headset {
 namespace {
 
 constexpr double kShortest_s = 1e-6;  // so that a pinch counts from its first frame on
@@ -47,4 +47,4 @@ ProbeHold ProbeHand::step(const xr::Hands& hands, double dt_s) {
   return hold;
 }
 
-}  // namespace palpate::app
+}  // namespace palpate::headset

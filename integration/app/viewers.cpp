@@ -1,8 +1,10 @@
-#include "integration/app/headset/viewers.h"
+#include "integration/app/viewers.h"
 
 #include <fmt/format.h>
 
 #include <cstdlib>
+
+#include "integration/app/progress.h"
 
 namespace palpate::app {
 namespace {
@@ -18,10 +20,10 @@ Result<std::unique_ptr<desktop::DesktopLoop>> open_window(const ViewerChoice& ch
 }
 
 Result<Viewers> in_headset(const ViewerChoice& choice, Viewers viewers,
-                           const HeadsetLoop::Availability& found) {
-  viewers.why = found.headset ? fmt::format("in the headset: {}.", found.sentence)
-                              : fmt::format("in a headset, as asked, as soon as one is there: {}",
-                                            found.sentence);
+                           const headset::HeadsetLoop::Availability& found) {
+  viewers.why = found.headset
+                    ? fmt::format("in the headset: {}.", found.sentence)
+                    : fmt::format("in a headset, as asked, once it is there: {}", found.sentence);
   if (!choice.mirror || !has_display()) return viewers;
   // The window is for other people: the headset works without it.
   auto window = open_window(choice);
@@ -56,8 +58,9 @@ Result<Viewers> open_viewers(const ViewerChoice& choice) {
     viewers.why = "in picture files, as asked.";
     return viewers;
   }
-  viewers.headset = std::make_unique<HeadsetLoop>(choice.pass_through, choice.overlay);
-  const HeadsetLoop::Availability found = viewers.headset->found();
+  viewers.headset = std::make_unique<headset::HeadsetLoop>(
+      headset::HeadsetLoopOptions{choice.pass_through, choice.overlay, Console::verbose()});
+  const headset::HeadsetLoop::Availability found = viewers.headset->found();
   if (asked && (!found.runtime || (choice.overlay && found.can_never)))
     return Error{ErrorKind::kNoDevice, found.sentence};
   if (asked || found.headset) return in_headset(choice, std::move(viewers), found);

@@ -1,0 +1,154 @@
+// The headset's loop as a host runs it, without the program: a session of the host's, the loop, and
+// the OpenXR runtime of our own, which says what reached it.
+#include "integration/headset/headset_loop.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <functional>
+#include <thread>
+
+#include "compute/volume/phantom.h"
+#include "integration/scenes/load_scene.h"
+#include "module/haptics/position_source.h"
+#include "tests/support/device.h"
+#include "tests/xr/runtime/control.h"
+
+namespace palpate::headset {
+namespace {
+
+using namespace std::chrono_literals;
+using test::fake::control;
+using Kind = HeadsetEvent::Kind;
+
+/// Before anything asks the loader. Nothing else runs yet.
+[[maybe_unused]] const int kChosen = [] {
+  setenv("XR_RUNTIME_JSON", PALPATE_FAKE_RUNTIME, 1);
+  return 0;
+}();
+
+/// The shell as one frame that a program has in memory.
+LoadedScene shell_in_memory() {
+  auto given = std::make_shared<scenes::GivenVolume>();
+  given->frames = shell_phantom(32, 1, 1, 0.0);
+  scenes::SequenceChoices choices;
+  choices.given["shell"] = given;
+  auto scene = scenes::load_scene({"shell"}, choices);
+  EXPECT_TRUE(scene) << (scene ? "" : scene.error().message);
+  return scene ? std::move(*scene) : LoadedScene{};
+}
+
+/// A host with a session whose device is a source of positions behind the gate of a headset.
+class HostWithHeadset : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!test::device().context) GTEST_SKIP() << test::device().why_not;
+    control().reset();
+    LoadedScene scene = shell_in_memory();
+    make_movable(scene);
+    auto source = std::make_unique<PositionSource>();
+    position = source.get();
+    gate = std::make_unique<GatedDevice>(std::move(source));
+    SessionOptions options;
+    GatedDevice::guard(options.haptics.safety);
+    options.servo.real_time = {.priority = 0, .lock_memory = false, .cores_awake = false};
+    auto started = Session::start(scene, *gate, options);
+    ASSERT_TRUE(started) << started.error().message;
+    session = std::move(*started);
+  }
+  void TearDown() override {
+    if (loop) loop->end();
+    if (session) session->stop();
+    loop.reset();
+    EXPECT_EQ(control().alive(), "");
+    EXPECT_THAT(control().violations(), ::testing::IsEmpty());
+  }
+
+  void start_loop(const HeadsetLoopOptions& options, bool has_controller) {
+    loop = std::make_unique<HeadsetLoop>(options);
+    HeadsetScene scene;
+    scene.session = session.get();
+    scene.gate = gate.get();
+    scene.controller = has_controller ? position : nullptr;
+    scene.sound = false;
+    loop->begin(scene);
+  }
+  SceneSnapshot newest() {
+    session->newest(SnapshotReader::kLive, snapshot_);
+    return snapshot_;
+  }
+  /// Waits until it is so; false after a minute.
+  bool until(const std::function<bool()>& so) {
+    for (int k = 0; k < 6000; ++k) {
+      for (HeadsetEvent& event : loop->news()) events.push_back(std::move(event));
+      if (so()) return true;
+      std::this_thread::sleep_for(10ms);
+    }
+    return false;
+  }
+  int heard(Kind kind) const {
+    return int(std::count_if(events.begin(), events.end(),
+                             [&](const HeadsetEvent& event) { return event.kind == kind; }));
+  }
+
+  PositionSource* position = nullptr;
+  std::unique_ptr<GatedDevice> gate;
+  std::unique_ptr<Session> session;
+  std::unique_ptr<HeadsetLoop> loop;
+  std::vector<HeadsetEvent> events;
+
+ private:
+  SceneSnapshot snapshot_;
+};
+
+TEST_F(HostWithHeadset, IsSeenOnlyOnceThePictureIsShownAndItsControllerMovesTheProbe) {
+  loop = std::make_unique<HeadsetLoop>();
+  EXPECT_TRUE(loop->found().headset);
+  ASSERT_TRUE(until([&] { return newest().cause == Cause::kUnseen; })) << word(newest().cause);
+  loop.reset();
+
+  start_loop({}, true);
+  ASSERT_TRUE(until([&] { return newest().cause != Cause::kUnseen; })) << word(newest().cause);
+  // By a hand's breadth to the right: the probe goes as far in the world as the hand in the room.
+  const auto at = [](float x_m) {
+    control().script_hand(1, [x_m](XrTime) { return XrPosef{{0, 0, 0, 1}, {x_m, 1.45F, -0.4F}}; });
+  };
+  at(0.0F);
+  glm::dvec3 before(0.0);
+  const auto rests = [&] {
+    const glm::dvec3 last = std::exchange(before, newest().probe_m);
+    return newest().cause != Cause::kDevice && glm::distance(last, before) < 1e-7;
+  };
+  ASSERT_TRUE(until([&] { return heard(Kind::kNoCalibration) == 0 && rests(); }));
+  const glm::dvec3 from_m = before;
+  at(0.03F);
+  ASSERT_TRUE(until([&] { return glm::distance(newest().probe_m, from_m) > 0.01 && rests(); }));
+  EXPECT_NEAR(glm::distance(before, from_m), 0.03, 1e-4);
+  // The renderer is made beside the frames, which begin without a picture.
+  ASSERT_TRUE(until([&] { return control().last_frame().layers > 0; }));
+  loop->end();
+  EXPECT_GT(loop->numbers().drawn, 0u);
+  EXPECT_EQ(loop->numbers().sessions, 1u);
+  EXPECT_EQ(heard(Kind::kNoCalibration), 0) << "a controller is where it is seen";
+}
+
+TEST_F(HostWithHeadset, HearsOnceThatItsDeviceIsNotCalibrated) {
+  start_loop({}, false);
+  ASSERT_TRUE(until([&] { return heard(Kind::kNoCalibration) > 0; }));
+  const uint64_t frames = control().frames();
+  ASSERT_TRUE(until([&] { return control().frames() > frames + 50; }));
+  EXPECT_EQ(heard(Kind::kNoCalibration), 1);
+  EXPECT_EQ(heard(Kind::kNoPassThrough), 0) << "nobody has asked for it";
+}
+
+TEST_F(HostWithHeadset, HearsThatTheHeadsetShowsNoRoom) {
+  control().setup().blend_modes = {XR_ENVIRONMENT_BLEND_MODE_OPAQUE};
+  start_loop({.pass_through = true}, false);
+  EXPECT_TRUE(until([&] { return heard(Kind::kNoPassThrough) > 0; }));
+}
+
+}  // namespace
+}  // namespace palpate::headset
