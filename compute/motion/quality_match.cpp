@@ -20,6 +20,11 @@ constexpr double kClearestShare = 0.1;
 /// A block is textured only if its SD is above this share of its values, so that rounding does not
 /// count as texture.
 constexpr double kRounding = 1e-5;
+/// What moving_share counts: noise may be the same in so many voxels (two along each axis),
+/// and its mean square is taken so many times away before a step counts as motion.
+constexpr double kVoxelsOfNoise = 8.0;
+constexpr double kChance = 2.0;
+constexpr double kMovingVoxels = 0.5;
 
 /// Samples per block along each axis: about kBlockVoxels of the finest edge.
 glm::ivec3 block_size(const Grid& grid) {
@@ -286,36 +291,76 @@ double clear_sd(const std::vector<Block>& blocks) {
                   quantile(std::move(all), 1.0 - kClearestShare));
 }
 
-/// Mean length of the motion left, each computed from a block and its clear neighbours, voxels.
-double motion_left(const std::vector<Block>& blocks, glm::ivec3 count, double least_sd) {
-  const auto at = [&](glm::ivec3 b) -> const Block& {
-    return blocks[size_t(b.x) + size_t(count.x) * (size_t(b.y) + size_t(count.y) * size_t(b.z))];
-  };
-  const auto clear = [&](const Block& block) { return block.compared && block.sd >= least_sd; };
-  double sum = 0.0, n = 0.0;
-  glm::ivec3 b;
-  for (b.z = 0; b.z < count.z; ++b.z) {
-    for (b.y = 0; b.y < count.y; ++b.y) {
-      for (b.x = 0; b.x < count.x; ++b.x) {
-        if (!clear(at(b))) continue;
-        glm::dmat3 information(1.0);
-        glm::dvec3 pull(0.0);
-        const glm::ivec3 low = glm::max(b - 1, glm::ivec3(0)), high = glm::min(b + 2, count);
-        glm::ivec3 c;
-        for (c.z = low.z; c.z < high.z; ++c.z)
-          for (c.y = low.y; c.y < high.y; ++c.y)
-            for (c.x = low.x; c.x < high.x; ++c.x) {
-              if (!clear(at(c))) continue;
-              information += at(c).information;
-              pull += at(c).pull;
-            }
-        sum += glm::length(glm::inverse(information) * pull);
-        n += 1.0;
+/// The motion that frames still show, by blocks and their clear neighbours.
+class MotionLeft {
+ public:
+  MotionLeft(const std::vector<Block>& blocks, glm::ivec3 count, double least_sd)
+      : blocks_(blocks), count_(count), least_sd_(least_sd) {}
+
+  /// Match::motion_left_voxels and Match::moving_share.
+  void measure(Match& match) const {
+    double sum = 0.0, n = 0.0, shows = 0.0;
+    glm::ivec3 b;
+    for (b.z = 0; b.z < count_.z; ++b.z) {
+      for (b.y = 0; b.y < count_.y; ++b.y) {
+        for (b.x = 0; b.x < count_.x; ++b.x) {
+          if (!clear(at(b))) continue;
+          const Sums all = sums(b, glm::ivec3(1));
+          sum += glm::length(glm::inverse(glm::dmat3(1.0) + all.information) * all.pull);
+          n += 1.0;
+          for (int axis = 0; axis < 3; ++axis) {
+            glm::ivec3 reach(1);
+            reach[axis] = 0;
+            if (!beyond_chance(sums(b, reach))) continue;
+            shows += 1.0;
+            break;
+          }
+        }
       }
     }
+    if (n == 0.0) return;
+    match.motion_left_voxels = sum / n;
+    match.moving_share = shows / n;
   }
-  return n > 0.0 ? sum / n : 0.0;
-}
+
+ private:
+  struct Sums {
+    glm::dmat3 information{0.0};
+    glm::dvec3 pull{0.0};
+  };
+
+  const Block& at(glm::ivec3 b) const {
+    return blocks_[size_t(b.x) + size_t(count_.x) * (size_t(b.y) + size_t(count_.y) * size_t(b.z))];
+  }
+  bool clear(const Block& block) const { return block.compared && block.sd >= least_sd_; }
+
+  Sums sums(glm::ivec3 b, glm::ivec3 reach) const {
+    Sums result;
+    const glm::ivec3 low = glm::max(b - reach, glm::ivec3(0)),
+                     high = glm::min(b + reach + 1, count_);
+    glm::ivec3 c;
+    for (c.z = low.z; c.z < high.z; ++c.z)
+      for (c.y = low.y; c.y < high.y; ++c.y)
+        for (c.x = low.x; c.x < high.x; ++c.x) {
+          if (!clear(at(c))) continue;
+          result.information += at(c).information;
+          result.pull += at(c).pull;
+        }
+    return result;
+  }
+
+  static bool beyond_chance(const Sums& sums) {
+    const glm::dmat3 inverse = glm::inverse(glm::dmat3(kVoxelsOfNoise) + sums.information);
+    const glm::dvec3 d = inverse * sums.pull;
+    const glm::dmat3 noise = kVoxelsOfNoise * inverse * sums.information * inverse;
+    const double variance = noise[0][0] + noise[1][1] + noise[2][2];
+    return glm::dot(d, d) > kChance * variance + kMovingVoxels * kMovingVoxels;
+  }
+
+  const std::vector<Block>& blocks_;
+  const glm::ivec3 count_;
+  const double least_sd_;
+};
 
 Match summed_up(const std::vector<Block>& blocks, double least_sd) {
   Match match;
@@ -398,7 +443,7 @@ Result<Match> match(const Volume& fixed, const Volume& moving, const Field& u, c
                   });
   const double least_sd = clear_sd(blocks);
   Match result = summed_up(blocks, least_sd);
-  result.motion_left_voxels = motion_left(blocks, count, least_sd);
+  MotionLeft(blocks, count, least_sd).measure(result);
   result.noise_sd_fixed = noise_fixed;
   result.noise_sd_moving = noise_moving;
   if (result.blocks == 0) {

@@ -98,6 +98,10 @@ void judge_match(const Match& match, const Limits& limits, Bench& bench) {
                 sentence("After motion correction the frames still show a motion of %.3f voxels on "
                          "average",
                          match.motion_left_voxels));
+  bench.at_most(match.moving_share, limits.moving_share,
+                sentence("The share of the structure that still moves by more than half a voxel "
+                         "after motion correction is %.3f",
+                         match.moving_share));
   bench.at_most(
       match.leaving, limits.leaving,
       sentence("The share of the structure that is carried out of the moving frame is %.3f",

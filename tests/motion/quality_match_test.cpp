@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "compute/volume/phantom.h"
 #include "tests/motion/quality_fields.h"
@@ -165,6 +166,41 @@ TEST(Match, SeesTheMotionThatIsLeftInVoxelsOfEachAxis) {
       EXPECT_NEAR(found->motion_left_voxels, missed, 0.05 + 0.15 * missed);
     }
   }
+}
+
+/// Waves of 12 voxels cancel out in blocks of 21, whichever axis they run along.
+TEST(Match, SeesShortWavesThatItsMeanMissesAndNoNoise) {
+  const Grid grid = grid_at_origin(56);
+  const auto tissue = [](glm::dvec3 p) { return tissue_at(1, p); };
+  const Volume moving = with_noise(volume_of(grid, tissue), 8.0, 11);
+  const auto share = [&](const Volume& fixed) {
+    const auto found = match(fixed, moving, still_field(grid));
+    EXPECT_TRUE(found);
+    EXPECT_LT(found->motion_left_voxels, 0.3);
+    return found->moving_share;
+  };
+  for (int axis = 0; axis < 3; ++axis) {
+    SCOPED_TRACE(axis);
+    const auto waves = [&](double most) {
+      return with_noise(volume_of(grid,
+                                  [&](glm::dvec3 p) {
+                                    glm::dvec3 u(0.0);
+                                    u[axis] =
+                                        most * std::sin(2.0 * std::numbers::pi * p[axis] / 12.0);
+                                    return tissue(p + u);
+                                  }),
+                        8.0, 12);
+    };
+    EXPECT_GT(share(waves(1.4)), 0.3);
+    EXPECT_LT(share(waves(0.3)), 0.02);
+  }
+  Volume blurred = with_noise(volume_of(grid, tissue), 8.0, 13);
+  for (int k = 0; k < 56; ++k)
+    for (int j = 0; j < 56; ++j)
+      for (int i = 0; i < 56; ++i)
+        blurred.values[grid.offset(i, j, k)] +=
+            float(40.0 * texture::smooth_noise(14, glm::dvec3(i, j, k) / 3.0));
+  EXPECT_LT(share(blurred), 0.05);
 }
 
 TEST(Match, MarksTheVoxelsWithStructure) {

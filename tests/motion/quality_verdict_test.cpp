@@ -190,6 +190,8 @@ const Harm kHarms[] = {
      "no match is 0.500"},
     {"MotionLeft", [](Evidence& e) { e.match->motion_left_voxels = 0.4; }, Trust::kSuspect,
      "still show a motion of 0.400 voxels on average (at most 0.3)"},
+    {"StillMoving", [](Evidence& e) { e.match->moving_share = 0.2; }, Trust::kSuspect,
+     "after motion correction is 0.200 (at most 0.15)"},
     {"Leaving", [](Evidence& e) { e.match->leaving = 0.4; }, Trust::kSuspect,
      "0.400 (at most 0.25)"},
     {"InverseMean", [](Evidence& e) { e.inverse->own_voxels.mean = 5.0; }, Trust::kFailed,
