@@ -69,9 +69,9 @@ struct Limits {
   /// up to 0.02 on real pairs, and 0.07 on waves of 40 voxels; short waves that were missed at a
   /// third to a half of the voxels: from 0.27, and 0.51 at most, so failed is beyond that.
   Limit moving_share{0.15, 0.7};
-  /// Share of the structure that the field carries out of the moving frame. That makes no field
-  /// wrong: crops lose 0.14, and a shift by a third of the picture is found. But there nothing is
-  /// compared.
+  /// Share of the structure that the field moves out of the moving frame. This alone makes no field
+  /// wrong (crops lose 0.14, and a shift by a third of the picture is found), but nothing can be
+  /// compared there.
   Limit leaving{0.25, 0.5};
   /// Inverse consistency, mean, voxels of each axis. Good: up to 1.1, most of it the error of the
   /// quick backward field; wrong: from 2.4.

@@ -36,6 +36,7 @@ json json_of(const Match& match) {
           {"correlation_after", match.correlation_after},
           {"mismatched_share", match.mismatched},
           {"motion_left_voxels", match.motion_left_voxels},
+          {"moving_share", match.moving_share},
           {"leaving_share", match.leaving}};
 }
 
