@@ -22,7 +22,7 @@ std::vector<std::string> scene_lines(const LoadedScene& scene, bool live);
 /// "motion 3 of 20 steps, 25 s left"; nothing once it is done.
 std::string motion_text(const LiveMotion& motion);
 
-/// "1.23 N at 1000 Hz, phase 2.31, touching": what the live line says of a tick.
+/// The live line of a tick: "1.23 N at 1000 Hz, phase 2.31, touching".
 std::string live_text(const TickOutput& tick, const ServoStatistics& statistics, double seconds);
 
 /// The summary for the user, in lines with a newline at each end.
@@ -43,7 +43,7 @@ std::string advised(const headset::HeadsetEvent& event);
 nlohmann::json serving_json(const sessions::ConnectedSession& run);
 nlohmann::json served_json(const sessions::ConnectedSession& run);
 
-/// Force, depth and phase over time; title and subtitle say what.
+/// Force, depth and phase over time, with title and subtitle.
 charts::Timeline feel_timeline(const std::string& title, const FeelNumbers& numbers,
                                const std::vector<TickRow>& rows);
 

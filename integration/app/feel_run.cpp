@@ -99,7 +99,7 @@ class FeelRun {
       console_.say(line);
     if (command_.hand) console_.say(fmt::format("Device    {}", opened_.why));
     for (const std::string& note : scene->notes) console_.say("Note      " + note);
-    console_.say("Seen      " + viewers_.why);
+    console_.say("Shown     " + viewers_.why);
     SessionOptions options = session_options(scene->spec);
     if (const Status kept = start_flight(scene->spec, options.haptics.safety); !kept)
       return fail(console_, kept.error());

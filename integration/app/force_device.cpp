@@ -38,7 +38,7 @@ OpenedDevice mouse(std::string why) {
 }
 
 OpenedDevice controller(std::string why) {
-  // As a tracked tool, in true size, but with 90 or more positions a second.
+  // Like a tracked tool, in true size, but with 90 or more positions a second.
   PositionSourceOptions options = sessions::tool_probe();
   options.kind = "controller";
   options.settle_per_s = kControllerSettle_per_s;
@@ -112,7 +112,7 @@ Result<OpenedDevice> opened_for(const ForceDeviceChoice& choice, LoadedScene& sc
     options.kind = "none";
     options.start_m = {0.0, 0.0, kMouseStart * options.workspace_radius_m};
     opened.device = std::make_unique<PositionSource>(options);
-    opened.why = "none: it is only looked at.";
+    opened.why = "none: viewing only.";
     return opened;
   }
   if (choice.device == "simulated")

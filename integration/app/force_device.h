@@ -31,10 +31,10 @@ struct OpenedDevice {
   std::unique_ptr<ForceDevice> device;
   std::string why;  ///< which device was opened, and why: a sentence
   bool simulated = false;
-  PositionSource* mouse = nullptr;       ///< the device, if it is that; moved by the window
-  PositionSource* controller = nullptr;  ///< likewise, moved in the headset
-  PositionSource* tool = nullptr;        ///< likewise, moved by a tracker
-  double path_s = 0.0;                   ///< simulated: how long the hand's path takes
+  PositionSource* mouse = nullptr;       ///< the device, if it is a mouse; moved by the window
+  PositionSource* controller = nullptr;  ///< likewise; moved in the headset
+  PositionSource* tool = nullptr;        ///< likewise; moved by a tracker
+  double path_s = 0.0;                   ///< simulated: duration of the hand's path
 };
 
 /// Errors: kBadInput, with a sentence, if no device could ever satisfy the choice.

@@ -21,9 +21,9 @@ Result<std::unique_ptr<desktop::DesktopLoop>> open_window(const ViewerChoice& ch
 
 Result<Viewers> in_headset(const ViewerChoice& choice, Viewers viewers,
                            const headset::HeadsetLoop::Availability& found) {
-  viewers.why = found.headset
-                    ? fmt::format("in the headset: {}.", found.sentence)
-                    : fmt::format("in a headset, as asked, once it is there: {}", found.sentence);
+  viewers.why = found.headset ? fmt::format("in the headset: {}.", found.sentence)
+                              : fmt::format("in a headset, as asked, as soon as one is there: {}",
+                                            found.sentence);
   if (!choice.mirror || !has_display()) return viewers;
   // The window is for other people: the headset works without it.
   auto window = open_window(choice);

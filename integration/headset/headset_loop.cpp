@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "compute/vulkan/caught.h"
 #include "integration/headset/place_check.h"
 #include "integration/sound/contact_sound.h"
 #include "module/haptics/monotonic.h"
@@ -142,7 +143,7 @@ class HeadsetLoop::Run {
 
   void gate(const xr::Report& report, int64_t now_ns) {
     const bool shown = is_shown(report.state);
-    // At the very end the loop itself ramps the force down.
+    // Nothing is told or gated while the loop ends: the session is to be stopped next.
     if (ending_ || report.state == xr::HeadsetState::kEnded) return;
     if (shown != shown_ && was_shown_)
       loop_.tell(shown ? "The picture is back in the headset."
@@ -198,8 +199,8 @@ class HeadsetLoop::Run {
         return;
       }
       loop_.tell({HeadsetEvent::Kind::kOtherSpace,
-                  fmt::format("The calibration is about the {} space, which this runtime does not "
-                              "have now.",
+                  fmt::format("The calibration belongs to the {} space, which this runtime does "
+                              "not have now.",
                               scene_->calibration->space)});
       scene_->calibration.reset();
     } else if (!scene_->controller && !guess_told_) {
@@ -323,7 +324,7 @@ class HeadsetLoop::Run {
   std::unique_ptr<ScenePicture> picture_;
   SceneSnapshot snapshot_;
   SnapshotAhead ahead_;
-  std::optional<Pose> head_;  ///< world, of the last frame that asked for a picture
+  std::optional<Pose> head_;  ///< world, in the last frame that asked for a picture
   bool main_visible_ = true;
   bool guess_told_ = false, placed_ = false, shown_ = false, was_shown_ = false, ending_ = false;
   uint64_t frames_ = 0, sessions_ = 0;
@@ -333,7 +334,13 @@ class HeadsetLoop::Run {
 };
 
 HeadsetLoop::HeadsetLoop(const HeadsetLoopOptions& options) {
-  thread_ = std::jthread([this, options](std::stop_token stop) { Run(*this, options).live(stop); });
+  thread_ = std::jthread([this, options](std::stop_token stop) {
+    const Status lived = caught([&]() -> Status {
+      Run(*this, options).live(stop);
+      return Nothing{};
+    });
+    if (!lived) fail(lived.error());
+  });
 }
 
 HeadsetLoop::~HeadsetLoop() {
@@ -354,6 +361,18 @@ void HeadsetLoop::begin(const HeadsetScene& scene) {
 void HeadsetLoop::end() {
   thread_.request_stop();
   if (thread_.joinable()) thread_.join();
+}
+
+/// The thread has ended by an exception: no further picture comes.
+void HeadsetLoop::fail(const Error& error) {
+  const std::lock_guard lock(mutex_);
+  news_.push_back({HeadsetEvent::Kind::kNote, "There is no picture any more: " + error.message});
+  if (scene_ && scene_->gate->on_loss() == OnHeadsetLoss::kRamp) {
+    scene_->gate->shown_until(0);
+    ended_ = true;
+  }
+  if (!found_) found_ = Availability{false, false, false, error.message};
+  changed_.notify_all();
 }
 
 void HeadsetLoop::tell(HeadsetEvent event) {

@@ -30,17 +30,17 @@ struct HeadsetLoopOptions {
   bool details = false;
 };
 
-/// Inputs of the headset loop. All borrowed until end().
+/// Inputs of the headset loop. All borrowed until end(). session and gate must not be null.
 struct HeadsetScene {
   Session* session = nullptr;
   GatedDevice* gate = nullptr;  ///< around the session's device; see GatedDevice::guard()
-  /// The hand that feels, if it is a controller, moved by it and answered by vibration; or, where
-  /// there is none, a bare finger that pinches, answered by colour and sound.
+  /// The probe: moved by a controller, which vibrates in contact; or, without a controller, by a
+  /// bare finger that pinches, with colour and sound in contact. Null if there is a force device.
   PositionSource* controller = nullptr;
   double max_force_n = 4.0;
   ViewChoices view;
-  bool sound = true;  ///< where a bare finger touches
-  /// Where the force device stands in the room; none: the world is put before the person.
+  bool sound = true;  ///< sound of contact for a bare finger
+  /// Place of the force device in the room; empty: the world is placed in front of the person.
   std::optional<files::StoredCalibration> calibration;
   glm::dvec3 device_centre_m{0.0};  ///< of its workspace, world
 };
@@ -49,7 +49,7 @@ struct HeadsetScene {
 /// the object is destroyed; starts again after every loss of the headset.
 class HeadsetLoop {
  public:
-  /// Starts to look for a runtime and a headset at once; shows nothing before begin().
+  /// Starts to search for a runtime and a headset at once; shows nothing before begin().
   explicit HeadsetLoop(const HeadsetLoopOptions& options = {});
   /// As end().
   ~HeadsetLoop();
@@ -65,12 +65,15 @@ class HeadsetLoop {
   Availability found();
 
   void begin(const HeadsetScene& scene);
-  /// Ends the OpenXR session and the thread; waits for at most a few seconds.
+  /// Ends the OpenXR session and the thread; waits for at most a few seconds. Then stop the
+  /// session: one that goes on has no picture, and its force ends within two seconds (cause:
+  /// unseen).
   void end();
 
   /// What has happened since the last call, in order. Any thread.
   std::vector<HeadsetEvent> news();
-  /// The person ended the session in the headset. Any thread.
+  /// The person ended the session in the headset, or the loop failed and force without a picture
+  /// was not asked for. Any thread.
   bool ended() const { return ended_; }
   /// For the summary; after end().
   struct Numbers {
@@ -84,6 +87,7 @@ class HeadsetLoop {
 
  private:
   class Run;
+  void fail(const Error& error);
   void tell(HeadsetEvent event);
   void tell(std::string sentence) { tell({HeadsetEvent::Kind::kNote, std::move(sentence)}); }
 

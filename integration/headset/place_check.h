@@ -16,8 +16,8 @@ class PlaceCheck {
   /// controller_from_tip_m: as calibrated.
   explicit PlaceCheck(glm::dvec3 controller_from_tip_m);
 
-  /// Once per frame; probe_m: the device's tip, world. Takes a grab close to it out of the hands:
-  /// it is a touch. Returns what the person is to hear, or nothing.
+  /// Once per frame; probe_m: the device's tip, world. A grab close to the tip is a touch, and is
+  /// removed from the hands. Returns what the user is told, or nothing.
   std::optional<HeadsetEvent> step(double now_s, glm::dvec3 probe_m, xr::Colocation& room,
                                    xr::Hands& hands);
 

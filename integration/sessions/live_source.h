@@ -47,9 +47,8 @@ class LiveSource {
                            const scenes::OnDoing& doing, double most_s = 0.0);
   /// The first frame; after load().
   const Volume& first() const { return first_; }
-  /// Follows the source from now on. `session` is borrowed and runs the scene of load().
-  void begin(Session& session) { begin(session, first_); }
-  /// The same for a scene that another source has loaded, with its first frame.
+  /// Follows the source from now on. `session` is borrowed and runs the scene of load(), or one
+  /// that another source has loaded; `first` is that scene's first frame.
   void begin(Session& session, const Volume& first);
   /// After this no frame is given to the session. Call it before the session ends.
   void end();

@@ -12,8 +12,8 @@
 
 namespace palpate::sessions {
 
-/// Sums up a run for its summary and pictures, and writes every tick as CSV if asked. Its memory
-/// does not grow with the run. Give it to a Recorder as a listener.
+/// Collects the numbers of a run for summary and pictures, and writes every tick as CSV if asked.
+/// Its memory does not grow. Register it with a Recorder as a listener.
 class TickLog final : public TickListener {
  public:
   /// `csv` may be empty. Errors: kBadOutput if it can not be written.

@@ -80,7 +80,7 @@ void ToolSource::begin(PositionSource& probe, const SceneSpec& spec) {
   moves_ = std::make_unique<Background>(kPause, [this, &probe] { move(probe); });
 }
 
-/// On one thread: a probe is moved by one.
+/// On one thread only, since a probe is moved by one thread.
 void ToolSource::move(PositionSource& probe) {
   glm::dvec3 tip_mm;
   bool there = false;

@@ -13,8 +13,8 @@
 
 namespace palpate::sessions {
 
-/// What a tracked tool moves: a hand in the world, at its true size, that gives no force. Trackers
-/// send some ten places a second: it follows as slowly as a mouse.
+/// Options of a probe moved by a tracked tool: a hand in the world, at its true size, without
+/// force. Trackers send about ten positions a second, so it follows as slowly as a mouse.
 PositionSourceOptions tool_probe();
 
 /// Makes the hand's space the world around the middle of the first volume, for a hand at true size.
@@ -32,9 +32,9 @@ class ToolSource {
   ToolSource(const ToolSource&) = delete;
   ToolSource& operator=(const ToolSource&) = delete;
 
-  /// From now on it moves `probe` (borrowed until end()) in the scene as it is at its start; after
-  /// stand_in_true_size(). If no transform comes for kSilence_ns, or the tool moves faster than
-  /// kFastest_m_per_s, the hand lets go; the next transform says where it is taken again.
+  /// From now on moves `probe` (borrowed until end()) in the scene as placed at its start; call it
+  /// after stand_in_true_size(). If no transform arrives for kSilence_ns, or the tool moves faster
+  /// than kFastest_m_per_s, the hand lets go; the next transform takes it again.
   void begin(PositionSource& probe, const SceneSpec& spec);
   void end();
   static constexpr int64_t kSilence_ns = 300'000'000;

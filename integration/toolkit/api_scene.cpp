@@ -137,7 +137,7 @@ bool has_place(const PalSceneInfo& info) {
                      [](const char* path) { return openigtlink::is_place(path); });
 }
 
-/// The live scene that is wanted, and where its frames come from.
+/// Loads the live scene, with the source of its frames.
 Result<LoadedScene> load_live(const PalSceneInfo& info, const scenes::SequenceChoices& choices,
                               LiveOrigin& origin) {
   const auto refused = [](const char* sentence) { return Error{ErrorKind::kBadInput, sentence}; };

@@ -118,7 +118,7 @@ PalResult take_info(const PalDeviceInfo* given, DeviceInfo& info) {
   return PAL_OK;
 }
 
-/// The session's device, and the scene as that device reaches it.
+/// The session's device, and the scene scaled to it.
 struct Felt {
   LoadedScene scene;
   DeviceInfo device;
@@ -214,7 +214,7 @@ Result<SessionOptions> options_of(const PalSessionInfo& info, const SceneContent
       info.max_force_n > 0.0 ? info.max_force_n : of_scene.scene.spec.max_force_n;
   options.haptics.safety.dead_man = (info.flags & PAL_SESSION_DEAD_MAN) != 0;
   sessions::set_watchdog(options, info.watchdog_s, is_harmless);
-  // Locking a host's memory is up to the host.
+  // Whether memory is locked is up to the host.
   options.servo.real_time.lock_memory = false;
   if (info.flags & PAL_SESSION_NO_REAL_TIME)
     options.servo.real_time = {

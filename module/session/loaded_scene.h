@@ -38,11 +38,11 @@ struct LoadedScene {
 /// Removes the known motion of synthetic data, so that it is estimated as for measured data.
 void forget_motion(LoadedScene& scene);
 
-/// What nothing moves may be moved by a second hand, or by a host.
+/// Lets a second hand, or a host, move the volumes that nothing else moves.
 void make_movable(LoadedScene& scene);
 
-/// Shrinks a sequence's volume so that its longest edge fits the device's reach; a smaller one
-/// stays as it is. Returns the scale.
+/// Scales a sequence's volume down so that its longest edge fits the device's workspace; a smaller
+/// one is not changed. Returns the scale.
 double fit_to_reach(LoadedScene& scene, const DeviceInfo& device);
 
 }  // namespace palpate

@@ -221,7 +221,7 @@ TEST_F(ClientTest, SlicesOfOneVolumeAreAnImageWhenAllHaveCome) {
   ASSERT_TRUE(server_.send(slice(0, 3, 100)));
   ASSERT_TRUE(came(1));
   EXPECT_EQ(heard_.images().back().volume.values, slices(3, 2));
-  EXPECT_NE(heard_.notes().find("came again"), std::string::npos) << heard_.notes();
+  EXPECT_NE(heard_.notes().find("arrived twice"), std::string::npos) << heard_.notes();
   // The next volume is none before its last slice.
   ASSERT_TRUE(server_.send(slice(0, 4, 101)));
   ASSERT_TRUE(server_.send(slice(1, 5, 101)));

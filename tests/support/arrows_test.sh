@@ -37,7 +37,8 @@ only 'shaders/interface' 'compute/motion/|module/view/|tests/' compute module in
 only 'vtk' 'integration/toolkit/vtk/|tests/toolkit/vtk/|tests/lab/bench/|tests/files/vtk_lines_test' compute module integration tests
 only 'pybind11|Python' 'integration/toolkit/python/' compute module integration tests
 only 'integration/(app|toolkit)' 'integration/app/|integration/toolkit/|tests/' compute module integration tests
-only 'integration/(desktop|headset)' 'integration/desktop/|integration/headset/|integration/app/|tests/' compute module integration tests
+only 'integration/desktop' 'integration/desktop/|integration/app/|tests/' compute module integration tests
+only 'integration/headset' 'integration/headset/|integration/app/|tests/' compute module integration tests
 only 'module/session' 'module/session/|integration/|tests/' compute module integration tests
 only 'module/calibrate' 'module/calibrate/|integration/|tests/' compute module integration tests
 only 'module/xr' 'module/xr/|module/session/|integration/|tests/' compute module integration tests

@@ -59,7 +59,7 @@ constexpr std::array<TouchPlace, 14> kPlaces = {{
     {"as far from you as it goes", {0, 0, -1}},
 }};
 
-/// Shows no picture: gives only the hands' poses and their times.
+/// Shows no picture; records only the hands' poses and their times.
 class HandWatch final : public xr::PictureSource {
  public:
   Status use(const std::shared_ptr<vulkan::Context>&) override { return Nothing{}; }
