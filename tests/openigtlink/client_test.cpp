@@ -283,7 +283,7 @@ TEST_F(ClientTest, ARegionThatComesAgainAndAgainIsSaidOnceAndTakesNoMoreMemory) 
   };
   ASSERT_TRUE(send(1));
   ASSERT_TRUE(send(2));
-  const std::string said = "came again before others came at all";
+  const std::string said = "arrived twice before others arrived at all";
   ASSERT_TRUE(wait_for([&] { return heard_.notes().find(said) != std::string::npos; }));
   const long before_kb = most_kb();
   for (int n = 0; n < 300; ++n) {
