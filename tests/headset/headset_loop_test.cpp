@@ -144,17 +144,6 @@ TEST_F(HostWithHeadset, HearsOnceThatItsDeviceIsNotCalibrated) {
   EXPECT_EQ(heard(Kind::kNoPassThrough), 0) << "nobody has asked for it";
 }
 
-TEST_F(HostWithHeadset, HearsThatTheLoopHasFailedAndTheForceEnds) {
-  start_loop({}, true);
-  ASSERT_TRUE(until([&] { return newest().cause != Cause::kUnseen; })) << word(newest().cause);
-  EXPECT_FALSE(loop->ended());
-  control().script_hand(1, [](XrTime) -> XrPosef { throw std::bad_alloc(); });
-  ASSERT_TRUE(until([&] { return newest().cause == Cause::kUnseen; })) << word(newest().cause);
-  EXPECT_TRUE(until([&] { return loop->ended(); }));
-  ASSERT_FALSE(events.empty());
-  EXPECT_THAT(events.back().sentence, ::testing::StartsWith("There is no picture any more: "));
-}
-
 TEST_F(HostWithHeadset, HearsThatTheHeadsetShowsNoRoom) {
   control().setup().blend_modes = {XR_ENVIRONMENT_BLEND_MODE_OPAQUE};
   start_loop({.pass_through = true}, false);
