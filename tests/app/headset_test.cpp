@@ -51,7 +51,8 @@ TEST_F(InAHeadset, AGrabbedVolumeDragsTheFeltOne) {
   headset.say("glide 1 " + text_of(towards_hand) + " 1");
   ASSERT_TRUE(says(program, "touching")) << program.said();
   headset.say(kSelect + std::string("0"));
-  EXPECT_EQ(headset.ask()["depth"], "1");
+  // On a busy machine a frame may be without a picture.
+  EXPECT_TRUE(wait_until([&] { return headset.ask()["depth"] == "1"; }));
   headset.say("exit");
   const Outcome outcome = program.wait();
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
@@ -243,7 +244,7 @@ TEST_F(InAHeadset, IsSeenInAWindowAndInPicturesAtTheSameTime) {
   const auto path = path_file(folder, {{0.0, {0.0, 0.0, 0.07}}, {600.0, {0.0, 0.0, 0.07}}});
   Program program(feel("shell", {"--headset", "openxr", "--headless", folder / "pictures",
                                  "--picture-size", "96", "--device", "simulated", "--path", path}));
-  ASSERT_TRUE(says(program, "A window shows it to others.")) << program.said();
+  ASSERT_TRUE(says(program, "A window shows the same to others.")) << program.said();
   // Flesh in the middle of the window.
   EXPECT_TRUE(wait_until([&] {
     const uint32_t pixel = display->screenshot().at(560, 380);
@@ -267,7 +268,7 @@ TEST_F(InAHeadset, GoesOnWithoutItsWindow) {
   setenv("MALLOC_PERTURB_", "165", 1);
   Program program(feel("shell", {"--headset", "openxr", "--device", "simulated", "--path", path}));
   unsetenv("MALLOC_PERTURB_");
-  ASSERT_TRUE(says(program, "A window shows it to others.")) << program.said();
+  ASSERT_TRUE(says(program, "A window shows the same to others.")) << program.said();
   EXPECT_TRUE(wait_until([&] { return headset.ask()["layers"] == "1"; }));
   display.reset();
   // The servo thread still writes every force to the window's listener.

@@ -141,8 +141,8 @@ TEST(TheStartOfARun, ObeysASignalAtOnceAndLeavesNothing) {
   for (int k = 0; k < 3; ++k) {
     Program program(
         {"feel", "heart", "--headset", "off", "--device", "simulated", "--csv", folder / "t.csv"});
-    // Long enough for its handlers to be there, too short for the heart to be made.
-    std::this_thread::sleep_for(150ms);
+    // The heart takes longer to make than the handlers.
+    ASSERT_TRUE(lasts_until([&] { return program.handles(SIGTERM); }));
     ASSERT_EQ(program.said().find("Volume"), std::string::npos) << "the heart is there already";
     program.signal(SIGTERM);
     const Outcome outcome = program.wait();

@@ -7,6 +7,7 @@
 
 #include <chrono>
 #include <csignal>
+#include <fstream>
 #include <sstream>
 #include <stdexcept>
 #include <thread>
@@ -51,6 +52,14 @@ bool Program::wait_for(const std::string& text) {
 
 void Program::signal(int number) {
   if (!ended()) ::kill(pid_, number);
+}
+
+bool Program::handles(int number) const {
+  std::ifstream status("/proc/" + std::to_string(pid_) + "/status");
+  for (std::string line; std::getline(status, line);)
+    if (line.starts_with("SigCgt:"))
+      return std::stoull(line.substr(7), nullptr, 16) >> (number - 1) & 1;
+  return false;
 }
 
 Outcome Program::wait() {

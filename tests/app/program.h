@@ -30,6 +30,8 @@ class Program {
   std::string said() const;
   bool ended();
   void signal(int number);
+  /// True once the program handles this signal itself.
+  bool handles(int number) const;
   Outcome wait();
 
  private:

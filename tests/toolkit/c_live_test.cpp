@@ -7,6 +7,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -47,7 +48,9 @@ class HapticLoop {
         double force_n[3];
         if (pal_haptics_tick(session, &tick, force_n) != PAL_OK) break;
         force_z_n = force_n[2];
-        std::this_thread::sleep_until(next += 1ms);
+        // After a pause no ticks are made up for: the hand would go too fast for a device.
+        next = std::max(next + 1ms, std::chrono::steady_clock::now());
+        std::this_thread::sleep_until(next);
       }
     });
   }
