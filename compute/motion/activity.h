@@ -13,12 +13,12 @@ struct BrickMeasure {
   float reach = 0.0F;      ///< largest |u|
 };
 
-/// When a brick may rest (be left out of further iterations). Lengths in h.
+/// When a brick may rest (be left out of further iterations): (a), or (b) with both limits, or if
+/// none of its voxels counted. Lengths in h.
 struct RestRule {
-  double moved = 0.0;  ///< the brick and its neighbours moved less than this; or
-  /// the mean squared normalised intensity is below `structure`, and no |u| exceeds `reach`
-  double structure = 0.0;
-  double reach = 0.25;
+  double moved = 0.0;      ///< (a) the brick and its neighbours moved less than this
+  double structure = 0.0;  ///< (b) its mean squared normalised intensity is below this,
+  double reach = 0.25;     ///< and every |u| in it is below this
 };
 
 /// The bricks that still need work, in their old order. A brick without structure that has moved

@@ -39,8 +39,8 @@ std::vector<Field> with_neighbours(std::span<const Field> direct,
 std::vector<Field> harmonics_of(std::span<const Field> at_frame, const TimeBasis& basis);
 
 /// The same motion expressed from its reference frame: places X become phi_ref(X), so that u(.,
-/// t_ref) is zero and material values are those of the reference frame. `motion` may start from any
-/// frame near it, as after sweeps of neighbour consensus.
+/// t_ref) is zero and material values are those of the reference frame. In `motion` u(., t_ref)
+/// need only be small, as after sweeps of neighbour consensus.
 SequenceMotion told_from_reference(const SequenceMotion& motion);
 
 /// The field from frame k to the next that follows from the sequence's motion:

@@ -16,8 +16,9 @@ namespace palpate {
 namespace {
 
 /// Effort of the backward field: iterations on its finest level and on the coarser ones, and the
-/// work of its discrete start. It only has to tell right fields from wrong ones, which it misses by
-/// 1 and by 3 voxels or more; with 8, 12 and 1e7 it comes no nearer on real pairs (docs/decisions).
+/// work of its discrete start. It only has to tell right fields from wrong ones: it misses right
+/// ones by 1 voxel and wrong ones by 3 or more. With 8, 12 and 1e7 it comes no nearer on real pairs
+/// (docs/decisions).
 constexpr int kBackwardIterations = 3;
 constexpr int kBackwardCoarseIterations = 6;
 constexpr double kBackwardSearchWork = 2e6;

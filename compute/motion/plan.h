@@ -21,8 +21,8 @@ struct LevelPlan {
   LevelOptions options;
 };
 
-/// Layout, work and memory of an estimation, known before it starts. levels[0] is the finest level
-/// that is solved.
+/// Layout, work and memory of an estimation, known before it starts. levels[0] has the voxels
+/// of the frames; the finest level that is solved is levels[options.finest_level].
 struct MotionPlan {
   Grid image;  ///< the frames' grid
   std::vector<LevelPlan> levels;
@@ -69,7 +69,7 @@ int normalisation_halo(const MotionPlan& plan);
 
 /// Where the discrete start searches after a level, and over which displacements.
 struct SearchPlan {
-  size_t level = 0;    ///< of the pyramid whose images are compared
+  size_t level = 0;    ///< the level of the pyramid whose images are compared
   glm::ivec3 cell{1};  ///< voxels per node
   glm::ivec3 nodes{0};
   glm::dvec3 spacing_mm{1.0};  ///< of the level

@@ -10,8 +10,8 @@ namespace palpate {
 /// The inverse of a field: w with w(y) = -u(y + w(y)), so that y -> y + w(y) undoes x -> x + u(x).
 struct Inverse {
   Field w;
-  /// w(y) + u(y + w(y))| per sample, mm: the error of the solution. Where u folds there may be
-  /// none.
+  /// |w(y) + u(y + w(y))| per sample, mm: the error of the solution. Where u folds there may be
+  /// no solution.
   std::vector<float> residual_mm;
   size_t unconverged = 0;  ///< samples whose residual is above the tolerance
 };

@@ -46,7 +46,7 @@ struct Match {
   /// a few voxels that are smooth over 20 voxels; larger ones lower the correlation.
   double motion_left_voxels = 0.0;
   /// Share of the clear blocks that still show a motion of more than half a voxel: the step d as
-  /// above, but of a plane of 3 x 3 blocks, the largest of the three planes, with noise that may be
+  /// above, but of a plane of 3 x 3 blocks, in any of the three planes, with noise that may be
   /// blurred, so that n = 8 voxels (two along each axis) show the same of it,
   ///   (n I + sum g g^T / q) d = sum r g / q,
   /// where |d|^2 is above 1/4 + twice what such noise makes of it. A wave that cancels out in 3 x 3

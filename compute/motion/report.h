@@ -14,7 +14,7 @@ struct LevelReport {
   double brick_iterations = 0.0;  ///< bricks of the field computed, summed over iterations
   double searched = 0.0;          ///< nodes times labels of the discrete start before this level
   double search_seconds = 0.0;    ///< of the discrete start; included in `seconds`
-  double all_brick_iterations = 0.0;  ///< the same if no brick had been left out
+  double all_brick_iterations = 0.0;  ///< brick_iterations if no brick had been left out
 };
 
 struct SolveReport {

@@ -13,13 +13,13 @@ namespace {
 
 // h: SD of the window over which the gain between the frames is fitted
 constexpr double kGainSigma = 12.0;
-// h: SD of the window over costs, which are also taken at the cell itself
+// h: SD of the Gaussian over the costs, each of which is the mean over one cell
 constexpr double kCostSigma = 1.4;
 constexpr double kStep = 4.0;     // h: distance between candidates
 constexpr int kRoundsAlong = 40;  // rounds of repair that keep sliding borders
-// slope|^2 of the solved field along an axis below which the finer field can not fold. Slopes a, b,
-// c along the axes with |a|^2 + |b|^2 + |c|^2 < 1 keep the determinant positive. A quarter before
-// and after a coarse sample the cubic is at most 1.375 times as steep as the steepest coarse
+// |slope|^2 of the solved field along an axis, below which the finer field can not fold. Slopes a,
+// b, c along the axes with |a|^2 + |b|^2 + |c|^2 < 1 keep the determinant positive. A quarter
+// before and after a coarse sample the cubic is at most 1.375 times as steep as the steepest coarse
 // difference that it reads, and along each of the other two axes the absolute values of its weights
 // sum to at most 1.1875.
 constexpr float kCubicSteeper = 1.375F * 1.1875F * 1.1875F;

@@ -60,7 +60,7 @@ class PairSolver : public FieldSolver {
     vulkan::Image wide[3], coarser;
   };
   /// Makes `bricks` the active ones for what follows. The device must have finished with the
-  /// former.
+  /// former ones.
   void activate(BrickList bricks);
   const vulkan::Image* narrow(size_t l) const;
   const vulkan::Image* windowed(size_t l) const;

@@ -127,7 +127,7 @@ struct SequenceEvidence {
 };
 
 /// As bad as its worst frame, which is named first; drift and folds between frames count, too. The
-/// reference's own field, which is zero, is left out. The limits are those of pairs.
+/// reference's own field, which is about zero, is left out. The limits are those of pairs.
 Verdict judged(const SequenceEvidence& evidence, const Limits& limits = {});
 
 /// Adds the verdict on a part to that on the whole, which is as bad as its worst part. `where`

@@ -111,7 +111,7 @@ class HeadsetLoop::Run {
     if (report.hand_tracking && !tracking_told_)
       loop_.tell(
           "Without a controller, pinch to touch: hold thumb and forefinger together. A short pinch "
-          "places a stream tube; two short pinches in a row keep the tubes.");
+          "lays a stream tube; two short pinches in a row keep the tubes.");
     tracking_told_ |= report.hand_tracking;
     if (report.no_hand_tracking != no_tracking_ && !report.no_hand_tracking.empty())
       loop_.tell(fmt::format("The runtime does not show bare hands in this session{}.",
@@ -366,7 +366,8 @@ void HeadsetLoop::end() {
 /// The thread has ended by an exception: no further picture comes.
 void HeadsetLoop::fail(const Error& error) {
   const std::lock_guard lock(mutex_);
-  news_.push_back({HeadsetEvent::Kind::kNote, "There is no picture any more: " + error.message});
+  news_.push_back(
+      {HeadsetEvent::Kind::kNote, "There is no picture any more: " + error.message + "."});
   if (scene_ && scene_->gate->on_loss() == OnHeadsetLoss::kRamp) {
     scene_->gate->shown_until(0);
     ended_ = true;

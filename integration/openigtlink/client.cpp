@@ -302,8 +302,8 @@ void Client::take_part(const ImageMessage& part) {
     case PartedImage::Came::kPart:
       break;
     case PartedImage::Came::kAgain:
-      say("Parts of an image arrived twice before others arrived at all: it is used when it is "
-          "complete");
+      say("Parts of an image arrived twice before others arrived at all: it is used once all have "
+          "arrived. To renew parts, send the whole image first");
       break;
     case PartedImage::Came::kWhole:
       whole_.reset();

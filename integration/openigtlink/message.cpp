@@ -381,7 +381,7 @@ Bytes write_force(const std::string& device, double time_s, glm::dvec3 force_n) 
   out.byte(3);                               // numbers
   out.byte(0);                               // status
   out.number(uint64_t(0x02C4000000000000));  // newton, in OpenIGTLink's coding of units
-  for (int a = 0; a < 3; ++a) out.number(std::bit_cast<uint64_t>(force_n[a]));
+  for (const double n : {-force_n.x, -force_n.y, force_n.z}) out.number(std::bit_cast<uint64_t>(n));
   return message("SENSOR", device, time_s, out.bytes);
 }
 

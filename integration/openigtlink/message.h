@@ -82,7 +82,7 @@ Bytes write_image(const std::string& device, double time_s, const Grid& grid,
 Bytes write_image(const std::string& device, double time_s, const Grid& grid,
                   std::span<const glm::vec3> vectors);
 Bytes write_transform(const std::string& device, double time_s, const Rigid& rigid);
-/// SENSOR: three numbers of float64 with the unit N.
+/// SENSOR: three numbers of float64 with the unit N (LPS; RAS on the wire).
 Bytes write_force(const std::string& device, double time_s, glm::dvec3 force_n);
 /// STATUS: `code` 1 is OK, 13 is "not ready"; text at most 200 bytes.
 Bytes write_status(const std::string& device, double time_s, int code, const std::string& text);

@@ -23,8 +23,8 @@ struct GivenVolume {
 
 /// Which surface of the values is felt.
 enum class FeltWall : uint8_t {
-  /// kValues if that is a closed wall (kClosedWall), or if there is no motion to carry another
-  /// wall; else kRegion
+  /// kValues if that is a closed wall (kClosedWall), or if several frames have no motion, known or
+  /// to be estimated, that carries another wall; else kRegion
   kUsual,
   kValues,   ///< the iso-surface
   kRegion,   ///< region_wall()

@@ -11,8 +11,8 @@ namespace palpate::sessions {
 /// Sends the running scene to OpenIGTLink clients, on threads of low priority. Ten times a second:
 /// the proxy (TRANSFORM "palpate_proxy") and the force (SENSOR "palpate_force", N). Once a second:
 /// the state (STATUS "palpate"). At most twice a second: the first volume as it is moved now (IMAGE
-/// "palpate_volume") and its displacement (IMAGE "palpate_motion", three values, mm). Places,
-/// vectors and the force are in the volume's own patient space (LPS).
+/// "palpate_volume") and its displacement (IMAGE "palpate_motion", three values, mm). All are in
+/// the volume's own patient space, RAS in the messages.
 class FeltServer {
  public:
   /// Errors: kBadInput: the port can not be opened.

@@ -77,8 +77,8 @@ class LiveSource {
   openigtlink::ClientNumbers client_numbers_;
   Session* session_ = nullptr;
   std::unique_ptr<LiveSequence> sequence_;
-  std::optional<openigtlink::Rigid> from_,
-      at_;  ///< transforms: the neutral one, and the last
+  /// Transforms: the one at which the volume is at `start_`, and the last.
+  std::optional<openigtlink::Rigid> from_, at_;
   Transform placed_, start_;
   uint64_t jumps_ = 0;
   std::unique_ptr<openigtlink::Client> client_;

@@ -16,7 +16,7 @@
 namespace palpate::toolkit {
 namespace {
 
-// The largest force that a device may declare; a larger number is a mistake.
+// The largest force that a host may ask for (PalSessionInfo); a larger number is a mistake.
 constexpr double kMostForce_n = 100.0;
 
 /// The session whose callback is running on this thread; null: none.

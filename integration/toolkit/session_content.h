@@ -60,8 +60,8 @@ class SessionContent {
     pushed_grid_ = first.grid;
     pushed_ = std::make_unique<LiveSequence>(session(), 0, first, std::move(options));
   }
-  /// Takes a frame of the host; one call at a time. Errors: kBadInput for a session without such a
-  /// source, or after stop().
+  /// Takes a frame of the host; any thread, calls wait for each other. Errors: kBadInput for a
+  /// session without such a source, or after stop().
   Status push(const PalGrid* grid, PalSampleType type, const void* samples, int64_t time_ns);
   /// What happened to the live frames.
   LiveNumbers live_numbers();

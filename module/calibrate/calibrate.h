@@ -12,7 +12,8 @@ namespace palpate {
 /// where they are felt. Values; any thread; allocates. All in metres and seconds; "stage" is any
 /// frame of the headset's runtime that is fixed in the room.
 
-/// A place touched with the device's tip and with a controller's tip (or a marker attached to it).
+/// A place touched with the device's tip and with a controller's tip (or with a marker held to the
+/// place).
 struct TouchedPoint {
   glm::dvec3 device_m{0.0};
   glm::dvec3 stage_m{0.0};

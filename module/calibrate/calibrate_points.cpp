@@ -80,23 +80,11 @@ Pose fit_rigid(std::span<const TouchedPoint> points, std::span<const double> wei
   const auto at = [&](int a, int b) { return s[b][a]; };
   const double xx = at(0, 0), yy = at(1, 1), zz = at(2, 2);
   const double yz = at(1, 2) - at(2, 1), zx = at(2, 0) - at(0, 2), xy = at(0, 1) - at(1, 0);
-  const std::array<double, 16> n = {xx + yy + zz,
-                                    yz,
-                                    zx,
-                                    xy,  //
-                                    yz,
-                                    xx - yy - zz,
-                                    at(0, 1) + at(1, 0),
-                                    at(2, 0) + at(0, 2),  //
-                                    zx,
-                                    at(0, 1) + at(1, 0),
-                                    yy - xx - zz,
-                                    at(1, 2) + at(2, 1),  //
-                                    xy,
-                                    at(2, 0) + at(0, 2),
-                                    at(1, 2) + at(2, 1),
-                                    zz - xx - yy};
-  const std::vector<double> q = symmetric_eigen(n, 4).vectors.back();
+  const double n[4][4] = {{xx + yy + zz, yz, zx, xy},
+                          {yz, xx - yy - zz, at(0, 1) + at(1, 0), at(2, 0) + at(0, 2)},
+                          {zx, at(0, 1) + at(1, 0), yy - xx - zz, at(1, 2) + at(2, 1)},
+                          {xy, at(2, 0) + at(0, 2), at(1, 2) + at(2, 1), zz - xx - yy}};
+  const std::vector<double> q = symmetric_eigen({&n[0][0], 16}, 4).vectors.back();
   const glm::dquat rotation = glm::normalize(glm::dquat(q[0], q[1], q[2], q[3]));
   return {to - rotation * from, rotation};
 }

@@ -145,7 +145,7 @@ BackTrack picard(const Search<Motion>& search, glm::dvec3 start) noexcept {
   return search.result(best, start, steps);
 }
 
-/// Not found, and nothing read at a place that is not is_finite.
+/// Not found, and nothing read at a place that is not finite.
 BackTrack nowhere(glm::dvec3 start) noexcept {
   BackTrack none;
   none.x_m = is_finite(start) ? start : glm::dvec3(0.0);

@@ -17,11 +17,11 @@ struct Sweep {
 /// (11)), sampling the data on the way. The paper solves once per frame and jumps to the result, so
 /// it misses what lies between. Here the way is cut into pieces shorter than half a voxel, so
 /// nothing is stepped over, however fast hand and data are. A surface that is newly met is found by
-/// bisection, to a fifth of a micrometre. A piece along a surface is repeated with the mean of the
-/// primitives at its ends (midpoint rule), so that sliding over a curved surface neither digs in
-/// nor lifts off. A carrier whose point can not be found stays where it is. Real-time safe; after
-/// 48 pieces or 96 samples of the data (one per mode and place) the rest of the way is left to the
-/// next frame.
+/// regula falsi, to a fifth of a micrometre. A piece along a surface is repeated with the mean of
+/// the primitives at its ends (midpoint rule), so that sliding over a curved surface neither digs
+/// in nor lifts off. A carrier whose point can not be found stays where it is. Real-time safe;
+/// after 48 pieces or 96 samples of the data (one per mode and place) the rest of the way is left
+/// to the next frame.
 Sweep sweep(HapticRun& run, glm::dvec3 probe, double stiffness_n_per_m, double dt_s) noexcept;
 
 }  // namespace palpate

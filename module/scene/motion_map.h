@@ -11,7 +11,7 @@
 namespace palpate {
 
 /// No data move by a kilometre; beyond that float squares would overflow in the certificates.
-constexpr float kAbsurdM = 1e3F;
+inline constexpr float kAbsurdM = 1e3F;
 
 /// A motion field at a point of its fixed frame.
 struct MotionSample {

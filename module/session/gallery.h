@@ -33,7 +33,7 @@ class Gallery {
   /// Why there are no pictures, as a sentence; empty without an error. Call this and the functions
   /// below only after stop().
   std::string trouble() const { return thread_.trouble(); }
-  /// Frames drawn, and the time for each, ms.
+  /// Number of frames drawn, and the median time for one, ms.
   size_t frames() const { return frame_ms_.size(); }
   double median_ms() const;
   double first_picture_s() const { return first_picture_s_; }

@@ -31,7 +31,7 @@ struct LiveNumbers {
   uint64_t felt = 0;        ///< the hand was moved along with them
   uint64_t newer_came = 0;  ///< left out: a newer one arrived while motion was estimated
   uint64_t elsewhere = 0;   ///< left out: they do not overlap the first one in space
-  uint64_t kept = 0;        ///< arrived while a cycle was played: they only control its pace
+  uint64_t kept = 0;        ///< arrived while a cycle was played: they control its pace
   double delay_median_s = 0.0, delay_p95_s = 0.0, delay_most_s = 0.0;  ///< arrival to felt
   double cycle_s = 0.0;  ///< of the cycle that is played; 0: frames are followed
   int cycles = 0;        ///< number of cycles in the means from which its motion was estimated

@@ -15,7 +15,7 @@ constexpr glm::dvec3 kTouch{0.25, 0.95, 1.0}, kPressed{0.10, 0.25, 1.0};
 constexpr glm::dvec3 kBoxColour{0.42, 0.46, 0.54};
 constexpr double kHeightAngle = 0.55;  // vertical angle of view, rad
 constexpr double kArrow_m_per_n = 0.008;
-constexpr double kTube = 0.0006;              // radius in a volume of 10 cm
+constexpr double kTube = 0.0006;              // m, radius if radius_m is 10 cm
 constexpr double kKeptTube = 1.6;             // factor on that for tubes that are kept
 constexpr double kLongestPrediction_s = 0.1;  // an older tick is not extrapolated further
 
@@ -152,7 +152,7 @@ void ScenePicture::bounds(const SceneSnapshot& snapshot, glm::dvec3& centre,
 
 void ScenePicture::add_things(const SceneSnapshot& snapshot, const Eye& eye, double radius_m,
                               ViewScene& scene) {
-  // of pen and other bodies, relative to a volume of 10 cm radius
+  // scale of pen, tubes and other bodies: 1 for a scene of 10 cm radius
   const double size = radius_m / 0.1;
   if (choices_.hand) add_hand(snapshot, eye, size, scene);
   for (size_t v = 0; v < volumes_.size(); ++v)
@@ -209,7 +209,7 @@ void ScenePicture::add_hand(const SceneSnapshot& snapshot, const Eye& eye, doubl
                touches ? glm::mix(kTouch, kPressed, share) : kPen);
     return;
   }
-  // The pen points to the side of the eye, so that its tip is visible.
+  // The pen's shaft extends to the side and towards the eye, so that its tip is visible.
   const glm::dvec3 away = glm::normalize(eye.orientation * glm::dvec3(0.45, 0.55, 0.70));
   add_pen(scene.things, snapshot.probe_m, away, 0.0022 * size, 0.07 * size, kPen);
   if (snapshot.in_contact) add_sphere(scene.things, snapshot.proxy_m, 0.0026 * size, kProxy);
@@ -245,7 +245,7 @@ ViewScene ScenePicture::at(const SceneSnapshot& snapshot, int64_t display_ns, co
 }
 
 ClipPlane cut_before(const Eye& eye, glm::dvec3 touched_m, glm::dvec3 centre_m, double radius_m) {
-  // Rotation away from the view, so that the cut's edge shows its depth
+  // Rotation away from the view, so that the cut's edge shows its depth.
   constexpr double kAside = 0.6;   // radians
   constexpr double kFront = 0.45;  // share of the radius: a hand in front of everything still cuts
   const glm::dvec3 away = eye.orientation * glm::dvec3(-std::sin(kAside), 0.0, -std::cos(kAside));

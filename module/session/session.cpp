@@ -362,7 +362,7 @@ void Session::send_poses() {
     if (spec.drive.kind != DriveSpec::Kind::kSecondHand) {
       moved_[v] = driven(spec.drive, spec.transform, double(now_ns - start_ns_) * 1e-9);
     } else if (!options_.second_hand) {
-      continue;  // moved by a second hand only
+      continue;  // there is no second hand: only drag() and place() move it
     } else {
       const FrameData& frame = *volume.data->frames.front();
       const glm::dvec3 middle = 0.5 * (frame.low_m() + frame.high_m());

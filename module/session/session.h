@@ -32,7 +32,7 @@ struct SessionEvent {
 struct SessionOptions {
   HapticsOptions haptics;
   ServoOptions servo;
-  /// Moves the volumes whose drive is a second hand; null: they stand still. Borrowed.
+  /// Moves the volumes whose drive is a second hand; null: only drag() and place() do. Borrowed.
   const SecondHand* second_hand = nullptr;
   /// How motion that no file contains is estimated while the data are felt; without open_context
   /// the data stand still.
@@ -170,7 +170,7 @@ class Session {
   SceneTicker ticker_;
   std::unique_ptr<Servo> servo_;  ///< one of these two runs the ticker
   std::unique_ptr<HostLoop> host_;
-  std::vector<Transform> moved_;  ///< per volume: its transform by second hands
+  std::vector<Transform> moved_;  ///< per volume: the last one sent to the loop
   int64_t start_ns_ = 0, last_ns_ = 0;
   std::mutex stopping_;  ///< stop() may be called by several threads
   std::atomic<bool> can_play_{false}, playing_{true};

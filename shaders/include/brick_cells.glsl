@@ -73,7 +73,7 @@ void write_cells(uint place, bool whole) {
   if (lane < uint(2 * kBrick)) skip[word + uint(kCellWord) + lane] = cells[lane];
   if (lane < 4u) skip[word + uint(kBlockWord) + lane] = blocks[lane];
   if (lane == 0u) {
-    const uint least = min(entries[0], entries[1]);  // any cell, for a brick without cells
+    const uint least = min(entries[0], entries[1]);  // 0 for a brick without cells: any entry does
     const uint span = entries[1] - least + 1u;
     const uint level = uint(findMSB(span));
     const uint table = uint(push.table.z) * uint(kMostLevels) + level * uint(kTable);

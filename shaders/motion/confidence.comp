@@ -57,7 +57,7 @@ float variance_of(vec4 e0, vec4 e1, vec4 e2) {
   return (e2.y + kLeastResidual * e2.z) * push.noise.w / least;
 }
 
-// Largest squared difference of the field to a neighbour, per distance.
+// Largest |u(next) - u|^2 / distance^2 over the six neighbours.
 float steepness2(ivec3 cell, vec3 here) {
   float most = 0.0;
   for (int axis = 0; axis < 3; ++axis) {

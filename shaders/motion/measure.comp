@@ -3,7 +3,7 @@
 #include "include/read.glsl"
 #include "interface/motion.h"
 #include "include/bricks.glsl"
-// Measures each brick since its last measurement, to decide whether it can be left out of the next iterations.
+// What has changed in each brick since its last measurement, to decide whether the next iterations can leave it out.
 //   moved = max |u - seen|,  structure = max (q / w),  reach = max |u|,  seen <- u
 // q / w is the mean squared normalised intensity, near 1 where the images have structure and near
 // noise^2 / (noise^2 + f^2) where they have none.

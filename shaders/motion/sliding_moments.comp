@@ -32,7 +32,7 @@ void main() {
   const vec3 size = vec3(push.size.xyz);
   vec4 sum = vec4(0.0);
   float count = 0.0;
-  // From the second voxel of each pair on; along an axis of one voxel from that one.
+  // The second voxel of each pair; along an axis on which the cell has one voxel, that one.
   const ivec3 first = min(begin + 1, end - 1);
   for (int z = first.z; z < end.z; z += 2) {
     for (int y = first.y; y < end.y; y += 2) {

@@ -41,7 +41,8 @@ layout(set = 0, binding = 9) uniform writeonly image3D composed;
 TEXELS(10, field_texels, rgba32f);
 layout(push_constant) uniform Push { UpdateTwoPush push; };
 
-// det(I + du/dx) from the differences to the neighbours `step` cells away along each axis; 0 beyond the border.
+// det(I + dv/dx) from the differences to the neighbours `step` cells away along each axis; beyond the border the
+// difference is 0.
 float determinant_of(ivec3 cell, int step) {
   const vec3 here = READ(field_texels, cell).xyz;
   mat3 m = mat3(1.0);

@@ -12,8 +12,8 @@
 // 1        out        any, one channel   image (z, y, x)   share of the data's range
 //
 // One invocation: kPrefilterRun voxels along x, so that each sum over y and z is computed once and used three times.
-// Border: the outermost sample is repeated, as for the spline. Precision: fp32, stored in the image's format.
-// CPU oracle: FrameData::scalar of sampled_scalar.
+// Border: the outermost sample is repeated, as for the spline. Precision: fp32, stored in the image's format. Race: each
+// output written once. CPU oracle: FrameData::scalar of sampled_scalar.
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(set = 0, binding = 0) uniform sampler3D samples;
 layout(set = 0, binding = 1) uniform writeonly image3D frame;

@@ -33,16 +33,6 @@ double share_of_flesh(const Screenshot& shot) {
   return double(red) / all;
 }
 
-/// Waits as long as a busy machine may need.
-template <class Done>
-bool wait_until(Done done) {
-  for (int k = 0; k < 2400; ++k) {
-    if (done()) return true;
-    std::this_thread::sleep_for(50ms);
-  }
-  return false;
-}
-
 TEST(Desktop, LetsAMousePressTheBeatingHeart) {
   NEEDS_DEVICE();
   std::string why_not;

@@ -20,16 +20,6 @@ namespace fs = std::filesystem;
 using files::TemporaryFolder;
 using test::VirtualDisplay;
 using ::testing::HasSubstr;
-using namespace std::chrono_literals;
-
-template <class Done>
-bool lasts_until(Done done) {
-  for (int k = 0; k < 2400; ++k) {
-    if (done()) return true;
-    std::this_thread::sleep_for(50ms);
-  }
-  return false;
-}
 
 /// The force has come to zero without a step, and the cause is said.
 void expect_ramp_at_the_end(const fs::path& csv) {
@@ -142,7 +132,7 @@ TEST(TheStartOfARun, ObeysASignalAtOnceAndLeavesNothing) {
     Program program(
         {"feel", "heart", "--headset", "off", "--device", "simulated", "--csv", folder / "t.csv"});
     // The heart takes longer to make than the handlers.
-    ASSERT_TRUE(lasts_until([&] { return program.handles(SIGTERM); }));
+    ASSERT_TRUE(wait_until([&] { return program.handles(SIGTERM); }));
     ASSERT_EQ(program.said().find("Volume"), std::string::npos) << "the heart is there already";
     program.signal(SIGTERM);
     const Outcome outcome = program.wait();
@@ -161,7 +151,7 @@ TEST(AReaderThatGoesAway, DoesNotEndTheWork) {
   const std::string command = std::string(PALPATE_PROGRAM) + " motion " + a + " " + b + " -o " +
                               (folder / "u.mha").string() + " | true";
   EXPECT_EQ(std::system(command.c_str()), 0);
-  EXPECT_TRUE(lasts_until([&] { return fs::exists(folder / "u.mha"); }));
+  EXPECT_TRUE(wait_until([&] { return fs::exists(folder / "u.mha"); }));
 }
 
 }  // namespace

@@ -8,16 +8,9 @@
 #include <cstdlib>
 #include <thread>
 
-namespace palpate::app {
+#include "tests/app/program.h"
 
-bool wait_until(const std::function<bool()>& done) {
-  using namespace std::chrono_literals;
-  for (int k = 0; k < 6000; ++k) {
-    if (done()) return true;
-    std::this_thread::sleep_for(10ms);
-  }
-  return false;
-}
+namespace palpate::app {
 
 MadeHeadset::MadeHeadset() {
   const std::string remote = folder_ / "remote";

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -39,8 +38,5 @@ class MadeHeadset {
   int fifo_ = -1;
   int asked_ = 0;
 };
-
-/// Waits as long as a busy machine may need.
-bool wait_until(const std::function<bool()>& done);
 
 }  // namespace palpate::app

@@ -102,4 +102,13 @@ bool has_device() {
   return has;
 }
 
+bool wait_until(const std::function<bool()>& done) {
+  using namespace std::chrono_literals;
+  for (int k = 0; k < 6000; ++k) {
+    if (done()) return true;
+    std::this_thread::sleep_for(20ms);
+  }
+  return false;
+}
+
 }  // namespace palpate::app

@@ -2,6 +2,7 @@
 
 #include <sys/types.h>
 
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -40,6 +41,10 @@ class Program {
   int status_ = 0;
   bool ended_ = false;
 };
+
+/// Asks every 20 ms whether what another program does is done; false after two minutes, which a
+/// busy machine may need.
+bool wait_until(const std::function<bool()>& done);
 
 inline Outcome run(const std::vector<std::string>& arguments) {
   return Program(arguments).wait();

@@ -10,7 +10,7 @@
 #include "module/haptics/device.h"
 #include "tests/devices/emulated_falcon.h"
 #include "tests/devices/print_fault.h"
-#include "tests/devices/wait_for.h"
+#include "tests/support/wait_for.h"
 
 namespace palpate::devices::test {
 

@@ -10,7 +10,7 @@
 #include "module/haptics/servo_loop.h"
 #include "tests/devices/emulated_hand.h"
 #include "tests/devices/print_fault.h"
-#include "tests/devices/wait_for.h"
+#include "tests/support/wait_for.h"
 
 namespace palpate::devices::test {
 

@@ -8,7 +8,7 @@
 #include "tests/devices/as_nobody.h"
 #include "tests/devices/emulated_spacemouse.h"
 #include "tests/devices/print_fault.h"
-#include "tests/devices/wait_for.h"
+#include "tests/support/wait_for.h"
 
 namespace palpate::devices::test {
 namespace {

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
+
 #include "compute/volume/grid.h"
 
 namespace palpate::files {
@@ -11,6 +13,9 @@ namespace palpate::files {
 /// precision, 6e-8 of values up to 200.
 inline constexpr double kTextToleranceMm = 1e-9;
 inline constexpr double kNiftiToleranceMm = 3e-5;
+inline double tolerance_of(const std::string& file) {
+  return file.find(".nii") != std::string::npos ? kNiftiToleranceMm : kTextToleranceMm;
+}
 
 inline void expect_grid(const Grid& found, const Grid& wanted, double tolerance) {
   EXPECT_EQ(found.size, wanted.size);

@@ -20,10 +20,6 @@ struct Case {
   bool compressed;
 };
 
-double tolerance_of(const std::string& name) {
-  return name.find(".nii") != std::string::npos ? kNiftiToleranceMm : kTextToleranceMm;
-}
-
 class ItkWrittenFile : public ::testing::TestWithParam<std::tuple<Case, bool>> {};
 
 TEST_P(ItkWrittenFile, KeepsValuesSpacingAndDirection) {

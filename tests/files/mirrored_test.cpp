@@ -18,10 +18,6 @@ namespace {
 // ITK looks for the samples of x.nii.gz in an x.nii beside it.
 constexpr const char* kNames[] = {"v.mha", "v.nrrd", "v.nii", "packed.nii.gz"};
 
-double mirrored_tolerance(const std::string& name) {
-  return name.find(".nii") == std::string::npos ? kTextToleranceMm : kNiftiToleranceMm;
-}
-
 /// Left-handed in each of the ways that there are: one axis against the patient's, or all three.
 std::vector<Grid> left_handed_grids() {
   std::vector<Grid> grids(4, oblique_grid());
@@ -57,7 +53,7 @@ TEST(MirroredAxes, AreReadWithEverySampleAtItsPlaceInEveryFormat) {
       const auto found = read_volume(folder / name);
       ASSERT_TRUE(found) << found.error().message;
       EXPECT_TRUE(found->grid.j_reversed_in_file);
-      expect_same_samples(*found, volume, 10.0 * mirrored_tolerance(name));
+      expect_same_samples(*found, volume, 10.0 * tolerance_of(name));
     }
   }
 }
@@ -127,7 +123,7 @@ TEST(MirroredAxes, AreWrittenBackAsTheFileHadThem) {
       itk_oracle::write(folder / name, {volume}, {});
       const auto found = read_volume(folder / name);
       ASSERT_TRUE(found) << found.error().message;
-      const double tolerance = mirrored_tolerance(name);
+      const double tolerance = tolerance_of(name);
 
       ASSERT_TRUE(write_volume(*found, folder / name));
       auto by_itk = itk_oracle::read(folder / name);
@@ -163,7 +159,7 @@ TEST(MirroredAxes, OfAFieldKeepVectorsAlongThePatientsAxes) {
       }
       ASSERT_TRUE(write_field(*found, folder / name));
       const auto by_itk = itk_oracle::read(folder / name);
-      expect_grid(by_itk.grid, grid, mirrored_tolerance(name));
+      expect_grid(by_itk.grid, grid, tolerance_of(name));
       for (size_t v = 0; v < field.u_mm.size(); ++v) {
         for (int c = 0; c < 3; ++c)
           EXPECT_EQ(by_itk.values[3 * v + size_t(c)], field.u_mm[v][c]) << name << v;

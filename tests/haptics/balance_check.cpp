@@ -53,10 +53,6 @@ Vec3<T> unit(Vec3<T> v) {
   return size > T(0) ? v * (T(1) / size) : v;
 }
 
-double size(glm::dvec3 v) {
-  return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
-}
-
 /// What one primitive can give at a place: q times 0 to s (planes), or a part of the ball of radius
 /// s in the space perpendicular to q: that within an angle of a direction, and the hull of it. The
 /// angle may be so small that its cosine is 1: its sine is what counts.
@@ -123,8 +119,9 @@ Forces<T> forces_at(const PrimitiveSet& primitives, glm::dvec3 probe, double sti
   }
   for (const Primitive& p : primitives) {
     if (p.kind == Kind::kForce) continue;
-    const T slack = T(kPlaceSlack * std::max({size(proxy), size(p.position), size(probe),
-                                              size(pulled), kSmallestPlace}));
+    const T slack =
+        T(kPlaceSlack * std::max({largest_of(proxy), largest_of(p.position), largest_of(probe),
+                                  largest_of(pulled), kSmallestPlace}));
     Giver<T> giver;
     giver.strength = T(p.strength_n);
     giver.flat = p.kind == Kind::kPlane;

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 #include "module/haptics/primitive.h"
 
 namespace palpate::test {
@@ -9,6 +12,11 @@ namespace palpate::test {
 /// a millimetre at least.
 inline constexpr double kPlaceSlack = 0x1p-48;
 inline constexpr double kSmallestPlace = 1e-3;
+
+/// The largest |component|.
+inline double largest_of(glm::dvec3 v) {
+  return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+}
 
 /// The KKT residual at a proxy, worked out without the solver, in N: the shortest sum of spring and
 /// forces that the primitives can give at this place. A place is known to round-off only, and what

@@ -19,16 +19,12 @@ namespace {
 /// Twice: a set that is not solved in double is tried again with more digits.
 constexpr int kMaxIterations = 2 * ConvexBalance<double>::kMaxIterations;
 
-double norm_of(glm::dvec3 v) {
-  return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
-}
-
 /// Sum over primitives of strength times the round-off of places that balance_check.h allows: by so
 /// much, in J, is Phi known.
 double slack_j(const BalanceCase& made, glm::dvec3 proxy) {
-  double place = std::max(norm_of(made.probe), norm_of(proxy)), strength = 0.0;
+  double place = std::max(largest_of(made.probe), largest_of(proxy)), strength = 0.0;
   for (const Primitive& p : made.primitives) {
-    place = std::max({place, norm_of(p.position), p.strength_n / made.stiffness_n_per_m});
+    place = std::max({place, largest_of(p.position), p.strength_n / made.stiffness_n_per_m});
     strength += p.strength_n;
   }
   return kPlaceSlack * std::max(place, kSmallestPlace) *

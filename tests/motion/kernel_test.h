@@ -25,6 +25,11 @@ inline std::string text(glm::dvec3 v) {
   return out.str();
 }
 
+/// Random vectors as an image of the device stores them.
+inline oracle::Vectors stored_vectors(glm::ivec3 cells, uint32_t seed, double reach) {
+  return vectors_of(as_stored(texels_of(random_vectors(cells, seed, reach)), Format::kRgba32));
+}
+
 /// Runs one kernel on the device, to compare it with its oracle. The kernel is right if it gives
 /// what the oracle gives for the same, already rounded, input.
 class KernelTest : public DeviceTest {

@@ -17,10 +17,6 @@ class UpsampleKernel : public KernelTest {};
 class FoldsKernel : public KernelTest {};
 class BlendKernel : public KernelTest {};
 
-Vectors stored_field(glm::ivec3 cells, uint32_t seed, double reach) {
-  return vectors_of(as_stored(texels_of(random_vectors(cells, seed, reach)), Format::kRgba32));
-}
-
 TEST_F(UpsampleKernel, ReadsTheCoarseFieldBetweenItsCellsAndHoldsItsBorder) {
   struct Case {
     glm::ivec3 from, to;
@@ -34,7 +30,7 @@ TEST_F(UpsampleKernel, ReadsTheCoarseFieldBetweenItsCellsAndHoldsItsBorder) {
   }};
   for (const Case& c : cases) {
     SCOPED_TRACE(text(c.from) + " to " + text(c.to));
-    const Vectors from = stored_field(c.from, 601, 5.0);
+    const Vectors from = stored_vectors(c.from, 601, 5.0);
     const Texels expected = texels_of(oracle::upsample(from, c.to, c.scale, c.offset));
     const DeviceImage image = put(texels_of(from), Format::kRgba32);
     const DeviceImage to = output(c.to, Format::kRgba32);
@@ -54,7 +50,7 @@ class MeasureKernel : public KernelTest {
  protected:
   void expect_oracle(glm::ivec3 cells, const BrickList& bricks, uint32_t seed) {
     const double unit_mm = 0.7;
-    const Vectors field = stored_field(cells, seed, 1.0);
+    const Vectors field = stored_vectors(cells, seed, 1.0);
     const Vectors seen =
         vectors_of(as_stored(texels_of(random_vectors(cells, seed + 1, 1.0)), Format::kRgba16));
     EquationImages images = images_of(random_equations(cells, seed + 2));
@@ -124,7 +120,7 @@ class ConfidenceKernel : public KernelTest {
     const EquationImages images = stored_equations(cells, format, seed);
     const EquationImages left = stored_equations(cells, format, seed + 1);
     const oracle::Samples<oracle::NormalEquations> coarser = equations_of(left);
-    const Vectors field = stored_field(cells, seed + 2, 1.5);
+    const Vectors field = stored_vectors(cells, seed + 2, 1.5);
     // The smallest eigenvalue comes out with an error in shares of the trace: what is just below
     // and just above it bounds the confidence.
     EquationImages lower = images, upper = images;
@@ -288,7 +284,7 @@ TEST_F(BlendKernel, SmoothsAroundFlaggedCellsAndKeepsAllOthers) {
   uint32_t seed = 800;
   for (const glm::ivec3 cells : kSizes) {
     SCOPED_TRACE(text(cells));
-    const Vectors field = stored_field(cells, seed += 2, 5.0);
+    const Vectors field = stored_vectors(cells, seed += 2, 5.0);
     const Scalars flags = random_mask(cells, seed + 1, 0.02);
     const BrickList bricks = all_bricks(cells);
     const vulkan::Buffer list = upload_bricks(context(), bricks);
@@ -303,7 +299,7 @@ TEST_F(BlendKernel, SmoothsAroundFlaggedCellsAndKeepsAllOthers) {
 
 TEST_F(BlendKernel, WorksOnListedBricksOnly) {
   const glm::ivec3 cells(17, 19, 9);
-  const Vectors field = stored_field(cells, 820, 5.0);
+  const Vectors field = stored_vectors(cells, 820, 5.0);
   const Scalars flags = random_mask(cells, 821, 0.2);
   const BrickList bricks = every_second_brick(cells);
   const vulkan::Buffer list = upload_bricks(context(), bricks);

@@ -13,10 +13,6 @@ using oracle::Vectors;
 
 constexpr int kCandidates = 6 * shaders::kSlidingSteps;
 
-Vectors stored_vectors(glm::ivec3 cells, uint32_t seed, double reach) {
-  return vectors_of(as_stored(texels_of(random_vectors(cells, seed, reach)), Format::kRgba32));
-}
-
 Scalars stored_scalars(glm::ivec3 size, uint32_t seed, double low, double high) {
   return scalars_of(as_stored(texels_of(random_scalars(size, seed, low, high)), Format::kR16));
 }

@@ -11,11 +11,11 @@
 #include <thread>
 
 #include "tests/openigtlink/wire.h"
+#include "tests/support/wait_for.h"
 
 namespace palpate::openigtlink {
 namespace {
 
-using namespace std::chrono_literals;
 using test::Raw;
 using test::WireHeader;
 using test::WireImage;
@@ -61,16 +61,6 @@ class Heard {
   std::vector<Rigid> transforms_;
   std::vector<std::string> notes_;
 };
-
-template <class Condition>
-bool wait_for(Condition condition, std::chrono::milliseconds most = 30s) {
-  const auto give_up = std::chrono::steady_clock::now() + most;
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() > give_up) return false;
-    std::this_thread::sleep_for(2ms);
-  }
-  return true;
-}
 
 class ClientTest : public testing::Test {
  protected:

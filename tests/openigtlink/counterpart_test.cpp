@@ -14,21 +14,10 @@
 #include "integration/openigtlink/client.h"
 #include "integration/openigtlink/server.h"
 #include "tests/openigtlink/wire.h"
+#include "tests/support/wait_for.h"
 
 namespace palpate::openigtlink {
 namespace {
-
-using namespace std::chrono_literals;
-
-template <class Condition>
-bool counterpart_waits_for(Condition condition) {
-  const auto give_up = std::chrono::steady_clock::now() + 60s;
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() > give_up) return false;
-    std::this_thread::sleep_for(5ms);
-  }
-  return true;
-}
 
 /// Another program, which is ended with this.
 class Other {
@@ -81,7 +70,7 @@ TEST(Counterparts, TheirTrackerIsHeard) {
   };
   auto client = Client::start({"127.0.0.1", port}, std::move(options));
   ASSERT_TRUE(client);
-  EXPECT_TRUE(counterpart_waits_for([&] { return heard >= 10; }));
+  EXPECT_TRUE(wait_for([&] { return heard >= 10; }));
   EXPECT_TRUE((*client)->numbers().refused.empty());
   const std::lock_guard lock(mutex);
   EXPECT_NEAR(glm::determinant(last.rotation), 1.0, 1e-9);
@@ -103,7 +92,7 @@ TEST(Counterparts, TheirImagesLieWhereTheyWereMade) {
   };
   auto client = Client::start({"127.0.0.1", port}, std::move(options));
   ASSERT_TRUE(client);
-  ASSERT_TRUE(counterpart_waits_for([&] {
+  ASSERT_TRUE(wait_for([&] {
     const std::lock_guard lock(mutex);
     return images.size() >= 5;
   }));
@@ -126,7 +115,7 @@ TEST(Counterparts, TheirReceiverUnderstandsWhatIsSent) {
   ASSERT_TRUE(server);
   const std::string output = testing::TempDir() + "igtl_received_" + std::to_string(getpid());
   const Other receiver({RECEIVE_CLIENT, "127.0.0.1", std::to_string((*server)->port())}, output);
-  ASSERT_TRUE(counterpart_waits_for([&] { return (*server)->clients() == 1; }));
+  ASSERT_TRUE(wait_for([&] { return (*server)->clients() == 1; }));
   Grid grid;
   grid.size = {5, 4, 3};
   grid.spacing_mm = {1.0, 2.0, 3.0};
@@ -142,7 +131,7 @@ TEST(Counterparts, TheirReceiverUnderstandsWhatIsSent) {
     (*server)->send(std::make_shared<const Bytes>(std::move(message)));
   // It says a message when the next one begins, and buffers what it says: much more of the same.
   std::string text;
-  EXPECT_TRUE(counterpart_waits_for([&] {
+  EXPECT_TRUE(wait_for([&] {
     for (int n = 0; n < 5; ++n)
       (*server)->send(
           std::make_shared<const Bytes>(write_status("palpate", 1.0, 1, "felt as it should be")));
@@ -166,12 +155,12 @@ TEST(Serving, ASlowClientMissesMessagesAndNobodyWaits) {
   at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   at.sin_port = htons((*server)->port());
   ASSERT_EQ(connect(slow.fd(), reinterpret_cast<sockaddr*>(&at), sizeof at), 0);
-  ASSERT_TRUE(counterpart_waits_for([&] { return (*server)->clients() == 1; }));
+  ASSERT_TRUE(wait_for([&] { return (*server)->clients() == 1; }));
   Grid grid;
   grid.size = {100, 100, 100};
   const auto image = std::make_shared<const Bytes>(
       write_image("palpate_volume", 1.0, grid, std::vector<float>(1'000'000)));
-  EXPECT_TRUE(counterpart_waits_for([&] {
+  EXPECT_TRUE(wait_for([&] {
     (*server)->send(image);
     return (*server)->missed() > 3;
   }));
@@ -202,7 +191,7 @@ TEST(Serving, IsFoundByBothKindsOfAddresses) {
     options.on_transform = [&](const Rigid&) { ++heard; };
     const auto client = Client::start({host, (*server)->port()}, std::move(options));
     ASSERT_TRUE(client) << host;
-    EXPECT_TRUE(counterpart_waits_for([&] {
+    EXPECT_TRUE(wait_for([&] {
       (*server)->send(std::make_shared<const Bytes>(write_transform("palpate_proxy", 1.0, {})));
       return heard > 0;
     })) << host;

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -235,6 +236,19 @@ TEST(Messages, VectorsAreWrittenAlongRightAnteriorSuperior) {
 
 /// Whatever comes, reading ends with a value or a sentence. Run with sanitizers it finds reads
 /// beyond the bytes.
+TEST(Messages, AForceIsWrittenAlongRightAnteriorSuperior) {
+  const Bytes sent = write_force("palpate_force", 1.0, {1.0, 2.0, 3.0});
+  constexpr size_t kHeader = 58, kBeforeNumbers = 10;
+  ASSERT_EQ(sent.size(), kHeader + kBeforeNumbers + 3 * sizeof(double));
+  const double right_anterior_superior[3] = {-1.0, -2.0, 3.0};
+  for (size_t a = 0; a < 3; ++a) {
+    uint64_t bits = 0;
+    for (size_t k = 0; k < 8; ++k)
+      bits = bits << 8 | uint64_t(sent[kHeader + kBeforeNumbers + 8 * a + k]);
+    EXPECT_EQ(std::bit_cast<double>(bits), right_anterior_superior[a]) << a;
+  }
+}
+
 TEST(Messages, MutatedMessagesAreReadOrRefused) {
   std::mt19937 random(20261123);
   WireImage wire;

@@ -6,6 +6,7 @@
 #include "integration/scenes/load_scene.h"
 #include "module/session/scene_picture.h"
 #include "module/session/session.h"
+#include "tests/session/made_session.h"
 
 namespace palpate {
 namespace {
@@ -42,13 +43,6 @@ std::shared_ptr<const MovingVolume> rising(std::shared_ptr<const FrameData> fram
   return std::make_shared<const MovingVolume>(std::move(volume));
 }
 
-std::shared_ptr<const MovingVolume> still(std::shared_ptr<const FrameData> frame) {
-  MovingVolume volume;
-  volume.times = {{0.0}, 0.0};
-  volume.frames = {std::move(frame)};
-  return std::make_shared<const MovingVolume>(std::move(volume));
-}
-
 /// A scene of one volume and one mode.
 std::shared_ptr<const Scene> scene_of(std::shared_ptr<const MovingVolume> data,
                                       const std::string& kind = "surface",
@@ -82,22 +76,22 @@ SceneSnapshot snapshot_at(glm::dvec3 place_m, double time_s = 0.0) {
 }
 
 TEST(TubeField, IsWhatIsFeltElseTheVectorsElseTheVelocity) {
-  EXPECT_EQ(tube_field(*scene_of(still(streams()), "follow"), 0), TubeField::kVectors);
-  EXPECT_EQ(tube_field(*scene_of(still(streams()), "follow", VectorProperty::kCurl), 0),
+  EXPECT_EQ(tube_field(*scene_of(test::still(streams()), "follow"), 0), TubeField::kVectors);
+  EXPECT_EQ(tube_field(*scene_of(test::still(streams()), "follow", VectorProperty::kCurl), 0),
             TubeField::kCurl);
-  EXPECT_EQ(tube_field(*scene_of(still(streams()), "vortex"), 0), TubeField::kVectors)
+  EXPECT_EQ(tube_field(*scene_of(test::still(streams()), "vortex"), 0), TubeField::kVectors)
       << "a core is not what a flow runs along";
-  EXPECT_EQ(tube_field(*scene_of(still(ramp()), "follow"), 0), TubeField::kGradient)
+  EXPECT_EQ(tube_field(*scene_of(test::still(ramp()), "follow"), 0), TubeField::kGradient)
       << "as in the paper's molecule";
   EXPECT_EQ(tube_field(*scene_of(rising(ramp()), "follow"), 0), TubeField::kGradient);
   EXPECT_EQ(tube_field(*scene_of(rising(ramp())), 0), TubeField::kVelocity);
   EXPECT_EQ(tube_field(*scene_of(rising(ramp()), "surface", VectorProperty::kVector, true), 0),
             TubeField::kGradient);
-  EXPECT_EQ(tube_field(*scene_of(still(ramp())), 0), std::nullopt);
+  EXPECT_EQ(tube_field(*scene_of(test::still(ramp())), 0), std::nullopt);
 }
 
 TEST(HandTubes, ReleasesAtTheProxyKeepsAndClears) {
-  const auto scene = scene_of(still(streams()), "follow");
+  const auto scene = scene_of(test::still(streams()), "follow");
   HandTubes hand;
   const auto command = [&](Kind kind, glm::dvec3 place_m = glm::dvec3(0.0)) {
     return hand.take({kind, snapshot_at(place_m)}, *scene);
@@ -123,15 +117,16 @@ TEST(HandTubes, ReleasesAtTheProxyKeepsAndClears) {
 TEST(HandTubes, SaysWhyThereIsNone) {
   HandTubes hand;
   EXPECT_EQ(hand.take({Kind::kReleaseTube, snapshot_at({0.0, 0.5, 0.0})},
-                      *scene_of(still(streams()), "follow")),
+                      *scene_of(test::still(streams()), "follow")),
             "No stream tube: the hand is outside of the data.");
-  EXPECT_EQ(hand.take({Kind::kReleaseTube, snapshot_at(glm::dvec3(0.0))}, *scene_of(still(ramp()))),
-            "No stream tube: nothing here has a direction: neither vectors nor motion.");
+  EXPECT_EQ(
+      hand.take({Kind::kReleaseTube, snapshot_at(glm::dvec3(0.0))}, *scene_of(test::still(ramp()))),
+      "No stream tube: nothing here has a direction: neither vectors nor motion.");
   EXPECT_TRUE(hand.tubes()->empty());
 }
 
 TEST(HandTubes, TheOldestThatIsNotKeptMakesRoom) {
-  const auto scene = scene_of(still(streams()), "follow");
+  const auto scene = scene_of(test::still(streams()), "follow");
   HandTubes hand;
   const auto release = [&](double y_m) {
     return hand.take({Kind::kReleaseTube, snapshot_at({0.0, y_m, 0.0})}, *scene);
@@ -210,7 +205,7 @@ TEST(Things, AReleasedTubeHasNoColourOfFleshOrBone) {
 }
 
 TEST(ScenePicture, ABareFingertipShowsContactByItsColour) {
-  const auto scene = scene_of(still(streams()), "follow", VectorProperty::kVector, false);
+  const auto scene = scene_of(test::still(streams()), "follow", VectorProperty::kVector, false);
   ViewChoices choices;
   choices.box = false;
   choices.fingertip = true;

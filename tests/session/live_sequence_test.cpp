@@ -16,6 +16,7 @@
 #include "integration/files/read_volume.h"
 #include "integration/scenes/load_scene.h"
 #include "module/haptics/monotonic.h"
+#include "tests/session/made_session.h"
 #include "tests/support/device.h"
 
 namespace palpate {
@@ -39,18 +40,10 @@ LoadedScene scene_of(const Volume& first) {
   return std::move(*scene);
 }
 
-DeviceInfo host_device() {
-  DeviceInfo info;
-  info.kind = "test";
-  info.max_force_n = 10.0;
-  info.workspace_radius_m = 1.0;
-  return info;
-}
-
 class LiveFrames : public test::DeviceTest {
  protected:
   void begin(const Volume& first, bool keep_cycles) {
-    auto session = Session::start_in_host(scene_of(first), host_device(), {});
+    auto session = Session::start_in_host(scene_of(first), test::host_device(), {});
     ASSERT_TRUE(session) << session.error().message;
     session_ = std::move(*session);
     LiveSequenceOptions options;

@@ -12,6 +12,7 @@
 #include "compute/volume/phantom.h"
 #include "integration/files/write_volume.h"
 #include "integration/scenes/load_scene.h"
+#include "tests/session/made_session.h"
 #include "tests/support/device.h"
 
 namespace palpate {
@@ -23,14 +24,6 @@ using EventKind = SessionEvent::Kind;
 constexpr int64_t kSessionMs_ns = 1'000'000;
 constexpr double kSessionStep_n =
     0.1;  // largest change of the force of a resting hand in a millisecond
-
-DeviceInfo tested_device() {
-  DeviceInfo info;
-  info.kind = "test";
-  info.max_force_n = 10.0;
-  info.workspace_radius_m = 1.0;
-  return info;
-}
 
 /// The beating shell as frames that a program has in memory, without its motion.
 LoadedScene shell_in_memory(int size = 40, int frames = 4) {
@@ -95,7 +88,7 @@ class Events {
 };
 
 std::unique_ptr<Session> in_host(LoadedScene scene, SessionOptions options = {}) {
-  auto session = Session::start_in_host(scene, tested_device(), std::move(options));
+  auto session = Session::start_in_host(scene, test::host_device(), std::move(options));
   EXPECT_TRUE(session) << (session ? "" : session.error().message);
   return session ? std::move(*session) : nullptr;
 }
@@ -365,7 +358,7 @@ TEST(Session, RefusesASceneThatCanNotBePutTogether) {
   LoadedScene scene = shell_in_memory();
   ASSERT_FALSE(scene.spec.modes.empty());
   scene.spec.modes[0].volume = "nowhere";
-  const auto session = Session::start_in_host(scene, tested_device(), {});
+  const auto session = Session::start_in_host(scene, test::host_device(), {});
   ASSERT_FALSE(session);
   EXPECT_EQ(session.error().kind, ErrorKind::kBadInput);
 }

@@ -11,6 +11,7 @@
 #include "compute/volume/phantom.h"
 #include "module/scene/field_line.h"
 #include "module/scene/make_volume.h"
+#include "tests/session/made_session.h"
 
 namespace palpate {
 namespace {
@@ -50,13 +51,6 @@ Field field(const Grid& grid, const Formula& u_m) {
   return made;
 }
 
-std::shared_ptr<const MovingVolume> still_tubes(std::shared_ptr<const FrameData> frame) {
-  MovingVolume volume;
-  volume.times = {{0.0}, 0.0};
-  volume.frames = {std::move(frame)};
-  return std::make_shared<const MovingVolume>(std::move(volume));
-}
-
 /// About the z axis, in metres per second at a metre.
 glm::dvec3 turning(glm::dvec3 x) {
   return {-x.y, x.x, 0.0};
@@ -88,7 +82,7 @@ TEST(FieldLine, IsOfFourthOrder) {
 }
 
 TEST(StreamTube, OfACircularFlowIsAClosedCircle) {
-  const auto volume = still_tubes(vectors(turning));
+  const auto volume = test::still(vectors(turning));
   for (const double radius_m : {0.004, 0.010, 0.020}) {
     const auto tube = StreamTube::release(volume, true, TubeField::kVectors, {},
                                           {0.6 * radius_m, 0.8 * radius_m, 0.003});
@@ -124,7 +118,7 @@ TEST(StreamTube, OfACircularFlowIsAClosedCircle) {
 TEST(StreamTube, OfAVortexWithACoreIsACircleToo) {
   // Curved in space: what interpolation leaves of the direction is seen here.
   const double core_m = 0.006;
-  const auto volume = still_tubes(vectors([&](glm::dvec3 x) {
+  const auto volume = test::still(vectors([&](glm::dvec3 x) {
     const double r2 = (x.x * x.x + x.y * x.y) / (core_m * core_m);
     return turning(x) * std::exp(-r2);
   }));
@@ -142,7 +136,7 @@ TEST(StreamTube, OfAVortexWithACoreIsACircleToo) {
 TEST(StreamTube, OfAScrewRunsBothWaysFromTheHand) {
   constexpr double kRise = 0.002;
   const auto volume =
-      still_tubes(vectors([](glm::dvec3 x) { return turning(x) + glm::dvec3(0.0, 0.0, kRise); }));
+      test::still(vectors([](glm::dvec3 x) { return turning(x) + glm::dvec3(0.0, 0.0, kRise); }));
   const glm::dvec3 seed(0.012, 0.0, 0.0);
   const auto tube = StreamTube::release(volume, true, TubeField::kVectors, {}, seed);
   ASSERT_TRUE(tube) << tube.error().message;
@@ -359,11 +353,11 @@ TEST(StreamTube, StaysWithTheMaterialWhenTheMotionBecomesKnown) {
 }
 
 TEST(StreamTube, SaysWhyThereIsNone) {
-  const auto streams = still_tubes(vectors([](glm::dvec3) { return glm::dvec3(1.0, 0.0, 0.0); }));
+  const auto streams = test::still(vectors([](glm::dvec3) { return glm::dvec3(1.0, 0.0, 0.0); }));
   const auto outside = StreamTube::release(streams, true, TubeField::kVectors, {}, {0.0, 0.2, 0.0});
   ASSERT_FALSE(outside);
   EXPECT_EQ(outside.error().message, "the hand is outside of the data");
-  const auto nothing = still_tubes(vectors([](glm::dvec3) { return glm::dvec3(0.0); }));
+  const auto nothing = test::still(vectors([](glm::dvec3) { return glm::dvec3(0.0); }));
   const auto stands = StreamTube::release(nothing, true, TubeField::kVectors, {}, glm::dvec3(0.0));
   ASSERT_FALSE(stands);
   EXPECT_EQ(stands.error().message, "there is no direction to follow there");

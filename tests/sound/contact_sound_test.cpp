@@ -12,11 +12,10 @@
 #include <numbers>
 
 #include "tests/files/temporary_folder.h"
+#include "tests/support/wait_for.h"
 
 namespace palpate::sound {
 namespace {
-
-using namespace std::chrono_literals;
 
 TEST(ContactTone, IsShortQuietAndDoesNotClick) {
   const std::vector<int16_t> tone = contact_tone();
@@ -61,15 +60,6 @@ class AlsaWith {
   files::TemporaryFolder folder;
 };
 
-template <class Done>
-bool wait_until(Done done) {
-  for (int k = 0; k < 3000; ++k) {
-    if (done()) return true;
-    std::this_thread::sleep_for(10ms);
-  }
-  return false;
-}
-
 std::vector<int16_t> samples_in(const std::string& file) {
   std::ifstream stream(file, std::ios::binary);
   const std::string bytes((std::istreambuf_iterator<char>(stream)), {});
@@ -87,7 +77,7 @@ TEST(ContactSound, PlaysTheToneEachTimeItIsAskedTo) {
   ContactSound sound;
   for (size_t times = 1; times <= 3; ++times) {
     sound.play();
-    ASSERT_TRUE(wait_until([&] { return samples_in(file).size() >= times * tone.size(); }))
+    ASSERT_TRUE(wait_for([&] { return samples_in(file).size() >= times * tone.size(); }))
         << sound.take_trouble();
     const std::vector<int16_t> played = samples_in(file);
     ASSERT_GE(played.size(), times * tone.size());
@@ -105,7 +95,7 @@ TEST(ContactSound, IsSilentWithoutASoundDeviceAndSaysSoOnce) {
   ContactSound sound;
   sound.play();
   std::string said;
-  ASSERT_TRUE(wait_until([&] {
+  ASSERT_TRUE(wait_for([&] {
     said = sound.take_trouble();
     return !said.empty();
   }));

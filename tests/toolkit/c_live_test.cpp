@@ -23,6 +23,7 @@
 #include "module/haptics/monotonic.h"
 #include "tests/files/temporary_folder.h"
 #include "tests/openigtlink/wire.h"
+#include "tests/support/wait_for.h"
 #include "tests/toolkit/c_library.h"
 
 namespace palpate::test {
@@ -77,18 +78,6 @@ PalState state_of(PalSession* session) {
   return state;
 }
 
-/// Asks again and again until it is so, for as long as a busy machine may need.
-template <class Question>
-bool comes(const Question& question, std::chrono::seconds most = 60s) {
-  const auto end = std::chrono::steady_clock::now() + most;
-  while (!question())
-    if (std::chrono::steady_clock::now() > end)
-      return false;
-    else
-      std::this_thread::sleep_for(5ms);
-  return true;
-}
-
 class CLive : public ::testing::Test {
  protected:
   /// A context with a device that computes; skips where there is none.
@@ -112,7 +101,7 @@ class CLive : public ::testing::Test {
     info.size = sizeof info;
     info.flags = PAL_SESSION_HOST_TICKS | flags;
     info.host = &kDevice;
-    info.watchdog_s = 5.0;  // of a test beside compilers: a hand that presses is not taken again
+    info.watchdog_s = 0.5;  // of a test beside others
     return info;
   }
   void open_session(PalSessionInfo info) {
@@ -138,11 +127,11 @@ class CLive : public ::testing::Test {
 /// The hand presses 2 mm deep, and is outside again afterwards.
 void expect_surface_at(double radius_m, HapticLoop& loop, PalSession* session) {
   loop.wanted_m = radius_m - 0.002;
-  EXPECT_TRUE(comes([&] {
+  EXPECT_TRUE(wait_for([&] {
     const PalState state = state_of(session);
     return state.in_contact && std::abs(state.hand_m[2] - loop.wanted_m) < 1e-6;
   })) << radius_m;
-  EXPECT_TRUE(comes([&] {
+  EXPECT_TRUE(wait_for([&] {
     const PalState state = state_of(session);
     return std::abs(state.proxy_m[2] - radius_m) < 0.6e-3 &&
            std::abs(loop.force_z_n - 600.0 * (state.proxy_m[2] - state.hand_m[2])) < 0.05;
@@ -150,8 +139,8 @@ void expect_surface_at(double radius_m, HapticLoop& loop, PalSession* session) {
       << state_of(session).proxy_m[2] << " m instead of " << radius_m << ", the force is "
       << loop.force_z_n << " N";
   loop.wanted_m = HapticLoop::kOutside_m;
-  EXPECT_TRUE(
-      comes([&] { return std::abs(state_of(session).hand_m[2] - HapticLoop::kOutside_m) < 1e-6; }));
+  EXPECT_TRUE(wait_for(
+      [&] { return std::abs(state_of(session).hand_m[2] - HapticLoop::kOutside_m) < 1e-6; }));
 }
 
 TEST_F(CLive, CarriesTheHandToFramesThatTheHostPushes) {
@@ -165,7 +154,7 @@ TEST_F(CLive, CarriesTheHandToFramesThatTheHostPushes) {
     const OneBall next(frame);
     PAL_ASSERT_OK(pal_session_push_frame(opened_.session, nullptr, PAL_FLOAT32, next.pointers[0],
                                          monotonic_ns()));
-    ASSERT_TRUE(comes([&] { return felt() == uint64_t(frame); })) << events();
+    ASSERT_TRUE(wait_for([&] { return felt() == uint64_t(frame); })) << events();
     expect_surface_at(0.020 + 0.0015 * frame, loop, opened_.session);
   }
   const PalState state = state_of(opened_.session);
@@ -177,7 +166,7 @@ TEST_F(CLive, CarriesTheHandToFramesThatTheHostPushes) {
   PalGrid far = next.info.grid;
   far.origin_mm[0] += 1000.0;
   PAL_EXPECT_OK(pal_session_push_frame(opened_.session, &far, PAL_FLOAT32, next.pointers[0], 0));
-  EXPECT_TRUE(comes([&] { return events().find("lies elsewhere") != std::string::npos; }));
+  EXPECT_TRUE(wait_for([&] { return events().find("lies elsewhere") != std::string::npos; }));
   PAL_EXPECT_OK(pal_session_stop(opened_.session));
   EXPECT_EQ(state_of(opened_.session).frames_received, 3U);
   EXPECT_EQ(pal_session_push_frame(opened_.session, nullptr, PAL_FLOAT32, next.pointers[0], 0),
@@ -229,7 +218,7 @@ TEST_F(CLive, FeelsABeatingHeartAsItsFramesArrive) {
       most_n = std::max(most_n, std::hypot(state.force_n[0], state.force_n[1], state.force_n[2]));
     }
   }
-  EXPECT_TRUE(comes([&] { return felt() >= 3; })) << events();
+  EXPECT_TRUE(wait_for([&] { return felt() >= 3; })) << events();
   const PalState state = state_of(opened_.session);
   EXPECT_EQ(state.frames_received, 59U);
   EXPECT_GT(most_n, 0.3);
@@ -357,7 +346,7 @@ TEST_F(CLive, FollowsAnOpenIGTLinkServersImages) {
   expect_surface_at(0.020, loop, opened_.session);
   scanner.frame = 2;
   // The same bytes once more are no new frame: there is one, which may have been told of twice.
-  ASSERT_TRUE(comes([&] { return felt() >= 1; })) << events();
+  ASSERT_TRUE(wait_for([&] { return felt() >= 1; })) << events();
   expect_surface_at(0.023, loop, opened_.session);
   EXPECT_THAT(events(), HasSubstr("is connected"));
   EXPECT_GE(state_of(opened_.session).frames_received, 1U);
@@ -382,7 +371,7 @@ TEST_F(CLive, MovesTheVolumeByAServersTransforms) {
   scanner.right_mm = 10.0;  // to the patient's right, which is -x of the world
   PalVolumeState volume{};
   volume.size = sizeof volume;
-  EXPECT_TRUE(comes([&] {
+  EXPECT_TRUE(wait_for([&] {
     return pal_session_volume(opened_.session, 0, &volume) == PAL_OK &&
            std::abs(volume.world_from_volume[3] + 0.010) < 1e-5;
   })) << volume.world_from_volume[3];
@@ -433,14 +422,15 @@ TEST_F(CLive, ServesWhereTheProxyIsAndTheVolume) {
   ASSERT_TRUE(client);
   HapticLoop loop(opened_.session);
   loop.wanted_m = 0.0185;
-  EXPECT_TRUE(comes([&] { return std::abs(state_of(opened_.session).hand_m[2] - 0.0185) < 1e-6; }));
+  EXPECT_TRUE(
+      wait_for([&] { return std::abs(state_of(opened_.session).hand_m[2] - 0.0185) < 1e-6; }));
   // What was sent on the way there does not count.
   std::this_thread::sleep_for(300ms);
   {
     const std::lock_guard lock(mutex);
     proxy.reset();
   }
-  EXPECT_TRUE(comes([&] {
+  EXPECT_TRUE(wait_for([&] {
     const std::lock_guard lock(mutex);
     return proxy && volume;
   }));
@@ -478,7 +468,7 @@ TEST_F(CLive, IsHeldByATrackedTool) {
   open_session(info);
   // RAS on the wire: x_mm to the right is -L, which is -x; y = -40 is P 40, which is z = -40 mm.
   const auto is_at = [&](double x_m) {
-    return comes([&] {
+    return wait_for([&] {
       const PalState state = state_of(opened_.session);
       return std::hypot(state.hand_m[0] - x_m, state.hand_m[1] - 0.007, state.hand_m[2] + 0.040) <
              1e-4;
@@ -513,7 +503,7 @@ TEST_F(CLive, IsPressedByASimulatedHandTabledRecordedAndReplayed) {
   info.recording = recording.c_str();
   open_session(info);
   double most_n = 0.0;
-  EXPECT_TRUE(comes([&] {
+  EXPECT_TRUE(wait_for([&] {
     const PalState state = state_of(opened_.session);
     most_n = std::max(most_n, std::hypot(state.force_n[0], state.force_n[1], state.force_n[2]));
     return most_n > 0.5;
@@ -521,7 +511,7 @@ TEST_F(CLive, IsPressedByASimulatedHandTabledRecordedAndReplayed) {
   PAL_ASSERT_OK(pal_session_ask_tubes(opened_.session, PAL_TUBES_RELEASE));
   PalTube tube{};
   tube.size = sizeof tube;
-  EXPECT_TRUE(comes([&] { return pal_session_tube(opened_.session, 0, &tube) == PAL_OK; }));
+  EXPECT_TRUE(wait_for([&] { return pal_session_tube(opened_.session, 0, &tube) == PAL_OK; }));
   PAL_ASSERT_OK(pal_session_stop(opened_.session));
   const uint64_t ticks = state_of(opened_.session).ticks;
   PAL_ASSERT_OK(pal_session_close(&opened_.session));
@@ -610,7 +600,7 @@ TEST_F(CLive, WritesTheTicksAroundAFaultIntoABlackBox) {
   info.watchdog_s = 0.5;  // of a test beside others: the fault that is meant is the only one
   info.black_box = box.c_str();
   open_session(info);
-  ASSERT_TRUE(comes([&] { return arm.exchanges > 500; }));
+  ASSERT_TRUE(wait_for([&] { return arm.exchanges > 500; }));
   EXPECT_FALSE(std::filesystem::exists(box));
   arm.is_gone = true;
   const auto files = [&] {
@@ -620,7 +610,7 @@ TEST_F(CLive, WritesTheTicksAroundAFaultIntoABlackBox) {
       found.push_back(entry.path());
     return found;
   };
-  EXPECT_TRUE(comes([&] { return files().size() == 1; }));
+  EXPECT_TRUE(wait_for([&] { return files().size() == 1; }));
   PAL_ASSERT_OK(pal_session_close(&opened_.session));
   ASSERT_EQ(files().size(), 1U);
   EXPECT_GT(std::filesystem::file_size(files()[0]), 1000U);
@@ -631,11 +621,11 @@ TEST_F(CLive, WritesTheTicksAroundAFaultIntoABlackBox) {
   arm.is_gone = false;
   arm.exchanges = 0;
   open_session(info);
-  ASSERT_TRUE(comes([&] { return arm.exchanges > 500; }));
+  ASSERT_TRUE(wait_for([&] { return arm.exchanges > 500; }));
   std::ofstream(taken) << "a file";
   arm.is_gone = true;
   arm.exchanges = 0;
-  ASSERT_TRUE(comes([&] { return arm.exchanges > 300; }));
+  ASSERT_TRUE(wait_for([&] { return arm.exchanges > 300; }));
   EXPECT_EQ(pal_session_close(&opened_.session), PAL_BAD_OUTPUT);
   EXPECT_THAT(pal_last_error(), HasSubstr("The last ticks could not be written"));
 }

@@ -44,9 +44,8 @@ Table targets_table(const MotionBench& bench) {
   Table table;
   table.title = "Targets";
   table.note =
-      "What each meets: aim, reach, or short of both. classic is the paper's method, the "
-      "yardstick: "
-      "only its rate is a target.";
+      "What each setting meets: aim, reach, or short of both. classic is the paper's method, as a "
+      "baseline: only its rate is a target.";
   table.columns = {{"what", "what"}, {"reach", "reach"}, {"aim", "aim"}};
   const std::string ours[] = {"fast", "balanced", "best", "classic"};
   for (const std::string& who : ours) {

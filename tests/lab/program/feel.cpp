@@ -77,8 +77,7 @@ int run(const FeelCommand& command) {
   Rows rows("feel", nullptr);
   std::vector<Goal> goals;
   std::string note =
-      "Meets: what was measured is no more than the aim, or than what is to be reached, or falls "
-      "short of both.";
+      "Meets: the measured value is at most `aim`, at most `reach`, or `short` of both.";
   for (const Part& part : parts()) {
     const auto& words = command.words;
     if (!words.empty() && std::find(words.begin(), words.end(), part.word) == words.end()) continue;

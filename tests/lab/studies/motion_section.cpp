@@ -32,7 +32,7 @@ std::string detail(const MotionMeasure& row) {
                                  time_text(row.seconds), row.error_mm, row.error_voxels());
   text += row.folded ? fmt::format("{} voxels fold", row.folded) : "no folds";
   if (std::isfinite(row.there_and_back_mm))
-    text += fmt::format(", there and back {:.3f} mm", row.there_and_back_mm);
+    text += fmt::format(", inverse consistency {:.3f} mm", row.there_and_back_mm);
   return text;
 }
 
@@ -67,7 +67,7 @@ std::vector<Series> family_series(const MotionMeasures& measures,
 void add_flags(const MotionMeasures& measures, std::vector<Series>& series) {
   Series folds{"has folds", {}, {}, Mark::kCross, {}};
   Series unsure{
-      fmt::format("there and back over {} voxel", kUnsureVoxels), {}, {}, Mark::kRing, {}};
+      fmt::format("inverse consistency over {} voxel", kUnsureVoxels), {}, {}, Mark::kRing, {}};
   for (const MotionMeasure& row : measures.rows) {
     const Point at{row.seconds, row.error_mm, "", false};
     if (row.folded > 0) folds.points.push_back(at);

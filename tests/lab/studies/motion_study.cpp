@@ -159,7 +159,7 @@ report::Table motion_table(const MotionMeasures& measures) {
        {"error_p95_mm", "95 %, mm"},
        {"error_mean_voxels", "error, voxels"},
        {"folds", "folds"},
-       {"there_and_back_mm", "there and back, mm"},
+       {"there_and_back_mm", "inverse consistency, mm"},
        {"work_gigabytes", "work, GB"}},
       {}};
   for (const MotionMeasure& row : measures.rows) {

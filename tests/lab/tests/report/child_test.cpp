@@ -1,5 +1,6 @@
 // Programs that are called: what they say, and that they and what they started end when asked to.
 #include "tests/lab/report/child.h"
+#include "tests/support/wait_for.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,23 +14,11 @@
 namespace palpate::report {
 namespace {
 
-constexpr auto kPatience = std::chrono::seconds(60);
-
 /// Whether a process still runs: one that has ended may wait for a parent who asks for it.
 bool runs(int pid) {
   std::ifstream stat("/proc/" + std::to_string(pid) + "/stat");
   std::string number, name, state;
   return stat >> number >> name >> state && state != "Z" && state != "X";
-}
-
-template <class Condition>
-bool comes_true(const Condition& condition) {
-  const auto begin = std::chrono::steady_clock::now();
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() - begin > kPatience) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
-  }
-  return true;
 }
 
 class CallProgram : public testing::Test {
@@ -43,7 +32,7 @@ class CallProgram : public testing::Test {
                         double grace_s = Patience().grace_s) const {
     std::stop_source source;
     std::jthread asks([&] {
-      comes_true([&] {
+      wait_for([&] {
         std::istringstream said(text_of(out_));
         pids.clear();
         for (int pid = 0; said >> pid;) pids.push_back(pid);
@@ -73,14 +62,14 @@ TEST_F(CallProgram, EndsTheProgramAndWhatItStartedWhenAskedToStop) {
   std::vector<int> pids;
   EXPECT_EQ(stop_once_started("sleep 1000 & echo $$ $!; wait", pids), ECANCELED);
   ASSERT_EQ(pids.size(), 2U);
-  for (const int pid : pids) EXPECT_TRUE(comes_true([&] { return !runs(pid); })) << pid;
+  for (const int pid : pids) EXPECT_TRUE(wait_for([&] { return !runs(pid); })) << pid;
 }
 
 TEST_F(CallProgram, EndsAlsoWhatDoesNotListen) {
   std::vector<int> pids;
   EXPECT_EQ(stop_once_started("trap '' TERM; sleep 1000 & echo $$ $!; wait", pids), ECANCELED);
   ASSERT_EQ(pids.size(), 2U);
-  for (const int pid : pids) EXPECT_TRUE(comes_true([&] { return !runs(pid); })) << pid;
+  for (const int pid : pids) EXPECT_TRUE(wait_for([&] { return !runs(pid); })) << pid;
 }
 
 TEST_F(CallProgram, LetsWhatTheProgramStartedPutItsThingsAway) {

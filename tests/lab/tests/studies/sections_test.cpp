@@ -156,7 +156,7 @@ TEST(MotionSection, IsWellFormedAndMarksWhatFolds) {
   rows.rows[2].there_and_back_mm = 5.0;
   const std::string with = page_with(motion_section({rows}));
   EXPECT_THAT(with, HasSubstr("has folds"));
-  EXPECT_THAT(with, HasSubstr("there and back over 0.5 voxel"));
+  EXPECT_THAT(with, HasSubstr("inverse consistency over 0.5 voxel"));
 }
 
 TEST(MotionSection, DrawsWhatConfidenceIsWorthWhereItIsKnown) {

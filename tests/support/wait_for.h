@@ -4,12 +4,12 @@
 #include <functional>
 #include <thread>
 
-namespace palpate::devices::test {
+namespace palpate {
 
-/// Nothing here is asserted in milliseconds: it is waited for in patience.
+/// How long a test waits for what must come, so that a busy machine fails none.
 inline constexpr std::chrono::seconds kPatience{60};
 
-/// True once it holds; false if it never does.
+/// Asks every millisecond. True once it holds; false if it does not within kPatience.
 inline bool wait_for(const std::function<bool()>& holds) {
   const auto end = std::chrono::steady_clock::now() + kPatience;
   while (!holds()) {
@@ -19,4 +19,4 @@ inline bool wait_for(const std::function<bool()>& holds) {
   return true;
 }
 
-}  // namespace palpate::devices::test
+}  // namespace palpate
