@@ -139,6 +139,9 @@ TEST_F(HostWithHeadset, HearsOnceThatItsDeviceIsNotCalibrated) {
   start_loop({}, false);
   ASSERT_TRUE(until([&] { return heard(Kind::kNoCalibration) > 0; }));
   const uint64_t frames = control().frames();
+  // Nor does it hear it again in the next session, for which the world is placed anew.
+  control().lose_session();
+  ASSERT_TRUE(until([&] { return control().calls("xrCreateSession") == 2; }));
   ASSERT_TRUE(until([&] { return control().frames() > frames + 50; }));
   EXPECT_EQ(heard(Kind::kNoCalibration), 1);
   EXPECT_EQ(heard(Kind::kNoPassThrough), 0) << "nobody has asked for it";
