@@ -69,7 +69,7 @@ class Worker final : public SequenceEstimator {
          OnMotion on_motion, OnProgress on_progress)
       : context_(std::move(context)),
         options_(std::move(options)),
-        plan_(plan_motion(grid, options_.motion)),
+        plan_(plan_motion(grid, options_.motion, options_.cyclic)),
         backward_plan_(options_.backward ? std::optional(plan_backward(plan_)) : std::nullopt),
         fits_(fit()),
         on_motion_(std::move(on_motion)),

@@ -64,8 +64,6 @@ int slab_slices(const MotionPlan& plan) {
   return (even + unit - 1) / unit * unit;
 }
 
-constexpr uint64_t kPyramids = 3;  // fixed, moving, and the first frame of a cycle
-
 /// Bytes of an image with `texel` bytes per texel. Drivers pad rows to a cache line and slices to
 /// four rows.
 uint64_t image_bytes(glm::ivec3 size, uint64_t texel) {
@@ -142,6 +140,7 @@ namespace {
 
 /// What the engine allocates on the device, image by image.
 uint64_t bytes_needed(const MotionPlan& plan) {
+  const uint64_t pyramids = plan.cyclic ? 3 : 2;  // fixed, moving, and the first frame of a cycle
   uint64_t bytes = solver_bytes(plan);
   for (size_t l = 0; l < plan.levels.size(); ++l) {
     const LevelPlan& level = plan.levels[l];
@@ -157,8 +156,8 @@ uint64_t bytes_needed(const MotionPlan& plan) {
     } else {
       bytes += workspace_bytes(level.image_size, level.moment_cell);
       if (l == 0 && has_sliding_step(plan))
-        bytes += (kPyramids - 1) * image_bytes(level.image_size, 2);
-      if (solved) bytes += kPyramids * image_bytes(level.image_size, 8);
+        bytes += (pyramids - 1) * image_bytes(level.image_size, 2);
+      if (solved) bytes += pyramids * image_bytes(level.image_size, 8);
     }
   }
   return bytes + bytes / 50;  // 2 % for the alignment of single allocations
@@ -174,10 +173,11 @@ void lay_out(MotionPlan& plan, int slabs) {
 
 }  // namespace
 
-MotionPlan plan_motion(const Grid& image, const MotionOptions& options) {
+MotionPlan plan_motion(const Grid& image, const MotionOptions& options, bool cyclic) {
   MotionPlan plan;
   plan.image = image;
   plan.options = options;
+  plan.cyclic = cyclic;
   LevelPlan level;
   level.h_mm = image.finest_mm();
   level.image_size = image.size;

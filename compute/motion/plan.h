@@ -27,6 +27,7 @@ struct MotionPlan {
   Grid image;  ///< the frames' grid
   std::vector<LevelPlan> levels;
   Grid field;                 ///< grid of the result, see result_level()
+  bool cyclic = false;        ///< the first frame stays on the device, for the last pair
   uint64_t device_bytes = 0;  ///< peak on the device while pairs are solved
   /// pieces along k into which the finest images are cut; more than 1: kept on the host
   int slabs = 1;
@@ -45,8 +46,9 @@ bool has_sliding_step(const MotionPlan& plan);
 /// sliding borders.
 LevelPlan result_level(const MotionPlan& plan);
 
-/// Lays out the levels for frames on `image`. Pure arithmetic, any thread.
-MotionPlan plan_motion(const Grid& image, const MotionOptions& options);
+/// Lays out the levels for frames on `image`; `cyclic`: of a cycle, whose last frame is followed by
+/// the first. Pure arithmetic, any thread.
+MotionPlan plan_motion(const Grid& image, const MotionOptions& options, bool cyclic = false);
 
 /// What a solver of the plan allocates on the device beside the frames, bytes.
 uint64_t solver_bytes(const MotionPlan& plan);

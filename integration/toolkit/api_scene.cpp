@@ -200,6 +200,7 @@ PalResult open_scene(PalContext* context, const PalSceneInfo* given, PalScene** 
                     ? scenes::load_scene({info.paths, info.paths + info.path_count}, *choices)
                     : scenes::load_scene_text(info.json, *choices);
   if (!loaded) return failed(loaded.error());
+  if (info.flags & PAL_SCENE_FORGET_MOTION) forget_motion(*loaded);
   if (info.flags & PAL_SCENE_NO_MOTION) loaded->missing.clear();
   if (info.scale > 0.0 && loaded->from_sequence)
     loaded->spec.volumes[0].transform.scale = glm::dvec3(info.scale);

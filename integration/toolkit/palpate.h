@@ -349,7 +349,10 @@ enum {
      file. The host gives the later frames to the session, see pal_session_push_frame(). */
   PAL_SCENE_LIVE = 1u << 3,
   /* Motion that is not given is not estimated: the frames are felt as they are. */
-  PAL_SCENE_NO_MOTION = 1u << 4
+  PAL_SCENE_NO_MOTION = 1u << 4,
+  /* The known motion of "heart" and "shell" is removed, so that it is estimated like that of
+     measured data. */
+  PAL_SCENE_FORGET_MOTION = 1u << 5
 };
 
 typedef struct PalSceneInfo {

@@ -62,7 +62,7 @@ TEST_F(SolverSlabs, GiveTheSameFieldAsWholeImages) {
 TEST_F(SolverSlabs, DoWithoutTheStepForSlidingBordersAndItsMemory) {
   const MadePair pair = tall_pair();
   EstimatorOptions options = preset("balanced");
-  options.cyclic = true;  // keeps three frames, which is what is planned for
+  options.cyclic = true;  // keeps three frames
   const auto peak = [&](const MotionPlan& plan) {
     const auto device = small_device(plan.device_bytes);
     const auto estimator = SequenceEstimator::open(
@@ -76,16 +76,24 @@ TEST_F(SolverSlabs, DoWithoutTheStepForSlidingBordersAndItsMemory) {
     EXPECT_LE(device->memory_peak_bytes(), plan.device_bytes);
     return double(device->memory_peak_bytes());
   };
-  MotionPlan with = plan_motion(pair.fixed.grid, options.motion);
+  MotionPlan with = plan_motion(pair.fixed.grid, options.motion, true);
   ASSERT_TRUE(has_sliding_step(with));
   const double peak_with = peak(with);
   options.motion.sliding.cell = 0;
-  MotionPlan without = plan_motion(pair.fixed.grid, options.motion);
+  MotionPlan without = plan_motion(pair.fixed.grid, options.motion, true);
   const double peak_without = peak(without);
   EXPECT_LT(without.field.count(), with.field.count());
   // A fiftieth of the plan is for the alignment of allocations.
   EXPECT_NEAR(peak_with - peak_without, double(with.device_bytes - without.device_bytes) / 1.02,
               0.01 * peak_with);
+
+  // Without a cycle the first frame goes when the third one comes.
+  options.cyclic = false;
+  const MotionPlan open = plan_motion(pair.fixed.grid, options.motion);
+  EXPECT_NEAR(peak_without - peak(open), double(without.device_bytes - open.device_bytes) / 1.02,
+              0.01 * peak_without);
+  EXPECT_GT(double(without.device_bytes - open.device_bytes),
+            8.0 * double(pair.fixed.grid.count()));
 
   // Left out before anything is cut, and before the way back takes its place.
   MotionPlan whole = with;
@@ -93,7 +101,7 @@ TEST_F(SolverSlabs, DoWithoutTheStepForSlidingBordersAndItsMemory) {
   EXPECT_FALSE(has_sliding_step(whole));
   EXPECT_EQ(whole.slabs, 1);
   options = preset("balanced");
-  options.backward = true;
+  options.backward = options.cyclic = true;
   const auto memory = [&](uint64_t bytes) {
     const auto opened = SequenceEstimator::open(small_device(bytes), pair.fixed.grid, options,
                                                 [](const PairMotion&) {});

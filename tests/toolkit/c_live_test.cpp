@@ -703,5 +703,20 @@ TEST_F(CLive, TakesTheWordsOfASequenceWithoutAScene) {
   EXPECT_EQ(volume.is_motion_known, 1U);
 }
 
+TEST_F(CLive, EstimatesThePhantomsThatAreToldToForgetTheirMotion) {
+  no_device();
+  PalVolume volume{};
+  volume.size = sizeof volume;
+  const auto knows = [&](uint32_t flags) {
+    open_scene("shell", flags);
+    PAL_EXPECT_OK(pal_scene_volume(opened_.scene, 0, &volume));
+    PAL_EXPECT_OK(pal_scene_close(&opened_.scene));
+    return volume.is_motion_known;
+  };
+  EXPECT_EQ(knows(0), 1U);
+  EXPECT_EQ(knows(PAL_SCENE_FORGET_MOTION), 0U);
+  EXPECT_EQ(knows(PAL_SCENE_FORGET_MOTION | PAL_SCENE_NO_MOTION), 1U) << "nothing is missing";
+}
+
 }  // namespace
 }  // namespace palpate::test

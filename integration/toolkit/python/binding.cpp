@@ -665,6 +665,7 @@ PYBIND11_MODULE(_palpate, m) {
   m.attr("NOT_CYCLIC") = int(PAL_SCENE_NOT_CYCLIC);
   m.attr("LIVE") = int(PAL_SCENE_LIVE);
   m.attr("NO_MOTION") = int(PAL_SCENE_NO_MOTION);
+  m.attr("FORGET_MOTION") = int(PAL_SCENE_FORGET_MOTION);
   m.attr("NO_ESTIMATION") = int(PAL_SESSION_NO_ESTIMATION);
   m.attr("NO_REAL_TIME") = int(PAL_SESSION_NO_REAL_TIME);
   m.attr("DEAD_MAN") = int(PAL_SESSION_DEAD_MAN);

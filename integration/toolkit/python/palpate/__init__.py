@@ -307,6 +307,7 @@ class Session:
     Of a sequence without a scene: iso_value (of the surface; None: found), width, strength_n, friction, wall ("values", "region",
         "ridges"), values ("reference", "mean", "own"), segments (files), segment_names, segments_frame, fields (what `palpate motion`
         wrote), frames_per_second, cyclic, scale, true_size: as the options of `palpate feel`. motion=False: the frames as they are.
+    forget_motion: the known motion of "heart" and "shell" is removed, so that it is estimated like that of measured data.
     movable: what nothing moves may be placed, see place().
     Of "igtl://...": image, transform: device names of the images, and of the transforms that move the volume; wait_s: for the first image.
     device: "auto", "falcon", "haply@localhost:10001", ...; "simulated" (path: press, tap, stroke, circle, sweep or a file; hand: human,
@@ -328,7 +329,7 @@ class Session:
                  movable=False, true_size=False, image=None, transform=None, wait_s=10.0, device=None, path=None, hand=None,
                  lets_go_s=None, tool=None, dead_man=False, real_time=True, watchdog_s=None, max_force_n=0.0, stiffness_n_per_m=0.0,
                  workspace_radius_m=0.1, device_force_n=8.0, serve=0, record=None, csv=None, black_box=None, preset=None, follow=False,
-                 gpu=None, estimate=True):
+                 gpu=None, estimate=True, forget_motion=False):
         paths = _paths(scene)
         arrays = grid = None
         if frames is not None:
@@ -345,7 +346,8 @@ class Session:
             if json is None and not paths:
                 paths = ["frames"]
         flags = ((0 if cyclic else _palpate.NOT_CYCLIC) | (_palpate.MOVABLE if movable else 0)
-                 | (_palpate.TRUE_SIZE if true_size else 0) | (_palpate.LIVE if live else 0) | (0 if motion else _palpate.NO_MOTION))
+                 | (_palpate.TRUE_SIZE if true_size else 0) | (_palpate.LIVE if live else 0) | (0 if motion else _palpate.NO_MOTION)
+                 | (_palpate.FORGET_MOTION if forget_motion else 0))
         of_scene = {
             "flags": flags, "paths": paths, "json": json, "folder": _path(folder), "mode_libraries": _paths(modes), "frames": arrays,
             "grid": grid, "times": [] if times is None else [float(time) for time in times], "iso_value": iso_value, "width": width,

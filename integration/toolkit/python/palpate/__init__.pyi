@@ -106,6 +106,7 @@ class Session:
         follow: bool = False,
         gpu: str | None = None,
         estimate: bool = True,
+        forget_motion: bool = False,
     ) -> None: ...
     def tick(self, position_m: Sequence[float], time_ns: int = 0, buttons: int = 0) -> list[float]: ...
     def push_frame(
