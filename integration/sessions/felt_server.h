@@ -8,11 +8,12 @@
 
 namespace palpate::sessions {
 
-/// Sends the running scene to OpenIGTLink clients, on threads of low priority. Ten times a second:
-/// the proxy (TRANSFORM "palpate_proxy") and the force (SENSOR "palpate_force", N). Once a second:
-/// the state (STATUS "palpate"). At most twice a second: the first volume as it is moved now (IMAGE
-/// "palpate_volume") and its displacement (IMAGE "palpate_motion", three values, mm). All are in
-/// the volume's own patient space, RAS in the messages.
+/// Sends the running scene to OpenIGTLink clients, on two threads: places and images, the latter at
+/// low priority. Ten times a second: the proxy (TRANSFORM "palpate_proxy") and the force (SENSOR
+/// "palpate_force", N). Once a second: the state (STATUS "palpate"). At most twice a second: the
+/// first volume as it is moved now (IMAGE "palpate_volume") and its displacement (IMAGE
+/// "palpate_motion", three values, mm). All are in the volume's own patient space, RAS in the
+/// messages.
 class FeltServer {
  public:
   /// Errors: kBadInput: the port can not be opened.
@@ -30,7 +31,7 @@ class FeltServer {
   void send_images(std::stop_token stop, Session& session);
 
   std::unique_ptr<openigtlink::Server> server_;
-  std::mutex mutex_;
+  std::mutex mutex_;        ///< guards snapshot_
   SceneSnapshot snapshot_;  ///< the newest; now_ns 0: none yet
   int ticks_ = 0;
   std::unique_ptr<Background> places_;

@@ -72,7 +72,7 @@ PAL_API uint32_t pal_version(void);
 
 typedef enum PalResult {
   PAL_OK = 0,
-  PAL_NOT_YET = 1,        /* nothing is wrong: ask again later */
+  PAL_NOT_YET = 1,        /* no failure: call again later */
   PAL_END = 2,            /* the index is beyond the end of the list */
   PAL_BAD_INPUT = -1,     /* data or arguments are wrong: the sentence says what to change */
   PAL_BAD_OUTPUT = -2,    /* a result could not be written: nothing was touched */
@@ -88,17 +88,18 @@ typedef enum PalResult {
 PAL_API const char* pal_result_name(PalResult result);
 
 /* A sentence about this thread's last failure, "" before the first; valid until this thread's next
- * call. [ANY] */
+   call of any function. [ANY] */
 PAL_API const char* pal_last_error(void);
 
-/* Where samples lie: sample (i, j, k) at index i + size[0] * (j + size[1] * k) has its centre at
- * origin + direction * (spacing * (i, j, k)). */
+/* Positions of samples: sample (i, j, k) is element i + size[0] * (j + size[1] * k) of an array;
+   its centre is at origin + direction * (spacing * (i, j, k)). */
 typedef struct PalGrid {
   uint32_t size[3];
   double spacing_mm[3]; /* more than 0 */
   double origin_mm[3];  /* LPS */
-  double direction[9]; /* three rows of a rotation matrix, whose columns are the directions of i, j,
-                          k in LPS; all 0: the identity matrix */
+  /* Three rows of a rotation matrix, whose columns are the directions of i, j, k in LPS; all 0: the
+     identity matrix. */
+  double direction[9];
 } PalGrid;
 
 typedef enum PalSampleType {
@@ -122,10 +123,10 @@ enum {
   PAL_CONTEXT_NO_GPU = 1u << 0
 };
 
-/* A host's Vulkan device, which the library shares. It must be created with Vulkan 1.2 or later and
-   with the feature shaderStorageImageWriteWithoutFormat. The queue must support compute; for
-   pictures in the host's images it must be the queue on which the host draws them. The device must
-   outlive the context. Handles are Vulkan's own. */
+/* A host's Vulkan device, which the library shares. It must have been created with Vulkan 1.2 or
+   later and with the feature shaderStorageImageWriteWithoutFormat. The queue must support compute;
+   for pictures in the host's images it must be the queue on which the host draws them. The device
+   must outlive the context. Handles are Vulkan's own. */
 typedef struct PalVulkan {
   uint32_t size; /* sizeof(PalVulkan) */
   uint32_t queue_family;
@@ -143,40 +144,39 @@ typedef struct PalVulkan {
 } PalVulkan;
 
 typedef struct PalContextInfo {
-  uint32_t size;      /* sizeof(PalContextInfo) */
-  uint32_t version;   /* PAL_VERSION */
-  uint32_t flags;     /* PAL_CONTEXT_... */
-  const char* device; /* a Vulkan device, by number or part of its name; NULL: the first GPU, else
-                         the CPU */
-  const PalVulkan* vulkan;   /* the host's device, used instead of `device`; NULL: the library opens
-                                a device of its own */
-  uint64_t memory_cap_bytes; /* use at most this much device memory; 0: all there is */
+  uint32_t size;    /* sizeof(PalContextInfo) */
+  uint32_t version; /* PAL_VERSION */
+  uint32_t flags;   /* PAL_CONTEXT_... */
+  /* A Vulkan device, by number or part of its name; NULL: the first GPU, else the CPU. */
+  const char* device;
+  /* The host's device, used instead of `device`; NULL: the library opens a device of its own. */
+  const PalVulkan* vulkan;
+  uint64_t memory_cap_bytes; /* largest use of device memory; 0: all that is available */
   /* Called with sentences about what the library does, on any thread; NULL: not called. */
   void (*log)(void* user, const char* sentence);
   void* user;
 } PalContextInfo;
 
-/* [ANY] */
+/* Opens a context. PAL_NO_DEVICE: there is no such device, or it can not do the work. [ANY] */
 PAL_API PalResult pal_context_open(const PalContextInfo* info, PalContext** context);
-/* Objects that were opened with the context continue to work; the context's resources are freed
-   when the last of these is closed. [ANY] */
+/* Closes a context. Objects that were opened with it continue to work; its resources are freed when
+   the last of these objects is closed. [ANY] */
 PAL_API PalResult pal_context_close(PalContext** context);
-/* The name of the device that computes, "" if there is none; valid until the context is closed.
-   [ANY] */
+/* The name of the context's device, "" if it has none; valid until the context is closed. [ANY] */
 PAL_API const char* pal_context_device(const PalContext* context);
 
 /* ---- motion ----
 
-   How the material moves between frames that a program has in memory. A displacement field says,
-   for each sample x of the fixed frame, that its material is at x + u(x) in the moving frame; u in
-   mm along L, P, S, as in an ITK displacement field. */
+   How the material moves between frames that a program has in memory. A displacement field gives
+   u(x) for each sample x of the fixed frame: the material at x in the fixed frame is at x + u(x) in
+   the moving frame. u is in mm along L, P, S, as in an ITK displacement field. */
 
 typedef struct PalEstimator PalEstimator;
 typedef struct PalMotion PalMotion;
 
 enum {
-  /* For three or more frames: find only the fields from each frame to the next, not one motion for
-     all frames. */
+  /* For three or more frames: estimate only the fields from each frame to the next, not one motion
+     for all frames. */
   PAL_ESTIMATOR_PAIRWISE = 1u << 0,
   /* The last frame leads back to the first. */
   PAL_ESTIMATOR_CYCLIC = 1u << 1,
@@ -199,7 +199,7 @@ typedef struct PalEstimatorInfo {
   uint32_t iterations; /* at most this many on each pyramid level; 0: as the preset has it */
 } PalEstimatorInfo;
 
-/* The context needs a device that computes. [ANY] */
+/* Opens an estimator. The context must have a device (not PAL_CONTEXT_NO_GPU). [ANY] */
 PAL_API PalResult pal_estimator_open(PalContext* context, const PalEstimatorInfo* info,
                                      PalEstimator** estimator);
 
@@ -210,7 +210,7 @@ PAL_API PalResult pal_estimator_open(PalContext* context, const PalEstimatorInfo
 PAL_API PalResult pal_estimator_push(PalEstimator* estimator, PalSampleType type,
                                      const void* samples, double time_s);
 
-/* How far an estimator is. */
+/* The progress of an estimator. */
 typedef struct PalProgress {
   uint32_t size;          /* sizeof(PalProgress), set before the call */
   uint32_t frames_pushed; /* so far */
@@ -219,8 +219,8 @@ typedef struct PalProgress {
   double share;           /* of the work on the frames that were pushed, 0 to 1 */
 } PalProgress;
 
-/* Does not wait. For a host that polls the progress while pal_estimator_finish() waits on another
-   thread. [ANY] */
+/* Gives the progress; does not wait. For a host that polls it while pal_estimator_finish() waits on
+   another thread. [ANY] */
 PAL_API PalResult pal_estimator_poll(const PalEstimator* estimator, PalProgress* progress);
 
 /* Ends the input: waits for the motion and gives it. May be called once; PAL_CANCELLED after
@@ -231,8 +231,10 @@ PAL_API PalResult pal_estimator_finish(PalEstimator* estimator, PalMotion** moti
    closed. [ANY], also from on_progress. */
 PAL_API PalResult pal_estimator_cancel(PalEstimator* estimator);
 
-/* Cancels an estimation that is still running. Not from on_progress. [ANY] */
+/* Closes an estimator; cancels an estimation that is still running. [ANY], but not from
+   on_progress. */
 PAL_API PalResult pal_estimator_close(PalEstimator** estimator);
+/* Closes a motion. [ANY] */
 PAL_API PalResult pal_motion_close(PalMotion** motion);
 
 /* Opens one motion for all frames, from the single file that `palpate motion` and pal_motion_save()
@@ -245,7 +247,7 @@ PAL_API PalResult pal_motion_open(PalContext* context, const char* path, PalMoti
 typedef enum PalTrust {
   PAL_TRUST_UNKNOWN = 0, /* nothing was measured */
   PAL_TRUST_OK = 1,
-  PAL_TRUST_SUSPECT = 2, /* a person should look before using it */
+  PAL_TRUST_SUSPECT = 2, /* a person should check it before it is used */
   PAL_TRUST_FAILED = 3   /* do not use it */
 } PalTrust;
 
@@ -273,7 +275,7 @@ typedef struct PalMotionSummary {
   double drift_mean_mm;      /* after one cycle of the fields from frame to frame */
 } PalMotionSummary;
 
-/* [ANY] */
+/* Gives the summary of a motion. [ANY] */
 PAL_API PalResult pal_motion_summary(const PalMotion* motion, PalMotionSummary* summary);
 
 enum {
@@ -286,20 +288,21 @@ enum {
 
 /* Which field, and at which samples. */
 typedef struct PalFieldInfo {
-  uint32_t size;  /* sizeof(PalFieldInfo) */
-  uint32_t flags; /* PAL_FIELD_... */
-  uint32_t step;
-  double time_s;
+  uint32_t size;       /* sizeof(PalFieldInfo) */
+  uint32_t flags;      /* PAL_FIELD_... */
+  uint32_t step;       /* from frame `step` to the next; ignored with PAL_FIELD_TO_TIME */
+  double time_s;       /* only with PAL_FIELD_TO_TIME */
   const PalGrid* grid; /* NULL: the frames' grid */
 } PalFieldInfo;
 
-/* u at the grid's samples: 3 * size[0] * size[1] * size[2] floats, the components x, y, z of a
-   sample side by side, mm. [ANY] */
+/* Gives u at the grid's samples: 3 * size[0] * size[1] * size[2] floats, the components x, y, z of
+   a sample side by side, mm. [ANY] */
 PAL_API PalResult pal_motion_field(const PalMotion* motion, const PalFieldInfo* info,
                                    float* xyz_mm);
 
-/* The confidence of a field at each sample, 0 (a guess) to 1: of the step, or, if is_whole is 1, of
-   the field from the reference frame to frame `step`. flags and time_s are ignored. [ANY] */
+/* Gives the confidence of a field at each sample of the grid, one float each, 0 (a guess) to 1: of
+   the step, or, if is_whole is 1, of the field from the reference frame to frame `step`. flags and
+   time_s are ignored. [ANY] */
 PAL_API PalResult pal_motion_confidence(const PalMotion* motion, const PalFieldInfo* info,
                                         float* values);
 
@@ -317,31 +320,31 @@ PAL_API PalResult pal_motion_save(const PalMotion* motion, const PalFieldInfo* i
 /* ---- scenes ----
 
    What there is to feel and see: volumes with their data, haptic modes, a spring. A scene does not
-   change after it was opened. Any number of sessions may use it; they may go on after it was
-   closed. */
+   change after it was opened. Any number of sessions may use it, also after it was closed. */
 
 typedef struct PalScene PalScene;
 
 /* Frames in memory, used in place of a file. They are read only during the call. */
 typedef struct PalFrames {
-  uint32_t size;    /* sizeof(PalFrames) */
-  const char* name; /* used in place of a file's name: among the paths of PalSceneInfo, or in a
-                       scene's "files" */
-  PalGrid grid;     /* of every frame */
+  uint32_t size; /* sizeof(PalFrames) */
+  /* Used in place of a file's name: among the paths of PalSceneInfo, or in a scene's "files". */
+  const char* name;
+  PalGrid grid; /* of every frame */
   PalSampleType sample_type;
   /* frame_count arrays of size[0] * size[1] * size[2] samples, x fastest. */
   const void* const* frames;
   uint32_t frame_count;
-  /* frame_count times in rising order; NULL: one frame a second, or as PalSceneInfo says. */
+  /* frame_count times in rising order; NULL: as PalSceneInfo.frames_per_second, or one frame a
+     second. */
   const double* times_s;
-  const PalMotion* motion; /* of these frames; NULL: it is found while they are felt */
+  const PalMotion* motion; /* of these frames; NULL: it is estimated while they are felt */
 } PalFrames;
 
 enum {
   /* The host may place volumes that nothing else moves, see pal_session_place(). */
   PAL_SCENE_MOVABLE = 1u << 0,
-  /* A sequence without a scene file keeps its size; else it is shrunk to the device's workspace
-     when a session opens. */
+  /* A sequence without a scene file keeps its size. Without this flag it is scaled down to the
+     device's workspace when a session opens. */
   PAL_SCENE_TRUE_SIZE = 1u << 1,
   /* The sequence is not cyclic: its last frame does not lead back to its first. */
   PAL_SCENE_NOT_CYCLIC = 1u << 2,
@@ -356,35 +359,37 @@ enum {
 };
 
 typedef struct PalSceneInfo {
-  uint32_t size;            /* sizeof(PalSceneInfo) */
-  uint32_t flags;           /* PAL_SCENE_... */
-  const char* const* paths; /* a scene file (.json, .x3d), a folder, a 4D file, files of frames in
-                               order, the name of a PalFrames, "heart", "shell", "molecule", or
-                               "igtl://HOST:PORT": the images of an OpenIGTLink server. The call
-                               waits for the first image. Each session that is opened makes a
-                               connection of its own and follows the images that arrive */
+  uint32_t size;  /* sizeof(PalSceneInfo) */
+  uint32_t flags; /* PAL_SCENE_... */
+  /* A scene file (.json, .x3d), a folder, a 4D file, files of frames in order, the name of a
+     PalFrames, "heart", "shell", "molecule", or "igtl://HOST:PORT": the images of an OpenIGTLink
+     server. For a server the call waits for the first image; each session that is opened makes a
+     connection of its own and follows the images that arrive. */
+  const char* const* paths;
   uint32_t path_count;
   const char* json; /* instead of paths: a scene in the format of docs/scene-file.md */
-  /* The folder to which the paths in a scene are relative; NULL: that of the scene's file, or the
-     working folder. */
+  /* The folder to which the paths in a scene are relative; NULL: the folder of the scene file; with
+     `json` the working folder. */
   const char* folder;
   const PalFrames* frames; /* an array of frame_sets elements */
   uint32_t frame_sets;
   const char* const* mode_libraries; /* haptic modes of your own, see docs/writing-a-mode.md */
   uint32_t mode_library_count;
   /* For a sequence without a scene file: */
-  const double* iso_value;  /* of the surface to feel; NULL: found in the data */
-  double strength_n;        /* the greatest force of the surface; 0: 4 */
-  double friction;          /* Coulomb's mu; 0: 0.2; below 0: none */
-  double frames_per_second; /* 0: as the data say */
+  const double* iso_value;  /* of the surface to feel; NULL: chosen from the data */
+  double strength_n;        /* the largest force of the surface; 0: 4 */
+  double friction;          /* Coulomb's mu; 0: 0.2; below 0: no friction */
+  double frames_per_second; /* 0: as in the data */
   const char* fields;       /* folder or file that `palpate motion` wrote; NULL: none */
   /* Also for a sequence without a scene file; each as the program's option of that name. */
-  const char* wall;   /* "values", "region" or "ridges"; NULL: what suits the data */
-  const char* values; /* "reference", "mean" or "own"; NULL: what suits the motion. Also for a
-                         scene's volumes that are read from files */
-  double width;       /* the width of the range of values around iso_value over which the strength
-                         rises; 0: found in the data */
-  double scale;       /* factor on the size; 0: as the flags say */
+  const char* wall; /* "values", "region" or "ridges"; NULL: chosen from the data */
+  /* "reference", "mean" or "own"; NULL: chosen from the motion. Also for the volumes of a scene
+     that are read from files. */
+  const char* values;
+  /* The width of the range of values around iso_value over which the strength rises; 0: chosen from
+     the data. */
+  double width;
+  double scale;                /* factor on the size; 0: as the flags require */
   const char* const* segments; /* segmentation_count files; the walls are their segments */
   uint32_t segmentation_count;
   uint32_t segments_frame;          /* the frame to which a single segmentation belongs */
@@ -392,7 +397,7 @@ typedef struct PalSceneInfo {
   uint64_t segment_count;
   /* For "igtl://HOST:PORT": */
   const char* image;     /* use the images of this device name; NULL: that of the first image */
-  const char* transform; /* the transforms of this device name move the volume; NULL: none do */
+  const char* transform; /* the transforms of this device name move the volume; NULL: none */
   double wait_s;         /* how long to wait for the first image; 0: 10 */
 } PalSceneInfo;
 
@@ -400,7 +405,7 @@ typedef struct PalSceneInfo {
    seconds. PAL_NO_DEVICE if a server's first image does not arrive in time. [ANY] */
 PAL_API PalResult pal_scene_open(PalContext* context, const PalSceneInfo* info, PalScene** scene);
 
-/* Sessions that use the scene go on. [ANY] */
+/* Closes a scene. Sessions that use it continue. [ANY] */
 PAL_API PalResult pal_scene_close(PalScene** scene);
 
 typedef enum PalSceneText {
@@ -415,17 +420,18 @@ typedef enum PalSceneText {
 PAL_API PalResult pal_scene_text(const PalScene* scene, PalSceneText which, char* text,
                                  size_t capacity, size_t* length);
 
+/* A volume of a scene. */
 typedef struct PalVolume {
   uint32_t size; /* sizeof(PalVolume), set before the call */
   uint32_t frame_count;
-  double length_s;              /* of the sequence at rate 1 */
-  double low_m[3], high_m[3];   /* its box, volume space */
-  double world_from_volume[12]; /* at the start: three rows of four */
-  uint32_t is_motion_known; /* 0: the volume stands still until a session has found the motion */
-  uint32_t is_movable;      /* by the host */
+  double length_s;              /* duration of the sequence at rate 1 */
+  double low_m[3], high_m[3];   /* the box of its data, volume space */
+  double world_from_volume[12]; /* at the start: three rows of four, m */
+  uint32_t is_motion_known;     /* 0: it stands still until a session has estimated the motion */
+  uint32_t is_movable;          /* 1: the host may place it, see pal_session_place() */
 } PalVolume;
 
-/* PAL_END after the last one. [ANY] */
+/* Gives volume `index`; PAL_END after the last one. [ANY] */
 PAL_API PalResult pal_scene_volume(const PalScene* scene, uint32_t index, PalVolume* volume);
 
 /* The result of a replay. */
@@ -478,8 +484,8 @@ typedef struct PalReading {
 } PalReading;
 
 /* A force device of the host, for sessions with a haptic thread of palpate's. `exchange` is called
-   about 1,000 times a second on that thread: it sends a force to the hand (N) and returns the
-   newest position. It must return within about a millisecond and must not wait for a lock that
+   about 1,000 times a second on that thread: it sends a force to the hand (N) and fills in the
+   newest reading. It must return within about a millisecond and must not wait for a lock that
    another thread may hold longer. Both structures are copied; `exchange` and `user` must be valid
    until the session is closed. The last force that is sent is zero. */
 typedef struct PalDevice {
@@ -491,7 +497,7 @@ typedef struct PalDevice {
 
 /* ---- sessions ----
 
-   A scene that is felt: haptic frames, poses, playback, and the motion that is found meanwhile. */
+   A scene that is felt: haptic frames, poses, playback, and the estimation of missing motion. */
 
 typedef struct PalSession PalSession;
 
@@ -512,7 +518,7 @@ enum {
 };
 
 typedef enum PalEventKind {
-  PAL_EVENT_NOTE = 0,         /* something that a person may want to know */
+  PAL_EVENT_NOTE = 0,         /* information for the user */
   PAL_EVENT_MOVES = 1,        /* every step of the motion is known: the volumes begin to move */
   PAL_EVENT_WHOLE_MOTION = 2, /* one motion for a whole sequence is felt from now on */
   PAL_EVENT_MOTION_FAILED = 3 /* the sentence says why; motion that is known stays in use */
@@ -521,21 +527,23 @@ typedef enum PalEventKind {
 typedef struct PalSessionInfo {
   uint32_t size;             /* sizeof(PalSessionInfo) */
   uint32_t flags;            /* PAL_SESSION_... */
-  const PalDeviceInfo* host; /* PAL_SESSION_HOST_TICKS: the host's device */
+  const PalDeviceInfo* host; /* with PAL_SESSION_HOST_TICKS: the host's device */
   /* Without that flag: a device of the host's; NULL: palpate drives the device that device_name
-     says. */
+     names. */
   const PalDevice* device;
   /* As the program's option --device: "falcon", "haply@localhost:10001"; NULL: the first device
      that answers (a second is allowed for each). "simulated": a simulated hand, see simulated_path.
-     "igtl://HOST:PORT": a tracked tool. Its tip is where the transforms of an OpenIGTLink server
-     say, in the patient space of the first volume. It gives no force, and the device's place in the
-     scene is ignored. */
+     "igtl://HOST:PORT": a tracked tool. The transforms of an OpenIGTLink server give the position
+     of its tip, in the patient space of the first volume. It gives no force, and the scene's
+     transform of the device is ignored. */
   const char* device_name;
   double max_force_n;       /* 0: the scene's */
   double stiffness_n_per_m; /* of the spring between hand and proxy; 0: the scene's */
-  double watchdog_s;        /* ticks further apart than this ramp the force down; 0: 0.005 */
-  const char* preset;       /* of the estimation; NULL: "balanced", for a live source "fast" */
-  /* Called with what happens, on the session's threads; must not close the session. NULL: not
+  /* Ticks further apart than this ramp the force down; 0: 0.005, or 0.05 for a simulated hand and a
+     tracked tool. */
+  double watchdog_s;
+  const char* preset; /* of the estimation; NULL: "balanced", for a live source "fast" */
+  /* Called with each event, on the session's threads; must not close the session. NULL: not
      called. */
   void (*on_event)(void* user, PalEventKind kind, const char* sentence);
   void* user;
@@ -553,15 +561,15 @@ typedef struct PalSessionInfo {
   /* The folder into which the ticks around a fault are written; it is created when needed. NULL:
      they are not written. */
   const char* black_box;
-  /* The port on which OpenIGTLink clients may connect. Threads of low priority send them the
-     proxy's place and the force ten times a second, the moved volume and its motion at most twice a
-     second; see docs/openigtlink.md. 0: none. */
+  /* The port on which OpenIGTLink clients may connect. Threads of the session send them the
+     position of the proxy and the force ten times a second, the moved volume and its motion at most
+     twice a second; see docs/openigtlink.md. 0: none. */
   uint64_t serve_port;
   /* For the device "simulated": "press", "tap", "stroke", "circle", "sweep" or a file of
      t_s,x_m,y_m,z_m; NULL: "press". */
   const char* simulated_path;
   const char* simulated_hand; /* "human", "loose", "firm" or "none"; NULL: "human" */
-  double lets_go_s;           /* after so many seconds the simulated hand lets go; 0: never */
+  double lets_go_s;           /* time after which the simulated hand lets go; 0: never */
   /* For the device "igtl://HOST:PORT": use the transforms of this device name; NULL: that of the
      first transform. */
   const char* tool;
@@ -581,19 +589,20 @@ PAL_API PalResult pal_session_close(PalSession** session);
 /* Ramps the force to zero; it does not come back. Waits for the end of the ramp if the haptic
    thread is palpate's. From now on no live frame is taken, and nothing is served. [ANY] */
 PAL_API PalResult pal_session_stop(PalSession* session);
-/* 1: the session was stopped, and the force has reached zero. [ANY] */
+/* Returns 1 if the session was stopped and the force has reached zero, else 0. [ANY] */
 PAL_API int pal_session_at_rest(const PalSession* session);
 
 typedef struct PalTick {
   double position_m[3]; /* of the grip */
-  int64_t time_ns;      /* when it was taken, by a clock that runs evenly; 0: now */
+  int64_t time_ns;      /* when it was taken, by a clock that never jumps; 0: now */
   uint32_t buttons;     /* bit k: button k is down */
 } PalTick;
 
-/* Computes one haptic frame: gives the force on the hand, N. Call it 250 to 4,000 times a second,
-   on one thread at a time. Without PAL_SESSION_HOST_TICKS the force is zero and the result
-   PAL_BAD_INPUT. A position that is not finite, or a time that does not rise, counts as a fault of
-   the device: the force is ramped to zero, and comes back after the hand has been free. [RT] */
+/* Computes one haptic frame: gives the force on the hand, N, in the device's space. Call it 250 to
+   4,000 times a second, on one thread at a time. Without PAL_SESSION_HOST_TICKS the force is zero
+   and the result PAL_BAD_INPUT. A position that is not finite, or a time that does not rise, counts
+   as a fault of the device: the force is ramped to zero, and comes back after the hand has been
+   free. [RT] */
 PAL_API PalResult pal_haptics_tick(PalSession* session, const PalTick* tick, double force_n[3]);
 
 enum { PAL_MOST_VOLUMES = 8 };
@@ -605,7 +614,7 @@ typedef struct PalState {
   int64_t time_ns;              /* of the frame; 0: there was none yet */
   double hand_m[3], proxy_m[3]; /* world */
   double force_n[3];            /* on the hand, along the world's axes */
-  const char* cause; /* why the force is not the scene's, in a word ("late"), or ""; static */
+  const char* cause; /* why the force is not the scene's, as a word ("late"), or ""; static */
   const char* cause_sentence;  /* the same as a sentence; static */
   uint32_t can_play;           /* 0: the motion is not known yet */
   uint32_t steps, steps_known; /* of the motion that the session estimates: all, and those found */
@@ -623,7 +632,8 @@ typedef struct PalState {
   double frame_delay_s, frame_cycle_s;
 } PalState;
 
-/* Waits for nothing but another thread that is in this function. [ANY] */
+/* Gives the newest haptic frame. May wait shortly for other threads that read the session's state;
+   never for the haptic thread. [ANY] */
 PAL_API PalResult pal_session_state(PalSession* session, PalState* state);
 
 /* A volume of the scene as it is in the newest haptic frame. */
@@ -635,8 +645,8 @@ typedef struct PalVolumeState {
   double rate;                  /* of playback, s per s */
 } PalVolumeState;
 
-/* The same as in PalState.volumes, which can not grow. PAL_NOT_YET before the first haptic frame,
-   PAL_END after the last volume. Waits as pal_session_state() does. [ANY] */
+/* Gives volume `index` as in PalState.volumes, which can not grow. PAL_NOT_YET before the first
+   haptic frame, PAL_END after the last volume. Waits as pal_session_state() does. [ANY] */
 PAL_API PalResult pal_session_volume(PalSession* session, uint32_t index, PalVolumeState* volume);
 
 /* Gives the next frame of a scene with PAL_SCENE_LIVE. For each frame the motion from the frame
@@ -650,9 +660,11 @@ PAL_API PalResult pal_session_volume(PalSession* session, uint32_t index, PalVol
 PAL_API PalResult pal_session_push_frame(PalSession* session, const PalGrid* grid,
                                          PalSampleType type, const void* samples, int64_t time_ns);
 
-/* Plays or pauses; PAL_NOT_YET while the motion is not known. The rate changes by a ramp. [ANY] */
+/* Plays (on: not 0) or pauses; PAL_NOT_YET while the motion is not known. The rate changes by a
+   ramp. [ANY] */
 PAL_API PalResult pal_session_play(PalSession* session, int on);
-/* Takes every moving volume to a share of its sequence's length, 0 to 1, and pauses. [ANY] */
+/* Sets the time of every moving volume to a share of its sequence's length, 0 to 1, and pauses.
+   [ANY] */
 PAL_API PalResult pal_session_scrub(PalSession* session, double share);
 /* Switches mode `index` of the scene on or off and sets a factor on its strengths, by a ramp. On
    PAL_NOT_YET neither is changed. [ANY] */
@@ -662,7 +674,9 @@ PAL_API PalResult pal_session_set_mode(PalSession* session, uint32_t index, int 
    is enough. [ANY] */
 PAL_API PalResult pal_session_place(PalSession* session, uint32_t volume,
                                     const double world_from_volume[12]);
-/* Lets the force come back after a cause that persists ("the force is off until ..."). [ANY] */
+/* Lets the force come back after an oscillation that went on although the force was reduced (cause
+   "oscillation"). After the other causes it comes back without this call, once the hand is free;
+   after pal_session_stop() it does not come back. [ANY] */
 PAL_API PalResult pal_session_rearm(PalSession* session);
 
 /* ---- stream tubes ----
@@ -674,7 +688,7 @@ PAL_API PalResult pal_session_rearm(PalSession* session);
    kept. */
 
 typedef enum PalTubesAction {
-  PAL_TUBES_RELEASE = 0,     /* lay a tube through the proxy of the next tick */
+  PAL_TUBES_RELEASE = 0,     /* lay a tube through the proxy at the next tick */
   PAL_TUBES_KEEP = 1,        /* mark the present tubes as kept: clearing leaves them */
   PAL_TUBES_CLEAR = 2,       /* remove the tubes that are not kept; if all are kept, remove all */
   PAL_TUBES_MAX = 0x7fffffff /* not an action: any number fits, wrong ones are refused */
@@ -682,7 +696,7 @@ typedef enum PalTubesAction {
 
 /* Takes effect with the next tick; pal_session_tube() gives the result some hundredths of a second
    later. Where there is no field at the proxy, an event of kind PAL_EVENT_NOTE says why.
-   PAL_NOT_YET: too many requests wait already. [ANY] */
+   PAL_NOT_YET: the queue of requests is full. [ANY] */
 PAL_API PalResult pal_session_ask_tubes(PalSession* session, PalTubesAction action);
 
 typedef enum PalTubeField {
@@ -697,16 +711,16 @@ typedef struct PalTube {
   uint32_t size;   /* sizeof(PalTube), set before the call */
   uint32_t volume; /* of the scene, through which it runs */
   uint32_t is_kept;
-  uint32_t is_closed; /* its last point is its first */
+  uint32_t is_closed; /* 1: its last point is its first */
   PalTubeField field; /* the field that it followed */
   uint32_t point_count;
   uint32_t seed_point; /* the index of the point that was at the proxy */
-  /* How many points the arrays below can take, set before the call; if there are more points, the
-     first ones are given. */
+  /* Number of points for which the arrays below have room, set before the call; if there are more
+     points, the first ones are given. */
   uint32_t capacity;
-  double* points_m; /* 3 * capacity numbers, world, in order along the tube; NULL: not wanted */
+  double* points_m; /* 3 * capacity numbers, world, in order along the tube; NULL: not given */
   /* capacity numbers: the length of the field's vector at each point when the tube was laid; NULL:
-     not wanted. */
+     not given. */
   double* lengths;
   const char* length_unit; /* "data", "data per m" or "m/s"; static */
 } PalTube;
@@ -741,29 +755,30 @@ typedef struct PalViewInfo {
   uint32_t flags;         /* PAL_VIEW_... */
   uint32_t width, height; /* of the largest picture of an eye */
   uint32_t eye_count;     /* the most eyes of a picture: 1 or 2 */
-  /* A transfer function, as the program's option --look; NULL: what suits the data. */
+  /* A transfer function, as the program's option --look; NULL: chosen from the data. */
   const char* look;
 } PalViewInfo;
 
-/* Uploads the data, which takes time: do not call it in the picture loop. [ANY] */
+/* Opens a view and uploads the data. This takes time: do not call it in the picture loop. [ANY] */
 PAL_API PalResult pal_view_open(PalSession* session, const PalViewInfo* info, PalView** view);
-/* Waits for the picture that is being drawn. [ANY] */
+/* Closes a view, after waiting for the picture that is being drawn. [ANY] */
 PAL_API PalResult pal_view_close(PalView** view);
 
 /* An eye, as in OpenXR. */
 typedef struct PalEye {
-  double position_m[3];  /* world */
-  double orientation[4]; /* world from eye, a unit quaternion x, y, z, w; it looks along its -z, y
-                            up */
+  double position_m[3]; /* world */
+  /* World from eye, a unit quaternion x, y, z, w. The eye looks along its -z axis; its y axis is
+     up. */
+  double orientation[4];
   /* Tangents of the angles of view; left and down are below 0. */
   double tan_left, tan_right, tan_down, tan_up;
 } PalEye;
 
 /* The host's images into which a picture is drawn, on the Vulkan device that the context shares
-   with the host. The picture is composed with what the host has drawn there: this hides what lies
-   behind it, and shows through what lies in front of it. The images must have one sample per pixel,
-   the picture's size, and usage for transfers from and to them. Handles and enumerations
-   are Vulkan's (VkImage, VkFormat, VkImageLayout). */
+   with the host. The picture is composed with what the host has drawn there, by depth: the host's
+   surfaces hide what is behind them and are seen through what is in front of them. The images must
+   have one sample per pixel, the picture's size, and usage for transfers from and to them. Handles
+   and enumerations are Vulkan's (VkImage, VkFormat, VkImageLayout). */
 typedef struct PalImages {
   uint32_t size;         /* sizeof(PalImages) */
   uint32_t writes_depth; /* 1: write the depth at which a volume has absorbed half the light */

@@ -162,23 +162,27 @@ class Session {
   void say_what_failed(const Scene& felt);
 
   SessionOptions options_;
-  /// guards the members below except poses_; the servo thread never locks it
+  /// Guards scene_, waiting_, moved_, last_ns_ and scrubbed_s_. Is also locked for calls that one
+  /// thread at a time may make: ticker_.offer() and collect(), and send() of servo_ or host_. The
+  /// servo thread never locks it.
   mutable std::mutex mutex_;
-  std::vector<double> rates_;           ///< per volume, as in the scene
+  std::vector<double> rates_;           ///< per volume, as in the scene; does not change
   std::shared_ptr<const Scene> scene_;  ///< the newest
   bool waiting_ = false;                ///< a new scene could not be offered to the loop yet
   SceneTicker ticker_;
-  std::unique_ptr<Servo> servo_;  ///< one of these two runs the ticker
+  std::unique_ptr<Servo> servo_;  ///< one of these two runs the ticker; they do not change
   std::unique_ptr<HostLoop> host_;
   std::vector<Transform> moved_;  ///< per volume: the last one sent to the loop
-  int64_t start_ns_ = 0, last_ns_ = 0;
-  std::mutex stopping_;  ///< stop() may be called by several threads
+  int64_t start_ns_ = 0;          ///< does not change
+  int64_t last_ns_ = 0;           ///< when poses were last sent
+  std::mutex stopping_;           ///< locked by stop(), which several threads may call
   std::atomic<bool> can_play_{false}, playing_{true};
   std::vector<double> scrubbed_s_;  ///< per volume; empty: none since it last played
   mutable std::mutex tubes_mutex_;  ///< guards hand_tubes_
   HandTubes hand_tubes_;
   std::unique_ptr<Background> poses_, commands_;
-  std::vector<size_t> missing_;  ///< volumes whose motion is being estimated
+  /// volumes whose motion was missing at the start; does not change
+  std::vector<size_t> missing_;
   std::atomic<bool> told_failure_{false};
   /// already reported; used by commands_ only
   std::vector<std::shared_ptr<const Mode>> failed_modes_;

@@ -3,9 +3,6 @@
 #include <ctime>
 
 namespace palpate::xr {
-namespace {
-constexpr int64_t kNsPerSecond = 1'000'000'000;
-}
 
 Outcome<TimeStamp> time_stamp_of(const Instance& instance, XrTime time, XrDuration period,
                                  int64_t now_ns) {
@@ -13,13 +10,13 @@ Outcome<TimeStamp> time_stamp_of(const Instance& instance, XrTime time, XrDurati
   timespec at{};
   const XrResult result = instance.convert_time_to_timespec(instance.handle(), time, &at);
   if (XR_FAILED(result)) return problem_of("xrConvertTimeToTimespecTimeKHR", result);
-  return TimeStamp{int64_t(at.tv_sec) * kNsPerSecond + int64_t(at.tv_nsec), true};
+  return TimeStamp{int64_t(at.tv_sec) * kSecond_ns + int64_t(at.tv_nsec), true};
 }
 
 int64_t monotonic_ns() {
   timespec now{};
   clock_gettime(CLOCK_MONOTONIC, &now);
-  return int64_t(now.tv_sec) * kNsPerSecond + int64_t(now.tv_nsec);
+  return int64_t(now.tv_sec) * kSecond_ns + int64_t(now.tv_nsec);
 }
 
 }  // namespace palpate::xr

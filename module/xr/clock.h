@@ -4,6 +4,8 @@
 
 namespace palpate::xr {
 
+inline constexpr int64_t kSecond_ns = 1'000'000'000;
+
 /// A time of the monotonic clock.
 struct TimeStamp {
   int64_t ns = 0;

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <optional>
 
+#include "module/xr/clock.h"
 #include "module/xr/graphics.h"
 #include "module/xr/live_session.h"
 
 namespace palpate::xr {
 namespace {
 
-constexpr int64_t kSecond_ns = 1'000'000'000;
 constexpr int64_t kFarewell = 2 * kSecond_ns;
 
 HeadsetState state_of(const Lifecycle& life) {
