@@ -50,7 +50,7 @@ class WorldSink final : public PrimitiveSink {
     const double length = glm::length(direction);
     // Not finite or without direction: nothing is placed, so nothing can be felt of it.
     if (!(length > 0.0) || !std::isfinite(length) || !(strength_n > 0.0) ||
-        !std::isfinite(glm::dot(position, position)))
+        !std::isfinite(strength_n) || !std::isfinite(glm::dot(position, position)))
       return;
     const double strength = std::min(strength_n * weight_, cap_n_);
     out_.add({kind, position, direction / length, strength, friction > 0.0 ? friction : 0.0});

@@ -110,6 +110,61 @@ TEST(SceneFaults, DataThatAreNoNumbersFadeWhereTheHandComesToThem) {
   }
 }
 
+/// A plane at y = 0, and a force along y, whose strength and place are what the test says.
+class Plate final : public Mode {
+ public:
+  static inline double strength_n = 2.0, height_m = 0.0;
+  void place(const ModePoint& at, PrimitiveSink& out) const noexcept override {
+    out.surface({at.proxy.x, height_m, at.proxy.z}, {0.0, 1.0, 0.0}, strength_n);
+    out.force({0.0, 1.0, 0.0}, strength_n / 4.0);
+  }
+};
+
+TEST(SceneFaults, PrimitivesThatAreNotFiniteAreNotPlaced) {
+  ModeKinds kinds;
+  kinds.add("plate", [](const ModeSpec&) -> Result<std::shared_ptr<const Mode>> {
+    return std::shared_ptr<const Mode>(std::make_shared<Plate>());
+  });
+  SceneSpec spec = shell_spec(6.0, 0.2, kFaultStiffness);
+  spec.modes[0].kind = "plate";
+  const auto scene = plan(spec, {shell(1, 1.0)}, kinds);
+  ASSERT_TRUE(scene) << scene.error().message;
+  const double inf = std::numeric_limits<double>::infinity(), nan = double(kNone);
+  for (const auto& [strength_n, height_m] :
+       {std::pair{inf, 0.0}, {nan, 0.0}, {-inf, 0.0}, {2.0, nan}, {2.0, inf}}) {
+    SCOPED_TRACE(testing::Message() << strength_n << " N at " << height_m);
+    Plate::strength_n = 0.0;
+    Plate::height_m = 0.0;
+    Haptics haptics(unmetered(), Hand::device());
+    haptics.adopt(Haptics::prepare(*scene));
+    TickInput input;
+    const auto tick = [&](double y_m) {
+      input.now_ns += 1'000'000;
+      input.dt_s = 1e-3;
+      input.reading.time_ns = input.now_ns;
+      input.reading.fresh = true;
+      input.reading.position_m = {0.0, y_m, 0.0};
+      return haptics.tick(input);
+    };
+    for (int k = 0; k < 200; ++k) tick(0.002);
+    Plate::strength_n = 2.0;
+    ForceSteps steps;
+    for (int k = 0; k < 4000; ++k) steps.add(tick(std::max(-0.002, 0.002 - 2e-6 * k)));
+    ASSERT_GT(steps.last_n().y, 1.0);
+    Plate::strength_n = strength_n;
+    Plate::height_m = height_m;
+    for (int k = 0; k < 1000; ++k) {
+      const TickOutput out = tick(-0.002);
+      ASSERT_TRUE(is_finite(out.wanted_n) && is_finite(out.proxy_m)) << "tick " << k;
+      steps.add(out);
+    }
+    // Of a plate whose height alone is wrong the force along y stays.
+    const double rest_n = strength_n == 2.0 ? 0.5 : 0.0;
+    EXPECT_NEAR(steps.last_n().y, rest_n, 0.01);
+    EXPECT_LE(steps.worst_n(), kFaultFadeStep_n);
+  }
+}
+
 TEST(SceneFaults, FieldsAndDataSwappedForSomeThatAreNoNumbersFade) {
   const glm::dvec3 at(0.02, 0.01, 0.0);
   // The data.
