@@ -458,8 +458,11 @@ NumberOf<Point> material_value(const Point& p, double edge_mm, uint32_t seed) {
   };
   vessel(aorta, 2.4, kArtery, kArterialBlood);
   const Number right = joined(kRight.distance(p), kConus.distance(p), 8.0);
-  const Number rough = 4.5 + 0.9 * texture::smooth_noise(texture::mixed(seed + 4), p / Number(4.0));
-  painter.paint(right, rough, kMuscle, kVenousBlood);
+  if (dual::value(right) < 0.5 * edge_mm) {
+    const Number rough =
+        4.5 + 0.9 * texture::smooth_noise(texture::mixed(seed + 4), p / Number(4.0));
+    painter.paint(right, rough, kMuscle, kVenousBlood);
+  }
   vessel(trunk, 2.2, kVein, kVenousBlood);
   const Number left_atrium = joined(kLeftAtriumBody.distance(p), kLeftAppendage.distance(p), 4.0);
   painter.paint(left_atrium, Number(2.8), kAtrium, kArterialBlood);
@@ -488,9 +491,12 @@ NumberOf<Point> material_value(const Point& p, double edge_mm, uint32_t seed) {
   Number heart = joined(left, right, kRound);
   heart = joined(heart, atria, kRound);
   heart = joined(heart, smaller(trunk, aorta), kRound);
-  const Number patches =
-      1.5 * texture::smooth_noise(texture::mixed(seed + 5), p / Number(13.0)) - 0.7;
-  painter.paint(larger(Number(heart - patches), larger(Number(p.y - 34.0), cut)), kFat);
+  constexpr double kThickestFat = 0.8;
+  if (dual::value(heart) < 0.5 * edge_mm + kThickestFat) {
+    const Number patches =
+        1.5 * texture::smooth_noise(texture::mixed(seed + 5), p / Number(13.0)) - 0.7;
+    painter.paint(larger(Number(heart - patches), larger(Number(p.y - 34.0), cut)), kFat);
+  }
   return painter.over(kLungTissue);
 }
 

@@ -104,13 +104,18 @@ auto material_value(const Point& material_mm, double growth, double edge_mm, uin
   const Length away = dual::value(r) > 1e-6 ? r : Length(1e-6);
   // Lengths along the radius are `growth` times longer in the frame than in the material state; the
   // scanner's blur belongs to the frame.
-  const Length inside = (r - inner_radius(material_mm, away, seed)) * growth;
   const Length outside = (r - kOuterMm) * growth;
+  const auto lung = [&]() -> Length {
+    return kLung + 80.0 * texture::tissue(seed + 30, material_mm, 5.0, 11.0);
+  };
+  // Only what is there is computed: most of the box is lung.
+  const Length out = texture::soft_step(outside, edge_mm);
+  if (dual::value(out) >= 1.0) return lung();
+  const Length inside = (r - inner_radius(material_mm, away, seed)) * growth;
   const Length blood = kBlood + 40.0 * texture::tissue(seed + 10, material_mm, 5.0, 9.0);
   const Length wall = kWall + 150.0 * texture::tissue(seed + 20, material_mm, 4.0, 8.0);
-  const Length lung = kLung + 80.0 * texture::tissue(seed + 30, material_mm, 5.0, 11.0);
   const Length filled = blood + (wall - blood) * texture::soft_step(inside, edge_mm);
-  return Length(filled + (lung - filled) * texture::soft_step(outside, edge_mm));
+  return dual::value(out) > 0.0 ? Length(filled + (lung() - filled) * out) : filled;
 }
 
 /// The growth at the outer wall is used for the whole wall: it only scales the blur, which is wrong
@@ -220,15 +225,24 @@ glm::dvec3 shell_gradient(glm::dvec3 lps_mm, int frame, int frames, uint32_t see
   return material_value(material_mm, wall_growth(s), kEdgeVoxels * voxel_mm, seed).slope;
 }
 
+namespace {
+
+glm::dvec3 shell_point(glm::dvec3 lps_mm, double from_phase, double to_phase) {
+  const glm::dvec3 material_mm = shell_material(lps_mm, from_phase);
+  return material_mm * (1.0 + to_phase * stretch(glm::length(material_mm)));
+}
+
+}  // namespace
+
 glm::dvec3 shell_point(glm::dvec3 lps_mm, int from_frame, int to_frame, int frames) {
-  const glm::dvec3 material_mm = shell_material(lps_mm, beat_phase(from_frame, frames));
-  return material_mm * (1.0 + beat_phase(to_frame, frames) * stretch(glm::length(material_mm)));
+  return shell_point(lps_mm, beat_phase(from_frame, frames), beat_phase(to_frame, frames));
 }
 
 Field shell_truth(const Grid& grid, int from_frame, int to_frame, int frames) {
   Field truth = still_field(grid);
+  const double from_phase = beat_phase(from_frame, frames), to_phase = beat_phase(to_frame, frames);
   for_each_sample(grid, 100.0, [&](size_t offset, glm::dvec3 lps_mm) {
-    truth.u_mm[offset] = glm::vec3(shell_point(lps_mm, from_frame, to_frame, frames) - lps_mm);
+    truth.u_mm[offset] = glm::vec3(shell_point(lps_mm, from_phase, to_phase) - lps_mm);
   });
   return truth;
 }

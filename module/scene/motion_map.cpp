@@ -44,6 +44,7 @@ class Certifier {
     for (int a = 0; a < 3; ++a) {
       shape_.axes[a] = glm::vec3(glm::normalize(volume_from_lps(grid.direction[a])));
     }
+    still_ = certificate::bounds({}, shape_);
   }
 
   /// The row of cells (., j, k), j and k counted from the clamped border.
@@ -52,9 +53,11 @@ class Certifier {
       const int count = std::min(4, cells_.x - first);
       certificate::CellCorners corners;
       std::array<bool, 4> unknown{};
+      bool moves = false;
       for (int lane = 0; lane < count; ++lane)
-        unknown[size_t(lane)] = !gather(first + lane, j, k, size_t(lane), corners);
-      const auto found = certificate::bounds(corners, shape_);
+        unknown[size_t(lane)] = !gather(first + lane, j, k, size_t(lane), corners, moves);
+      // Where nothing moves, as in most of a heart's box, all bounds are the same.
+      const auto found = moves ? certificate::bounds(corners, shape_) : still_;
       for (int lane = 0; lane < count; ++lane) {
         constexpr float kInfinite = std::numeric_limits<float>::infinity();
         out[first + lane] =
@@ -64,8 +67,9 @@ class Certifier {
   }
 
  private:
-  /// False if a corner is marked as unusable.
-  bool gather(int i, int j, int k, size_t lane, certificate::CellCorners& corners) const {
+  /// False if a corner is marked as unusable. `moves` is set if the corners move differently.
+  bool gather(int i, int j, int k, size_t lane, certificate::CellCorners& corners,
+              bool& moves) const {
     const glm::ivec3 cell(i, j, k);
     glm::vec4 base(0.0F);
     bool known = true;
@@ -77,8 +81,11 @@ class Certifier {
                    size_t(size_.x) * (size_t(at.y) + size_t(size_.y) * size_t(at.z))];
       known = known && sample.w >= 0.0F;
       if (c == 0) base = sample;
-      for (size_t ch = 0; ch < 3; ++ch)
-        corners.u[size_t(c)][ch][lane] = sample[int(ch)] - base[int(ch)];
+      for (size_t ch = 0; ch < 3; ++ch) {
+        const float u = sample[int(ch)] - base[int(ch)];
+        corners.u[size_t(c)][ch][lane] = u;
+        moves = moves || u != 0.0F;
+      }
     }
     return known;
   }
@@ -86,6 +93,7 @@ class Certifier {
   const std::vector<glm::vec4>& samples_;
   glm::ivec3 size_, cells_;
   certificate::CellShape shape_;
+  std::array<CellCertificate, 4> still_;  ///< of cells whose corners move alike
 };
 
 }  // namespace
@@ -121,12 +129,21 @@ std::shared_ptr<const MotionMap> MotionMap::of(const Field& field, const Confide
     map->folded_cells_ += folded;
   });
   size_t moving = 0;
-  for (glm::vec4& sample : map->samples_) {
-    sample.w = std::max(sample.w, 0.0F);
-    const double u_m = glm::length(glm::dvec3(sample));
-    map->largest_u_m_ = std::max(map->largest_u_m_, u_m);
-    moving += u_m > 0.01 * map->cell_m_;
-  }
+  const glm::ivec3 size = field.grid.size;
+  parallel_ranges(size.z, 10.0 * size.x * size.y, [&](int begin, int end) {
+    double largest_m = 0.0;
+    size_t of_these = 0;
+    for (size_t s = field.grid.offset(0, 0, begin); s < field.grid.offset(0, 0, end); ++s) {
+      glm::vec4& sample = map->samples_[s];
+      sample.w = std::max(sample.w, 0.0F);
+      const double u_m = glm::length(glm::dvec3(sample));
+      largest_m = std::max(largest_m, u_m);
+      of_these += u_m > 0.01 * map->cell_m_;
+    }
+    const std::lock_guard<std::mutex> lock(guard);
+    map->largest_u_m_ = std::max(map->largest_u_m_, largest_m);
+    moving += of_these;
+  });
   map->moving_share_ = double(moving) / double(map->samples_.size());
   return map;
 }

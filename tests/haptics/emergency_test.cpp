@@ -105,6 +105,8 @@ class Emergency : public testing::Test {
  private:
   [[noreturn]] void live(const std::function<void(Servo&)>& harm, bool obeys) {
     alarm(60);  // a child that hangs must not hang the test
+    // The background of a shell ignores it, and what is ignored stays ignored.
+    signal(SIGINT, SIG_DFL);
     const rlimit no_core{0, 0};
     setrlimit(RLIMIT_CORE, &no_core);
     emergency::install();
