@@ -283,7 +283,8 @@ TEST_F(InAHeadset, GoesOnWithoutItsWindow) {
 TEST_F(InAHeadset, IsWaitedForWhileItIsOff) {
   MadeHeadset headset;
   headset.say("headset off");
-  Program program(feel("shell", {"--headset", "openxr", "--device", "simulated"}));
+  Program program(
+      feel("shell", {"--headset", "openxr", "--device", "simulated", "--seconds", "600"}));
   ASSERT_TRUE(says(program, "in a headset, as asked, as soon as one is there")) << program.said();
   ASSERT_TRUE(says(program, "unseen")) << program.said();
   headset.say("headset on");
@@ -312,7 +313,9 @@ TEST_F(InAHeadset, PassThroughAddsNothingWhereNothingIs) {
     MadeHeadset headset;
     headset.say("view 160 120");
     headset.say("pictures on");
-    std::vector<std::string> more = {"--headset", "openxr", "--device", "simulated"};
+    // Longer than the simulated hand's path, which may end before a busy machine has a picture.
+    std::vector<std::string> more = {"--headset", "openxr",    "--device",
+                                     "simulated", "--seconds", "600"};
     if (pass_through) more.emplace_back("--pass-through");
     Program program(feel(still_heart(folder), more));
     bool as_asked = false;
