@@ -34,7 +34,7 @@ constexpr PalSampleType sample_type() {
   }
 }
 
-/// Estimates the displacement field between two 3D images, on the GPU. A replacement for
+/// Estimates the displacement field between two 3D images, on a Vulkan device. A replacement for
 /// itk::DemonsRegistrationFilter with the same methods and the same output: mm along L, P, S on the
 /// fixed image's grid. The material at x of the fixed image is at x + u(x) in the moving one. The
 /// output is a valid input of itk::WarpImageFilter and itk::DisplacementFieldTransform.

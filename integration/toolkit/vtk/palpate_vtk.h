@@ -363,7 +363,7 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
   std::string open_device_;
 };
 
-/// Estimates the displacement field between two images, on the GPU.
+/// Estimates the displacement field between two images, on a Vulkan device.
 ///
 ///   vtkNew<vtkPalpateMotion> motion;
 ///   motion->SetInputConnection(0, fixed->GetOutputPort());
@@ -430,8 +430,8 @@ class vtkPalpateMotion : public vtkPalpateAlgorithm {
 };
 
 /// A moving volume: gives the volume at a time or a phase. From three or more frames palpate
-/// estimates one motion, on the GPU, and chooses a reference frame; the output is that frame,
-/// warped by the motion.
+/// estimates one motion, on a Vulkan device, and chooses a reference frame; the output is that
+/// frame, warped by the motion.
 ///
 ///   vtkNew<vtkPalpateSequence> sequence;
 ///   for (auto& reader : readers) sequence->AddInputConnection(reader->GetOutputPort());
