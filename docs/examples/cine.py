@@ -3,8 +3,8 @@
 
     python3 cine.py frame_*.mha --frames-per-second 33.3 --save motion.nrrd
 
-Frames are 3D MetaImages, or anything that nibabel reads (.nii.gz). The motion is one for the whole cycle, told from the frame that is nearest
-to the mean; its file can be felt: palpate feel frame_*.mha --fields motion.nrrd
+Frames are 3D MetaImages, or any files that nibabel reads (.nii.gz). The result is one motion for the whole cycle; its reference frame is the one
+nearest to the mean of all frames. The file of the motion can be felt: palpate feel frame_*.mha --fields motion.nrrd
 """
 
 import argparse
@@ -32,7 +32,7 @@ def read_metaimage(path):
     array = np.frombuffer(data, types[header["ElementType"]]).reshape(size[::-1])
     spacing = [float(n) for n in header["ElementSpacing"].split()]
     origin = [float(n) for n in header.get("Offset", "0 0 0").split()]
-    # MetaImage writes the direction of one axis after the other: its columns.
+    # TransformMatrix has the directions of the axes one after the other: the columns of the direction matrix.
     direction = np.reshape([float(n) for n in header.get("TransformMatrix", "1 0 0 0 1 0 0 0 1").split()], (3, 3)).T
     return array, spacing, origin, direction
 
@@ -63,7 +63,7 @@ def main():
     motion = palpate.register(frames, times=times, cyclic=True, preset=arguments.preset, progress=progress, **geometry)
     print(f"\r{motion!r}, {time.monotonic() - begin:.1f} s{'':30}", file=sys.stderr)
 
-    # Every frame brought to where its material is in the reference frame.
+    # Each frame, warped onto the reference frame.
     print("frame    s     moves mm: mean   most   difference to the reference frame: as it is, carried back")
     volumes = [np.asarray(frame.dataobj).T if hasattr(frame, "dataobj") else frame for frame in frames]
     reference = volumes[motion.reference].astype(np.float32)

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gradient_length.h"
-// How steep a volume is: the length of its gradient.
+// The length of a volume's gradient at each voxel.
 //   g(i) = |(f(i + e_c) - f(i - e_c)) / (2 h_c)|, h: spacing, e_c: one voxel along axis c
 // The central difference, whose error is O(h^2) (any text on numerical analysis).
 //
@@ -9,7 +9,7 @@
 // 0        in         any, one channel    (z, y, x)  value
 // 1        out        any, one channel    the same   value per mm
 //
-// One invocation: one voxel. Border: clamped to the edge. Precision: fp32. Race: each output written once.
+// One invocation: one voxel. Border: clamped to the edge. Precision: fp32. No race: each output is written once.
 // CPU oracle: tests/vulkan/gradient_length_test.cpp.
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) uniform sampler3D values;

@@ -1,5 +1,5 @@
-// Push constants of gradient_length.comp, read by GLSL and by C++ alike. Only 16-byte members, so
-// that both languages lay them out the same way.
+// Push constants of gradient_length.comp, included by GLSL and by C++. All members have 16 bytes,
+// so that the layout is the same in both languages.
 #ifndef PALPATE_EXAMPLES_GRADIENT_LENGTH_H
 #define PALPATE_EXAMPLES_GRADIENT_LENGTH_H
 
@@ -10,8 +10,8 @@ using glm::vec4;
 #endif
 
 struct GradientLengthPush {
-  ivec4 size;  // voxels of both images
-  vec4 spacing_mm;
+  ivec4 size;       // x, y, z: voxels of both images; w unused
+  vec4 spacing_mm;  // x, y, z; w unused
 };
 
 #ifdef __cplusplus

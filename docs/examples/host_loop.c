@@ -1,13 +1,13 @@
-/* A program with a haptic loop of its own feels a moving volume through palpate. C99; nothing but palpate.h.
+/* A program with its own haptic loop gets the force of a moving volume from palpate. C99; it needs only palpate.h.
 
    cc -std=c99 host_loop.c $(pkg-config --cflags --libs palpate) -lm -o host_loop
    ./host_loop                        the built-in beating heart
-   ./host_loop frame_*.mha            frames of a sequence: its motion is found while it is felt
+   ./host_loop frame_*.mha            frames of a sequence: its motion is estimated while it is felt
    ./host_loop scene.json --folder D  a scene
-   and --seconds N at the end: not 8 s but so long
+   --seconds N as the last option: run for N s instead of 8 s
 
-   The "device" is a mass of 0.1 kg on a spring that a hand pulls towards the volume's middle: once a millisecond it asks palpate for the
-   force and moves. A real device would be read and written in the same place. */
+   The "device" is a mass of 0.1 kg on a spring, which a simulated hand pulls towards the volume's middle. Once a millisecond the program
+   passes its position to palpate, gets the force, and moves the mass. A real device would be read and written at the same place. */
 #define _POSIX_C_SOURCE 200809L
 #include <math.h>
 #include <palpate.h>
@@ -28,7 +28,7 @@ static void on_event(void* user, PalEventKind kind, const char* sentence) {
   fflush(stdout);
 }
 
-/* The hand and what it holds. */
+/* The mass that the hand pulls. Metres, in the device's space: x right, y up, z towards the user. */
 typedef struct Grip {
   double position_m[3], velocity_m_per_s[3];
 } Grip;
@@ -45,7 +45,7 @@ static void move(Grip* grip, const double hand_m[3], const double force_n[3], do
 static double length_of(const double v[3]) { return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
 
 int main(int argc, char** argv) {
-  /* What to feel. */
+  /* The scene. */
   const char* built_in = "heart";
   int end_ms = 8000;
   if (argc > 2 && strcmp(argv[argc - 2], "--seconds") == 0) {
@@ -69,7 +69,7 @@ int main(int argc, char** argv) {
   char plan[4096];
   if (pal_scene_text(scene, PAL_SCENE_TEXT_PLAN, plan, sizeof plan, NULL) == PAL_OK) printf("%s\n", plan);
 
-  /* How it is felt: in this program's own loop. */
+  /* The session, with this program's own loop. */
   const PalDeviceInfo device = {
       .size = sizeof device, .name = "example", .max_force_n = 8.0, .max_stiffness_n_per_m = 3000.0, .workspace_radius_m = 0.1};
   const PalSessionInfo session_info = {
@@ -83,7 +83,7 @@ int main(int argc, char** argv) {
   struct timespec next;
   clock_gettime(CLOCK_MONOTONIC, &next);
   for (; ticks < end_ms; ++ticks) {
-    /* The hand comes in for two seconds and rests on the surface then. */
+    /* The hand moves inwards for two seconds, then stays where it is. */
     const double way = ticks < 2000 ? ticks / 2000.0 : 1.0;
     const double hand_m[3] = {0.0, 0.0, 0.09 * (1.0 - way)};
     PalTick tick = {{grip.position_m[0], grip.position_m[1], grip.position_m[2]}, 0, 0};
@@ -111,7 +111,7 @@ int main(int argc, char** argv) {
     clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &next, NULL);
   }
 
-  /* The end: the force is let down while the loop goes on. */
+  /* The end: the force is ramped to zero while the loop continues. */
   pal_session_stop(session);
   for (int k = 0; k < 1000 && !pal_session_at_rest(session); ++k, ++ticks) {
     PalTick tick = {{grip.position_m[0], grip.position_m[1], grip.position_m[2]}, 0, 0};

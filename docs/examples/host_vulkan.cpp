@@ -1,10 +1,9 @@
 // A small Vulkan program with its own device, window and picture, into which palpate draws a
-// volume: the cube of this program goes around the beating heart and is hidden by it, and hides it,
-// by depth.
+// volume. The program's cube moves around the beating heart; each hides the other, by depth.
 //
 //   host_vulkan [scene, sequence or "heart"] [--frames N] [--screenshot FILE.ppm]
 //
-// What belongs to palpate is marked by "palpate:". The rest is what any Vulkan program has.
+// Code for palpate is marked by "palpate:". The rest is ordinary Vulkan.
 #define GLFW_INCLUDE_VULKAN
 #include <GLFW/glfw3.h>
 #include <palpate.h>
@@ -39,7 +38,7 @@ void check(VkResult result, const char* doing) {
     throw std::runtime_error(std::string(doing) + ": VkResult " + std::to_string(int(result)));
 }
 
-// palpate: a failure with its sentence.
+// palpate: throws with the library's error message if `result` is an error.
 void check(PalResult result, const char* doing) {
   if (result < PAL_OK) throw std::runtime_error(std::string(doing) + ": " + pal_last_error());
 }
@@ -48,7 +47,7 @@ struct Push {
   glm::mat4 clip_from_cube, world_from_cube;
 };
 
-/// The camera, as Vulkan and as palpate have it.
+/// The camera, in Vulkan's convention and in palpate's. World, m.
 struct Camera {
   glm::dvec3 from{0.13, 0.09, 0.34}, to{0.0};
   double tan_up = 0.28, tan_right = tan_up * kWidth / kHeight;
@@ -57,7 +56,7 @@ struct Camera {
   glm::dmat4 clip_from_eye() const {
     glm::dmat4 clip = glm::frustumRH_ZO(-tan_right * kNear_m, tan_right * kNear_m,
                                         -tan_up * kNear_m, tan_up * kNear_m, kNear_m, kFar_m);
-    clip[1][1] = -clip[1][1];  // Vulkan's y goes down
+    clip[1][1] = -clip[1][1];  // Vulkan's y points down
     return clip;
   }
   PalEye eye() const {
@@ -75,7 +74,7 @@ struct Host {
   VkDevice device = VK_NULL_HANDLE;
   uint32_t family = 0;
   VkQueue queue = VK_NULL_HANDLE;
-  std::mutex queue_mutex;  // palpate estimates and uploads on threads of its own
+  std::mutex queue_mutex;  // palpate submits to the queue on threads of its own
   bool has_extended_formats = false;
   VkSwapchainKHR swapchain = VK_NULL_HANDLE;
   std::vector<VkImage> shown;
@@ -143,7 +142,7 @@ void Host::make_device() {
   uint32_t count = 0;
   const char** extensions = glfwGetRequiredInstanceExtensions(&count);
   VkApplicationInfo application{VK_STRUCTURE_TYPE_APPLICATION_INFO};
-  application.apiVersion = VK_API_VERSION_1_2;  // palpate: at least
+  application.apiVersion = VK_API_VERSION_1_2;  // palpate: 1.2 or later
   VkInstanceCreateInfo create{VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO};
   create.pApplicationInfo = &application;
   create.enabledExtensionCount = count;
@@ -169,9 +168,9 @@ void Host::make_device() {
   if (!physical) throw std::runtime_error("no Vulkan device can draw, compute and show");
   VkPhysicalDeviceFeatures offered, wanted{};
   vkGetPhysicalDeviceFeatures(physical, &offered);
-  wanted.shaderStorageImageWriteWithoutFormat = VK_TRUE;  // palpate: needs it ...
-  wanted.shaderStorageImageExtendedFormats =
-      offered.shaderStorageImageExtendedFormats;  // ... likes it
+  // palpate: the first feature is required; the second is used if the device has it.
+  wanted.shaderStorageImageWriteWithoutFormat = VK_TRUE;
+  wanted.shaderStorageImageExtendedFormats = offered.shaderStorageImageExtendedFormats;
   has_extended_formats = offered.shaderStorageImageExtendedFormats;
   const float priority = 1.0F;
   VkDeviceQueueCreateInfo queues{VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO};
@@ -415,7 +414,7 @@ void change(VkCommandBuffer commands, VkImage image, VkImageLayout from, VkImage
                        VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, 0, 0, nullptr, 0, nullptr, 1, &barrier);
 }
 
-/// The picture into the window; waits for it, which is simple and slow.
+/// Copies the picture into the window, and waits until it is done: simple, but slow.
 void Host::show() {
   uint32_t at = 0;
   check(vkResetFences(device, 1, &presented), "a fence");
@@ -447,7 +446,7 @@ void Host::show() {
   vkQueuePresentKHR(queue, &present);
 }
 
-/// What show() has left in the colour image.
+/// Writes the colour image to a file (PPM). After show().
 void Host::write_picture(const std::string& file) {
   VkBufferCreateInfo create{VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO};
   create.size = 4 * kWidth * kHeight;
@@ -505,7 +504,7 @@ Host::~Host() {
   glfwTerminate();
 }
 
-/// palpate: everything of it, in the order in which it is opened.
+/// palpate: its objects, in the order in which they are opened.
 struct Palpate {
   PalContext* context = nullptr;
   PalScene* scene = nullptr;
@@ -537,7 +536,7 @@ struct Palpate {
     of_scene.path_count = 1;
     check(pal_scene_open(context, &of_scene, &scene), "reading the scene");
 
-    // A hand that goes to and fro before the volume; a real device is read and written here.
+    // A simulated hand that moves in front of the volume. A real device is read and written here.
     PalDeviceInfo about{};
     about.size = sizeof about;
     about.max_force_n = 8.0;
@@ -574,7 +573,7 @@ struct Palpate {
     pal_context_close(&context);
   }
 
-  /// The volume into what the host has drawn.
+  /// Draws the volume into the images that the host has drawn.
   void draw(const Host& host, const PalEye& eye) {
     PalImages images{};
     images.size = sizeof images;
@@ -609,7 +608,7 @@ int run(int argc, char** argv) {
   int drawn = 0;
   for (; !glfwWindowShouldClose(host.window) && (frames == 0 || drawn < frames); ++drawn) {
     glfwPollEvents();
-    // The cube goes round; with a fixed number of frames it ends half inside the volume.
+    // The cube moves around the volume; with --frames it ends half inside the volume.
     const double turn = frames > 0 ? 0.6 * (drawn + 1) / frames : 0.4 * drawn / 60.0 * 6.28;
     const glm::dvec3 place(0.05 * std::cos(turn), -0.01, 0.05 * std::sin(turn));
     glm::dmat4 world_from_cube = glm::translate(glm::dmat4(1.0), place);

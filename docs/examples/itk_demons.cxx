@@ -1,19 +1,18 @@
-/* ITK's example of Demons registration with palpate in the filter's place, and ITK's own Demons
-   beside it.
+/* ITK's example of Demons registration with palpate's filter, compared with ITK's own Demons.
 
    cmake -S docs/examples -B examples && cmake --build examples
    examples/itk_demons fixed.nii.gz moving.nii.gz [truth.mha [mask.mha]] [--warped warped.nii.gz]
    [--field field.mha]
 
-   Prints what palpate and two of ITK's filters take and how wrong they are: with a true
-   displacement field the distance to it (mm) at its samples, else the difference between the fixed
-   image and the moving one that was warped by the field; where the mask is not 0. The files are of
-   palpate's field.
+   Prints time and error of palpate and of two of ITK's filters. The error is the distance to the
+   true displacement field (mm) at its samples; without a true field it is the difference between
+   the fixed image and the moving image warped by the field. With a mask only samples where the mask
+   is not 0 count. The written files are those of palpate's field.
 
-   What was left out of ITK's example for palpate: the histogram matching before it, the number of
-   iterations and the standard deviations of its smoothing, which palpate does not need. The output
-   is the same: a displacement field in mm on the fixed image's grid, which itk::WarpImageFilter
-   takes. */
+   Three parts of ITK's example are not needed with palpate: the histogram matching before the
+   registration, the number of iterations, and the standard deviations of the smoothing. The output
+   is the same: a displacement field in mm on the fixed image's grid, an input of
+   itk::WarpImageFilter. */
 #include <itkDiffeomorphicDemonsRegistrationFilter.h>
 #include <itkFastSymmetricForcesDemonsRegistrationFilter.h>
 #include <itkImageFileReader.h>
@@ -52,8 +51,8 @@ class Progress : public itk::Command {
   }
 };
 
-/// One of ITK's filters on a pyramid, with the settings that serve it best on the images of
-/// palpate's benchmarks.
+/// Runs one of ITK's filters on a pyramid, with the settings that gave the smallest error on the
+/// images of palpate's benchmarks. Returns a field in mm on the fixed image's grid.
 template <class Demons>
 Field::Pointer demons(const Image* fixed, const Image* moving) {
   const auto filter = Demons::New();
@@ -80,8 +79,8 @@ Image::Pointer warped(const Image* fixed, const Image* moving, const Field* fiel
   return warper->GetOutput();
 }
 
-/// Of each sample of the truth, or of the fixed image if `truth` is null, that lies in the mask.
-/// Without a field: of doing nothing.
+/// The error at each sample of the truth (mm) that lies in the mask; at each sample of the fixed
+/// image (difference of values) if `truth` is null. A null field means no motion.
 std::vector<double> errors(const Image* fixed, const Image* moving, const Field* field,
                            const Field* truth, const Mask* mask) {
   std::vector<double> all;
@@ -171,8 +170,8 @@ int main(int argc, char** argv) {
               << std::endl;
     std::printf("%-36s%7s%10s%10s\n", "", "s", "mean", "95 %");
     row("no motion", 0.0, nullptr);
-    // With what ITK's filters do not have: opening the device, and checking the field for the
-    // verdict.
+    // This time includes two steps that ITK's filters do not have: opening the Vulkan device, and
+    // checking the field for the verdict.
     row("palpate", palpate_s, filter->GetDisplacementField());
     begin = std::chrono::steady_clock::now();
     auto field = demons<itk::FastSymmetricForcesDemonsRegistrationFilter<Image, Image, Field>>(

@@ -14,19 +14,19 @@
 #include "integration/devices/monotonic.h"
 #include "integration/files/text.h"
 
-/// A force device of your own: one that speaks UDP, a datagram there, a datagram back. A thread for
-/// it, the judgement of its positions, what happens when it falls silent, and every limit of the
-/// force are palpate's.
-///   there:  NUMBER FX FY FZ             millinewtons
-///   back:   NUMBER X Y Z BUTTONS        millimetres, and the NUMBER that is answered
-/// The device's axes: x right, y away from the user, z up. Palpate's: x right, y up, z towards the
+/// A force device of your own, on UDP: each exchange is one datagram to the device and one back.
+/// palpate provides the thread, the check of positions, the reaction to silence, and all limits of
+/// the force.
+///   to the device:    NUMBER FX FY FZ         mN
+///   from the device:  NUMBER X Y Z BUTTONS    mm; NUMBER is that of the datagram it answers
+/// The device's axes: x right, y away from the user, z up. palpate's: x right, y up, z towards the
 /// user.
 namespace my_device {
 
 using namespace palpate::devices;
 using palpate::DeviceFault;
 
-/// The datagram of a force, N.
+/// The datagram for a force (N, palpate's axes).
 inline std::string command(unsigned number, glm::dvec3 force_n) {
   std::string text = std::to_string(number);
   for (const double n : {force_n.x, -force_n.z, force_n.y})
@@ -34,13 +34,13 @@ inline std::string command(unsigned number, glm::dvec3 force_n) {
   return text;
 }
 
-/// What a datagram says of that number: the answer, garbage, or nothing if it answers another one.
-/// Touches no socket, so that tests reach it without a device.
+/// Parses a datagram: the answer to `number` (m, palpate's axes), garbage, or nothing if it answers
+/// another number. Uses no socket, so that tests can call it without a device.
 inline LinkAnswer answer_of(unsigned number, std::string_view text) {
   LinkAnswer answer;
   const auto n = palpate::files::to_numbers(text);
   answer.garbage = !n || n->size() != 5;
-  // No arm is a metre long: what a device says beyond is no place. NaN compares false.
+  // Positions of 1 m and more are invalid: no arm is so long. A NaN fails the comparison, too.
   for (int axis = 1; !answer.garbage && axis <= 3; ++axis)
     answer.garbage = !(std::abs((*n)[axis]) < 1e3);
   if (answer.garbage || (*n)[0] != double(number)) return answer;
@@ -50,17 +50,17 @@ inline LinkAnswer answer_of(unsigned number, std::string_view text) {
   return answer;
 }
 
-/// The road to it. All functions are called by one thread, which may wait.
+/// The link to the device. All functions are called by one thread, which may wait.
 class Link final : public DeviceLink {
  public:
-  /// wait_ns: for an answer; three that do not come are 10 ms.
+  /// wait_ns: the longest wait for an answer. With the default three missing answers take 10 ms.
   explicit Link(const sockaddr_in& place, int64_t wait_ns = 3'300'000)
       : place_(place), wait_ns_(wait_ns) {}
   ~Link() override { shut(); }
 
   DeviceFault open() override {
     socket_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-    // Connected: others are not heard, and it is told if nobody is there.
+    // A connected socket gets no datagrams from others, and reports if nothing listens there.
     ::connect(socket_, (const sockaddr*)&place_, sizeof place_);
     const LinkAnswer first = exchange(glm::dvec3(0.0));
     if (first.answered) return DeviceFault::kNone;
@@ -72,11 +72,12 @@ class Link final : public DeviceLink {
     palpate::DeviceInfo info;
     info.kind = "my-device";
     info.name = "My device";
-    // Yours: what its maker says, or less. Nothing that nobody read or measured.
+    // Replace these by the values that the device's maker publishes, or smaller ones. Use no value
+    // that you have not read or measured.
     info.max_force_n = 3.0;
     info.max_stiffness_n_per_m = 800.0;
     info.workspace_radius_m = 0.05;
-    info.delay_s = 1e-3;  // a position is taken in one period of the loop, used in the next
+    info.delay_s = 1e-3;  // a position is read in one period of the loop and used in the next
     return info;
   }
 
@@ -84,7 +85,7 @@ class Link final : public DeviceLink {
     LinkAnswer answer;
     answer.lost = !send(force_n);
     const int64_t end_ns = now_ns() + wait_ns_;
-    // A late answer to an older command is passed over.
+    // A late answer to an older command is skipped.
     while (!answer.answered && !answer.garbage && !answer.lost) {
       const int64_t left_ns = end_ns - now_ns();
       if (left_ns <= 0) break;
@@ -120,7 +121,7 @@ class Link final : public DeviceLink {
   unsigned number_ = 0;
 };
 
-/// "127.0.0.1:4711".
+/// Parses an address and port, as in "127.0.0.1:4711". kBadInput with a sentence if it is neither.
 inline palpate::Result<sockaddr_in> place_of(const std::string& text) {
   const auto parts = palpate::files::cells(text, ':');
   const auto port = palpate::files::to_integer(parts.back());
@@ -143,10 +144,10 @@ inline palpate::Result<std::unique_ptr<palpate::ForceDevice>> make(
   return device_of_link(std::make_unique<Link>(*place), options);
 }
 
-/// Once, before any device is looked for.
+/// Call once, before palpate searches for devices.
 inline void add() {
   add_force_device_kind({"my-device", "My device", "127.0.0.1:4711", "Move the grip to its middle.",
-                         // Without a place there is nobody to ask.
+                         // Without an address no device can be there.
                          [](const ForceDeviceOptions& options) { return !options.place.empty(); },
                          make, true});
 }

@@ -1,9 +1,9 @@
-/* A haptic mode of your own, in C: the hand snaps to the surface where the data have one value, and slides along it.
+/* A haptic mode of your own, in C: the hand is pulled to an iso-surface and slides along it.
 
      cc -std=c99 -O2 -shared -fPIC my_mode.c $(pkg-config --cflags palpate) -lm -o libmy_mode.so
      palpate feel my_mode.json --modes ./libmy_mode.so
 
-   A scene's mode of the kind "snap-c" has the value as "gain" and how far it reaches as "range_m". */
+   In a scene, a mode of the kind "snap-c" has the iso-value as "gain" and the reach (m) as "range_m". */
 #include <math.h>
 #include <palpate_mode.h>
 #include <stdio.h>
@@ -34,9 +34,9 @@ static void place(const void* mode, const PalModeSite* site) {
   double uphill[3], foot_m[3], downhill[3];
   site->scalar_gradient(site, uphill);
   const double slope = sqrt(uphill[0] * uphill[0] + uphill[1] * uphill[1] + uphill[2] * uphill[2]);
-  if (!(slope > 0.0)) return; /* flat: there is no surface near */
+  if (!(slope > 0.0)) return; /* no gradient: the direction to the surface is not known */
   const double away_m = (site->scalar(site) - snap->iso_value) / slope;
-  /* Weaker with distance, nothing beyond its reach: entering it is no step. */
+  /* Falls linearly to 0 at the reach, so that the force has no step there. */
   const double strength_n = snap->strength_n * (1.0 - fabs(away_m) / snap->reach_m);
   for (int a = 0; a < 3; ++a) {
     foot_m[a] = site->proxy_m[a] - uphill[a] * (away_m / slope);

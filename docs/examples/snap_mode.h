@@ -4,10 +4,10 @@
 
 #include "module/haptics/modes/modes.h"
 
-/// A mode of your own: the hand snaps to the surface where the data have one value, and slides
-/// along it. It needs the data's value and gradient at the proxy, and two surfaces back to back at
-/// the nearest point of the iso-surface. That the data may move, be turned by the other hand or be
-/// felt through a device is none of its business.
+/// A mode of your own: the hand is pulled to an iso-surface and slides along it. It reads the
+/// data's value and gradient at the proxy, and places two surfaces back to back at the nearest
+/// point of the iso-surface. palpate handles motion of the data, transforms and devices. iso_value:
+/// in the data's unit; reach_m: m; strength_n: N, at the iso-surface.
 class Snap final : public palpate::Mode {
  public:
   Snap(double iso_value, double reach_m, double strength_n)
@@ -16,9 +16,9 @@ class Snap final : public palpate::Mode {
   void place(const palpate::ModePoint& at, palpate::PrimitiveSink& out) const noexcept override {
     const glm::dvec3 uphill = at.data.scalar_gradient();
     const double slope = glm::length(uphill);
-    if (!(slope > 0.0)) return;  // flat: there is no surface near
+    if (!(slope > 0.0)) return;  // no gradient: the direction to the surface is not known
     const double away_m = (at.data.scalar() - iso_value_) / slope;
-    // Weaker with distance, nothing beyond its reach: entering it is no step.
+    // Falls linearly to 0 at the reach, so that the force has no step there.
     const double strength_n = strength_n_ * (1.0 - std::abs(away_m) / reach_m_);
     const glm::dvec3 foot = at.proxy - uphill * (away_m / slope);
     out.surface(foot, uphill, strength_n);
@@ -29,8 +29,8 @@ class Snap final : public palpate::Mode {
   double iso_value_, reach_m_, strength_n_;
 };
 
-/// Once, before scenes are made: then a scene file may say "kind": "snap", with its point on the
-/// value axis as "gain" and the reach as "range_m".
+/// Call once, before scenes are made. Then a scene file may contain "kind": "snap", with the
+/// iso-value as "gain" and the reach (m) as "range_m".
 inline void add_snap(palpate::ModeKinds& kinds) {
   kinds.add(
       "snap",

@@ -10,10 +10,12 @@
 #include "integration/files/text.h"
 
 /// A file format of your own: VTK's legacy images (.vtk, STRUCTURED_POINTS with one scalar). The
-/// header is parsed here; the samples, their byte order and every check of sizes are palpate's.
+/// header is parsed here; palpate reads the samples, converts their byte order and checks all
+/// sizes.
 
-/// What the first `text` of such a file says: six to ten lines, then the samples. VTK knows no
-/// patient and no unit: taken as LPS and mm, as ITK does. Touches no file.
+/// Parses the header at the beginning of `text`: six to ten lines, followed by the samples. The
+/// format has no patient axes and no unit; LPS and mm are used, as in ITK. Opens no file; `file` is
+/// used in messages and in the Raster. kBadInput with a sentence if it can not be read.
 inline palpate::Result<palpate::files::Raster> parse_vtk_header(const std::filesystem::path& file,
                                                                 std::string_view text) {
   using palpate::SampleType;
@@ -25,8 +27,8 @@ inline palpate::Result<palpate::files::Raster> parse_vtk_header(const std::files
       {"float", SampleType::kFloat}, {"double", SampleType::kDouble},
   };
   const size_t all = text.size();
-  take_line(text);  // the magic
-  take_line(text);  // a title
+  take_line(text);  // the identifier, "# vtk DataFile Version ..."
+  take_line(text);  // the title
   const std::string encoding = lowered(trimmed(take_line(text)));
   if (encoding != "ascii" && encoding != "binary")
     return bad_input(file, "is neither ASCII nor BINARY: save it again");
@@ -34,7 +36,7 @@ inline palpate::Result<palpate::files::Raster> parse_vtk_header(const std::files
   Raster raster;
   Placement placement;
   std::string type;
-  // The samples follow the table of colours, which most writers give as "default".
+  // The samples follow the line LOOKUP_TABLE, whose name is "default" from most writers.
   for (std::string key; key != "lookup_table";) {
     if (text.empty())
       return bad_input(file, "has no scalars as palpate reads them: save them as one scalar");
@@ -62,7 +64,7 @@ inline palpate::Result<palpate::files::Raster> parse_vtk_header(const std::files
   const auto known = types.find(type);
   if (known == types.end())
     return bad_input(file, "has samples of type '{}': save them as short or float", type);
-  // Refuses sizes and spacings that can not be.
+  // Refuses impossible sizes and spacings.
   auto grid = make_grid(file, placement);
   if (!grid) return grid.error();
 
@@ -77,7 +79,7 @@ inline palpate::Result<palpate::files::Raster> parse_vtk_header(const std::files
   return raster;
 }
 
-/// Once, before any file is read.
+/// Call once, before any file is read.
 inline void add_vtk_images() {
   using palpate::SampleType;
   using namespace palpate::files;

@@ -1,17 +1,17 @@
-/* A volume that moves in a VTK pipeline: frames in, the volume at any phase out.
+/* A moving volume in a VTK pipeline: the inputs are frames, the output is the volume at any phase.
 
    cmake -S docs/examples -B examples && cmake --build examples
    examples/vtk_volume [--cycle SECONDS] [--preset NAME] moved.vti frame_00.mha frame_01.mha
    frame_02.mha ...
 
-   Carries one frame (the reference frame) to the times of all others, and says how far it is from
-   each of them, beside the same frame standing still. Then the displacement from the first frame to
-   the second, and the volume a quarter of the cycle on, as a file. With a window, a
-   vtkSmartVolumeMapper takes the sequence's output port as the writer does here.
+   Warps one frame (the reference frame) to the times of all others, and prints the mean difference
+   to each of them, with motion and without. Then it estimates the displacement from the first frame
+   to the second, and writes the volume at phase 0.25 of the cycle to a file. To show the volume in
+   a window, connect the sequence's output port to a vtkSmartVolumeMapper instead of the writer.
 
-   vtkMetaImageReader of VTK 9.1 leaves out the directions in the file's header (TransformMatrix),
-   and vtkMetaImageWriter writes none. So they are read here, and the volume is written as .vti,
-   which keeps them. */
+   vtkMetaImageReader of VTK 9.1 ignores the directions in the file's header (TransformMatrix), and
+   vtkMetaImageWriter writes none. So the directions are read here, and the volume is written as
+   .vti, which stores them. */
 #include <palpate_vtk.h>
 #include <vtkMetaImageReader.h>
 #include <vtkSmartPointer.h>
@@ -30,7 +30,8 @@
 
 using Image = vtkSmartPointer<vtkImageData>;
 
-// The directions in a MetaImage's header: for each axis of the image a unit vector of the patient.
+// Sets the image's direction from a MetaImage's header: for each axis of the image a unit vector in
+// patient space.
 static void set_direction(vtkImageData* image, const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::string line;
@@ -105,7 +106,7 @@ int main(int argc, char** argv) {
   sequence->SetCycle(cycle_s);
   sequence->SetPreset(preset);
   const auto begin = std::chrono::steady_clock::now();
-  if (!sequence->GetExecutive()->Update()) return 1;  // VTK has said why
+  if (!sequence->GetExecutive()->Update()) return 1;  // VTK has printed why
   const auto reference = size_t(sequence->GetReferenceFrame());
   std::cout << "Frame " << reference << " moves; the motion is " << sequence->GetVerdict()
             << ", found in " << seconds_since(begin) << " s\n"

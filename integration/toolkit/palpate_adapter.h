@@ -10,7 +10,7 @@
 
 namespace palpate::adapter {
 
-/// A handle that is closed with its owner.
+/// Owns a handle of palpate.h; closes it in the destructor.
 template <class Handle, PalResult (*close)(Handle**)>
 struct UniqueHandle {
   Handle* handle = nullptr;
@@ -20,15 +20,17 @@ struct UniqueHandle {
   ~UniqueHandle() { close(&handle); }
 };
 
+/// The result of finish().
 struct Finished {
   PalResult result = PAL_OK;
-  std::string sentence;  ///< on a failure
+  std::string sentence;  ///< pal_last_error() on a failure
 };
 
-/// Finishes an estimation on another thread. Meanwhile, on this thread, `on_progress(share)` is
-/// called whenever `share`, which the estimator's on_progress sets, has changed, and the estimation
-/// is cancelled as soon as `is_stopped()`. An exception from these also cancels it, and is passed
-/// on to the caller.
+/// Runs pal_estimator_finish() on a thread of its own and waits for it. `motion` is set if the
+/// result is PAL_OK. Every 20 ms, on the calling thread: on_progress(now) is called if `share` has
+/// changed, which the estimator's on_progress sets (0 to 1); the estimation is cancelled if
+/// is_stopped() is true. An exception from on_progress or is_stopped cancels the estimation, and is
+/// thrown again when it has ended.
 template <class OnProgress, class IsStopped>
 Finished finish(PalEstimator* estimator, PalMotion*& motion, const std::atomic<double>& share,
                 const OnProgress& on_progress, const IsStopped& is_stopped) {

@@ -18,7 +18,7 @@
 
 namespace palpate::itk {
 
-/// The PalSampleType of a pixel; a type that palpate does not read does not compile.
+/// The PalSampleType of a pixel type. A type that palpate does not read is a compile error.
 template <class Pixel>
 constexpr PalSampleType sample_type() {
   static_assert(std::is_arithmetic_v<Pixel>, "palpate reads images of one number per pixel");
@@ -34,10 +34,10 @@ constexpr PalSampleType sample_type() {
   }
 }
 
-/// The displacement field between two 3D images, by palpate on the GPU. It takes the place of
-/// itk::DemonsRegistrationFilter: the same methods, the same output, mm along L, P, S on the fixed
-/// image's grid, which itk::WarpImageFilter and itk::DisplacementFieldTransform take: the material
-/// at x of the fixed image is at x + u(x) in the moving one.
+/// Estimates the displacement field between two 3D images, on a Vulkan device. A replacement for
+/// itk::DemonsRegistrationFilter with the same methods and the same output: mm along L, P, S on the
+/// fixed image's grid. The material at x of the fixed image is at x + u(x) in the moving one. The
+/// output is a valid input of itk::WarpImageFilter and itk::DisplacementFieldTransform.
 ///
 ///   using Filter = palpate::itk::MotionFilter<Image, Image, Field>;
 ///   auto filter = Filter::New();
@@ -46,14 +46,18 @@ constexpr PalSampleType sample_type() {
 ///   filter->Update();
 ///   Field* field = filter->GetDisplacementField();
 ///
-/// The filter requests whole images, it does not stream. A moving image on another grid is
-/// resampled onto the fixed one's (linear, border values clamped). No histogram matching or
-/// smoothing is needed before. Observers get itk::ProgressEvent and itk::IterationEvent on the
-/// thread that called Update(). Each may call StopRegistration() or AbortGenerateDataOn(); Update()
-/// then throws itk::ProcessAborted, since there is no field yet. A failure throws
-/// itk::ExceptionObject with one sentence; so does a method of the Demons filter that has no
-/// meaning here. After the Vulkan device was lost the next Update() opens it again. Like every ITK
-/// filter, one thread at a time.
+/// Inputs: the filter requests whole images, it does not stream. A moving image on another grid is
+/// resampled onto the fixed image's grid (linear, border values clamped). No histogram matching or
+/// smoothing is needed before.
+///
+/// Events: observers get itk::ProgressEvent and itk::IterationEvent on the thread that called
+/// Update(). They may call StopRegistration() or AbortGenerateDataOn(); then Update() throws
+/// itk::ProcessAborted and gives no field.
+///
+/// Errors: itk::ExceptionObject with one sentence, also from a method of the Demons filter that has
+/// no meaning for palpate. After the Vulkan device was lost, the next Update() opens it again.
+///
+/// Threads: one at a time, as with every ITK filter.
 template <class TFixedImage, class TMovingImage, class TDisplacementField>
 class MotionFilter : public ::itk::ImageToImageFilter<TFixedImage, TDisplacementField> {
  public:
@@ -87,51 +91,54 @@ class MotionFilter : public ::itk::ImageToImageFilter<TFixedImage, TDisplacement
   itkGetInputMacro(FixedImage, FixedImageType);
   itkSetInputMacro(MovingImage, MovingImageType);
   itkGetInputMacro(MovingImage, MovingImageType);
-  /// On the fixed image's grid: where it is 0 the images do not count. Draw it 10 voxels wider than
-  /// needed.
+  /// Optional, on the fixed image's grid: where it is 0 the images are ignored. Draw it 10 voxels
+  /// wider than the part that you need.
   itkSetInputMacro(MaskImage, MaskImageType);
   itkGetInputMacro(MaskImage, MaskImageType);
+  /// After Update(): the field, mm. The same as GetOutput().
   TDisplacementField* GetDisplacementField() {
     return this->GetOutput();
   }
 
-  /// "fast", "balanced" (the usual), "best" or "classic".
+  /// The effort: "fast", "balanced" (default), "best" or "classic".
   itkSetStringMacro(Preset);
   itkGetStringMacro(Preset);
-  /// A Vulkan device, by number or part of its name; "": the first GPU, else the CPU.
+  /// The Vulkan device, by number or part of its name; "" (default): the first GPU, else the CPU.
   itkSetStringMacro(Device);
   itkGetStringMacro(Device);
-  /// Whether the field is checked against the images after it was found, which takes about as long
-  /// again (the usual: on), see GetVerdict().
+  /// Whether the field is compared with the images after the estimation, see GetVerdict(). Default:
+  /// on. Off saves time.
   itkSetMacro(Check, bool);
   itkGetConstMacro(Check, bool);
   itkBooleanMacro(Check);
-  /// At most this many on each level of the pyramid; 0 (the default): as the preset has it.
+  /// The largest number of iterations on each level of the pyramid; 0 (default): that of the
+  /// preset.
   itkSetMacro(NumberOfIterations, ::itk::IdentifierType);
   itkGetConstMacro(NumberOfIterations, ::itk::IdentifierType);
-  /// How many times itk::IterationEvent was sent so far.
+  /// The number of itk::IterationEvent sent by the present or last Update().
   itkGetConstMacro(ElapsedIterations, ::itk::IdentifierType);
 
-  /// Ends the work: Update() throws itk::ProcessAborted. Any thread.
+  /// Cancels Update(), which then throws itk::ProcessAborted. Any thread.
   virtual void StopRegistration() {
     stop_ = true;
   }
 
-  /// After Update(): "ok", "suspect" or "failed", or "" where it was not checked.
+  /// After Update(): "ok", "suspect" or "failed"; "" if the field was not checked.
   itkGetStringMacro(Verdict);
-  /// Why the verdict is not ok, a sentence per line.
+  /// After Update(): why the verdict is not ok, one sentence per line.
   itkGetStringMacro(Reasons);
-  /// After Update(): how far to trust each vector, 0 (a guess) to 1, on the fixed image's grid.
+  /// After Update(): the confidence of each vector, 0 to 1, on the fixed image's grid. It is the
+  /// share of similar vectors that are right within half a voxel.
   ConfidenceImageType* GetConfidence() {
     return confidence_;
   }
-  /// After Update(): the mean squared difference between the fixed image and the moving one that
-  /// was warped by the field, over all of the fixed image.
+  /// After Update(): the mean squared difference between the fixed image and the moving image
+  /// warped by the field, over the whole fixed image.
   double GetMetric() const {
     return metric_;
   }
 
-  // Methods of the Demons filter that have no meaning here.
+  // Methods of the Demons filter that have no meaning for palpate. They throw itk::ExceptionObject.
   void SetInitialDisplacementField(const TDisplacementField*) {
     refuse("InitialDisplacementField");
   }
@@ -186,7 +193,7 @@ class MotionFilter : public ::itk::ImageToImageFilter<TFixedImage, TDisplacement
   void SetIntensityDifferenceThreshold(double) {
     refuse("IntensityDifferenceThreshold");
   }
-  /// Spacing is always used.
+  /// The spacing is always used; switching it off throws.
   void SetUseImageSpacing(bool on) {
     if (!on) refuse("UseImageSpacing off");
   }
@@ -204,7 +211,7 @@ class MotionFilter : public ::itk::ImageToImageFilter<TFixedImage, TDisplacement
     pal_context_close(&context_);
   }
 
-  /// The images may lie on different grids.
+  /// Does nothing: the images may be on different grids.
   void VerifyInputInformation() ITKv5_CONST override {}
 
   void GenerateInputRequestedRegion() override {
@@ -223,7 +230,7 @@ class MotionFilter : public ::itk::ImageToImageFilter<TFixedImage, TDisplacement
     const auto* const fixed = this->GetFixedImage();
     const PalGrid grid = grid_of(*fixed);
     if (!context_ || open_device_ != m_Device) open_context();
-    // Its address is the observer's `user`: it must outlive the estimator.
+    // The estimator's callback writes to it: it must outlive the estimator.
     std::atomic<double> share{0.0};
     adapter::UniqueHandle<PalEstimator, pal_estimator_close> estimator;
     adapter::UniqueHandle<PalMotion, pal_motion_close> motion;
@@ -267,7 +274,8 @@ class MotionFilter : public ::itk::ImageToImageFilter<TFixedImage, TDisplacement
   }
   void check(PalResult result, const std::string& sentence) {
     if (result == PAL_OK) return;
-    if (result == PAL_DEVICE_FAILED) pal_context_close(&context_);  // the next Update() opens it
+    // After a lost device the next Update() opens it again.
+    if (result == PAL_DEVICE_FAILED) pal_context_close(&context_);
     itkExceptionMacro(<< sentence);
   }
 
@@ -281,7 +289,7 @@ class MotionFilter : public ::itk::ImageToImageFilter<TFixedImage, TDisplacement
     open_device_ = m_Device;
   }
 
-  /// Of the image's buffer, which need not begin at index 0.
+  /// The grid of the image's buffer, which need not begin at index 0.
   static PalGrid grid_of(const TFixedImage& image) {
     PalGrid grid{};
     const auto& region = image.GetBufferedRegion();
@@ -297,7 +305,8 @@ class MotionFilter : public ::itk::ImageToImageFilter<TFixedImage, TDisplacement
     return grid;
   }
 
-  /// Whether an image has the same samples at the same places, to a thousandth of a voxel.
+  /// True if the image has the same region as the fixed one, and its corners lie at the same places
+  /// to a thousandth of the finest voxel edge.
   template <class Image>
   static bool lies_on(const Image& image, const TFixedImage& fixed) {
     const auto& region = fixed.GetBufferedRegion();
@@ -316,6 +325,7 @@ class MotionFilter : public ::itk::ImageToImageFilter<TFixedImage, TDisplacement
     return true;
   }
 
+  /// The samples of the mask, or null without a mask. Throws if it is on another grid.
   const unsigned char* mask_on(const TFixedImage& fixed) const {
     const auto* const mask = this->GetMaskImage();
     if (!mask) return nullptr;
@@ -323,6 +333,7 @@ class MotionFilter : public ::itk::ImageToImageFilter<TFixedImage, TDisplacement
     return mask->GetBufferPointer();
   }
 
+  /// The moving image on the fixed image's grid, resampled if necessary.
   typename TMovingImage::ConstPointer moving_on(const TFixedImage& fixed) const {
     const typename TMovingImage::ConstPointer moving = this->GetMovingImage();
     if (lies_on(*moving, fixed)) return moving;
@@ -335,7 +346,7 @@ class MotionFilter : public ::itk::ImageToImageFilter<TFixedImage, TDisplacement
     return resampler->GetOutput();
   }
 
-  /// Waits on a thread of its own, so that observers are called on this one.
+  /// Waits for the motion; another thread estimates, so that observers are called on this one.
   void wait_for(PalEstimator* estimator, PalMotion*& motion, const std::atomic<double>& share) {
     const auto [result, sentence] = adapter::finish(
         estimator, motion, share,
@@ -354,6 +365,7 @@ class MotionFilter : public ::itk::ImageToImageFilter<TFixedImage, TDisplacement
     check(result, sentence);
   }
 
+  /// Copies field, confidence, metric and verdict from the motion.
   void take(const PalMotion* motion, const TFixedImage& fixed, const TMovingImage& moving) {
     PalFieldInfo step{};
     step.size = sizeof step;

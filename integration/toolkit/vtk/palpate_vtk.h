@@ -1,8 +1,7 @@
 #pragma once
 
-// palpate in VTK 9.1: motion between images, and a volume that moves, as filters of a pipeline.
-// Header only; link palpate::palpate, VTK::CommonCore, VTK::CommonDataModel and
-// VTK::CommonExecutionModel.
+// palpate in VTK 9.1: filters for the motion between images and for a moving volume. Header only;
+// link palpate::palpate, VTK::CommonCore, VTK::CommonDataModel and VTK::CommonExecutionModel.
 #include <palpate_adapter.h>
 #include <vtkFloatArray.h>
 #include <vtkImageAlgorithm.h>
@@ -31,24 +30,25 @@
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpedantic"
 
-/// What vtkPalpateMotion and vtkPalpateSequence have in common.
+/// The common part of vtkPalpateMotion and vtkPalpateSequence.
 ///
-/// Images: one number per voxel, the point scalars, of any type but whole numbers of 64 bits.
-/// Origin, spacing, extent (which need not begin at 0) and DirectionMatrix count; the unit is taken
-/// for mm. Displacements are along the axes of the images' own world. palpate calls these L, P, S,
-/// as ITK and DICOM have them; VTK gives them no names, and some readers (NIfTI) mean R, A, S:
-/// nothing changes but the names. Some readers leave out the direction that their file has
-/// (vtkMetaImageReader and vtkNIFTIImageReader of VTK 9.1): then set it, or the displacements are
-/// along the images' rows, columns and slices.
+/// Images: one number per voxel, the point scalars, of any type but integers of 64 bits. Origin,
+/// spacing, extent (which need not begin at 0) and DirectionMatrix are used; the unit is mm.
+/// Displacements are along the axes of the images' own world. palpate calls these axes L, P, S, as
+/// ITK and DICOM do. VTK gives them no names, and with some readers (NIfTI) they are R, A, S; this
+/// changes the names only. Some readers ignore the direction in the file (vtkMetaImageReader and
+/// vtkNIFTIImageReader of VTK 9.1): then set it, or the displacements are along the images' rows,
+/// columns and slices.
 ///
 /// The filters request whole images, they do not stream.
 ///
 /// Errors: one sentence by vtkErrorMacro (vtkCommand::ErrorEvent), and from GetError(); the output
-/// is empty and the pipeline fails (GetExecutive()->Update() returns 0). No exception leaves.
+/// is empty and the pipeline fails (GetExecutive()->Update() returns 0). No exception is thrown to
+/// the caller.
 ///
-/// Threads: one at a time for each filter, as with every VTK filter. Progress events come on the
-/// thread that called Update(). AbortExecuteOn(), from an observer or from another thread, stops
-/// the work within a second: the pipeline fails, since there is no field yet.
+/// Threads: one at a time for each filter, as with every VTK filter. Progress events are sent on
+/// the thread that called Update(). AbortExecuteOn(), from an observer or from another thread,
+/// cancels the estimation; the pipeline fails and gives no field.
 ///
 /// Filters on the same device share its context. After the device was lost, the next Update() opens
 /// it again.
@@ -66,24 +66,25 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
        << indent << "Verdict: " << verdict_ << "\n";
   }
 
-  /// "fast", "balanced" (the usual), "best" or "classic".
+  /// The effort: "fast", "balanced" (default), "best" or "classic". Null: the default.
   void SetPreset(const char* preset) { set(preset_, std::string(preset ? preset : "balanced")); }
   const char* GetPreset() const { return preset_.c_str(); }
-  /// A Vulkan device, by number or part of its name; "": the first GPU, else the CPU.
+  /// The Vulkan device, by number or part of its name; "" (default) or null: the first GPU, else
+  /// the CPU.
   void SetDevice(const char* device) { set(device_, std::string(device ? device : "")); }
   const char* GetDevice() const { return device_.c_str(); }
-  /// Whether the motion is checked against the images after it was found, which takes about as long
-  /// again (the usual: on), see GetVerdict().
+  /// Whether the motion is compared with the images after the estimation, see GetVerdict().
+  /// Default: on. Off saves time.
   void SetCheck(bool on) { set(check_, on); }
   bool GetCheck() const { return check_; }
   void CheckOn() { SetCheck(true); }
   void CheckOff() { SetCheck(false); }
 
-  /// After Update(): "ok", "suspect" or "failed", or "" where it was not checked.
+  /// After Update(): "ok", "suspect" or "failed"; "" if the motion was not checked.
   const char* GetVerdict() const { return verdict_.c_str(); }
-  /// Why the verdict is not ok, a sentence per line.
+  /// After Update(): why the verdict is not ok, one sentence per line.
   const char* GetReasons() const { return reasons_.c_str(); }
-  /// Why the last Update() failed, a sentence; "" after success.
+  /// Why the last Update() failed, one sentence; "" after success.
   const char* GetError() const { return error_.c_str(); }
 
  protected:
@@ -93,12 +94,12 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
   using UniqueEstimator = palpate::adapter::UniqueHandle<PalEstimator, pal_estimator_close>;
   using UniqueMotion = palpate::adapter::UniqueHandle<PalMotion, pal_motion_close>;
 
-  /// Stopped on request: no error.
+  /// Thrown when the user has cancelled: the filter fails without an error event.
   struct Stopped : std::runtime_error {
     using std::runtime_error::runtime_error;
   };
 
-  /// An image as palpate reads it.
+  /// An image in the form that palpate.h takes. Borrows the image's samples.
   struct InputImage {
     vtkImageData* image;
     PalGrid grid;
@@ -106,11 +107,12 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
     const void* samples;
   };
 
+  /// Throws Stopped or std::runtime_error if a call of palpate.h failed.
   void check(PalResult result) { check(result, result == PAL_OK ? "" : pal_last_error()); }
   void check(PalResult result, const std::string& sentence) {
     if (result == PAL_OK) return;
     if (result == PAL_CANCELLED) throw Stopped(sentence);
-    // The next Update() opens it anew, also of those that share it.
+    // After a lost device the next Update() opens it again, also in filters that share it.
     if (result == PAL_DEVICE_FAILED && context_) {
       const std::lock_guard<std::mutex> lock(opened().mutex);
       std::weak_ptr<PalContext>& known = opened().contexts[open_device_];
@@ -120,7 +122,7 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
     throw std::runtime_error(sentence);
   }
 
-  /// A setting that the motion depends on.
+  /// Changes a setting on which the motion depends.
   template <class Value>
   void set(Value& to, const Value& value) {
     if (to == value) return;
@@ -132,7 +134,8 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
     this->Modified();
   }
 
-  /// Runs `work`, which may throw, and reports its result as VTK does.
+  /// Runs `work`, which may throw. Returns 1, or 0 after an exception, which is reported as in the
+  /// class comment.
   template <class Work>
   int guarded(const Work& work) {
     error_.clear();
@@ -151,7 +154,7 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
     return 0;
   }
 
-  /// What all filters have opened.
+  /// The contexts that are open in this process, by device name.
   struct SharedHandles {
     std::mutex mutex;
     std::map<std::string, std::weak_ptr<PalContext>> contexts;
@@ -161,7 +164,7 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
     return all;
   }
 
-  /// One for each device, while a filter has it and it was not lost.
+  /// The context of this filter's device, shared by all filters on it; opened if none has it.
   PalContext* context() {
     const std::lock_guard<std::mutex> lock(opened().mutex);
     std::weak_ptr<PalContext>& known = opened().contexts[device_];
@@ -180,6 +183,7 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
     return context_.get();
   }
 
+  /// Throws for a type that palpate does not read; `name` begins the sentence.
   static PalSampleType type_of(int vtk_type, const std::string& name) {
     switch (vtk_type) {
       case VTK_FLOAT:
@@ -207,7 +211,7 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
     }
   }
 
-  /// `name` begins the sentence where it can not be read: "The fixed image".
+  /// Throws if the image can not be used; `name` ("The fixed image") begins the sentence.
   static InputImage frame_of(vtkImageData* image, const std::string& name) {
     if (!image) throw std::runtime_error(name + " is missing");
     vtkDataArray* const scalars = image->GetPointData()->GetScalars();
@@ -229,7 +233,7 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
     return frame;
   }
 
-  /// Whether two grids have their samples at the same places, to a thousandth of a voxel.
+  /// True if two grids have samples at the same places, to a thousandth of the finest voxel edge.
   static bool is_same(const PalGrid& one, const PalGrid& other) {
     double voxel = std::numeric_limits<double>::infinity();
     for (int a = 0; a < 3; ++a) {
@@ -251,7 +255,7 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
     return true;
   }
 
-  /// The samples of the mask at a port; null if there is none.
+  /// The samples of the mask at a port; null without a mask. Throws for another grid or type.
   static const uint8_t* mask_of(vtkInformationVector* port, const PalGrid& grid) {
     if (port->GetNumberOfInformationObjects() == 0) return nullptr;
     const InputImage mask = frame_of(vtkImageData::GetData(port), "The mask");
@@ -262,12 +266,13 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
     return static_cast<const uint8_t*>(mask.samples);
   }
 
-  /// The motion between frames on one grid. `times_s`: of each of them, rising from 0.
+  /// Estimates the motion between frames on one grid. `times_s`: the time of each frame, rising
+  /// from 0. `flags`: PAL_ESTIMATOR_...
   void estimate(const std::vector<InputImage>& frames, const std::vector<double>& times_s,
                 uint32_t flags, const uint8_t* mask, PalMotion*& motion) {
     verdict_.clear();
     reasons_.clear();
-    // Its address is the observer's `user`: it must outlive the estimator.
+    // The estimator's callback writes to it: it must outlive the estimator.
     std::atomic<double> share{0.0};
     UniqueEstimator estimator;
     PalEstimatorInfo info{};
@@ -304,7 +309,7 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
     return inputs[port]->GetInformationObject(connection);
   }
 
-  /// Requests the whole of every input.
+  /// Requests the whole extent of every input.
   int RequestUpdateExtent(vtkInformation*, vtkInformationVector** inputs,
                           vtkInformationVector*) override {
     using Pipeline = vtkStreamingDemandDrivenPipeline;
@@ -319,7 +324,7 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
     return 1;
   }
 
-  /// The output lies where the first input does.
+  /// Announces an output with the geometry of the first input and `components` floats per voxel.
   static void promise(vtkInformationVector** inputs, vtkInformation* output, int components) {
     vtkInformation* const first = input(inputs, 0, 0);
     output->CopyEntry(first, vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT());
@@ -329,7 +334,7 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
     vtkDataObject::SetPointDataActiveScalarInfo(output, VTK_FLOAT, components);
   }
 
-  /// As many values as the image has voxels.
+  /// A new array with one tuple per voxel of the image.
   static vtkNew<vtkFloatArray> array(const char* name, int components, vtkImageData* image) {
     vtkNew<vtkFloatArray> values;
     values->SetName(name);
@@ -343,7 +348,7 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
   std::string verdict_, reasons_;
 
  private:
-  /// Waits on a thread of its own, so that observers are called on this one.
+  /// Waits for the motion; another thread estimates, so that observers are called on this one.
   void wait_for(PalEstimator* estimator, PalMotion*& motion, const std::atomic<double>& share) {
     const auto [result, sentence] = palpate::adapter::finish(
         estimator, motion, share, [this](double now) { this->UpdateProgress(now); },
@@ -358,7 +363,7 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
   std::string open_device_;
 };
 
-/// The displacement field between two images, by palpate on the GPU.
+/// Estimates the displacement field between two images, on a Vulkan device.
 ///
 ///   vtkNew<vtkPalpateMotion> motion;
 ///   motion->SetInputConnection(0, fixed->GetOutputPort());
@@ -366,14 +371,15 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
 ///   motion->Update();
 ///   motion->GetOutput();   // "displacement" and "confidence" at the fixed image's voxels
 ///
-/// Inputs: 0 the fixed image; 1 the moving image, with its voxels at the same places (another grid
-/// is refused: vtkImageReslice of 9.1 does not know directions); 2, optional, a mask of unsigned
-/// char on the same grid, 0 counts for nothing: draw it 10 voxels wider than needed.
+/// Inputs: 0 the fixed image; 1 the moving image on the same grid (another grid is an error, since
+/// vtkImageReslice of 9.1 ignores directions); 2, optional, a mask of unsigned char on the same
+/// grid: where it is 0 the images are ignored. Draw it 10 voxels wider than the part that you need.
 ///
 /// Output: an image with the fixed one's extent, origin, spacing and DirectionMatrix. Its scalars
 /// and vectors are "displacement", three floats, mm along the axes of the world (not of the image's
-/// rows): the material at x of the fixed image is at x + u(x) in the moving one. Its point data has
-/// "confidence", too, a float: how far to trust each vector, 0 (a guess) to 1.
+/// rows): the material at x of the fixed image is at x + u(x) in the moving one. Its point data
+/// also contain "confidence", one float, 0 to 1: the share of similar vectors that are right within
+/// half a voxel.
 class vtkPalpateMotion : public vtkPalpateAlgorithm {
  public:
   vtkTypeMacro(vtkPalpateMotion, vtkPalpateAlgorithm);
@@ -423,30 +429,30 @@ class vtkPalpateMotion : public vtkPalpateAlgorithm {
   }
 };
 
-/// A volume that moves: gives the volume at a time or a phase. From three or more frames palpate
-/// finds one motion, on the GPU, and chooses a reference frame; the output is that frame, warped by
-/// the motion.
+/// A moving volume: gives the volume at a time or a phase. From three or more frames palpate
+/// estimates one motion, on a Vulkan device, and chooses a reference frame; the output is that
+/// frame, warped by the motion.
 ///
 ///   vtkNew<vtkPalpateSequence> sequence;
 ///   for (auto& reader : readers) sequence->AddInputConnection(reader->GetOutputPort());
 ///   sequence->CyclicOn();
 ///   sequence->SetCycle(0.8);
 ///   mapper->SetInputConnection(sequence->GetOutputPort());
-///   sequence->SetPhase(0.25);   // and again: the motion is found once
+///   sequence->SetPhase(0.25);   // any number of times: the motion is estimated once
 ///
-/// Inputs: 0 the frames in their order, repeated connections, all on one grid; 1, optional, a mask
-/// of unsigned char on that grid, 0 counts for nothing.
+/// Inputs: 0 the frames in order (repeated connections), all on one grid; 1, optional, a mask of
+/// unsigned char on that grid: where it is 0 the frames are ignored.
 ///
 /// Output: an image with the first frame's extent, origin, spacing and DirectionMatrix, and the
 /// values of the reference frame at that time as scalars, one float.
 ///
-/// The motion is found when it is first needed, and again when a frame, the mask or one of the
-/// settings was modified; a change of phase takes parts of a second. Frames must not be released
-/// meanwhile (ReleaseDataFlag), or they count as new ones.
+/// The motion is estimated when it is first needed, and again when a frame, the mask or one of the
+/// settings was modified. Another phase needs no new estimation. Do not release the frames'
+/// data meanwhile (ReleaseDataFlag): frames that are read again count as modified.
 ///
-/// Times: of a pipeline that asks for one (UpdateTimeStep(), the time of an animation), else the
-/// last of SetTime() and SetPhase(). The filter publishes TIME_STEPS, the frames' times, and
-/// TIME_RANGE.
+/// Time of the output: that of the pipeline's request (UpdateTimeStep(), the time of an animation);
+/// without one, the last of SetTime() and SetPhase(). The filter publishes TIME_STEPS, the frames'
+/// times, and TIME_RANGE.
 class vtkPalpateSequence : public vtkPalpateAlgorithm {
  public:
   vtkTypeMacro(vtkPalpateSequence, vtkPalpateAlgorithm);
@@ -460,15 +466,15 @@ class vtkPalpateSequence : public vtkPalpateAlgorithm {
        << indent << "MotionFile: " << motion_file_ << "\n";
   }
 
-  /// Whether the last frame leads back to the first. The usual: off.
+  /// Whether the last frame leads back to the first. Default: off.
   void SetCyclic(bool on) { set(cyclic_, on); }
   bool GetCyclic() const { return cyclic_; }
   void CyclicOn() { SetCyclic(true); }
   void CyclicOff() { SetCyclic(false); }
 
-  /// Seconds that one cycle lasts or, without one, from the first frame to the last: frames are
-  /// evenly apart, the first at 0. 0 (the usual): one frame a second. Not looked at where the
-  /// frames' times were given.
+  /// The length of the cycle, s; without a cycle, the time from the first frame to the last. The
+  /// frames are evenly spaced, the first one at 0. 0 (default): one frame per second. Not used if
+  /// SetFrameTime() was called.
   void SetCycle(double seconds) {
     if (std::isfinite(seconds) && seconds >= 0.0)
       set(cycle_s_, seconds);
@@ -477,8 +483,8 @@ class vtkPalpateSequence : public vtkPalpateAlgorithm {
   }
   double GetCycle() const { return cycle_s_; }
 
-  /// When a frame was taken, s, rising from frame to frame; of all frames or of none. The cycle
-  /// then ends one step (the median one) after the last frame.
+  /// The time of a frame (from 0), s, rising from frame to frame. Set it for all frames or for
+  /// none. A cycle then ends one step (the median one) after the last frame.
   void SetFrameTime(int frame, double seconds) {
     if (frame < 0) {
       vtkErrorMacro("Frames are counted from 0");
@@ -490,30 +496,30 @@ class vtkPalpateSequence : public vtkPalpateAlgorithm {
   }
   void ClearFrameTimes() { set(frame_times_, std::vector<double>()); }
 
-  /// The volume as it is at this time, s, as the frames' times count: before and after a sequence
-  /// that is not cyclic as at its ends.
+  /// The time of the output, s, on the same clock as the frames' times. Outside a sequence that is
+  /// not cyclic the output is that of the nearer end.
   void SetTime(double seconds) { show(false, seconds, time_s_); }
   double GetTime() const { return time_s_; }
-  /// The same by its share of the cycle, 0 to 1, or of the time from the first frame to the last.
-  /// The usual: 0.
+  /// The time of the output as a share, 0 to 1, of the cycle; without a cycle, of the time from the
+  /// first frame to the last. Default: 0.
   void SetPhase(double phase) { show(true, phase, phase_); }
   double GetPhase() const { return phase_; }
 
-  /// The motion is read from this file (.nrrd), which `palpate motion` or pal_motion_save() wrote;
-  /// nothing is estimated. Connect all frames then, or the reference frame alone, see
-  /// GetReferenceFrame(). Times then count from the first frame on, as the file has them, and the
-  /// file says whether there is a cycle; where there is none, a phase needs SetCycle(). Set the
-  /// file again to read it again; "": no file.
+  /// Reads the motion from this file (.nrrd), written by `palpate motion` or pal_motion_save(),
+  /// instead of estimating it. Connect all frames, or only the reference frame, see
+  /// GetReferenceFrame(). Times are those of the file, from the first frame on, and the file says
+  /// whether there is a cycle; without a cycle a phase needs SetCycle(). Set the file again to read
+  /// it again; "" (default) or null: no file.
   void SetMotionFile(const char* path) {
     motion_file_ = path ? path : "";
     changed();
   }
   const char* GetMotionFile() const { return motion_file_.c_str(); }
 
-  /// Which frame is carried along, from 0, and -1 before it is known: after Update(), with a motion
-  /// file already after UpdateInformation().
+  /// The number of the frame that is warped, from 0. Known after Update(), with a motion file after
+  /// UpdateInformation(); before that -1.
   int GetReferenceFrame() const { return motion_ ? int(summary_.reference_frame) : -1; }
-  /// After Update(): when the output is, s.
+  /// After Update(): the time of the output, s.
   double GetOutputTime() const { return output_time_s_; }
 
  protected:
@@ -547,7 +553,7 @@ class vtkPalpateSequence : public vtkPalpateAlgorithm {
     });
   }
 
-  /// Requests the frames without a time: the time is this filter's own.
+  /// Requests the frames without a time: the requested time is for this filter only.
   int RequestUpdateExtent(vtkInformation* request, vtkInformationVector** inputs,
                           vtkInformationVector* outputs) override {
     for (int port = 0; port < 2; ++port)
@@ -588,7 +594,7 @@ class vtkPalpateSequence : public vtkPalpateAlgorithm {
   }
 
  private:
-  /// The last of SetTime() and SetPhase() counts.
+  /// Sets the time or the phase of the output, and drops the pipeline's request of a time.
   void show(bool by_phase, double value, double& to) {
     if (!std::isfinite(value)) {
       vtkErrorMacro("A time or a phase must be a number");
@@ -604,10 +610,10 @@ class vtkPalpateSequence : public vtkPalpateAlgorithm {
   }
 
   bool has_file() const { return !motion_file_.empty(); }
-  /// Whether the motion is of these settings.
+  /// True if the motion was estimated or read with the present settings.
   bool is_current() const { return motion_ && known_.front() == settings_changed(); }
 
-  /// When the frames were taken, s.
+  /// The times of the frames, s. Throws if those that were set do not fit.
   std::vector<double> times_of(size_t frames) const {
     if (!frame_times_.empty()) {
       if (frame_times_.size() != frames)
@@ -625,7 +631,8 @@ class vtkPalpateSequence : public vtkPalpateAlgorithm {
     return times;
   }
 
-  /// From phase 0 to phase 1, s; 0: not known. `times_s`: of the frames, not needed with a file.
+  /// The time from phase 0 to phase 1, s; 0: not known. `times_s`: times of the frames; not used
+  /// with a file.
   double length_of(const std::vector<double>& times_s) const {
     if (is_current() && summary_.cycle_s > 0.0) return summary_.cycle_s;
     if (has_file()) return cycle_s_;
@@ -647,7 +654,7 @@ class vtkPalpateSequence : public vtkPalpateAlgorithm {
     keep(std::move(read), {settings_changed()});
   }
 
-  /// The reference frame of a motion file.
+  /// Reads the motion file and returns its reference frame. Throws if the inputs do not fit.
   InputImage given_reference(vtkInformationVector** inputs) {
     read_motion();
     const int given = inputs[0]->GetNumberOfInformationObjects();
@@ -665,8 +672,8 @@ class vtkPalpateSequence : public vtkPalpateAlgorithm {
     return frame;
   }
 
-  /// Whether two grids fill the same box, to a voxel of `coarse`: a file's motion has fewer samples
-  /// than its frames.
+  /// True if two grids cover the same box, to the diagonal of a voxel of `coarse`: a file's motion
+  /// has a coarser grid than its frames.
   static bool fills(const PalGrid& fine, const PalGrid& coarse) {
     double voxel = 0.0;
     for (const double spacing : coarse.spacing_mm) voxel += spacing * spacing;
@@ -689,18 +696,18 @@ class vtkPalpateSequence : public vtkPalpateAlgorithm {
     return true;
   }
 
-  /// The reference frame as it is `time_s` after the first one.
+  /// Warps the reference frame to the time `time_s` after the first frame.
   void carry(const InputImage& frame, double time_s, float* values) {
     PalFieldInfo then{};
     then.size = sizeof then;
     then.flags = PAL_FIELD_TO_TIME | PAL_FIELD_INVERSE;
     then.time_s = time_s;
-    // A file's motion has a grid of its own, and the frame the one that is asked for.
+    // The output has the frame's grid; that of a file's motion is coarser.
     then.grid = &frame.grid;
     check(pal_motion_warp(motion_->handle, &then, frame.type, frame.samples, values));
   }
 
-  /// Finds the motion unless it is known, and says which frame it carries along.
+  /// Estimates the motion unless it is known, and returns the reference frame.
   InputImage find_motion(vtkInformationVector** inputs, const std::vector<double>& times) {
     const int count = inputs[0]->GetNumberOfInformationObjects();
     if (count < 3)
@@ -749,8 +756,9 @@ class vtkPalpateSequence : public vtkPalpateAlgorithm {
   double phase_ = 0.0, time_s_ = 0.0, output_time_s_ = 0.0;
   std::string motion_file_;
   std::unique_ptr<UniqueMotion> motion_;  ///< null: not known
-  PalMotionSummary summary_{};            ///< of it
-  std::vector<vtkMTimeType> known_;       ///< of the settings and inputs that it is of
+  PalMotionSummary summary_{};            ///< of motion_
+  /// Modification times of the settings, and of the inputs if estimated, that motion_ belongs to.
+  std::vector<vtkMTimeType> known_;
 };
 
 #pragma GCC diagnostic pop

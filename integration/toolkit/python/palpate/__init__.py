@@ -1,12 +1,15 @@
-"""palpate for Python: how moving volumes move, and how they feel.
+"""palpate for Python: estimates the motion of volumes, and computes the forces of scenes.
 
     import palpate
     motion = palpate.register(fixed, moving)        # two volumes, or one sequence
     motion.field                                     # (z, y, x, 3) float32, mm along L, P, S
     motion.verdict                                   # ok, suspect or failed, and why
 
-Volumes are numpy arrays of shape (z, y, x) with their spacing, origin and direction, or images of nibabel, SimpleITK or itk, which bring
-these along. The convention of fields is ITK's: the material at x of the fixed volume is at x + field(x) in the moving one.
+Volumes are numpy arrays of shape (z, y, x) with their spacing, origin and direction, or images of nibabel, SimpleITK or itk, which contain
+these. The convention of fields is ITK's: the material at x of the fixed volume is at x + field(x) in the moving one.
+
+The GIL is released during long computations. Exceptions have one sentence: ValueError for bad input, OSError for a file that can not be
+written, MemoryError, and RuntimeError for all else, such as a Vulkan device that is lost.
 """
 
 import collections
@@ -26,19 +29,20 @@ _contexts = {}
 
 
 def _context(gpu=None):
-    """The Vulkan device that computes; opened once for each name, and again after it was lost."""
+    """The context of a Vulkan device, by number or part of its name; opened once per name, and again after the device was lost."""
     context = _contexts.get(gpu)
     if context is None or context.failed:
         context = _contexts[gpu] = _palpate.Context(gpu)
     return context
 
 
-# step_s: from a frame to the next of a 4D image; None or 0 where nobody says.
+# spacing: mm; origin: LPS mm; direction: 9 numbers, row by row; None for a bare array. step_s: time between the frames of a 4D image; None or 0:
+# not known.
 _Image = collections.namedtuple("_Image", "array spacing origin direction step_s", defaults=(None,))
 
 
 def _of_itk_kind(image, array, direction):
-    """ITK's order of axes is x, y, z, and time if there are four."""
+    """An image of itk or SimpleITK: the order of its axes is x, y, z, then time if there are four."""
     spacing, origin = tuple(image.GetSpacing()), tuple(image.GetOrigin())
     axes = len(spacing)
     direction = np.reshape(direction, (axes, axes))[:3, :3].reshape(-1)
@@ -58,7 +62,7 @@ def _of_itk(image):
 
 
 def _of_nibabel(image):
-    # nibabel's indices are i, j, k and its axes R, A, S; ours are shapes (z, y, x) and axes L, P, S.
+    # nibabel: indices i, j, k and axes R, A, S. palpate: shapes (z, y, x) and axes L, P, S.
     array = np.transpose(np.asanyarray(image.dataobj))
     affine = np.diag([-1.0, -1.0, 1.0, 1.0]) @ np.asarray(image.affine, dtype=float)
     spacing = np.linalg.norm(affine[:3, :3], axis=0)
@@ -76,7 +80,7 @@ def _of_array(array):
 
 
 def _image_of(image):
-    """Any of the kinds of image that are known, with its geometry; of a bare array that is None."""
+    """The samples and the geometry of an image of nibabel, SimpleITK or itk; the geometry of a bare array is None."""
     if hasattr(image, "dataobj") and hasattr(image, "affine"):
         return _of_nibabel(image)
     if hasattr(image, "GetSpacing") and hasattr(image, "GetDirection"):
@@ -86,7 +90,7 @@ def _image_of(image):
 
 
 def _geometry(given, known, name, usual):
-    """What the caller says of the geometry, else what the image says, else the usual."""
+    """A part of the geometry: the caller's, else the image's, else the default. ValueError for a wrong number of values."""
     if given is not None:
         value = np.asarray(given, dtype=float).reshape(-1)
     elif known is not None:
@@ -102,7 +106,7 @@ _TYPES = tuple(np.dtype(name) for name in ("float32", "float64", "int8", "uint8"
 
 
 def _taken(array):
-    """The array as it is if it can be read where it is; else a copy that can."""
+    """The array itself if its type and layout can be read; else a copy. Other types of numbers become float32; TypeError for what is no number."""
     if array.dtype not in _TYPES:
         if array.dtype.kind not in "fiub":
             raise TypeError(f"samples of type {array.dtype} are no numbers that a volume can have")
@@ -111,7 +115,7 @@ def _taken(array):
 
 
 def _frames_of(fixed, moving):
-    """All frames as images of three dimensions."""
+    """All frames as images of three dimensions: of two volumes, of a list, or of a 4D array. ValueError for one 3D volume."""
     if moving is not None:
         return [_image_of(fixed), _image_of(moving)]
     if isinstance(fixed, (list, tuple)):
@@ -123,7 +127,7 @@ def _frames_of(fixed, moving):
 
 
 def _grid_of(frames, spacing=None, origin=None, direction=None):
-    """Size, spacing, origin and direction of all frames; ValueError where they differ."""
+    """The size (x, y, z), spacing, origin and direction of all frames. ValueError if they differ."""
     first = frames[0]
     for image in frames:
         if image.array.ndim != 3:
@@ -150,9 +154,10 @@ def _paths(paths):
 class Verdict(collections.namedtuple("Verdict", "trust reasons measured")):
     """Whether a motion may be used, and why.
 
-    trust: "ok", "suspect" (a person should look before using it), "failed" (do not use it), or "" where nothing was measured.
-    reasons: what speaks against it, a list of sentences.
-    measured: a dict of numbers with their units in the names; NaN where something was not measured.
+    trust: "ok", "suspect" (have a person check the motion before you use it), "failed" (do not use it), or "" if nothing was measured.
+    reasons: why it is not ok, a list of sentences.
+    measured: a dict of numbers with their units in the names; NaN: not measured.
+    bool(verdict) is True if trust is "ok".
     """
 
     __slots__ = ()
@@ -162,52 +167,54 @@ class Verdict(collections.namedtuple("Verdict", "trust reasons measured")):
 
 
 class Motion:
-    """How the material of one volume moves to the next, or through a sequence. Made by register() and open_motion()."""
+    """The motion of the material from one volume to the next, or through a sequence. Returned by register() and open_motion()."""
 
     def __init__(self, found, spacing, origin, direction):
         self._found = found
         self._summary = found.summary()
         self.spacing = tuple(spacing)  #: mm along x, y, z of the index
         self.origin = tuple(origin)  #: LPS mm of the first sample
-        self.direction = np.reshape(direction, (3, 3))  #: columns: directions of the axes x, y, z of the index
+        self.direction = np.reshape(direction, (3, 3))  #: columns: directions of the index axes x, y, z in LPS
 
     @property
     def steps(self):
-        """How many fields from a frame to the next there are."""
+        """The number of fields from a frame to the next."""
         return self._summary["step_count"]
 
     @property
     def is_whole(self):
-        """True: one motion for all frames, from the frame `reference`."""
+        """True: one motion for all frames, from the frame `reference`. False: fields from frame to frame."""
         return self._summary["is_whole"]
 
     @property
     def reference(self):
-        """Number of the reference frame, from which the motion leads to all others; None for fields from frame to frame."""
+        """The number of the reference frame, from which the motion leads to all others; None for fields from frame to frame."""
         return self._summary["reference_frame"] if self.is_whole else None
 
     @property
     def field(self):
-        """The field of a pair, shape (z, y, x, 3), float32: mm along L, P, S. Of a sequence the fields from each frame to the next, shape
-        (steps, z, y, x, 3): step() gives one of them."""
+        """The field of a pair, shape (z, y, x, 3), float32: mm along L, P, S. For a sequence the fields from each frame to the next, shape
+        (steps, z, y, x, 3); step() gives one of them."""
         return self.step(0) if self.steps == 1 else np.stack([self.step(k) for k in range(self.steps)])
 
     def step(self, k):
-        """The field from frame k to the next, shape (z, y, x, 3), float32, mm."""
+        """The field from frame k to the next, shape (z, y, x, 3), float32, mm along L, P, S. A negative k counts from the end; IndexError
+        if there is no such step."""
         return self._found.field(self._checked(k), None, False)
 
     def at(self, time_s):
-        """The field from the reference frame to a time of the sequence (s), shape (z, y, x, 3), float32, mm. ValueError unless is_whole."""
+        """The field from the reference frame to a time of the sequence (s), shape (z, y, x, 3), float32, mm along L, P, S. ValueError unless
+        is_whole."""
         return self._found.field(0, float(time_s), False)
 
     def inverse(self, k=0, *, time_s=None):
-        """The field back: of step k, or from a time to the reference frame. Shape (z, y, x, 3), float32, mm."""
+        """The inverse field: of step k, or from a time (s) to the reference frame. Shape (z, y, x, 3), float32, mm along L, P, S."""
         return self._found.field(self._checked(k), None if time_s is None else float(time_s), True)
 
     @property
     def confidence(self):
-        """How far the field may be trusted, 0 (a guess) to 1: shape (z, y, x), or of a sequence (n, z, y, x) for its n frames (is_whole)
-        or steps."""
+        """The confidence of each vector, 0 to 1: the share of similar vectors that are right within half a voxel. Shape (z, y, x); for a
+        sequence (n, z, y, x), with one array for each frame (is_whole) or step."""
         if self.steps == 1 and not self.is_whole:
             return self._found.confidence(0)
         count = self._summary["frame_count"] if self.is_whole else self.steps
@@ -215,20 +222,22 @@ class Motion:
 
     @property
     def verdict(self):
-        """See Verdict."""
+        """Whether the motion may be used, and why: see Verdict."""
         measured = {name: value for name, value in self._summary.items() if isinstance(value, float)}
         reasons = self._summary["reasons"]
         return Verdict(self._summary["trust"], reasons.split("\n") if reasons else [], measured)
 
     def warp(self, image, k=0, *, time_s=None, inverse=False):
-        """A volume carried along a field: at each sample x the value of `image` at x + field(x), linear between samples. Along step k that is
-        frame k + 1 brought onto frame k; with inverse=True frame k onto frame k + 1. Shape (z, y, x), float32."""
+        """Warps a volume: at each sample x the value of `image` at x + field(x), linear between samples. The field is that of step k, or with
+        time_s that from the reference frame to this time (s). With step k, frame k + 1 is warped onto frame k; with inverse=True frame k onto
+        frame k + 1. Shape (z, y, x), float32."""
         array = _taken(_image_of(image).array)
         return self._found.warp(array, self._checked(k), None if time_s is None else float(time_s), inverse)
 
     def save(self, path, k=None):
-        """Writes the field of step k as an ITK displacement field (.mha, .nrrd, .nii, .nii.gz); of a sequence without k the one motion for all
-        frames, as a .nrrd that open_motion() and palpate read again. All of the file or none. OSError if it can not be written."""
+        """Writes the field of step k as an ITK displacement field (.mha, .nrrd, .nii, .nii.gz). For a sequence, without k: writes the one
+        motion for all frames, as a .nrrd that open_motion() and the program read. No incomplete file is left. OSError if it can not be
+        written."""
         if k is None and self.steps == 1 and not self.is_whole:
             k = 0
         self._found.save(os.fspath(path), None if k is None else self._checked(k))
@@ -248,23 +257,23 @@ class Motion:
 
 def register(fixed, moving=None, *, spacing=None, origin=None, direction=None, mask=None, preset="balanced", times=None,
              cyclic=False, pairwise=False, verdict=True, progress=None, gpu=None):
-    """Estimates how the material of `fixed` moves to `moving`, or through a sequence.
+    """Estimates the motion of the material from `fixed` to `moving`, or through a sequence.
 
-    fixed, moving: two volumes of the same shape and place. Without `moving` a sequence: a list of volumes, or a 4D array (t, z, y, x).
-        numpy arrays (z, y, x), or images of nibabel, SimpleITK or itk. Arrays that are contiguous and of 8, 16 or 32-bit integers or floats
-        are read where they are.
+    fixed, moving: two volumes on the same grid. Without `moving`, `fixed` is a sequence: a list of volumes, or a 4D array (t, z, y, x).
+        Volumes are numpy arrays (z, y, x), or images of nibabel, SimpleITK or itk. Contiguous arrays of integers of 8, 16 or 32 bits, float32
+        or float64 are read without a copy.
     spacing, origin: mm along x, y, z of the index, and LPS mm of the first sample; direction: 3 x 3, its columns the directions of the
-        axes x, y, z of the index in LPS. They stand before what an image says; 1 mm, 0 and the unit matrix where nobody says.
-    mask: (z, y, x), 0: counts for nothing.
+        index axes x, y, z in LPS. They override those of an image; without both they are 1 mm, 0 and the unit matrix.
+    mask: (z, y, x); samples where it is 0 are ignored.
     preset: "fast", "balanced", "best" or "classic".
-    times: s, one per frame, 0 or more and rising; else as a 4D image says, or one second apart where nobody says.
-    cyclic: the last frame leads back to the first. pairwise: of a sequence only the fields from frame to frame.
-    verdict: False: nothing is measured for a verdict, which is quicker.
-    progress: called with what is done and its share of all, 0 to 1; what it raises ends the estimation.
-    gpu: the Vulkan device that computes, by number or part of its name.
+    times: s, one per frame, 0 or more and rising. None: those of a 4D image, else one second apart.
+    cyclic: the last frame leads back to the first. pairwise: for a sequence, only the fields from frame to frame.
+    verdict: False: no verdict is measured, which saves time.
+    progress: called with the present step (str) and the share of the work that is done, 0 to 1. An exception from it ends the estimation.
+    gpu: the Vulkan device, by number or part of its name. None: the first GPU, else the CPU.
 
-    Returns a Motion. ValueError and TypeError for what can not be registered; KeyboardInterrupt ends it soon. RuntimeError where the Vulkan
-    device fails or is lost; the next call opens it anew.
+    Returns a Motion. ValueError and TypeError for input that can not be used. KeyboardInterrupt (Ctrl-C) ends the estimation. RuntimeError
+    if the Vulkan device fails or is lost; the next call opens it again.
     """
     frames = _frames_of(fixed, moving)
     if len(frames) < 2:
@@ -288,39 +297,43 @@ def register(fixed, moving=None, *, spacing=None, origin=None, direction=None, m
 
 
 def open_motion(path, *, gpu=None):
-    """One motion for all frames of a sequence, from the file that Motion.save() and `palpate motion` write (sequence_motion.nrrd). Its fields
-    are on the grid of the file."""
+    """Reads one motion for all frames of a sequence from the file that Motion.save() and `palpate motion` write (sequence_motion.nrrd).
+    Returns a Motion, whose fields are on the grid of the file. ValueError if the file can not be read. gpu: as in register()."""
     found = _palpate.open_motion(_context(gpu), os.fspath(path))
     return Motion(found, *found.geometry())
 
 
 class Session:
-    """A scene that is felt: in a loop of Python's, which asks for the force about 1,000 times a second (tick()), or, with device=, by a
-    thread of palpate's. Lengths are m, forces N, in the device's space: x right, y up, z towards the user.
+    """A scene that is felt. Two ways: Python has the loop and calls tick() about 1,000 times a second; or, with device=, palpate has the loop
+    on a thread of its own. Lengths are m, forces N, in the device's space: x right, y up, z towards the user.
 
     scene: a path (a scene file, a sequence, a folder), a list of paths, "heart", "shell", "molecule", or "igtl://HOST:PORT": the images of
-        an OpenIGTLink server, felt as they arrive; or json=, a scene in the words of docs/scene-file.md, whose paths begin in folder=.
-    modes: libraries of haptic modes of your own.
-    frames: a volume, a list of them or a 4D array, as register() takes them, instead of a scene, or for the file "frames" of a scene.
-        spacing, origin, direction: as in register(); times: s, one per frame. live: the one frame is the first of a source without end:
+        an OpenIGTLink server, felt as they arrive. Or json: the text of a scene file (docs/scene-file.md), whose paths are relative to folder.
+    modes: libraries of haptic modes of your own (docs/writing-a-mode.md).
+    frames: a volume, a list of volumes or a 4D array as in register(), instead of a scene, or for the file "frames" of a scene.
+        spacing, origin, direction: as in register(); times: s, one per frame. live=True: there is one frame, the first of a live source;
         give the others to push_frame() as they arrive.
-    Of a sequence without a scene: iso_value (of the surface; None: found), width, strength_n, friction, wall ("values", "region",
-        "ridges"), values ("reference", "mean", "own"), segments (files), segment_names, segments_frame, fields (what `palpate motion`
-        wrote), frames_per_second, cyclic, scale, true_size: as the options of `palpate feel`. motion=False: the frames as they are.
-    forget_motion: the known motion of "heart" and "shell" is removed, so that it is estimated like that of measured data.
-    movable: what nothing moves may be placed, see place().
-    Of "igtl://...": image, transform: device names of the images, and of the transforms that move the volume; wait_s: for the first image.
+    For a sequence without a scene: iso_value (of the surface; None: chosen from the data), width, strength_n, friction, wall ("values",
+        "region", "ridges"), values ("reference", "mean", "own"), segments (files), segment_names, segments_frame, fields (what
+        `palpate motion` wrote), frames_per_second, cyclic, scale, true_size: as the options of `palpate feel`. motion=False: no motion
+        between the frames.
+    forget_motion: the known motion of "heart" and "shell" is removed, so that it is estimated as that of measured data.
+    movable: volumes that nothing else moves may be placed, see place().
+    For "igtl://...": image, transform: device names of the images, and of the transforms that move the volume; wait_s: time to wait for the
+        first image, s.
     device: "auto", "falcon", "haply@localhost:10001", ...; "simulated" (path: press, tap, stroke, circle, sweep or a file; hand: human,
-        loose, firm, none; lets_go_s); "igtl://HOST:PORT", a tracked tool (tool: the device name of its transforms); None: Python ticks, and
-        workspace_radius_m and device_force_n say what its device can do. dead_man: a button must be held. real_time=False: the system is
-        asked for no priority. watchdog_s: ticks further apart bring the force down.
-    max_force_n, stiffness_n_per_m: 0: the scene's.
-    serve: a port at which OpenIGTLink clients get what is felt. record: a file for replay(); csv: a table of all ticks; black_box: a folder
-        for the ticks around a fault.
-    preset: of motion that nothing gives, which is found meanwhile unless estimate=False; follow: of a live source every frame is followed,
-        even where they repeat. gpu: the Vulkan device that computes, by number or part of its name.
+        loose, firm, none; lets_go_s: when the hand lets go, s); "igtl://HOST:PORT", a tracked tool (tool: the device name of its transforms).
+        None: Python calls tick(), with a device of the workspace radius workspace_radius_m (m) and the largest force device_force_n (N).
+    dead_man: there is force only while a button of the device is held. real_time=False: no real-time priority is requested.
+    watchdog_s: if ticks are further apart than this, the force is ramped to zero, s.
+    max_force_n, stiffness_n_per_m: N, N/m; 0: the scene's.
+    serve: the port at which OpenIGTLink clients get what is felt; 0: none. record: a file for replay(); csv: a table of all ticks; black_box:
+        a folder for the ticks around a fault.
+    preset: for the estimation of missing motion, which runs meanwhile unless estimate=False. follow: every frame of a live source is
+        followed, even if the frames repeat. gpu: the Vulkan device, by number or part of its name.
 
-    ValueError for what can not be; OSError for what can not be written; RuntimeError where no device answers.
+    Functions may be called on any thread; tick() on one at a time. A with statement closes the session. ValueError for input that can not be
+    used; OSError for files that can not be written; RuntimeError if no device answers.
     """
 
     def __init__(self, scene=(), *, json=None, folder=None, modes=(), frames=None, spacing=None, origin=None, direction=None, times=None,
@@ -365,14 +378,14 @@ class Session:
         self._session = _palpate.Session(context, of_scene, of_session)
 
     def tick(self, position_m, time_ns=0, buttons=0):
-        """One haptic frame: the force (x, y, z), N, for a hand at `position_m`. time_ns: of a clock that runs evenly; 0: now. ValueError
-        with device=, whose thread ticks."""
+        """Computes one haptic frame: returns the force (x, y, z), N, for a hand at `position_m` (m). time_ns: when the position was taken, by
+        a clock that never jumps; 0: now. buttons: bit k is 1 while button k is down. ValueError with device=, where palpate has the loop."""
         return self._session.tick(position_m, time_ns, buttons)
 
     def push_frame(self, frame, *, spacing=None, origin=None, direction=None, time_ns=0):
-        """The next frame of a live source (frames=, live=True): an array (z, y, x) or an image. Where neither says where it lies, it lies
-        where the first one does. The hand is carried to the newest frame; those that come while a motion is found are left out. time_ns:
-        time.monotonic_ns() when it was taken; 0: now."""
+        """Gives the next frame of a live source (frames=, live=True): an array (z, y, x) or an image. Without a geometry it has that of the
+        first frame. The motion to it is estimated, and the material follows. Of the frames that arrive during an estimation only the last one
+        is used. time_ns: time.monotonic_ns() when it was taken; 0: now. Call it from one thread."""
         image = _image_of(frame)
         grid = None
         if any(known is not None for known in (spacing, origin, direction, image.spacing)):
@@ -380,28 +393,31 @@ class Session:
         self._session.push_frame(_taken(image.array), grid, time_ns)
 
     def replay(self, recording, *, tubes=None):
-        """Replays a recording of this scene (record=, `palpate feel --record`), and compares every bit. tubes: a file for the stream
-        tubes that were released then. A dict: "ticks", "different" (of them), "first_different" (None: there is none), "is_cut_off"."""
+        """Replays a recording of this scene (record=, `palpate feel --record`), and compares every bit. tubes: a file for the stream tubes of
+        the recording. Returns a dict: "ticks"; "different", the number of ticks that differ; "first_different", the first of them or None;
+        "is_cut_off", True if the recording ends before its session did. ValueError for a recording of another scene or a damaged one."""
         return self._session.replay(os.fspath(recording), _path(tubes))
 
     @property
     def state(self):
-        """The newest haptic frame: hand, proxy and force in the world, contact, why the force is not the scene's, the volumes' places and
-        times, how far the motion is known, and what has become of live frames. A dict."""
+        """The newest haptic frame, a dict: "hand_m", "proxy_m" and "force_n" in the world, "in_contact"; "cause", "cause_sentence": why the
+        force is not the scene's, "" if it is; "volumes": dicts with "world_from_volume" (3 x 4), "time_s", "rate"; "can_play", "steps",
+        "steps_known" of the motion; "ticks", "late_ticks"; of a live source "frames_received", "frames_felt", "frame_delay_s",
+        "frame_cycle_s". palpate.h (PalState) explains each."""
         return self._session.state()
 
     @property
     def plan(self):
-        """What each haptic frame does, and what it leaves out and why."""
+        """A text: what each haptic frame does, what it leaves out, and why."""
         return self._session.text(1)
 
     @property
     def notes(self):
-        """What was chosen for the user, a sentence per line."""
+        """A text: what palpate has chosen for the user, one sentence per line."""
         return self._session.text(0)
 
     def events(self):
-        """Sentences on what has happened since the last call."""
+        """The events since the last call, a list of sentences."""
         return self._session.events()
 
     def play(self, on=True):
@@ -409,28 +425,30 @@ class Session:
         return self._session.play(on)
 
     def scrub(self, share):
-        """Goes to a share of every moving volume's sequence, 0 to 1, and pauses. False while the motion is not known."""
+        """Sets the time of every moving volume to a share of its sequence, 0 to 1, and pauses. False while the motion is not known."""
         return self._session.scrub(share)
 
     def rearm(self):
-        """Lets the force come back after a cause that persists ("the force is off until ..."). False while too many changes wait for the
-        next tick."""
+        """Lets the force come back after an oscillation that went on although the force was reduced; after other causes it comes back without
+        this call. False, and nothing is done, while too many changes wait for the next tick."""
         return self._session.rearm()
 
     def place(self, volume, world_from_volume):
-        """Where a movable volume is now: 3 x 4 or 4 x 4. False, and nothing is done, while too many changes wait for the next tick."""
+        """Sets the place of a movable volume (its number, from 0): a matrix of 3 x 4 or 4 x 4, m. The volume moves there on a smooth path.
+        False, and nothing is done, while too many changes wait for the next tick. ValueError for another shape."""
         matrix = np.asarray(world_from_volume, dtype=float)
         if matrix.shape not in ((3, 4), (4, 4)):
             raise ValueError("a place is a matrix of 3 x 4 or 4 x 4")
         return self._session.place(volume, [float(number) for number in matrix[:3].reshape(-1)])
 
     def set_mode(self, index, on=True, gain=1.0):
-        """Switches a mode of the scene, by a ramp. False while too many changes wait for the next tick: say it again then."""
+        """Switches mode `index` of the scene on or off and sets a factor on its strengths, by a ramp. False, and nothing is changed, while
+        too many changes wait for the next tick: call it again."""
         return self._session.set_mode(index, on, gain)
 
     def release_tube(self):
-        """A stream tube through the proxy of the next tick: the field line there, of vectors, of the gradient that guides, or of the
-        material's velocity. From then on it goes with the motion, and picture() shows it. False, and nothing is done, while too many
+        """Lays a stream tube through the proxy at the next tick: the field line there, of vectors, of the gradient that guides, or of the
+        material's velocity. From then on it moves with the material, and picture() draws it. False, and nothing is done, while too many
         changes wait for the next tick."""
         return self._session.ask_tubes(0)
 
@@ -444,18 +462,19 @@ class Session:
 
     @property
     def tubes(self):
-        """The stream tubes as they are at the newest tick, the oldest first; one that was asked for comes some hundredths of a second after
-        its tick. A list of dicts: "points_m" (n, 3), world; "lengths" (n), of the field's vectors when it was laid, in "unit"; "field",
-        "volume", "seed" (the point that was at the proxy), "kept", "closed"."""
+        """The stream tubes at the newest tick, the oldest first. A requested tube appears some hundredths of a second after its tick. A list
+        of dicts: "points_m" (n, 3), world, m; "lengths" (n), of the field's vectors when it was laid, in "unit"; "field", "volume" (its
+        number), "seed" (the index of the point that was at the proxy), "kept", "closed"."""
         return self._session.tubes()
 
     def save_tubes(self, path):
-        """Writes all tubes as lines for ParaView and 3D Slicer (.vtk, mm, LPS), where they were laid."""
+        """Writes all tubes as lines for ParaView and 3D Slicer (.vtk, mm, LPS), at the places where they were laid. OSError if the file can
+        not be written."""
         self._session.save_tubes(os.fspath(path))
 
     def picture(self, position_m=(0.13, 0.09, 0.34), look_at_m=(0.0, 0.0, 0.0), *, width=640, height=480, height_angle=0.55):
-        """What is felt, seen from a place in the world: RGBA, shape (height, width, 4), uint8. After the first tick. Threads that ask
-        at the same time get theirs one after the other."""
+        """Draws the scene, seen from position_m towards look_at_m (world, m), with height_angle radians from bottom to top. Returns RGBA,
+        shape (height, width, 4), uint8. ValueError before the first tick. Any thread; one picture is drawn at a time."""
         eye, at = np.asarray(position_m, dtype=float), np.asarray(look_at_m, dtype=float)
         back = eye - at
         back /= np.linalg.norm(back)
@@ -467,7 +486,8 @@ class Session:
                                      width, height)
 
     def stop(self):
-        """Ramps the force to zero in the ticks that follow: continue to tick until at_rest."""
+        """Ramps the force to zero; it does not come back. If Python has the loop, continue to call tick() until at_rest. With device= it
+        waits for the end of the ramp."""
         self._session.stop()
 
     @property
@@ -476,8 +496,8 @@ class Session:
         return self._session.at_rest()
 
     def close(self):
-        """Ends it. Further calls fail with a ValueError. OSError where a recording, a table or a black box could not be
-        written or lacks ticks."""
+        """Ends the session. Further calls raise ValueError. OSError if a recording, a table or a black box could not be written or lacks
+        ticks; the session is closed even then."""
         self._session.close()
 
     def __enter__(self):
